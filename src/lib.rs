@@ -1,0 +1,1 @@
+//! Meliora: a symbolic model checker for opportunistic planning with incomplete preferences.

@@ -1,0 +1,2 @@
+//! The `meliora` command.
+fn main() {}
