@@ -1,1 +1,5 @@
 //! Meliora: a symbolic model checker for opportunistic planning with incomplete preferences.
+
+pub mod engine;
+pub mod error;
+pub mod model;

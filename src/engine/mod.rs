@@ -1,0 +1,227 @@
+//! The interface between the algorithms and the two ways to store states.
+//!
+//! An engine knows two sorts: sets of states and sets of *choices*, that is of pairs (s, a) of a
+//! state s of the scope and a choice a enabled in s. All algorithms of [`crate::planning`] are
+//! written over these; iterating over states is not part of the interface.
+
+use std::sync::Arc;
+
+use num_bigint::BigUint;
+
+use crate::error::{Limit, Result};
+use crate::model::State;
+use crate::model::expr::ExprId;
+use crate::model::step::Choice;
+
+/// An exact number of states, choices or transitions.
+pub type Count = BigUint;
+
+/// Which valuations are states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scope {
+    /// Those reachable from the initial states.
+    #[default]
+    Reachable,
+    /// Every valuation of the declared variables.
+    All,
+}
+
+/// What an engine is told from outside while it works, and what it tells.
+///
+/// The library reads no clock and installs no handler: the caller does, and answers here.
+pub trait Observer: Send + Sync {
+    /// Called often, from inside loops: an answer ends the work with this limit.
+    fn stop(&self) -> Option<Limit> {
+        None
+    }
+
+    /// Called now and then with what is being done: a phase and its state in words.
+    fn progress(&self, _phase: &'static str, _detail: &dyn Fn() -> String) {}
+}
+
+/// An observer that never stops the work and ignores its progress.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Unobserved;
+
+impl Observer for Unobserved {}
+
+/// What an engine is created with.
+#[derive(Clone)]
+pub struct Settings {
+    /// Which valuations are states.
+    pub scope: Scope,
+    /// Bytes for the node table and operation cache, or for the arrays.
+    pub memory: u64,
+    /// Where progress goes and interruptions come from.
+    pub observer: Arc<dyn Observer>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { scope: Scope::Reachable, memory: 2 << 30, observer: Arc::new(Unobserved) }
+    }
+}
+
+/// What an engine used.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Usage {
+    /// The largest number of diagram nodes alive at once; 0 without diagrams.
+    pub peak_nodes: u64,
+    /// The bytes of the engine's own tables.
+    pub bytes: u64,
+}
+
+/// A region together with the choices that win in it.
+#[derive(Debug, Clone)]
+pub struct Region<S, C> {
+    /// The winning states.
+    pub states: S,
+    /// Choices that keep winning: those of the winning states that can not leave them.
+    pub choices: C,
+}
+
+/// Edges that a game does not have: for each pair, those from a state of the first set into one of
+/// the second. The first sets are disjoint.
+pub type Dropped<S> = Vec<(S, S)>;
+
+/// Sets of states and sets of choices of one model, and the operators on them.
+///
+/// Every operation may run out of memory or time and then returns [`crate::error::Error::Limit`].
+/// Arguments must come from the same engine.
+pub trait Engine {
+    /// A set of states of the scope.
+    type States: Clone;
+    /// A set of pairs of a state of the scope and a choice enabled there.
+    type Choices: Clone;
+
+    /// All states S of the scope.
+    fn all_states(&self) -> Self::States;
+    /// No state.
+    fn no_states(&self) -> Self::States;
+    /// The initial states.
+    fn initial_states(&self) -> Self::States;
+    /// The states in which nothing is enabled; each has the self-loop as its only choice.
+    fn deadlock_states(&self) -> Self::States;
+    /// The states of the scope in which a Boolean expression of the program's pool holds.
+    ///
+    /// # Errors
+    /// A limit, or an expression without a value in some state of the scope.
+    fn states_where(&self, predicate: ExprId) -> Result<Self::States>;
+    /// All enabled choices, the self-loops of deadlock states among them.
+    fn all_choices(&self) -> Self::Choices;
+    /// No choice.
+    fn no_choices(&self) -> Self::Choices;
+
+    /// X ∪ Y
+    fn union(&self, x: &Self::States, y: &Self::States) -> Result<Self::States>;
+    /// X ∩ Y
+    fn intersection(&self, x: &Self::States, y: &Self::States) -> Result<Self::States>;
+    /// X \ Y
+    fn difference(&self, x: &Self::States, y: &Self::States) -> Result<Self::States>;
+    /// X = ∅
+    fn is_empty(&self, x: &Self::States) -> bool;
+    /// X = Y
+    fn same_states(&self, x: &Self::States, y: &Self::States) -> bool;
+
+    /// C ∪ D
+    fn union_choices(&self, c: &Self::Choices, d: &Self::Choices) -> Result<Self::Choices>;
+    /// C ∩ D
+    fn common_choices(&self, c: &Self::Choices, d: &Self::Choices) -> Result<Self::Choices>;
+    /// C \ D
+    fn without_choices(&self, c: &Self::Choices, d: &Self::Choices) -> Result<Self::Choices>;
+    /// C = ∅
+    fn has_no_choices(&self, c: &Self::Choices) -> bool;
+    /// C = D
+    fn same_choices(&self, c: &Self::Choices, d: &Self::Choices) -> bool;
+    /// { (s,a) ∈ C : s ∈ X }
+    fn choices_in(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
+    /// { s : (s,a) ∈ C for some a }
+    fn sources(&self, c: &Self::Choices) -> Result<Self::States>;
+
+    /// { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }
+    fn some_successor_in(&self, x: &Self::States) -> Result<Self::Choices>;
+    /// { (s,a) enabled : succ(s,a) ⊆ Y }; no disabled pair is ever in it.
+    fn every_successor_in(&self, y: &Self::States) -> Result<Self::Choices>;
+    /// { s' : s' ∈ succ(s,a) for some (s,a) ∈ C }
+    fn successors(&self, c: &Self::Choices) -> Result<Self::States>;
+
+    /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }
+    fn can_reach(
+        &self,
+        target: &Self::States,
+        within: &Self::Choices,
+        dropped: &Dropped<Self::States>,
+    ) -> Result<Self::States>;
+
+    /// The greatest Z ⊆ X in which every state has a pair of C with all successors in Z, with those
+    /// pairs.
+    ///
+    /// Cost: one pre-image of the states removed a round.
+    fn stay_within(
+        &self,
+        x: &Self::States,
+        within: &Self::Choices,
+    ) -> Result<Region<Self::States, Self::Choices>> {
+        let mut states = x.clone();
+        let mut choices = self.choices_in(within, x)?;
+        let mut removed = self.difference(&self.all_states(), x)?;
+        loop {
+            if !self.is_empty(&removed) {
+                choices = self.without_choices(&choices, &self.some_successor_in(&removed)?)?;
+            }
+            let left = self.intersection(&self.sources(&choices)?, &states)?;
+            removed = self.difference(&states, &left)?;
+            if self.is_empty(&removed) {
+                return Ok(Region { states, choices });
+            }
+            choices = self.choices_in(&choices, &left)?;
+            states = left;
+        }
+    }
+
+    /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, with the pairs of C
+    /// outside T that stay inside the result.
+    ///
+    /// Removes losing states first: what cannot reach T with the pairs still allowed is lost; pairs
+    /// that may step into a lost state are disallowed; repeat (Baier and Katoen, Principles of
+    /// Model Checking, Algorithm 45, on sets). Cost: one `can_reach` and one pre-image a round.
+    fn almost_surely_reach(
+        &self,
+        target: &Self::States,
+        within: &Self::Choices,
+    ) -> Result<Region<Self::States, Self::Choices>> {
+        let mut states = self.all_states();
+        let mut choices = self.choices_in(within, &self.difference(&states, target)?)?;
+        loop {
+            let reaching = self.can_reach(target, &choices, &Vec::new())?;
+            let lost = self.difference(&states, &reaching)?;
+            if self.is_empty(&lost) {
+                return Ok(Region { states, choices });
+            }
+            choices = self.choices_in(&choices, &reaching)?;
+            choices = self.without_choices(&choices, &self.some_successor_in(&lost)?)?;
+            states = reaching;
+        }
+    }
+
+    /// |X|
+    fn count_states(&self, x: &Self::States) -> Result<Count>;
+    /// |C|
+    fn count_choices(&self, c: &Self::Choices) -> Result<Count>;
+    /// The number of triples (s, a, s') with (s,a) ∈ C and s' ∈ succ(s,a) ∩ X.
+    fn count_transitions(&self, c: &Self::Choices, x: &Self::States) -> Result<Count>;
+
+    /// Up to `limit` states of X in a fixed order: that of their values, first variable first.
+    fn list_states(&self, x: &Self::States, limit: usize) -> Result<Vec<State>>;
+    /// The set of one state; empty where it is not in the scope.
+    fn singleton(&self, state: &[i64]) -> Result<Self::States>;
+    /// s ∈ X
+    fn contains(&self, x: &Self::States, state: &[i64]) -> bool;
+    /// (s,a) ∈ C
+    fn contains_choice(&self, c: &Self::Choices, state: &[i64], choice: &Choice) -> bool;
+
+    /// What was used so far.
+    fn usage(&self) -> Usage;
+    /// What the engine was created with.
+    fn settings(&self) -> &Settings;
+}

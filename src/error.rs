@@ -1,0 +1,120 @@
+//! The error space: wrong input (with its place), limits that were hit, files, usage.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The result of every operation of the library that can fail.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Whatever can end a computation early.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum Error {
+    /// The model, the preferences or an expression is wrong; every entry points at a place.
+    #[error("{}", first_message(.0))]
+    Input(Vec<Diagnostic>),
+    /// A limit was hit: an answer in its own right, with what was reached.
+    #[error("{0}")]
+    Limit(Limit),
+    /// A dump could not be read: file, line, what was expected.
+    #[error("{file}:{line}: {message}")]
+    Dump {
+        /// The file that is wrong.
+        file: String,
+        /// Its line, from 1; 0 where no line can be named.
+        line: usize,
+        /// What was found and what was expected.
+        message: String,
+    },
+    /// A file could not be read or written.
+    #[error("{path}: {message}")]
+    Io {
+        /// The file.
+        path: String,
+        /// What the system said.
+        message: String,
+    },
+    /// The command line asks for something that does not fit together.
+    #[error("{0}")]
+    Usage(String),
+}
+
+fn first_message(diagnostics: &[Diagnostic]) -> String {
+    match diagnostics {
+        [] => "wrong input".to_owned(),
+        [one] => one.message.clone(),
+        [first, rest @ ..] => format!("{} (and {} more)", first.message, rest.len()),
+    }
+}
+
+impl From<Diagnostic> for Error {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Error::Input(vec![diagnostic])
+    }
+}
+
+impl From<Limit> for Error {
+    fn from(limit: Limit) -> Self {
+        Error::Limit(limit)
+    }
+}
+
+/// Which limit ended the work.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Limit {
+    /// The node table (or, explicit, the arrays) would pass `--memory`.
+    Memory {
+        /// What was full, in words: "the node table of 12345 nodes".
+        what: String,
+    },
+    /// `--timeout` has passed.
+    Time(Duration),
+    /// More states than the explicit engine was allowed to store.
+    States(u64),
+    /// Interrupted by the user.
+    Interrupted,
+    /// An expression or a model is larger than a fixed bound of this program.
+    Size {
+        /// What is too large, its size, and the bound.
+        what: String,
+    },
+}
+
+impl fmt::Display for Limit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Limit::Memory { what } => write!(f, "out of memory: {what}; `--memory` raises the limit"),
+            Limit::Time(after) => {
+                write!(f, "out of time after {after:?}; `--timeout` raises the limit")
+            }
+            Limit::States(n) => write!(f, "the limit of {n} states was reached; `--memory` raises it"),
+            Limit::Interrupted => write!(f, "interrupted"),
+            Limit::Size { what } => write!(f, "too large: {what}"),
+        }
+    }
+}
+
+/// A text with a name, kept for messages that point into it.
+#[derive(Debug, PartialEq, Eq)]
+pub struct SourceFile {
+    /// The path as the user gave it, or a description such as `--target`.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+/// One message that points at a place in a text.
+#[derive(Debug, Clone)]
+pub struct Diagnostic {
+    /// What is wrong.
+    pub message: String,
+    /// The text it points into.
+    pub source: Arc<SourceFile>,
+    /// The byte range it points at.
+    pub span: Range<usize>,
+    /// What stands below the caret.
+    pub label: String,
+    /// What would help.
+    pub help: Option<String>,
+}

@@ -1,0 +1,255 @@
+//! Expressions: a pool of hash-consed, typed nodes over the variables of a program.
+//!
+//! A formula that occurs a thousand times is one node, so that nested formulas do not blow up and
+//! both engines can remember what they computed for a node.
+
+use ahash::AHashMap;
+
+use super::VarId;
+use super::value::{self, EvalError, Type, Value};
+
+/// A node of an [`ExprPool`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ExprId(u32);
+
+impl ExprId {
+    /// The position of the node in its pool: operands come before the nodes that use them.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// Operators with one operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Unary {
+    /// Boolean negation.
+    Not,
+    /// Arithmetic negation.
+    Neg,
+    /// The largest integer below.
+    Floor,
+    /// The smallest integer above.
+    Ceil,
+    /// The nearest integer, halves up (Java's `Math.round`).
+    Round,
+    /// An integer as a real.
+    ToReal,
+}
+
+/// Operators with two operands. `>`, `>=`, `!=`, `=>` and `<=>` are expressed by these.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Binary {
+    /// Conjunction; the right side is not evaluated where the left one is false.
+    And,
+    /// Disjunction; the right side is not evaluated where the left one is true.
+    Or,
+    /// Equality of two Booleans, two integers or two reals.
+    Eq,
+    /// `<` of two integers or two reals.
+    Lt,
+    /// `<=` of two integers or two reals.
+    Le,
+    /// Addition of two integers or two reals.
+    Add,
+    /// Subtraction of two integers or two reals.
+    Sub,
+    /// Multiplication of two integers or two reals.
+    Mul,
+    /// Division of two reals.
+    Div,
+    /// The smaller of two integers or two reals.
+    Min,
+    /// The larger of two integers or two reals.
+    Max,
+    /// Power of two integers (exponent not negative) or two reals.
+    Pow,
+    /// `mod(i, n)` of two integers, never negative.
+    Mod,
+    /// `log(x, b)` of two reals.
+    Log,
+}
+
+/// A node: operands are ids of the same pool.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Node {
+    /// A literal.
+    Literal(Value),
+    /// The value of a variable in the present state.
+    Var(VarId),
+    /// One operand.
+    Unary(Unary, ExprId),
+    /// Two operands of the same type.
+    Binary(Binary, ExprId, ExprId),
+    /// `condition ? then : otherwise`; both branches have the same type.
+    Ite(ExprId, ExprId, ExprId),
+}
+
+/// A pool of expressions. Equal expressions have equal ids; literals are folded.
+#[derive(Debug, Clone, Default)]
+pub struct ExprPool {
+    nodes: Vec<(Node, Type)>,
+    index: AHashMap<Node, ExprId>,
+}
+
+impl ExprPool {
+    /// The node of `id`.
+    pub fn node(&self, id: ExprId) -> Node {
+        self.nodes[id.index()].0
+    }
+
+    /// The type of `id`.
+    pub fn ty(&self, id: ExprId) -> Type {
+        self.nodes[id.index()].1
+    }
+
+    /// How many nodes there are.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether there is no node.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The value, if `id` is a literal.
+    pub fn literal(&self, id: ExprId) -> Option<Value> {
+        match self.node(id) {
+            Node::Literal(v) => Some(v),
+            _ => None,
+        }
+    }
+
+    /// A literal.
+    pub fn value(&mut self, v: Value) -> ExprId {
+        self.intern(Node::Literal(v), v.ty())
+    }
+
+    /// A variable of the given type.
+    pub fn var(&mut self, v: VarId, ty: Type) -> ExprId {
+        self.intern(Node::Var(v), ty)
+    }
+
+    /// `op(a)`; the caller has checked the types. Folds literals.
+    ///
+    /// # Errors
+    /// An operation on literals that has no value, such as an overflow.
+    pub fn unary(&mut self, op: Unary, a: ExprId) -> Result<ExprId, EvalError> {
+        if let Some(v) = self.literal(a) {
+            let v = value::unary(op, v)?;
+            return Ok(self.value(v));
+        }
+        if let (Unary::Not, Node::Unary(Unary::Not, b)) = (op, self.node(a)) {
+            return Ok(b);
+        }
+        let ty = value::unary_type(op, self.ty(a));
+        Ok(self.intern(Node::Unary(op, a), ty))
+    }
+
+    /// `a op b`; the caller has checked the types and made both sides the same. Folds literals and
+    /// the units of `&` and `|` as far as evaluation from the left allows.
+    ///
+    /// # Errors
+    /// An operation on literals that has no value, such as a division of integers by zero.
+    pub fn binary(&mut self, op: Binary, a: ExprId, b: ExprId) -> Result<ExprId, EvalError> {
+        match (op, self.literal(a), self.literal(b)) {
+            (Binary::And, Some(Value::Bool(true)), _) | (Binary::Or, Some(Value::Bool(false)), _) => {
+                return Ok(b);
+            }
+            (Binary::And, Some(Value::Bool(false)), _) | (Binary::Or, Some(Value::Bool(true)), _) => {
+                return Ok(a);
+            }
+            (Binary::And, _, Some(Value::Bool(true))) | (Binary::Or, _, Some(Value::Bool(false))) => {
+                return Ok(a);
+            }
+            (_, Some(x), Some(y)) => {
+                let v = value::binary(op, x, y)?;
+                return Ok(self.value(v));
+            }
+            _ => {}
+        }
+        if a == b && matches!(op, Binary::And | Binary::Or | Binary::Min | Binary::Max) {
+            return Ok(a);
+        }
+        let ty = value::binary_type(op, self.ty(a));
+        Ok(self.intern(Node::Binary(op, a, b), ty))
+    }
+
+    /// `condition ? then : otherwise`; the branches have one type. Folds a literal condition.
+    pub fn ite(&mut self, condition: ExprId, then: ExprId, otherwise: ExprId) -> ExprId {
+        match self.literal(condition) {
+            Some(Value::Bool(true)) => return then,
+            Some(Value::Bool(false)) => return otherwise,
+            _ => {}
+        }
+        if then == otherwise && self.literal(then).is_some() && self.is_total(condition) {
+            return then;
+        }
+        let ty = self.ty(then);
+        self.intern(Node::Ite(condition, then, otherwise), ty)
+    }
+
+    /// Whether evaluating `id` cannot fail for a reason visible in the node itself.
+    fn is_total(&self, id: ExprId) -> bool {
+        matches!(self.node(id), Node::Literal(_) | Node::Var(_))
+    }
+
+    /// The value of `id` in a state: the reference meaning of expressions.
+    ///
+    /// `state` holds one value a variable, Booleans as 0 and 1, integers as themselves. Takes the
+    /// branches that PRISM would take: `&`, `|` and `?:` evaluate only what they need.
+    ///
+    /// # Errors
+    /// An operation without a value, such as an overflow or `mod` by zero.
+    pub fn eval(&self, id: ExprId, state: &[i64]) -> Result<Value, EvalError> {
+        match self.node(id) {
+            Node::Literal(v) => Ok(v),
+            Node::Var(v) => Ok(match self.ty(id) {
+                Type::Bool => Value::Bool(state[v.index()] != 0),
+                _ => Value::Int(state[v.index()]),
+            }),
+            Node::Unary(op, a) => value::unary(op, self.eval(a, state)?),
+            Node::Binary(op, a, b) => {
+                let x = self.eval(a, state)?;
+                match (op, x) {
+                    (Binary::And, Value::Bool(false)) | (Binary::Or, Value::Bool(true)) => Ok(x),
+                    _ => value::binary(op, x, self.eval(b, state)?),
+                }
+            }
+            Node::Ite(c, a, b) => match self.eval(c, state)? {
+                Value::Bool(false) => self.eval(b, state),
+                _ => self.eval(a, state),
+            },
+        }
+    }
+
+    /// The variables that occur in `id`, sorted, each once.
+    pub fn support(&self, id: ExprId) -> Vec<VarId> {
+        let (mut stack, mut seen, mut vars) = (vec![id], ahash::AHashSet::new(), Vec::new());
+        while let Some(e) = stack.pop() {
+            if !seen.insert(e) {
+                continue;
+            }
+            match self.node(e) {
+                Node::Literal(_) => {}
+                Node::Var(v) => vars.push(v),
+                Node::Unary(_, a) => stack.push(a),
+                Node::Binary(_, a, b) => stack.extend([a, b]),
+                Node::Ite(c, a, b) => stack.extend([c, a, b]),
+            }
+        }
+        vars.sort_unstable();
+        vars.dedup();
+        vars
+    }
+
+    fn intern(&mut self, node: Node, ty: Type) -> ExprId {
+        if let Some(&id) = self.index.get(&node) {
+            return id;
+        }
+        let id = ExprId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
+        self.nodes.push((node, ty));
+        self.index.insert(node, id);
+        id
+    }
+}

@@ -1,0 +1,226 @@
+//! One step of a program from one state: the reference meaning of commands.
+
+use std::collections::BTreeMap;
+
+use super::expr::ExprId;
+use super::value::{EvalError, Value};
+use super::{Command, CommandId, ModelKind, Program, State};
+
+/// Which choice of a state: what the engines' sets of choices speak of.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Choice {
+    /// One command of each factor of a synchronisation, by its position in the program.
+    Combination {
+        /// The position in [`Program::synchronisations`].
+        synchronisation: usize,
+        /// One command a factor.
+        commands: Vec<CommandId>,
+    },
+    /// The only choice of a state of a `dtmc`: all enabled combinations.
+    Uniform,
+    /// The self-loop of a deadlock state.
+    Deadlock,
+}
+
+/// A choice with the distribution it leads to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Which choice.
+    pub choice: Choice,
+    /// Its name: see [`Program::steps`].
+    pub name: String,
+    /// Each successor once, with its probability.
+    pub successors: Vec<(State, f64)>,
+}
+
+/// Why a step has no meaning in a state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StepError {
+    /// An expression has no value: that of a guard, a probability or an update.
+    Eval(CommandId, EvalError),
+    /// The probabilities of a command sum to this, or one of them is this.
+    Probability(CommandId, f64),
+    /// An update leaves the range of its variable with this value.
+    OutOfRange(CommandId, super::VarId, i64),
+}
+
+impl Program {
+    /// All choices of `state` in the order of the program, each with its distribution.
+    ///
+    /// An action is named by its label, `module#k` for the k-th unlabelled command of a module; where
+    /// one label has several choices in this state, the name is followed by the commands' numbers,
+    /// `label(m1#2,m2#1)`. A state without an enabled command has the self-loop, named `deadlock`.
+    ///
+    /// # Errors
+    /// A command without a meaning in this state.
+    pub fn steps(&self, state: &[i64]) -> Result<Vec<Step>, StepError> {
+        let mut combinations = Vec::new();
+        for (index, synchronisation) in self.synchronisations.iter().enumerate() {
+            let mut enabled = Vec::new();
+            for factor in &synchronisation.factors {
+                enabled.push(self.enabled(factor, state)?);
+            }
+            for commands in product(&enabled) {
+                combinations.push((index, commands));
+            }
+        }
+        if combinations.is_empty() {
+            let step = Step {
+                choice: Choice::Deadlock,
+                name: "deadlock".into(),
+                successors: vec![(state.to_vec(), 1.0)],
+            };
+            return Ok(vec![step]);
+        }
+        let names = self.names(&combinations);
+        let mut steps = Vec::new();
+        for ((synchronisation, commands), name) in combinations.into_iter().zip(names) {
+            let successors = self.distribution(&commands, state)?;
+            steps.push(Step { choice: Choice::Combination { synchronisation, commands }, name, successors });
+        }
+        Ok(match self.kind {
+            ModelKind::Mdp => steps,
+            ModelKind::Dtmc => vec![uniform(steps)],
+        })
+    }
+
+    fn enabled(&self, factor: &[CommandId], state: &[i64]) -> Result<Vec<CommandId>, StepError> {
+        let mut enabled = Vec::new();
+        for &id in factor {
+            let guard =
+                self.pool.eval(self.commands[id.index()].guard, state).map_err(|e| StepError::Eval(id, e))?;
+            if guard == Value::Bool(true) {
+                self.check_probabilities(id, state)?;
+                enabled.push(id);
+            }
+        }
+        Ok(enabled)
+    }
+
+    /// Every probability lies in [0,1] and they sum to 1 within 1e-9.
+    fn check_probabilities(&self, id: CommandId, state: &[i64]) -> Result<(), StepError> {
+        let mut sum = 0.0;
+        for branch in &self.commands[id.index()].branches {
+            let p = self.real(branch.probability, id, state)?;
+            if !(0.0..=1.0).contains(&p) {
+                return Err(StepError::Probability(id, p));
+            }
+            sum += p;
+        }
+        if (sum - 1.0).abs() <= 1e-9 { Ok(()) } else { Err(StepError::Probability(id, sum)) }
+    }
+
+    fn real(&self, e: ExprId, id: CommandId, state: &[i64]) -> Result<f64, StepError> {
+        Ok(self.pool.eval(e, state).map_err(|e| StepError::Eval(id, e))?.to_f64())
+    }
+
+    fn distribution(&self, commands: &[CommandId], state: &[i64]) -> Result<Vec<(State, f64)>, StepError> {
+        let mut partial = vec![(state.to_vec(), 1.0)];
+        for &id in commands {
+            let mut next = Vec::new();
+            for (values, weight) in &partial {
+                for (branch, p) in self.taken_branches(id, state)? {
+                    let mut values = values.clone();
+                    for &(variable, e) in &self.commands[id.index()].branches[branch].updates {
+                        values[variable.index()] = self.updated(id, variable, e, state)?;
+                    }
+                    next.push((values, weight * p));
+                }
+            }
+            partial = next;
+        }
+        Ok(merge(partial))
+    }
+
+    /// The branches of positive probability.
+    fn taken_branches(&self, id: CommandId, state: &[i64]) -> Result<Vec<(usize, f64)>, StepError> {
+        let command: &Command = &self.commands[id.index()];
+        let mut taken = Vec::new();
+        for (index, branch) in command.branches.iter().enumerate() {
+            let p = self.real(branch.probability, id, state)?;
+            if p > 0.0 {
+                taken.push((index, p));
+            }
+        }
+        Ok(taken)
+    }
+
+    fn updated(
+        &self,
+        id: CommandId,
+        variable: super::VarId,
+        e: ExprId,
+        state: &[i64],
+    ) -> Result<i64, StepError> {
+        let value = match self.pool.eval(e, state).map_err(|e| StepError::Eval(id, e))? {
+            Value::Bool(b) => i64::from(b),
+            Value::Int(i) => i,
+            Value::Real(_) => return Err(StepError::Eval(id, EvalError::NotAnInteger)),
+        };
+        let declared = &self.variables[variable.index()];
+        if (declared.low..=declared.high).contains(&value) {
+            Ok(value)
+        } else {
+            Err(StepError::OutOfRange(id, variable, value))
+        }
+    }
+
+    /// Names for combinations that are enabled in one state.
+    pub fn names(&self, combinations: &[(usize, Vec<CommandId>)]) -> Vec<String> {
+        let action = |index: usize| self.synchronisations[index].action;
+        let mut uses: BTreeMap<usize, usize> = BTreeMap::new();
+        for (index, _) in combinations {
+            if let Some(a) = action(*index) {
+                *uses.entry(a).or_default() += 1;
+            }
+        }
+        let name = |(index, commands): &(usize, Vec<CommandId>)| match action(*index) {
+            Some(a) if uses[&a] == 1 => self.actions[a].clone(),
+            Some(a) => format!("{}({})", self.actions[a], self.numbers(commands)),
+            None => self.numbers(commands),
+        };
+        combinations.iter().map(name).collect()
+    }
+
+    /// `m1#2,m2#1`
+    fn numbers(&self, commands: &[CommandId]) -> String {
+        let number = |id: &CommandId| {
+            let command = &self.commands[id.index()];
+            format!("{}#{}", self.modules[command.module], command.number)
+        };
+        commands.iter().map(number).collect::<Vec<_>>().join(",")
+    }
+}
+
+/// One choice out of all, each as likely as the others.
+fn uniform(steps: Vec<Step>) -> Step {
+    let share = 1.0 / steps.len() as f64;
+    let name = steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join("+");
+    let all = steps.into_iter().flat_map(|s| s.successors).map(|(s, p)| (s, p * share)).collect();
+    Step { choice: Choice::Uniform, name, successors: merge(all) }
+}
+
+/// Adds up the probabilities of equal states, in the order of the states.
+fn merge(weighted: Vec<(State, f64)>) -> Vec<(State, f64)> {
+    let mut sums: BTreeMap<State, f64> = BTreeMap::new();
+    for (state, p) in weighted {
+        *sums.entry(state).or_default() += p;
+    }
+    sums.into_iter().collect()
+}
+
+/// The Cartesian product, first factor slowest.
+fn product(factors: &[Vec<CommandId>]) -> Vec<Vec<CommandId>> {
+    let mut all = vec![Vec::new()];
+    for factor in factors {
+        let longer = |prefix: &Vec<CommandId>| {
+            let prefix = prefix.clone();
+            factor
+                .iter()
+                .map(move |&c| prefix.iter().copied().chain([c]).collect::<Vec<_>>())
+                .collect::<Vec<_>>()
+        };
+        all = all.iter().flat_map(longer).collect();
+    }
+    all
+}

@@ -1,0 +1,219 @@
+//! Values, types and the meaning of each operator: the one place where it is defined.
+//!
+//! Integers are 64 bits wide and never wrap: an overflow is an error. Reals are IEEE doubles.
+
+use std::fmt;
+use std::hash::{Hash, Hasher};
+
+use super::expr::{Binary, Unary};
+
+/// The types of expressions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Type {
+    /// `bool`
+    Bool,
+    /// `int`
+    Int,
+    /// `double`
+    Real,
+}
+
+impl fmt::Display for Type {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Type::Bool => "bool",
+            Type::Int => "int",
+            Type::Real => "double",
+        })
+    }
+}
+
+/// A value. Equality and hashing of reals are by bits, so that values can be keys.
+#[derive(Debug, Clone, Copy)]
+pub enum Value {
+    /// A truth value.
+    Bool(bool),
+    /// An integer.
+    Int(i64),
+    /// A real.
+    Real(f64),
+}
+
+impl Value {
+    /// The type of the value.
+    pub fn ty(self) -> Type {
+        match self {
+            Value::Bool(_) => Type::Bool,
+            Value::Int(_) => Type::Int,
+            Value::Real(_) => Type::Real,
+        }
+    }
+
+    /// The value as a real; Booleans count as 0 and 1.
+    pub fn to_f64(self) -> f64 {
+        match self {
+            Value::Bool(b) => f64::from(u8::from(b)),
+            Value::Int(i) => i as f64,
+            Value::Real(x) => x,
+        }
+    }
+
+    fn key(self) -> (u8, u64) {
+        match self {
+            Value::Bool(b) => (0, u64::from(b)),
+            Value::Int(i) => (1, i as u64),
+            Value::Real(x) => (2, x.to_bits()),
+        }
+    }
+}
+
+impl PartialEq for Value {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+impl Eq for Value {}
+
+impl Hash for Value {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.key().hash(state);
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Bool(b) => write!(f, "{b}"),
+            Value::Int(i) => write!(f, "{i}"),
+            Value::Real(x) => write!(f, "{x:?}"),
+        }
+    }
+}
+
+/// Why an expression has no value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+pub enum EvalError {
+    /// The result does not fit 64 bits.
+    #[error("the result does not fit a 64-bit integer")]
+    Overflow,
+    /// `mod(i, n)` with n <= 0.
+    #[error("`mod` needs a positive second argument")]
+    ModByNonPositive,
+    /// `pow(i, n)` of integers with n < 0.
+    #[error("`pow` of integers needs an exponent that is not negative")]
+    NegativeExponent,
+    /// `floor`, `ceil` or `round` of a value that is no finite number or out of range.
+    #[error("the value is no finite number, or too large for an integer")]
+    NotAnInteger,
+}
+
+/// The type of `op(a)` for an operand of type `ty`.
+pub fn unary_type(op: Unary, ty: Type) -> Type {
+    match op {
+        Unary::Not => Type::Bool,
+        Unary::Neg => ty,
+        Unary::Floor | Unary::Ceil | Unary::Round => Type::Int,
+        Unary::ToReal => Type::Real,
+    }
+}
+
+/// The type of `a op b` for operands of type `ty`.
+pub fn binary_type(op: Binary, ty: Type) -> Type {
+    match op {
+        Binary::And | Binary::Or | Binary::Eq | Binary::Lt | Binary::Le => Type::Bool,
+        Binary::Add | Binary::Sub | Binary::Mul | Binary::Min | Binary::Max | Binary::Pow => ty,
+        Binary::Div | Binary::Log => Type::Real,
+        Binary::Mod => Type::Int,
+    }
+}
+
+/// `op(x)`.
+///
+/// # Errors
+/// The result has no value of its type.
+pub fn unary(op: Unary, x: Value) -> Result<Value, EvalError> {
+    Ok(match (op, x) {
+        (Unary::Not, x) => Value::Bool(x.to_f64() == 0.0),
+        (Unary::Neg, Value::Int(i)) => Value::Int(i.checked_neg().ok_or(EvalError::Overflow)?),
+        (Unary::Neg, x) => Value::Real(-x.to_f64()),
+        (Unary::Floor, x) => Value::Int(to_int(x.to_f64().floor())?),
+        (Unary::Ceil, x) => Value::Int(to_int(x.to_f64().ceil())?),
+        (Unary::Round, x) => Value::Int(to_int((x.to_f64() + 0.5).floor())?),
+        (Unary::ToReal, x) => Value::Real(x.to_f64()),
+    })
+}
+
+/// `x op y` for operands of one type (`Eq` on reals is equality of numbers: NaN equals nothing).
+///
+/// # Errors
+/// The result has no value of its type.
+pub fn binary(op: Binary, x: Value, y: Value) -> Result<Value, EvalError> {
+    match (x, y) {
+        (Value::Bool(a), Value::Bool(b)) => Ok(Value::Bool(match op {
+            Binary::And => a && b,
+            Binary::Or => a || b,
+            Binary::Lt => !a & b,
+            Binary::Le => !a | b,
+            _ => a == b,
+        })),
+        (Value::Int(a), Value::Int(b)) => int_binary(op, a, b),
+        _ => Ok(real_binary(op, x.to_f64(), y.to_f64())),
+    }
+}
+
+fn int_binary(op: Binary, a: i64, b: i64) -> Result<Value, EvalError> {
+    let int = |r: Option<i64>| r.map(Value::Int).ok_or(EvalError::Overflow);
+    match op {
+        Binary::Add => int(a.checked_add(b)),
+        Binary::Sub => int(a.checked_sub(b)),
+        Binary::Mul => int(a.checked_mul(b)),
+        Binary::Min => Ok(Value::Int(a.min(b))),
+        Binary::Max => Ok(Value::Int(a.max(b))),
+        Binary::Pow if b < 0 => Err(EvalError::NegativeExponent),
+        Binary::Pow => int(int_pow(a, b)),
+        Binary::Mod if b <= 0 => Err(EvalError::ModByNonPositive),
+        Binary::Mod => Ok(Value::Int(a.rem_euclid(b))),
+        _ => Ok(match op {
+            Binary::Eq => Value::Bool(a == b),
+            Binary::Lt => Value::Bool(a < b),
+            Binary::Le => Value::Bool(a <= b),
+            _ => real_binary(op, a as f64, b as f64),
+        }),
+    }
+}
+
+/// `a^b` for b >= 0, none where it overflows. Exponents past 32 bits matter for bases -1, 0, 1 only.
+fn int_pow(a: i64, b: i64) -> Option<i64> {
+    match u32::try_from(b) {
+        Ok(b) => a.checked_pow(b),
+        Err(_) => match a {
+            0 | 1 => Some(a),
+            -1 => Some(if b % 2 == 0 { 1 } else { -1 }),
+            _ => None,
+        },
+    }
+}
+
+fn real_binary(op: Binary, a: f64, b: f64) -> Value {
+    match op {
+        Binary::Add => Value::Real(a + b),
+        Binary::Sub => Value::Real(a - b),
+        Binary::Mul => Value::Real(a * b),
+        Binary::Div => Value::Real(a / b),
+        Binary::Min => Value::Real(a.min(b)),
+        Binary::Max => Value::Real(a.max(b)),
+        Binary::Pow => Value::Real(a.powf(b)),
+        Binary::Log => Value::Real(a.ln() / b.ln()),
+        Binary::Mod => Value::Real(a.rem_euclid(b)),
+        Binary::Lt => Value::Bool(a < b),
+        Binary::Le => Value::Bool(a <= b),
+        Binary::Eq | Binary::And | Binary::Or => Value::Bool(a == b),
+    }
+}
+
+/// A whole number as an integer, if 64 bits hold it.
+fn to_int(x: f64) -> Result<i64, EvalError> {
+    const BOUND: f64 = 9_223_372_036_854_775_808.0;
+    if x >= -BOUND && x < BOUND { Ok(x as i64) } else { Err(EvalError::NotAnInteger) }
+}
