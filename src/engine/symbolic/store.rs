@@ -46,12 +46,7 @@ impl Store {
     ///
     /// # Errors
     /// `memory` bytes are too few for an empty table.
-    pub(super) fn new(
-        width: usize,
-        memory: u64,
-        threads: u32,
-        observer: Arc<dyn Observer>,
-    ) -> Result<Self> {
+    pub(super) fn new(width: usize, memory: u64, threads: u32, observer: Arc<dyn Observer>) -> Result<Self> {
         let cache_entries = cache_entries(memory);
         let left = memory.saturating_sub(cache_entries * BYTES_PER_ENTRY);
         let capacity = (left / BYTES_PER_NODE).min(MOST_NODES);
