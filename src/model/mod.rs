@@ -3,6 +3,8 @@
 //! Nothing here knows of diagrams or of state arrays.
 
 pub mod expr;
+pub mod fault;
+pub mod preference;
 pub mod step;
 pub mod value;
 
