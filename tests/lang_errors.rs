@@ -364,6 +364,10 @@ fn nesting() {
         let shown = rendered(parse_expression(&SourceFile::new("--target", text)));
         assert!(shown.contains("nested more than 200 levels deep"), "{open}");
     }
+    // As deep as is allowed, with every level of precedence in between, on a small stack.
+    let (open, close) = ("(true=>true<=>true|true&!1=-1+1*(true?1:", "))");
+    let deep = format!("mdp formula f = {}1{};\nmodule m endmodule", open.repeat(45), close.repeat(45));
+    assert!(model(&deep).contains("type error"), "{}", model(&deep));
     let text = format!("mdp system {}a{} endsystem", "(".repeat(100_000), ")".repeat(100_000));
     assert!(model(&text).contains("nested more than 200 levels deep"));
 }

@@ -274,3 +274,12 @@ fn properties_speak_of_all_or_some_strategies() {
     assert_eq!(of("Pmin<1 [ F x=1 ]"), (Strategies::Some, Bound::BelowOne));
     assert_eq!(of("Pmax<=0 [ F x=1 ]"), (Strategies::All, Bound::Zero));
 }
+
+#[test]
+fn actions_may_be_called_like_operators_of_properties() {
+    let program = program(
+        "mdp\nmodule m\n x : bool;\n [E] x -> true;\nendmodule\nmodule n = m [x=y, E=W] endmodule\n\
+         system m ||| n {W<-S} endsystem",
+    );
+    assert_eq!(program.actions, ["E", "W", "S"]);
+}

@@ -159,6 +159,17 @@ const SEED: &str = "mdp\nconst int N = 3; // size\nconst double p = 0.5;\nglobal
     [] x=N -> true;\nendmodule\nmodule n = m [x=z, y=w, a=b] endmodule\nrewards \"r\" [a] true : x/2; endrewards\n\
     system (m / {a}) ||| n {b<-c} endsystem\n";
 
+/// The models and preference files that come with the program.
+fn shipped() -> Vec<String> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let entries = std::fs::read_dir(folder).expect("the folder is there");
+    let mut paths: Vec<_> =
+        entries.map(|e| e.expect("it can be listed").path()).filter(|p| p.is_file()).collect();
+    paths.sort();
+    let texts = paths.iter().map(|p| std::fs::read_to_string(p).expect("it is text"));
+    texts.filter(|t| !t.is_empty()).collect()
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -203,6 +214,25 @@ proptest! {
         if let Err(meliora::error::Error::Input(all)) = load(&source, &SourceFile::new("c", "")) {
             meliora::error::render(&all, true);
         }
+    }
+
+    #[test]
+    fn edited_models_never_panic(
+        which in any::<prop::sample::Index>(),
+        edits in vec((any::<prop::sample::Index>(), any::<u8>(), 0..3u8), 1..6),
+    ) {
+        let texts = shipped();
+        let mut bytes = which.get(&texts).clone().into_bytes();
+        for (at, byte, how) in edits {
+            let at = at.index(bytes.len());
+            match how {
+                0 => bytes[at] = byte,
+                1 => bytes.insert(at, byte),
+                _ => { bytes.remove(at); }
+            }
+        }
+        let source = SourceFile::new("m", String::from_utf8_lossy(&bytes).into_owned());
+        let _ = (load(&source, &SourceFile::new("c", "")), parse_preferences(&source));
     }
 
     #[test]

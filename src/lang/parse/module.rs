@@ -5,7 +5,7 @@ use super::{Failed, Parsed, Parser};
 use crate::lang::ast::{
     Assignment, Branch, Command, Expr, ExprKind, Ident, Item, Module, RenamedModule, VarDecl,
 };
-use crate::lang::token::Token;
+use crate::lang::token::{Token, is_property_operator};
 
 impl Parser<'_> {
     /// `module … endmodule`
@@ -186,9 +186,9 @@ impl Parser<'_> {
         self.expect(Token::LeftBracket)?;
         let mut renames = Vec::new();
         loop {
-            let old = self.function_name()?;
+            let old = self.renamed_name()?;
             self.expect(Token::Eq)?;
-            renames.push((old, self.function_name()?));
+            renames.push((old, self.renamed_name()?));
             if !self.eat(Token::Comma) {
                 break;
             }
@@ -196,5 +196,10 @@ impl Parser<'_> {
         self.expect(Token::RightBracket)?;
         self.expect_word("endmodule")?;
         Ok(Item::Renamed(RenamedModule { name, base, renames }))
+    }
+
+    /// Whatever a renaming can name: a variable, a constant, a formula, an action or a function.
+    fn renamed_name(&mut self) -> Parsed<Ident> {
+        if is_property_operator(self.text(self.here())) { self.action() } else { self.function_name() }
     }
 }
