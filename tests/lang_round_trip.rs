@@ -140,7 +140,8 @@ fn model() -> impl Strategy<Value = Model> {
     (kind, vec(item(), 0..5)).prop_map(|(kind, items)| Model { kind, items })
 }
 
-/// A label in front of a reward item without `[…]` reads as the name of the structure.
+/// Two texts that read otherwise than they were meant, in PRISM too: a label in front of a reward item
+/// without `[…]` is the name of the structure, and `true + …` in front of a branch is an update.
 fn ambiguous(model: &Model) -> bool {
     fn starts_with_label(e: &Expr) -> bool {
         e.to_string().starts_with('"')
@@ -150,6 +151,11 @@ fn ambiguous(model: &Model) -> bool {
             r.name.is_none()
                 && r.items.first().is_some_and(|i| i.action.is_none() && starts_with_label(&i.guard))
         }
+        Item::Module(m) => m
+            .commands
+            .iter()
+            .flat_map(|c| &c.branches)
+            .any(|b| b.probability.as_ref().is_some_and(|p| p.to_string().starts_with("true +"))),
         _ => false,
     })
 }
