@@ -3,6 +3,7 @@
 //! Nothing here knows of diagrams or of state arrays.
 
 pub mod expr;
+pub mod fault;
 pub mod step;
 pub mod value;
 

@@ -1,0 +1,218 @@
+//! Integers as vectors of diagrams, two's complement, least significant bit first.
+//!
+//! Every integer carries bounds that hold in every state, so that no operation overflows: widths
+//! follow from the bounds.
+
+use super::store::{Bdd, Store};
+use crate::error::Result;
+
+/// Bounds past this are left to the partition of values, which knows overflow.
+const LARGEST: i128 = 1 << 62;
+
+/// An integer that depends on the state.
+#[derive(Clone)]
+pub(super) struct Bits {
+    /// Least significant first; the last one is the sign.
+    bits: Vec<Bdd>,
+    /// The smallest value.
+    pub(super) low: i64,
+    /// The largest value.
+    pub(super) high: i64,
+}
+
+impl Bits {
+    /// A constant.
+    pub(super) fn constant(store: &Store, value: i64) -> Self {
+        let bit = |k: u32| if value >> k.min(63) & 1 == 1 { store.one() } else { store.zero() };
+        Bits { bits: (0..width(value, value)).map(bit).collect(), low: value, high: value }
+    }
+
+    /// `low` plus the unsigned number of the given bits, least significant first.
+    pub(super) fn offset(store: &Store, mut bits: Vec<Bdd>, low: i64, high: i64) -> Result<Self> {
+        bits.push(store.zero());
+        let span = (i128::from(high) - i128::from(low)) as i64;
+        let unsigned = Bits { bits, low: 0, high: span };
+        let sum = unsigned.add(store, &Bits::constant(store, low))?.unwrap_or(unsigned);
+        Ok(Bits { low, high, ..sum }.narrowed())
+    }
+
+    /// Bit k, the sign past the end.
+    pub(super) fn bit(&self, k: usize) -> &Bdd {
+        &self.bits[k.min(self.bits.len() - 1)]
+    }
+
+    /// The number of bits with the sign.
+    pub(super) fn len(&self) -> usize {
+        self.bits.len()
+    }
+
+    /// From bits that are known to stay within the bounds.
+    pub(super) fn from_bits(bits: Vec<Bdd>, low: i64, high: i64) -> Self {
+        Bits { bits, low, high }.narrowed()
+    }
+
+    /// The same number with tighter bounds that the caller knows.
+    pub(super) fn bounded(self, low: i64, high: i64) -> Self {
+        Bits { low: self.low.max(low), high: self.high.min(high), ..self }.narrowed()
+    }
+
+    fn narrowed(mut self) -> Self {
+        self.bits.truncate(width(self.low, self.high) as usize);
+        self
+    }
+
+    /// a + b; none where the bounds pass 2^62.
+    pub(super) fn add(&self, store: &Store, other: &Bits) -> Result<Option<Bits>> {
+        let low = i128::from(self.low) + i128::from(other.low);
+        let high = i128::from(self.high) + i128::from(other.high);
+        let Some((low, high)) = within(low, high) else { return Ok(None) };
+        if let Some(sum) = self.plus_zero(other) {
+            return Ok(Some(sum));
+        }
+        let (mut bits, mut carry) = (Vec::new(), store.zero());
+        for k in 0..width(low, high) as usize {
+            let (a, b) = (self.bit(k), other.bit(k));
+            let half = store.xor(a, b)?;
+            bits.push(store.xor(&half, &carry)?);
+            carry = store.ite(&half, &carry, a)?;
+        }
+        Ok(Some(Bits::from_bits(bits, low, high)))
+    }
+
+    fn plus_zero(&self, other: &Bits) -> Option<Bits> {
+        match (self.low, self.high, other.low, other.high) {
+            (0, 0, ..) => Some(other.clone()),
+            (.., 0, 0) => Some(self.clone()),
+            _ => None,
+        }
+    }
+
+    /// -a; none where the bounds pass 2^62.
+    pub(super) fn neg(&self, store: &Store) -> Result<Option<Bits>> {
+        let Some((low, high)) = within(-i128::from(self.high), -i128::from(self.low)) else {
+            return Ok(None);
+        };
+        let (mut bits, mut carry) = (Vec::new(), store.one());
+        for k in 0..width(low, high) as usize {
+            let flipped = store.not(self.bit(k))?;
+            bits.push(store.xor(&flipped, &carry)?);
+            carry = store.and(&flipped, &carry)?;
+        }
+        Ok(Some(Bits::from_bits(bits, low, high)))
+    }
+
+    /// a · b by shifted sums; none where the bounds pass 2^62.
+    pub(super) fn mul(&self, store: &Store, other: &Bits) -> Result<Option<Bits>> {
+        let corner = |x: i64, y: i64| i128::from(x) * i128::from(y);
+        let corners = [
+            corner(self.low, other.low),
+            corner(self.low, other.high),
+            corner(self.high, other.low),
+            corner(self.high, other.high),
+        ];
+        let bounds = corners.iter().min().zip(corners.iter().max());
+        let Some((low, high)) = bounds.and_then(|(&l, &h)| within(l, h)) else { return Ok(None) };
+        let width = width(low, high) as usize;
+        // Modulo 2^width, where the sign bits of both factors are extended as far as needed.
+        let mut sum: Vec<Bdd> = vec![store.zero(); width];
+        for shift in 0..width {
+            let factor = other.bit(shift);
+            if store.is_zero(factor) {
+                continue;
+            }
+            let mut carry = store.zero();
+            for k in shift..width {
+                let term = store.and(factor, self.bit(k - shift))?;
+                let half = store.xor(&sum[k], &term)?;
+                let next = store.ite(&half, &carry, &term)?;
+                sum[k] = store.xor(&half, &carry)?;
+                carry = next;
+            }
+        }
+        Ok(Some(Bits::from_bits(sum, low, high)))
+    }
+
+    /// a mod n for a constant n > 0, never negative.
+    pub(super) fn modulo(&self, store: &Store, n: i64) -> Result<Option<Bits>> {
+        // Shift into the non-negative numbers by a multiple of n.
+        let lift = if self.low < 0 {
+            (-i128::from(self.low) + i128::from(n) - 1) / i128::from(n) * i128::from(n)
+        } else {
+            0
+        };
+        let Some((lift, _)) = within(lift, lift) else { return Ok(None) };
+        let Some(mut rest) = self.add(store, &Bits::constant(store, lift))? else { return Ok(None) };
+        let mut shift = 0;
+        while i128::from(n) << (shift + 1) <= i128::from(rest.high) {
+            shift += 1;
+        }
+        for k in (0..=shift).rev() {
+            let subtrahend = Bits::constant(store, n << k);
+            let fits = subtrahend.le(store, &rest)?;
+            let Some(less) = rest.add(store, &Bits::constant(store, -(n << k)))? else { return Ok(None) };
+            let high = ((n << k) - 1).min(rest.high);
+            rest = less.select(store, &fits, &rest)?;
+            rest = Bits { low: 0, high, ..rest }.narrowed();
+        }
+        Ok(Some(rest))
+    }
+
+    /// if c then a else b
+    pub(super) fn select(&self, store: &Store, c: &Bdd, other: &Bits) -> Result<Bits> {
+        let (low, high) = (self.low.min(other.low), self.high.max(other.high));
+        let bit = |k| store.ite(c, self.bit(k), other.bit(k));
+        let bits = (0..width(low, high) as usize).map(bit).collect::<Result<_>>()?;
+        Ok(Bits::from_bits(bits, low, high))
+    }
+
+    /// a = b
+    pub(super) fn eq(&self, store: &Store, other: &Bits) -> Result<Bdd> {
+        if self.high < other.low || other.high < self.low {
+            return Ok(store.zero());
+        }
+        let mut equal = store.one();
+        for k in 0..self.len().max(other.len()) {
+            equal = store.and(&store.iff(self.bit(k), other.bit(k))?, &equal)?;
+        }
+        Ok(equal)
+    }
+
+    /// a ≤ b
+    pub(super) fn le(&self, store: &Store, other: &Bits) -> Result<Bdd> {
+        self.ordered(store, other, store.one())
+    }
+
+    /// a < b
+    pub(super) fn lt(&self, store: &Store, other: &Bits) -> Result<Bdd> {
+        self.ordered(store, other, store.zero())
+    }
+
+    fn ordered(&self, store: &Store, other: &Bits, if_equal: Bdd) -> Result<Bdd> {
+        if self.high < other.low {
+            return Ok(store.one());
+        }
+        if self.low > other.high {
+            return Ok(store.zero());
+        }
+        let mut result = if_equal;
+        let width = self.len().max(other.len());
+        for k in 0..width {
+            let (a, b) = (self.bit(k), other.bit(k));
+            let differ = store.xor(a, b)?;
+            // The more significant bit decides; for the sign bit, 1 is the smaller.
+            let less = if k + 1 == width { a } else { b };
+            result = store.ite(&differ, less, &result)?;
+        }
+        Ok(result)
+    }
+}
+
+/// Bits of a two's complement number that holds both bounds, the sign included.
+fn width(low: i64, high: i64) -> u32 {
+    let needed = |x: i64| 65 - if x < 0 { (!x).leading_zeros() } else { x.leading_zeros() };
+    needed(low).max(needed(high))
+}
+
+fn within(low: i128, high: i128) -> Option<(i64, i64)> {
+    (-LARGEST <= low && high <= LARGEST).then_some((low as i64, high as i64))
+}

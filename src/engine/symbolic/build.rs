@@ -1,0 +1,118 @@
+//! From a program to an engine: encoding, relations, reachable states, faults.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::clusters::Clusters;
+use super::command::CommandBuilder;
+use super::encoding::{Bit, Encoding};
+use super::store::{Bdd, Store};
+use super::transitions::{Builder, Piece, Transitions, frame};
+use super::translate::Translator;
+use super::{StateSet, SymbolicEngine, pick};
+use crate::engine::{Scope, Settings};
+use crate::error::Result;
+use crate::model::fault;
+use crate::model::{ModelKind, Program};
+
+/// Builds the engine; see [`SymbolicEngine::new`].
+pub(super) fn build(
+    program: Arc<Program>,
+    order: Vec<Bit>,
+    threads: u32,
+    settings: Settings,
+) -> Result<SymbolicEngine> {
+    let encoding = Encoding::new(&program, order);
+    let store = Store::new(encoding.width(), settings.memory, threads, settings.observer.clone())?;
+    let domain = encoding.domain(&store)?;
+    let (mut transitions, initial, initial_fails) = translate(&program, &encoding, &store, &domain)?;
+    let clusters = Clusters::new(&store, &encoding, &transitions.pieces)?;
+    let states = match settings.scope {
+        Scope::All => domain.clone(),
+        Scope::Reachable => {
+            let tell = |firings: usize, x: &Bdd| {
+                let detail = || format!("{firings} image steps, {} nodes", store.size(x));
+                settings.observer.progress("reachable states", &detail);
+            };
+            clusters.forward(&store, &initial, &tell)?
+        }
+    };
+    let bad = store.and(&store.or(&transitions.bad, &initial_fails)?, &states)?;
+    if !store.is_zero(&bad) {
+        let state = pick::first(&store, &encoding, &bad)?;
+        return Err(fault::in_state(&program, &state));
+    }
+    let (enabled, deadlocks) = enabled(&store, &transitions, &states)?;
+    if program.kind == ModelKind::Dtmc {
+        transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;
+    }
+    Ok(SymbolicEngine {
+        program,
+        settings,
+        encoding,
+        transitions,
+        clusters,
+        domain,
+        states: StateSet(states),
+        initial: StateSet(initial),
+        deadlocks: StateSet(deadlocks),
+        enabled: Rc::new(enabled),
+        store,
+    })
+}
+
+/// The relations, the initial states, and where the expression for those has no value.
+fn translate(
+    program: &Program,
+    encoding: &Encoding,
+    store: &Store,
+    domain: &Bdd,
+) -> Result<(Transitions, Bdd, Bdd)> {
+    let translator = Translator::new(program, encoding, store, domain.clone());
+    let commands = CommandBuilder { store, encoding, translator: &translator, domain };
+    let transitions = Builder::build(program, store, encoding, &commands)?;
+    let (initial, fails) = translator.condition(program.initial)?;
+    Ok((transitions, store.and(&initial, domain)?, store.and(&fails, domain)?))
+}
+
+/// For each group, and last for the self-loops of deadlocks, where it is enabled; and the deadlocks.
+fn enabled(store: &Store, transitions: &Transitions, states: &Bdd) -> Result<(Vec<Bdd>, Bdd)> {
+    let mut enabled = Vec::new();
+    for guard in &transitions.guards {
+        enabled.push(store.and(guard, states)?);
+    }
+    let deadlocks = store.minus(states, &store.any(enabled.iter().cloned())?)?;
+    enabled.push(deadlocks.clone());
+    Ok((enabled, deadlocks))
+}
+
+/// Unites pieces that move the same state, so that no transition is counted twice.
+fn disjoint(store: &Store, encoding: &Encoding, pieces: Vec<Piece>, states: &Bdd) -> Result<Vec<Piece>> {
+    let mut done: Vec<(Bdd, Piece)> = Vec::new();
+    for mut piece in pieces {
+        let mut sources = store.and(&store.pre(&piece.relation, &piece.touched, &store.one())?, states)?;
+        let (mut apart, mut together) = (Vec::new(), Vec::new());
+        for (theirs, other) in done {
+            let overlap = !store.is_zero(&store.and(&theirs, &sources)?);
+            (if overlap { &mut together } else { &mut apart }).push((theirs, other));
+        }
+        for (theirs, other) in together {
+            piece = united(store, encoding, &piece, &other)?;
+            sources = store.or(&sources, &theirs)?;
+        }
+        apart.push((sources, piece));
+        done = apart;
+    }
+    Ok(done.into_iter().map(|(_, piece)| piece).collect())
+}
+
+fn united(store: &Store, encoding: &Encoding, a: &Piece, b: &Piece) -> Result<Piece> {
+    let mut writes = a.writes.clone();
+    writes.extend(&b.writes);
+    writes.sort_unstable();
+    writes.dedup();
+    let own = frame(store, encoding, &a.relation, &a.writes, &writes)?;
+    let theirs = frame(store, encoding, &b.relation, &b.writes, &writes)?;
+    let touched = Rc::new(encoding.touch(&writes));
+    Ok(Piece { group: a.group, relation: store.or(&own, &theirs)?, writes, touched })
+}

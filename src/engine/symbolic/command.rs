@@ -1,0 +1,130 @@
+//! One command as a local relation, with the states in which it has no meaning.
+
+use super::bits::Bits;
+use super::encoding::Encoding;
+use super::partition::Partition;
+use super::store::{Bdd, Store};
+use super::translate::Translator;
+use crate::error::Result;
+use crate::model::value::Value;
+use crate::model::{Branch, Command, VarId};
+
+/// A command over the bits.
+pub(super) struct CommandRelation {
+    /// Where it is enabled.
+    pub(super) guard: Bdd,
+    /// The variables that some branch writes, sorted.
+    pub(super) writes: Vec<VarId>,
+    /// guard ∧ the effect of some branch of positive probability, on the written variables.
+    pub(super) relation: Bdd,
+    /// States of the guard in which an update leaves its range or has no value.
+    pub(super) bad_update: Bdd,
+}
+
+/// Builds the relations of commands.
+pub(super) struct CommandBuilder<'a> {
+    pub(super) store: &'a Store,
+    pub(super) encoding: &'a Encoding,
+    pub(super) translator: &'a Translator<'a>,
+    /// Patterns that are values.
+    pub(super) domain: &'a Bdd,
+}
+
+impl CommandBuilder<'_> {
+    /// The relation of a command, and the states in which the guard has no value or the
+    /// probabilities are wrong.
+    pub(super) fn build(&self, command: &Command) -> Result<(CommandRelation, Bdd)> {
+        let (guard, fails) = self.translator.condition(command.guard)?;
+        let guard = self.store.and(&guard, self.domain)?;
+        let mut writes: Vec<VarId> =
+            command.branches.iter().flat_map(|b| b.updates.iter().map(|(v, _)| *v)).collect();
+        writes.sort_unstable();
+        writes.dedup();
+        let (taken, wrong) = self.probabilities(command, &guard)?;
+        let (mut relations, mut bad) = (Vec::new(), Vec::new());
+        for (branch, states) in command.branches.iter().zip(&taken) {
+            if self.store.is_zero(states) {
+                continue;
+            }
+            let (relation, bad_states) = self.effect(branch, states, &writes)?;
+            relations.push(relation);
+            bad.push(bad_states);
+        }
+        let (relation, bad_update) = (self.store.any(relations)?, self.store.any(bad)?);
+        let bad_guard = self.store.and(&fails, self.domain)?;
+        let bad = self.store.or(&bad_guard, &wrong)?;
+        Ok((CommandRelation { guard, writes, relation, bad_update }, bad))
+    }
+
+    /// For each branch the states of the guard in which its probability is positive; and the
+    /// states of the guard in which the probabilities are no distribution.
+    fn probabilities(&self, command: &Command, guard: &Bdd) -> Result<(Vec<Bdd>, Bdd)> {
+        let store = self.store;
+        let mut wrong = Vec::new();
+        let mut taken = Vec::new();
+        let mut sum = Partition::constant(store, Value::Real(0.0)).within(store, guard)?;
+        for branch in &command.branches {
+            let (p, fails) = self.translator.values(branch.probability)?;
+            let p = p.within(store, guard)?;
+            wrong.push(store.and(&fails, guard)?);
+            wrong.push(p.states_where(store, |v| !(0.0..=1.0).contains(&v.to_f64()))?);
+            taken.push(p.states_where(store, |v| v.to_f64() > 0.0)?);
+            let plus = |x: Value, y: Value| Ok(Value::Real(x.to_f64() + y.to_f64()));
+            sum = sum.combine(store, &p, plus)?.0;
+        }
+        let off = |v: Value| {
+            let far = (v.to_f64() - 1.0).abs();
+            far.is_nan() || far > 1e-9
+        };
+        wrong.push(sum.states_where(store, off)?);
+        Ok((taken, store.any(wrong)?))
+    }
+
+    /// The effect of one branch on the written variables, and the states where it has none.
+    fn effect(&self, branch: &Branch, states: &Bdd, writes: &[VarId]) -> Result<(Bdd, Bdd)> {
+        let store = self.store;
+        let mut bad = Vec::new();
+        // Position and new value of each written bit.
+        let mut next: Vec<(u32, Bdd)> = Vec::new();
+        for &variable in writes {
+            let positions = self.encoding.positions(variable);
+            match branch.updates.iter().find(|(v, _)| *v == variable) {
+                None => {
+                    for &p in positions {
+                        next.push((p, store.literal(2 * p, true)?));
+                    }
+                }
+                Some((_, e)) => {
+                    let (offset, wrong) = self.offset(variable, *e)?;
+                    bad.push(store.and(states, &wrong)?);
+                    next.extend(positions.iter().enumerate().map(|(k, &p)| (p, offset.bit(k).clone())));
+                }
+            }
+        }
+        let bad = store.any(bad)?;
+        // From the far end up, so that each conjunction only puts nodes on top.
+        next.sort_by_key(|(p, _)| std::cmp::Reverse(*p));
+        let mut relation = store.one();
+        for (p, value) in next {
+            let equal = store.iff(&store.literal(2 * p + 1, true)?, &value)?;
+            relation = store.and(&equal, &relation)?;
+        }
+        let relation = store.and(&store.minus(states, &bad)?, &relation)?;
+        Ok((relation, bad))
+    }
+
+    /// The new value less the smallest one, and the states in which it is out of range.
+    fn offset(&self, variable: VarId, e: crate::model::expr::ExprId) -> Result<(Bits, Bdd)> {
+        let store = self.store;
+        let declared = &self.encoding.variables()[variable.index()];
+        let (value, fails) = self.translator.integer(e)?;
+        let below = value.lt(store, &Bits::constant(store, declared.low))?;
+        let above = Bits::constant(store, declared.high).lt(store, &value)?;
+        let wrong = store.any([fails, below, above])?;
+        let shifted = match Bits::constant(store, declared.low).neg(store)? {
+            Some(minus) => value.add(store, &minus)?,
+            None => None,
+        };
+        Ok((shifted.unwrap_or(value), wrong))
+    }
+}

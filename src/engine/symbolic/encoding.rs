@@ -1,0 +1,138 @@
+//! How states are bits: an integer as its distance from the smallest value, most significant bit
+//! nearest to the root.
+
+use super::relational::Touched;
+use super::store::{Bdd, Store};
+use crate::error::Result;
+use crate::model::value::Type;
+use crate::model::{Program, State, VarId, Variable};
+
+/// One bit of a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Bit {
+    /// Whose bit.
+    pub variable: VarId,
+    /// Which bit of `value - low`; 0 is the least significant.
+    pub index: u32,
+}
+
+/// The place of every bit in the order of the diagram.
+#[derive(Debug, Clone)]
+pub struct Encoding {
+    variables: Vec<Variable>,
+    order: Vec<Bit>,
+    /// For each variable, the position of each of its bits, least significant first.
+    positions: Vec<Vec<u32>>,
+}
+
+impl Encoding {
+    /// The encoding with the bits in the given order, from the root down: every bit once.
+    pub fn new(program: &Program, order: Vec<Bit>) -> Self {
+        let variables = program.variables.clone();
+        let mut positions: Vec<Vec<u32>> = variables.iter().map(|v| vec![0; v.bits() as usize]).collect();
+        for (position, bit) in order.iter().enumerate() {
+            positions[bit.variable.index()][bit.index as usize] = position as u32;
+        }
+        Encoding { variables, order, positions }
+    }
+
+    /// How many bits a state has.
+    pub fn width(&self) -> usize {
+        self.order.len()
+    }
+
+    /// The bits from the root down.
+    pub fn order(&self) -> &[Bit] {
+        &self.order
+    }
+
+    /// The names of the bits from the root down: `x.2` for bit 2 of x, Booleans by their name.
+    pub fn names(&self) -> Vec<String> {
+        let name = |bit: &Bit| {
+            let variable = &self.variables[bit.variable.index()];
+            if variable.ty == Type::Bool {
+                variable.name.clone()
+            } else {
+                format!("{}.{}", variable.name, bit.index)
+            }
+        };
+        self.order.iter().map(name).collect()
+    }
+
+    /// The variables with their ranges.
+    pub fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    /// The positions of the bits of a variable, least significant first.
+    pub(super) fn positions(&self, variable: VarId) -> &[u32] {
+        &self.positions[variable.index()]
+    }
+
+    /// The touched set of some variables.
+    pub(super) fn touch(&self, variables: &[VarId]) -> Touched {
+        let bits = variables.iter().flat_map(|v| self.positions[v.index()].iter().copied());
+        Touched::new(self.width(), bits)
+    }
+
+    /// The bit patterns that are values: those of every variable within its range.
+    pub(super) fn domain(&self, store: &Store) -> Result<Bdd> {
+        let mut parts = Vec::new();
+        for (index, variable) in self.variables.iter().enumerate() {
+            let largest = variable.high.wrapping_sub(variable.low) as u64;
+            parts.push((self.positions[index].first().copied(), self.at_most(store, index, largest)?));
+        }
+        // From the root's far end up, so that each conjunction only puts nodes on top.
+        parts.sort_by_key(|(position, _)| std::cmp::Reverse(*position));
+        parts.into_iter().try_fold(store.one(), |all, (_, part)| store.and(&part, &all))
+    }
+
+    /// value - low ≤ largest
+    fn at_most(&self, store: &Store, variable: usize, largest: u64) -> Result<Bdd> {
+        let mut below = store.one();
+        for (index, &position) in self.positions[variable].iter().enumerate() {
+            let bit = store.literal(2 * position, true)?;
+            below = if largest >> index & 1 == 1 {
+                store.ite(&bit, &below, &store.one())?
+            } else {
+                store.ite(&bit, &store.zero(), &below)?
+            };
+        }
+        Ok(below)
+    }
+
+    /// The set of one state.
+    pub(super) fn state(&self, store: &Store, state: &[i64]) -> Result<Bdd> {
+        let mut cube = store.one();
+        for (position, bit) in self.order.iter().enumerate().rev() {
+            let variable = bit.variable.index();
+            let offset = state[variable].wrapping_sub(self.variables[variable].low) as u64;
+            let literal = store.literal(2 * position as u32, offset >> bit.index & 1 == 1)?;
+            cube = store.and(&literal, &cube)?;
+        }
+        Ok(cube)
+    }
+
+    /// Whether every value of `state` lies in the range of its variable.
+    pub(super) fn is_valid(&self, state: &[i64]) -> bool {
+        state.len() == self.variables.len()
+            && self.variables.iter().zip(state).all(|(v, x)| (v.low..=v.high).contains(x))
+    }
+
+    /// The value of the bit at `position` in `state`.
+    pub(super) fn bit_of(&self, state: &[i64], position: usize) -> bool {
+        let bit = self.order[position];
+        let variable = bit.variable.index();
+        let offset = state[variable].wrapping_sub(self.variables[variable].low) as u64;
+        offset >> bit.index & 1 == 1
+    }
+
+    /// The state of a bit pattern.
+    pub(super) fn decode(&self, pattern: &[bool]) -> State {
+        let mut state: State = self.variables.iter().map(|v| v.low).collect();
+        for (bit, _) in self.order.iter().zip(pattern).filter(|(_, set)| **set) {
+            state[bit.variable.index()] += 1i64 << bit.index;
+        }
+        state
+    }
+}

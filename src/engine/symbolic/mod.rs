@@ -1,0 +1,338 @@
+//! The symbolic engine: sets of states and local relations as binary decision diagrams (OxiDD).
+//!
+//! [`Encoding`] says how states are bits. Commands become local relations (`command`), grouped so
+//! that at most one choice of a group is enabled in a state (`transitions`); for reachability the
+//! relations are united and fired deepest first (`clusters`). `relational` is the fused image.
+
+mod bits;
+mod build;
+mod clusters;
+mod command;
+mod encoding;
+pub mod order;
+mod partition;
+mod pick;
+mod relational;
+mod store;
+mod transitions;
+mod translate;
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use oxidd::BooleanFunction;
+
+pub use encoding::{Bit, Encoding};
+
+use super::{Count, Dropped, Engine, Region, Settings, Usage};
+use crate::error::Result;
+use crate::model::expr::ExprId;
+use crate::model::step::Choice;
+use crate::model::{Program, State, fault};
+use clusters::Clusters;
+use store::{Bdd, Store};
+use transitions::{Piece, Transitions};
+use translate::Translator;
+
+/// A set of states: a diagram over the present bits.
+#[derive(Clone)]
+pub struct StateSet(Bdd);
+
+/// A set of (state, choice) pairs: for each group of choices the states.
+#[derive(Clone)]
+pub struct ChoiceSet(Rc<Vec<Bdd>>);
+
+/// The symbolic engine.
+pub struct SymbolicEngine {
+    program: Arc<Program>,
+    settings: Settings,
+    encoding: Encoding,
+    transitions: Transitions,
+    clusters: Clusters,
+    domain: Bdd,
+    states: StateSet,
+    initial: StateSet,
+    deadlocks: StateSet,
+    /// For each group, and last for the self-loops of deadlocks, where it is enabled.
+    enabled: Rc<Vec<Bdd>>,
+    store: Store,
+}
+
+/// How large the diagrams of a model are, in nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sizes {
+    /// All local relations together.
+    pub transition: usize,
+    /// The set of states.
+    pub states: usize,
+    /// How many relations fire for reachability.
+    pub clusters: usize,
+    /// How many groups of choices there are.
+    pub groups: usize,
+}
+
+impl SymbolicEngine {
+    /// Encodes the program with the bits in the given order, explores the scope and checks that
+    /// every command has a meaning in every state of it.
+    ///
+    /// # Errors
+    /// A limit; or, as input errors with an example state of the scope, an update that leaves its
+    /// range, probabilities that are no distribution, an expression without a value.
+    ///
+    /// Cost: one image fixpoint for the scope `reachable`.
+    pub fn new(program: Arc<Program>, order: Vec<Bit>, threads: u32, settings: Settings) -> Result<Self> {
+        build::build(program, order, threads, settings)
+    }
+
+    /// How states are bits.
+    pub fn encoding(&self) -> &Encoding {
+        &self.encoding
+    }
+
+    /// The program.
+    pub fn program(&self) -> &Arc<Program> {
+        &self.program
+    }
+
+    /// How large the diagrams are.
+    pub fn sizes(&self) -> Sizes {
+        Sizes {
+            transition: self.transitions.pieces.iter().map(|p| self.store.size(&p.relation)).sum(),
+            states: self.store.size(&self.states.0),
+            clusters: self.clusters.len(),
+            groups: self.transitions.guards.len(),
+        }
+    }
+
+    /// How many nodes the diagram of a set has.
+    pub fn size(&self, x: &StateSet) -> usize {
+        self.store.size(&x.0)
+    }
+
+    /// Applies `op` group by group.
+    fn zip(&self, c: &ChoiceSet, d: &ChoiceSet, op: impl Fn(&Bdd, &Bdd) -> Result<Bdd>) -> Result<ChoiceSet> {
+        let both = c.0.iter().zip(d.0.iter()).map(|(f, g)| op(f, g));
+        Ok(ChoiceSet(Rc::new(both.collect::<Result<_>>()?)))
+    }
+
+    /// For each group `None` where `within` has all that is enabled, else what it has.
+    fn confinement(&self, within: &ChoiceSet) -> Vec<Option<Bdd>> {
+        let differs = |(own, all): (&Bdd, &Bdd)| (own != all).then(|| own.clone());
+        within.0.iter().zip(self.enabled.iter()).map(differs).collect()
+    }
+
+    /// For each group the states with a successor in X, whether they are states of the scope or not.
+    fn predecessors(&self, x: &Bdd) -> Result<Vec<Bdd>> {
+        let mut found: Vec<Vec<Bdd>> = vec![Vec::new(); self.enabled.len()];
+        for piece in &self.transitions.pieces {
+            found[piece.group].push(self.store.pre(&piece.relation, &piece.touched, x)?);
+        }
+        found[self.enabled.len() - 1].push(x.clone());
+        found.into_iter().map(|parts| self.store.any(parts)).collect()
+    }
+
+    /// Triples of one piece with source in C and target in X (`None`: anywhere).
+    fn count_piece(&self, piece: &Piece, c: &Bdd, x: Option<&Bdd>) -> Result<Count> {
+        let mut relation = self.store.and(&piece.relation, c)?;
+        if let Some(x) = x {
+            relation = self.store.and(&relation, &self.store.primed(&piece.touched, x)?)?;
+        }
+        self.store.count(&relation, (self.encoding.width() - piece.touched.len()) as u32)
+    }
+}
+
+impl Engine for SymbolicEngine {
+    type States = StateSet;
+    type Choices = ChoiceSet;
+
+    fn all_states(&self) -> StateSet {
+        self.states.clone()
+    }
+
+    fn no_states(&self) -> StateSet {
+        StateSet(self.store.zero())
+    }
+
+    fn initial_states(&self) -> StateSet {
+        self.initial.clone()
+    }
+
+    fn deadlock_states(&self) -> StateSet {
+        self.deadlocks.clone()
+    }
+
+    fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
+        let translator = Translator::new(&self.program, &self.encoding, &self.store, self.domain.clone());
+        let (holds, fails) = translator.condition(predicate)?;
+        let bad = self.store.and(&fails, &self.states.0)?;
+        if !self.store.is_zero(&bad) {
+            let state = pick::first(&self.store, &self.encoding, &bad)?;
+            return Err(fault::in_predicate(&self.program, predicate, &state));
+        }
+        Ok(StateSet(self.store.and(&holds, &self.states.0)?))
+    }
+
+    fn all_choices(&self) -> ChoiceSet {
+        ChoiceSet(self.enabled.clone())
+    }
+
+    fn no_choices(&self) -> ChoiceSet {
+        ChoiceSet(Rc::new(vec![self.store.zero(); self.enabled.len()]))
+    }
+
+    fn union(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
+        Ok(StateSet(self.store.or(&x.0, &y.0)?))
+    }
+
+    fn intersection(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
+        Ok(StateSet(self.store.and(&x.0, &y.0)?))
+    }
+
+    fn difference(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
+        Ok(StateSet(self.store.minus(&x.0, &y.0)?))
+    }
+
+    fn is_empty(&self, x: &StateSet) -> bool {
+        self.store.is_zero(&x.0)
+    }
+
+    fn same_states(&self, x: &StateSet, y: &StateSet) -> bool {
+        x.0 == y.0
+    }
+
+    fn union_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
+        self.zip(c, d, |f, g| self.store.or(f, g))
+    }
+
+    fn common_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
+        self.zip(c, d, |f, g| self.store.and(f, g))
+    }
+
+    fn without_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
+        self.zip(c, d, |f, g| self.store.minus(f, g))
+    }
+
+    fn has_no_choices(&self, c: &ChoiceSet) -> bool {
+        c.0.iter().all(|f| self.store.is_zero(f))
+    }
+
+    fn same_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> bool {
+        c.0 == d.0
+    }
+
+    fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
+        let within = c.0.iter().map(|f| self.store.and(f, &x.0));
+        Ok(ChoiceSet(Rc::new(within.collect::<Result<_>>()?)))
+    }
+
+    fn sources(&self, c: &ChoiceSet) -> Result<StateSet> {
+        Ok(StateSet(self.store.any(c.0.iter().cloned())?))
+    }
+
+    fn some_successor_in(&self, x: &StateSet) -> Result<ChoiceSet> {
+        let found = self.predecessors(&x.0)?;
+        self.zip(&ChoiceSet(Rc::new(found)), &self.all_choices(), |f, g| self.store.and(f, g))
+    }
+
+    fn every_successor_in(&self, y: &StateSet) -> Result<ChoiceSet> {
+        let outside = self.difference(&self.states, y)?;
+        let leaving = ChoiceSet(Rc::new(self.predecessors(&outside.0)?));
+        self.without_choices(&self.all_choices(), &leaving)
+    }
+
+    fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
+        let mut images = vec![c.0[self.enabled.len() - 1].clone()];
+        for piece in &self.transitions.pieces {
+            images.push(self.store.image(&piece.relation, &piece.touched, &c.0[piece.group])?);
+        }
+        Ok(StateSet(self.store.any(images)?))
+    }
+
+    fn can_reach(
+        &self,
+        target: &StateSet,
+        within: &ChoiceSet,
+        dropped: &Dropped<StateSet>,
+    ) -> Result<StateSet> {
+        let confinement = self.confinement(within);
+        let clusters = self.clusters.confined(&self.store, &confinement)?;
+        let dropped: Vec<(Bdd, Bdd)> = dropped.iter().map(|(f, t)| (f.0.clone(), t.0.clone())).collect();
+        let tell = |firings: usize, x: &Bdd| {
+            let detail = || format!("{firings} pre-image steps, {} nodes", self.store.size(x));
+            self.settings.observer.progress("backward reachability", &detail);
+        };
+        let found = clusters.backward(&self.store, &target.0, &self.states.0, &dropped, &tell)?;
+        Ok(StateSet(found))
+    }
+
+    /// As the default, but choices are only ever disallowed where they may step into a lost state:
+    /// a lost state needs no cutting, since none of its choices leads to what can still win. So
+    /// most relations stay as they are, and with them what the operation cache knows.
+    fn almost_surely_reach(
+        &self,
+        target: &StateSet,
+        within: &ChoiceSet,
+    ) -> Result<Region<StateSet, ChoiceSet>> {
+        let mut states = self.all_states();
+        let mut choices = within.clone();
+        loop {
+            let reaching = self.can_reach(target, &choices, &Vec::new())?;
+            let lost = self.difference(&states, &reaching)?;
+            states = reaching;
+            if self.is_empty(&lost) {
+                let choices = self.choices_in(&choices, &self.difference(&states, target)?)?;
+                return Ok(Region { states, choices });
+            }
+            choices = self.without_choices(&choices, &self.some_successor_in(&lost)?)?;
+        }
+    }
+
+    fn count_states(&self, x: &StateSet) -> Result<Count> {
+        self.store.count(&x.0, self.encoding.width() as u32)
+    }
+
+    fn count_choices(&self, c: &ChoiceSet) -> Result<Count> {
+        let width = self.encoding.width() as u32;
+        c.0.iter().map(|f| self.store.count(f, width)).sum()
+    }
+
+    fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {
+        let target = (x.0 != self.states.0).then_some(&x.0);
+        let loops = self.store.and(&c.0[self.enabled.len() - 1], &x.0)?;
+        let mut total = self.store.count(&loops, self.encoding.width() as u32)?;
+        for piece in &self.transitions.pieces {
+            total += self.count_piece(piece, &c.0[piece.group], target)?;
+        }
+        Ok(total)
+    }
+
+    fn list_states(&self, x: &StateSet, limit: usize) -> Result<Vec<State>> {
+        pick::list(&self.store, &self.encoding, &x.0, limit)
+    }
+
+    fn singleton(&self, state: &[i64]) -> Result<StateSet> {
+        if !self.encoding.is_valid(state) {
+            return Ok(self.no_states());
+        }
+        let cube = self.encoding.state(&self.store, state)?;
+        Ok(StateSet(self.store.and(&cube, &self.states.0)?))
+    }
+
+    fn contains(&self, x: &StateSet, state: &[i64]) -> bool {
+        let pattern = (0..self.encoding.width()).map(|p| (2 * p as u32, self.encoding.bit_of(state, p)));
+        self.encoding.is_valid(state) && x.0.eval(pattern)
+    }
+
+    fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> bool {
+        let group = self.transitions.group_of(choice);
+        group.is_some_and(|g| self.contains(&StateSet(c.0[g].clone()), state))
+    }
+
+    fn usage(&self) -> Usage {
+        self.store.usage()
+    }
+
+    fn settings(&self) -> &Settings {
+        &self.settings
+    }
+}

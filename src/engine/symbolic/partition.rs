@@ -1,0 +1,177 @@
+//! Any value that depends on the state, as a partition: each value with the states that have it.
+//!
+//! This is how reals are computed, and what integers fall back to where bit vectors do not reach:
+//! every operator of the language works value by value with the reference meaning.
+
+use ahash::AHashMap;
+
+use super::bits::Bits;
+use super::store::{Bdd, Store};
+use crate::error::{Limit, Result};
+use crate::model::value::{EvalError, Value};
+
+/// More values than this are refused.
+const MOST_VALUES: usize = 1 << 16;
+
+/// Disjoint sets of states, one a value. States in none of them have no value.
+#[derive(Clone)]
+pub(super) struct Partition {
+    parts: Vec<(Value, Bdd)>,
+}
+
+impl Partition {
+    /// One value everywhere.
+    pub(super) fn constant(store: &Store, value: Value) -> Self {
+        Partition { parts: vec![(value, store.one())] }
+    }
+
+    /// The values with their states.
+    pub(super) fn parts(&self) -> &[(Value, Bdd)] {
+        &self.parts
+    }
+
+    /// The only value there is, if there is one everywhere.
+    pub(super) fn literal(&self, store: &Store) -> Option<Value> {
+        match self.parts.as_slice() {
+            [(value, states)] if *states == store.one() => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The values of an integer, found by splitting on its bits.
+    pub(super) fn of_bits(store: &Store, bits: &Bits, within: &Bdd) -> Result<Self> {
+        let mut parts = vec![(0i64, within.clone())];
+        for k in (0..bits.len()).rev() {
+            let mut next = Vec::with_capacity(2 * parts.len());
+            for (prefix, states) in parts {
+                let prefix = if k + 1 == bits.len() { 0 } else { prefix << 1 };
+                // The sign bit counts negative.
+                let one = if k + 1 == bits.len() { -1 } else { prefix | 1 };
+                let zero = store.minus(&states, bits.bit(k))?;
+                let set = store.and(&states, bits.bit(k))?;
+                next.extend([(prefix, zero), (one, set)].into_iter().filter(|(_, s)| !store.is_zero(s)));
+            }
+            check_size(next.len())?;
+            parts = next;
+        }
+        Ok(Partition { parts: parts.into_iter().map(|(v, s)| (Value::Int(v), s)).collect() })
+    }
+
+    /// The truth values of a Boolean.
+    pub(super) fn of_bool(store: &Store, f: &Bdd) -> Result<Self> {
+        let parts = vec![(Value::Bool(true), f.clone()), (Value::Bool(false), store.not(f)?)];
+        Ok(Partition { parts: parts.into_iter().filter(|(_, s)| !store.is_zero(s)).collect() })
+    }
+
+    /// `op` on every value; where it fails, the states are added to the second result.
+    pub(super) fn map(
+        &self,
+        store: &Store,
+        op: impl Fn(Value) -> Result<Value, EvalError>,
+    ) -> Result<(Self, Bdd)> {
+        let results = self.parts.iter().map(|(v, s)| (op(*v), s.clone())).collect();
+        Partition::collect(store, results)
+    }
+
+    /// `op` on every pair of values that some state has.
+    pub(super) fn combine(
+        &self,
+        store: &Store,
+        other: &Partition,
+        op: impl Fn(Value, Value) -> Result<Value, EvalError>,
+    ) -> Result<(Self, Bdd)> {
+        let mut results = Vec::new();
+        for (x, states) in &self.parts {
+            for (y, others) in &other.parts {
+                let both = store.and(states, others)?;
+                if !store.is_zero(&both) {
+                    results.push((op(*x, *y), both));
+                }
+            }
+            check_size(results.len() / 16)?;
+        }
+        Partition::collect(store, results)
+    }
+
+    /// if c then this else the other
+    pub(super) fn select(&self, store: &Store, c: &Bdd, other: &Partition) -> Result<Self> {
+        let mut results = Vec::new();
+        for (value, states) in &self.parts {
+            results.push((Ok(*value), store.and(states, c)?));
+        }
+        for (value, states) in &other.parts {
+            results.push((Ok(*value), store.minus(states, c)?));
+        }
+        Ok(Partition::collect(store, results)?.0)
+    }
+
+    /// The values within a set of states.
+    pub(super) fn within(&self, store: &Store, states: &Bdd) -> Result<Self> {
+        let mut parts = Vec::new();
+        for (value, s) in &self.parts {
+            let both = store.and(s, states)?;
+            if !store.is_zero(&both) {
+                parts.push((*value, both));
+            }
+        }
+        Ok(Partition { parts })
+    }
+
+    /// The states whose value satisfies a condition.
+    pub(super) fn states_where(&self, store: &Store, holds: impl Fn(Value) -> bool) -> Result<Bdd> {
+        store.any(self.parts.iter().filter(|(v, _)| holds(*v)).map(|(_, s)| s.clone()))
+    }
+
+    /// As a bit vector; every value must be an integer.
+    pub(super) fn to_bits(&self, store: &Store) -> Result<Bits> {
+        let values: Vec<(i64, &Bdd)> = self.parts.iter().map(|(v, s)| (int(*v), s)).collect();
+        let low = values.iter().map(|(v, _)| *v).min().unwrap_or(0);
+        let high = values.iter().map(|(v, _)| *v).max().unwrap_or(0);
+        let mut bits = Vec::new();
+        for k in 0..Bits::constant(store, low).len().max(Bits::constant(store, high).len()) {
+            let set = values.iter().filter(|(v, _)| v >> k.min(63) & 1 == 1);
+            bits.push(store.any(set.map(|(_, s)| (*s).clone()))?);
+        }
+        Ok(Bits::from_bits(bits, low, high))
+    }
+
+    /// Unites equal values; the second result has the states without a value.
+    fn collect(store: &Store, results: Vec<(Result<Value, EvalError>, Bdd)>) -> Result<(Self, Bdd)> {
+        let (mut order, mut sets, mut failed) = (Vec::new(), AHashMap::<Value, Vec<Bdd>>::new(), Vec::new());
+        for (result, states) in results {
+            match result {
+                Err(_) => failed.push(states),
+                Ok(_) if store.is_zero(&states) => {}
+                Ok(value) => sets
+                    .entry(value)
+                    .or_insert_with(|| {
+                        order.push(value);
+                        Vec::new()
+                    })
+                    .push(states),
+            }
+        }
+        check_size(order.len())?;
+        let mut parts = Vec::new();
+        for value in order {
+            parts.push((value, store.any(sets.remove(&value).unwrap_or_default())?));
+        }
+        Ok((Partition { parts }, store.any(failed)?))
+    }
+}
+
+fn int(value: Value) -> i64 {
+    match value {
+        Value::Bool(b) => i64::from(b),
+        Value::Int(i) => i,
+        Value::Real(x) => x as i64,
+    }
+}
+
+fn check_size(values: usize) -> Result<()> {
+    if values <= MOST_VALUES {
+        return Ok(());
+    }
+    let what = format!("an expression with more than {MOST_VALUES} different values over the states");
+    Err(Limit::Size { what }.into())
+}

@@ -1,0 +1,288 @@
+//! Choices as groups and their relations as local pieces.
+//!
+//! A *group* is a set of choices of which at most one is enabled in each state: commands of one
+//! synchronisation with disjoint guards. So a set of (state, choice) pairs is one set of states a
+//! group, and thousands of commands need few groups. A *piece* is a local relation of a group.
+
+use std::rc::Rc;
+
+use ahash::AHashMap;
+
+use super::command::{CommandBuilder, CommandRelation};
+use super::encoding::Encoding;
+use super::relational::Touched;
+use super::store::{Bdd, Store};
+use crate::error::{Limit, Result};
+use crate::model::step::Choice;
+use crate::model::{CommandId, ModelKind, Program, VarId};
+
+/// More groups than this are refused: the product of overlapping alternatives is too large.
+const MOST_GROUPS: usize = 1 << 14;
+
+/// A local relation of one group.
+#[derive(Clone)]
+pub(super) struct Piece {
+    /// Whose choices it moves.
+    pub(super) group: usize,
+    /// Over the present and the touched next bits.
+    pub(super) relation: Bdd,
+    /// The variables it writes, sorted.
+    pub(super) writes: Vec<VarId>,
+    /// Their bits.
+    pub(super) touched: Rc<Touched>,
+}
+
+/// All relations of a program, before it is known which states there are.
+pub(super) struct Transitions {
+    /// For each group where a choice of it is enabled.
+    pub(super) guards: Vec<Bdd>,
+    /// The pieces of all groups, sorted by group.
+    pub(super) pieces: Vec<Piece>,
+    /// States in which some command has no meaning.
+    pub(super) bad: Bdd,
+    /// For each synchronisation its first group and, for each factor, the colour of each command.
+    colours: Vec<(usize, Vec<Colouring>)>,
+    uniform: bool,
+}
+
+/// Commands of one factor by colour: those of one colour have disjoint guards.
+struct Colouring {
+    of: AHashMap<CommandId, usize>,
+    count: usize,
+}
+
+/// The commands of one colour of one factor as one relation.
+struct Alternative {
+    guard: Bdd,
+    members: Vec<CommandId>,
+}
+
+pub(super) struct Builder<'a> {
+    pub(super) program: &'a Program,
+    pub(super) store: &'a Store,
+    pub(super) encoding: &'a Encoding,
+    commands: Vec<CommandRelation>,
+    touched: AHashMap<Vec<VarId>, Rc<Touched>>,
+}
+
+impl<'a> Builder<'a> {
+    /// Translates all commands and puts them together.
+    pub(super) fn build(
+        program: &'a Program,
+        store: &'a Store,
+        encoding: &'a Encoding,
+        commands: &CommandBuilder<'_>,
+    ) -> Result<Transitions> {
+        let (mut relations, mut bad) = (Vec::new(), Vec::new());
+        for command in &program.commands {
+            let (relation, wrong) = commands.build(command)?;
+            relations.push(relation);
+            bad.push(wrong);
+        }
+        let mut builder = Builder { program, store, encoding, commands: relations, touched: AHashMap::new() };
+        let uniform = program.kind == ModelKind::Dtmc;
+        let mut all =
+            Transitions { guards: vec![], pieces: vec![], bad: store.any(bad)?, colours: vec![], uniform };
+        for synchronisation in &program.synchronisations {
+            builder.synchronise(&synchronisation.factors, &mut all)?;
+        }
+        if uniform {
+            all.guards = vec![store.any(std::mem::take(&mut all.guards))?];
+            all.pieces.iter_mut().for_each(|p| p.group = 0);
+        }
+        Ok(all)
+    }
+
+    /// Adds the groups and pieces of one synchronisation.
+    fn synchronise(&mut self, factors: &[Vec<CommandId>], all: &mut Transitions) -> Result<()> {
+        let mut alternatives = Vec::new();
+        let mut colourings = Vec::new();
+        for factor in factors {
+            let (colouring, members) = self.colour(factor)?;
+            colourings.push(colouring);
+            alternatives.push(members);
+        }
+        all.bad = self.store.or(&all.bad, &self.bad_updates(factors)?)?;
+        let groups = alternatives.iter().map(Vec::len).try_fold(1usize, usize::checked_mul);
+        let first = all.guards.len();
+        if groups.is_none_or(|n| n + first > MOST_GROUPS) {
+            let what = format!("more than {MOST_GROUPS} combinations of overlapping synchronised commands");
+            return Err(Limit::Size { what }.into());
+        }
+        for combination in product(&alternatives) {
+            self.group(&combination, all)?;
+        }
+        all.colours.push((first, colourings));
+        Ok(())
+    }
+
+    /// States in which a combination is enabled and an update of it is bad.
+    fn bad_updates(&self, factors: &[Vec<CommandId>]) -> Result<Bdd> {
+        let enabled = |factor: &Vec<CommandId>| {
+            self.store.any(factor.iter().map(|c| self.commands[c.index()].guard.clone()))
+        };
+        let mut total = Vec::new();
+        for (index, factor) in factors.iter().enumerate() {
+            let mut bad =
+                self.store.any(factor.iter().map(|c| self.commands[c.index()].bad_update.clone()))?;
+            for (other, partner) in factors.iter().enumerate() {
+                if other != index && !self.store.is_zero(&bad) {
+                    bad = self.store.and(&bad, &enabled(partner)?)?;
+                }
+            }
+            total.push(bad);
+        }
+        self.store.any(total)
+    }
+
+    /// Greedy colouring: each command gets the first colour whose guards it does not overlap.
+    fn colour(&self, factor: &[CommandId]) -> Result<(Colouring, Vec<Alternative>)> {
+        let mut alternatives: Vec<Alternative> = Vec::new();
+        let mut of = AHashMap::new();
+        for &id in factor {
+            let guard = &self.commands[id.index()].guard;
+            let mut colour = alternatives.len();
+            for (index, alternative) in alternatives.iter().enumerate() {
+                if self.store.is_zero(&self.store.and(&alternative.guard, guard)?) {
+                    colour = index;
+                    break;
+                }
+            }
+            of.insert(id, colour);
+            match alternatives.get_mut(colour) {
+                None => alternatives.push(Alternative { guard: guard.clone(), members: vec![id] }),
+                Some(alternative) => {
+                    alternative.guard = self.store.or(&alternative.guard, guard)?;
+                    alternative.members.push(id);
+                }
+            }
+        }
+        Ok((Colouring { of, count: alternatives.len() }, alternatives))
+    }
+
+    /// Adds one group: a combination of one colour a factor.
+    fn group(&mut self, combination: &[&Alternative], all: &mut Transitions) -> Result<()> {
+        let group = all.guards.len();
+        let mut guard = self.store.one();
+        for alternative in combination {
+            guard = self.store.and(&guard, &alternative.guard)?;
+        }
+        all.guards.push(guard);
+        match combination {
+            [single] => self.single(group, single, all),
+            several => self.several(group, several, all),
+        }
+    }
+
+    /// Pieces of one participant: commands with the same top-most written bit stand together.
+    fn single(&mut self, group: usize, alternative: &Alternative, all: &mut Transitions) -> Result<()> {
+        let mut by_top: Vec<(Option<u32>, Vec<CommandId>)> = Vec::new();
+        for &id in &alternative.members {
+            let writes = self.commands[id.index()].writes.clone();
+            let top = self.touched(&writes).top();
+            match by_top.iter_mut().find(|(t, _)| *t == top) {
+                Some((_, ids)) => ids.push(id),
+                None => by_top.push((top, vec![id])),
+            }
+        }
+        for (_, ids) in by_top {
+            let writes = self.writes(&ids);
+            let relation = self.union(&ids, &writes)?;
+            let touched = self.touched(&writes);
+            all.pieces.push(Piece { group, relation, writes, touched });
+        }
+        Ok(())
+    }
+
+    /// The piece of several participants: the conjunction of their relations.
+    fn several(&mut self, group: usize, combination: &[&Alternative], all: &mut Transitions) -> Result<()> {
+        let (mut relation, mut writes) = (self.store.one(), Vec::new());
+        for alternative in combination {
+            let own = self.writes(&alternative.members);
+            relation = self.store.and(&relation, &self.union(&alternative.members, &own)?)?;
+            writes.extend(own);
+        }
+        writes.sort_unstable();
+        writes.dedup();
+        if !self.store.is_zero(&relation) {
+            let touched = self.touched(&writes);
+            all.pieces.push(Piece { group, relation, writes, touched });
+        }
+        Ok(())
+    }
+
+    /// The disjunction of commands over a common set of written variables.
+    fn union(&self, ids: &[CommandId], writes: &[VarId]) -> Result<Bdd> {
+        let mut framed = Vec::new();
+        for id in ids {
+            let command = &self.commands[id.index()];
+            framed.push(frame(self.store, self.encoding, &command.relation, &command.writes, writes)?);
+        }
+        self.store.any(framed)
+    }
+
+    fn writes(&self, ids: &[CommandId]) -> Vec<VarId> {
+        let mut writes: Vec<VarId> =
+            ids.iter().flat_map(|c| self.commands[c.index()].writes.clone()).collect();
+        writes.sort_unstable();
+        writes.dedup();
+        writes
+    }
+
+    /// One set for equal variables, so that the operation cache sees equal calls as equal.
+    fn touched(&mut self, writes: &[VarId]) -> Rc<Touched> {
+        let touch = || Rc::new(self.encoding.touch(writes));
+        self.touched.entry(writes.to_vec()).or_insert_with(touch).clone()
+    }
+}
+
+/// The relation on more variables: those of `to` that are not in `from` keep their value.
+pub(super) fn frame(
+    store: &Store,
+    encoding: &Encoding,
+    relation: &Bdd,
+    from: &[VarId],
+    to: &[VarId],
+) -> Result<Bdd> {
+    let missing = to.iter().filter(|v| !from.contains(v));
+    let mut positions: Vec<u32> = missing.flat_map(|&v| encoding.positions(v).iter().copied()).collect();
+    positions.sort_unstable_by_key(|p| std::cmp::Reverse(*p));
+    let mut same = store.one();
+    for p in positions {
+        let kept = store.iff(&store.literal(2 * p, true)?, &store.literal(2 * p + 1, true)?)?;
+        same = store.and(&kept, &same)?;
+    }
+    store.and(relation, &same)
+}
+
+impl Transitions {
+    /// The group of a choice.
+    pub(super) fn group_of(&self, choice: &Choice) -> Option<usize> {
+        match choice {
+            Choice::Uniform => Some(0),
+            Choice::Deadlock => Some(self.guards.len()),
+            Choice::Combination { .. } if self.uniform => Some(0),
+            Choice::Combination { synchronisation, commands } => {
+                let (first, colourings) = self.colours.get(*synchronisation)?;
+                let mut index = 0;
+                for (colouring, command) in colourings.iter().zip(commands) {
+                    index = index * colouring.count + colouring.of.get(command)?;
+                }
+                Some(first + index)
+            }
+        }
+    }
+}
+
+/// The Cartesian product, first factor slowest.
+fn product(factors: &[Vec<Alternative>]) -> Vec<Vec<&Alternative>> {
+    let mut all: Vec<Vec<&Alternative>> = vec![Vec::new()];
+    for factor in factors {
+        let mut longer = Vec::new();
+        for prefix in &all {
+            longer.extend(factor.iter().map(|a| prefix.iter().copied().chain([a]).collect::<Vec<_>>()));
+        }
+        all = longer;
+    }
+    all
+}

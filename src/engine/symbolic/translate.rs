@@ -1,0 +1,257 @@
+//! Expressions as diagrams: the value in every state at once.
+
+use std::cell::RefCell;
+
+use ahash::AHashMap;
+
+use super::bits::Bits;
+use super::encoding::Encoding;
+use super::partition::Partition;
+use super::store::{Bdd, Store};
+use crate::error::Result;
+use crate::model::Program;
+use crate::model::expr::{Binary, ExprId, Node, Unary};
+use crate::model::value::{self, Type, Value};
+
+/// The value of an expression in every state.
+#[derive(Clone)]
+pub(super) enum Meaning {
+    /// The states where it holds.
+    Bool(Bdd),
+    /// An integer.
+    Int(Bits),
+    /// A real.
+    Real(Partition),
+}
+
+/// A meaning together with the states in which evaluation fails.
+#[derive(Clone)]
+pub(super) struct Symbolic {
+    /// The value; arbitrary in the states that fail.
+    pub(super) meaning: Meaning,
+    /// The states in which an operation that is evaluated has no value.
+    pub(super) fails: Bdd,
+}
+
+/// Translates the expressions of one program and remembers every node.
+pub(super) struct Translator<'a> {
+    program: &'a Program,
+    encoding: &'a Encoding,
+    store: &'a Store,
+    /// Patterns that are values: others take no part in partitions.
+    domain: Bdd,
+    known: RefCell<AHashMap<ExprId, Symbolic>>,
+}
+
+impl<'a> Translator<'a> {
+    /// A translator that knows nothing yet.
+    pub(super) fn new(program: &'a Program, encoding: &'a Encoding, store: &'a Store, domain: Bdd) -> Self {
+        Translator { program, encoding, store, domain, known: RefCell::default() }
+    }
+
+    /// A Boolean expression, with the states in which it has no value.
+    pub(super) fn condition(&self, e: ExprId) -> Result<(Bdd, Bdd)> {
+        let symbolic = self.translate(e)?;
+        Ok((self.truth(&symbolic.meaning)?, symbolic.fails))
+    }
+
+    /// A numeric expression by its values, with the states in which it has none.
+    pub(super) fn values(&self, e: ExprId) -> Result<(Partition, Bdd)> {
+        let symbolic = self.translate(e)?;
+        Ok((self.partition(&symbolic.meaning)?, symbolic.fails))
+    }
+
+    /// An integer (or Boolean, as 0 and 1) expression, with the states in which it has no value.
+    pub(super) fn integer(&self, e: ExprId) -> Result<(Bits, Bdd)> {
+        let symbolic = self.translate(e)?;
+        let bits = match symbolic.meaning {
+            Meaning::Int(bits) => bits,
+            Meaning::Bool(f) => Bits::from_bits(vec![f, self.store.zero()], 0, 1),
+            Meaning::Real(p) => p.to_bits(self.store)?,
+        };
+        Ok((bits, symbolic.fails))
+    }
+
+    fn translate(&self, root: ExprId) -> Result<Symbolic> {
+        // Without recursion: nested expressions may be deep. Operands precede the nodes using them.
+        let mut stack = vec![root];
+        while let Some(&e) = stack.last() {
+            if self.known.borrow().contains_key(&e) {
+                stack.pop();
+                continue;
+            }
+            let missing: Vec<ExprId> =
+                self.operands(e).filter(|o| !self.known.borrow().contains_key(o)).collect();
+            if missing.is_empty() {
+                let symbolic = self.node(e)?;
+                self.known.borrow_mut().insert(e, symbolic);
+                stack.pop();
+            } else {
+                stack.extend(missing);
+            }
+        }
+        Ok(self.get(root))
+    }
+
+    fn operands(&self, e: ExprId) -> impl Iterator<Item = ExprId> + use<> {
+        let operands = match self.program.pool.node(e) {
+            Node::Literal(_) | Node::Var(_) => [None; 3],
+            Node::Unary(_, a) => [Some(a), None, None],
+            Node::Binary(_, a, b) => [Some(a), Some(b), None],
+            Node::Ite(c, a, b) => [Some(c), Some(a), Some(b)],
+        };
+        operands.into_iter().flatten()
+    }
+
+    fn get(&self, e: ExprId) -> Symbolic {
+        self.known.borrow()[&e].clone()
+    }
+
+    fn node(&self, e: ExprId) -> Result<Symbolic> {
+        let sure = |meaning| Ok(Symbolic { meaning, fails: self.store.zero() });
+        match self.program.pool.node(e) {
+            Node::Literal(v) => sure(self.literal(v)),
+            Node::Var(v) => {
+                let bits = self.encoding.positions(v).iter().map(|&p| self.store.literal(2 * p, true));
+                let bits = bits.collect::<Result<Vec<_>>>()?;
+                let variable = &self.program.variables[v.index()];
+                match (variable.ty, bits.first()) {
+                    (Type::Bool, Some(bit)) => sure(Meaning::Bool(bit.clone())),
+                    _ => sure(Meaning::Int(Bits::offset(self.store, bits, variable.low, variable.high)?)),
+                }
+            }
+            Node::Unary(op, a) => self.unary(op, &self.get(a)),
+            Node::Binary(op, a, b) => self.binary(op, &self.get(a), &self.get(b)),
+            Node::Ite(c, a, b) => self.ite(&self.get(c), &self.get(a), &self.get(b)),
+        }
+    }
+
+    fn literal(&self, v: Value) -> Meaning {
+        match v {
+            Value::Bool(true) => Meaning::Bool(self.store.one()),
+            Value::Bool(false) => Meaning::Bool(self.store.zero()),
+            Value::Int(i) => Meaning::Int(Bits::constant(self.store, i)),
+            Value::Real(_) => Meaning::Real(Partition::constant(self.store, v)),
+        }
+    }
+
+    fn unary(&self, op: Unary, a: &Symbolic) -> Result<Symbolic> {
+        let same = |meaning| Symbolic { meaning, fails: a.fails.clone() };
+        match (op, &a.meaning) {
+            (Unary::Not, m) => Ok(same(Meaning::Bool(self.store.not(&self.truth(m)?)?))),
+            (Unary::Neg, Meaning::Int(bits)) => match bits.neg(self.store)? {
+                Some(bits) => Ok(same(Meaning::Int(bits))),
+                None => self.mapped(op, a),
+            },
+            (Unary::Floor | Unary::Ceil | Unary::Round, Meaning::Int(_)) => Ok(a.clone()),
+            _ => self.mapped(op, a),
+        }
+    }
+
+    /// A unary operator, value by value.
+    fn mapped(&self, op: Unary, a: &Symbolic) -> Result<Symbolic> {
+        let (result, failed) = self.partition(&a.meaning)?.map(self.store, |v| value::unary(op, v))?;
+        let meaning = match op {
+            Unary::Floor | Unary::Ceil | Unary::Round => Meaning::Int(result.to_bits(self.store)?),
+            Unary::Neg if matches!(a.meaning, Meaning::Int(_)) => Meaning::Int(result.to_bits(self.store)?),
+            _ => Meaning::Real(result),
+        };
+        Ok(Symbolic { meaning, fails: self.store.or(&a.fails, &failed)? })
+    }
+
+    fn binary(&self, op: Binary, a: &Symbolic, b: &Symbolic) -> Result<Symbolic> {
+        if let (Meaning::Bool(f), Meaning::Bool(g)) = (&a.meaning, &b.meaning) {
+            return self.logical(op, (f, &a.fails), (g, &b.fails));
+        }
+        let fails = self.store.or(&a.fails, &b.fails)?;
+        if let (Meaning::Int(x), Meaning::Int(y)) = (&a.meaning, &b.meaning)
+            && let Some(meaning) = self.arithmetic(op, x, y)?
+        {
+            return Ok(Symbolic { meaning, fails });
+        }
+        let (x, y) = (self.partition(&a.meaning)?, self.partition(&b.meaning)?);
+        let (result, failed) = x.combine(self.store, &y, |v, w| value::binary(op, v, w))?;
+        let ints = matches!((&a.meaning, &b.meaning), (Meaning::Int(_), Meaning::Int(_)));
+        let ty = value::binary_type(op, if ints { Type::Int } else { Type::Real });
+        let meaning = match ty {
+            Type::Bool => Meaning::Bool(result.states_where(self.store, |v| v == Value::Bool(true))?),
+            Type::Int => Meaning::Int(result.to_bits(self.store)?),
+            Type::Real => Meaning::Real(result),
+        };
+        Ok(Symbolic { meaning, fails: self.store.or(&fails, &failed)? })
+    }
+
+    /// Operators on Booleans; `&` and `|` evaluate the right side only where they need it.
+    fn logical(
+        &self,
+        op: Binary,
+        (f, f_fails): (&Bdd, &Bdd),
+        (g, g_fails): (&Bdd, &Bdd),
+    ) -> Result<Symbolic> {
+        let store = self.store;
+        let (value, right_fails) = match op {
+            Binary::And => (store.and(f, g)?, store.and(f, g_fails)?),
+            Binary::Or => (store.or(f, g)?, store.minus(g_fails, f)?),
+            Binary::Lt => (store.minus(g, f)?, g_fails.clone()),
+            Binary::Le => (store.or(&store.not(f)?, g)?, g_fails.clone()),
+            _ => (store.iff(f, g)?, g_fails.clone()),
+        };
+        Ok(Symbolic { meaning: Meaning::Bool(value), fails: store.or(f_fails, &right_fails)? })
+    }
+
+    /// Operators on integers that bit vectors can do.
+    fn arithmetic(&self, op: Binary, x: &Bits, y: &Bits) -> Result<Option<Meaning>> {
+        let store = self.store;
+        let int = |bits: Option<Bits>| Ok(bits.map(Meaning::Int));
+        match op {
+            Binary::Eq => Ok(Some(Meaning::Bool(x.eq(store, y)?))),
+            Binary::Lt => Ok(Some(Meaning::Bool(x.lt(store, y)?))),
+            Binary::Le => Ok(Some(Meaning::Bool(x.le(store, y)?))),
+            Binary::Add => int(x.add(store, y)?),
+            Binary::Sub => match y.neg(store)? {
+                Some(minus) => int(x.add(store, &minus)?),
+                None => Ok(None),
+            },
+            Binary::Mul => int(x.mul(store, y)?),
+            Binary::Min => {
+                int(Some(x.select(store, &x.le(store, y)?, y)?.bounded(i64::MIN, x.high.min(y.high))))
+            }
+            Binary::Max => {
+                int(Some(y.select(store, &x.le(store, y)?, x)?.bounded(x.low.max(y.low), i64::MAX)))
+            }
+            Binary::Mod if y.low == y.high && y.low > 0 => int(x.modulo(store, y.low)?),
+            _ => Ok(None),
+        }
+    }
+
+    fn ite(&self, c: &Symbolic, a: &Symbolic, b: &Symbolic) -> Result<Symbolic> {
+        let store = self.store;
+        let condition = self.truth(&c.meaning)?;
+        let meaning = match (&a.meaning, &b.meaning) {
+            (Meaning::Bool(f), Meaning::Bool(g)) => Meaning::Bool(store.ite(&condition, f, g)?),
+            (Meaning::Int(x), Meaning::Int(y)) => Meaning::Int(x.select(store, &condition, y)?),
+            (x, y) => Meaning::Real(self.partition(x)?.select(store, &condition, &self.partition(y)?)?),
+        };
+        let branch_fails = store.ite(&condition, &a.fails, &b.fails)?;
+        Ok(Symbolic { meaning, fails: store.or(&c.fails, &branch_fails)? })
+    }
+
+    fn truth(&self, meaning: &Meaning) -> Result<Bdd> {
+        match meaning {
+            Meaning::Bool(f) => Ok(f.clone()),
+            Meaning::Int(bits) => self.store.not(&bits.eq(self.store, &Bits::constant(self.store, 0))?),
+            Meaning::Real(p) => p.states_where(self.store, |v| v.to_f64() != 0.0),
+        }
+    }
+
+    fn partition(&self, meaning: &Meaning) -> Result<Partition> {
+        match meaning {
+            Meaning::Bool(f) => Partition::of_bool(self.store, f),
+            Meaning::Int(bits) if bits.low == bits.high => {
+                Ok(Partition::constant(self.store, Value::Int(bits.low)))
+            }
+            Meaning::Int(bits) => Partition::of_bits(self.store, bits, &self.domain),
+            Meaning::Real(p) => Ok(p.clone()),
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Commands without a meaning in some state: what both engines say of them.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::expr::ExprId;
+use super::step::StepError;
+use super::{CommandId, Program};
+use crate::error::{Diagnostic, Error};
+
+/// The error for a state in which [`Program::steps`] fails.
+pub fn in_state(program: &Program, state: &[i64]) -> Error {
+    match program.steps(state) {
+        Err(fault) => describe(program, &fault, state).into(),
+        Ok(_) => initial(program, state),
+    }
+}
+
+/// The error for a predicate that has no value in a state.
+pub fn in_predicate(program: &Program, predicate: ExprId, state: &[i64]) -> Error {
+    let reason = match program.pool.eval(predicate, state) {
+        Err(reason) => reason.to_string(),
+        Ok(_) => "it has no value".to_owned(),
+    };
+    let message = format!("the expression has no value in the state {}: {reason}", program.show_state(state));
+    diagnostic(program, 0..0, message, String::new(), None).into()
+}
+
+/// The diagnostic for one fault in one state.
+pub fn describe(program: &Program, fault: &StepError, state: &[i64]) -> Diagnostic {
+    let at = program.show_state(state);
+    match *fault {
+        StepError::Eval(id, reason) => {
+            let message = format!("{} has no value in the state {at}: {reason}", title(program, id));
+            diagnostic(program, span(program, id), message, reason.to_string(), None)
+        }
+        StepError::Probability(id, sum) => {
+            let message = format!("the probabilities of {} give {sum} in the state {at}", title(program, id));
+            let help =
+                "probabilities lie between 0 and 1 and sum to 1 (within 1e-9) wherever the guard holds";
+            diagnostic(program, span(program, id), message, format!("gives {sum}"), Some(help.to_owned()))
+        }
+        StepError::OutOfRange(id, variable, value) => {
+            let declared = &program.variables[variable.index()];
+            let name = &declared.name;
+            let message = format!("{} sets `{name}` to {value} in the state {at}", title(program, id));
+            let label = format!("`{name}` becomes {value}, outside [{}..{}]", declared.low, declared.high);
+            let help = format!("strengthen the guard, bound the update, or widen the range of `{name}`");
+            diagnostic(program, span(program, id), message, label, Some(help))
+        }
+    }
+}
+
+/// The initial states' expression failed.
+fn initial(program: &Program, state: &[i64]) -> Error {
+    let at = program.show_state(state);
+    let message = format!("the expression for the initial states has no value in the state {at}");
+    diagnostic(program, 0..0, message, String::new(), None).into()
+}
+
+/// "the 2nd command labelled `a` of module `m`", in short.
+fn title(program: &Program, id: CommandId) -> String {
+    let command = &program.commands[id.index()];
+    let module = &program.modules[command.module];
+    match command.action {
+        Some(action) => format!("command {} of `{module}` for [{}]", command.number, program.actions[action]),
+        None => format!("command {} of `{module}` without a label", command.number),
+    }
+}
+
+fn span(program: &Program, id: CommandId) -> Range<usize> {
+    program.commands[id.index()].span.clone()
+}
+
+fn diagnostic(
+    program: &Program,
+    span: Range<usize>,
+    message: String,
+    label: String,
+    help: Option<String>,
+) -> Diagnostic {
+    Diagnostic { message, source: Arc::clone(&program.source), span, label, help }
+}
