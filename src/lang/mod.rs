@@ -1,0 +1,14 @@
+//! The language front end: text -> tokens -> syntax tree -> checked, flat program.
+
+pub mod ast;
+pub mod parse;
+pub mod pref;
+pub mod print;
+pub mod property;
+pub mod token;
+pub mod valuation;
+
+pub use parse::{parse_expression, parse_model};
+pub use pref::parse_preferences;
+pub use property::parse_property;
+pub use valuation::{parse_constants, parse_state};
