@@ -1,8 +1,81 @@
-//! placeholder
+//! `meliora info`: what a model is made of.
+
 use clap::Args;
+use meliora::engine::{Engine, Scope};
 use meliora::error::Error;
+use meliora::output::{InfoReport, flat};
+use meliora::output::info::Nodes;
+use meliora::output::report::{Counts, ModelSummary};
+
 use super::exit::Status;
-/// x
-#[derive(Debug, Args)]
-pub(super) struct InfoArgs {}
-pub(super) fn run(_: InfoArgs) -> Result<Status, Error> { Ok(Status::Done) }
+use super::options::{EngineArg, EngineArgs, ModelArgs, ShownArgs};
+use super::supervise::{Desk, supervise};
+use super::{load, terminal};
+
+/// Variables, sizes, the order of the BDD variables and node counts of a model
+#[derive(Debug, Clone, Args)]
+pub(super) struct InfoArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    engine: EngineArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+
+    /// Write the flat program instead: constants, formulas, renamings and synchronisation resolved
+    #[arg(long, conflicts_with = "json")]
+    flat: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong.
+pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
+    args.engine.validate(&args.model)?;
+    if args.flat {
+        terminal::set_color(args.shown.color);
+        let program = load::program(&args.model)?;
+        terminal::print(&flat::render(&program))?;
+        return Ok(Status::Done);
+    }
+    let scope: Scope = args.model.scope.into();
+    let report = InfoReport::new(&args.model.path(), args.engine.engine.name(), scope);
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
+    let read = || load::program(&args.model);
+    let program = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &program));
+    let settings = load::settings(&args.model, &desk.watch);
+    match args.engine.engine {
+        EngineArg::Symbolic => {
+            let build = || load::symbolic(&program, &args.model, settings);
+            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+            let sizes = engine.sizes();
+            desk.update(|r| {
+                r.order = Some(engine.encoding().names());
+                let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
+                r.nodes = Some(Nodes { transition, reachable });
+            });
+            count(desk, &engine)
+        }
+        EngineArg::Explicit => {
+            let build = || load::explicit(&program, settings);
+            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+            count(desk, &engine)
+        }
+    }
+}
+
+fn count<E: Engine>(desk: &Desk<InfoReport>, engine: &E) -> Result<(), Error> {
+    let counts = desk.timed("count", || Counts::of(engine), |r, s| r.time.count = Some(s))?;
+    load::warn_of_deadlocks(&desk.watch, &counts.deadlocks.0);
+    desk.update(|r| {
+        r.counts = Some(counts);
+        r.memory.peak_nodes = engine.usage().peak_nodes;
+    });
+    Ok(())
+}

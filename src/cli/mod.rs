@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. All that reads clock, environment or files, that prints
 //! or exits, is in here; the library knows nothing of it.
 
+mod agreement;
 mod exit;
 mod load;
 mod options;

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use meliora::engine::Scope;
 use meliora::error::Error;
+use meliora::planning::{Options, Safety};
 
 use super::size;
 
@@ -18,7 +19,7 @@ pub(super) struct ModelArgs {
 
     /// Values of undefined constants, such as K=4,N=3 (repeatable)
     #[arg(short = 'c', long = "const", value_name = "NAME=VALUE,…", value_parser = constant_list)]
-    pub(super) constants: Vec<ConstantList>,
+    constants: Vec<String>,
 
     /// Which valuations are states
     #[arg(long, value_enum, default_value_t)]
@@ -54,9 +55,9 @@ impl ModelArgs {
         self.memory.unwrap_or_else(size::default_memory)
     }
 
-    /// Names and values of `--const`, in the order given.
-    pub(super) fn constants(&self) -> Vec<(String, String)> {
-        self.constants.iter().flat_map(|list| list.0.iter().cloned()).collect()
+    /// All of `--const` as one list.
+    pub(super) fn constants(&self) -> String {
+        self.constants.join(",")
     }
 }
 
@@ -97,10 +98,16 @@ pub(super) struct PreferenceArgs {
 
     /// End the search for levels after so many
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(super) max_level: Option<u32>,
+    max_level: Option<u32>,
 }
 
 impl PreferenceArgs {
+    /// What to compute.
+    pub(super) fn options(&self) -> Options {
+        let max_level = self.max_level.map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+        Options { safety: self.safety.into(), max_level }
+    }
+
     /// The preference file's path as it is named in reports.
     pub(super) fn path(&self) -> String {
         self.preferences.display().to_string()
@@ -189,6 +196,16 @@ impl SafetyArg {
     }
 }
 
+impl From<SafetyArg> for Safety {
+    fn from(safety: SafetyArg) -> Self {
+        match safety {
+            SafetyArg::Action => Safety::Action,
+            SafetyArg::Transition => Safety::Transition,
+            SafetyArg::Prefix => Safety::Prefix,
+        }
+    }
+}
+
 /// When colours are used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 #[repr(u8)]
@@ -202,21 +219,16 @@ pub(super) enum Color {
     Never,
 }
 
-/// One argument of `--const`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct ConstantList(Vec<(String, String)>);
-
-/// `K=4,N=3`; the values are read by the front end, which knows the types.
-fn constant_list(text: &str) -> Result<ConstantList, String> {
-    let one = |part: &str| {
-        let (name, value) = part.split_once('=').ok_or_else(|| format!("`{part}` is not of the form NAME=VALUE"))?;
-        let (name, value) = (name.trim(), value.trim());
-        if name.is_empty() || value.is_empty() {
+/// Refuses what is not of the form `K=4,N=3`; the values are read by the front end, which knows the
+/// types.
+fn constant_list(text: &str) -> Result<String, String> {
+    for part in text.split(',') {
+        let (name, value) = part.split_once('=').unwrap_or((part, ""));
+        if name.trim().is_empty() || value.trim().is_empty() {
             return Err(format!("`{part}` is not of the form NAME=VALUE"));
         }
-        Ok((name.to_owned(), value.to_owned()))
-    };
-    text.split(',').map(one).collect::<Result<_, _>>().map(ConstantList)
+    }
+    Ok(text.to_owned())
 }
 
 /// `1h 30m`, `500ms`, or a bare number of seconds.
@@ -237,11 +249,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn constants_are_split_at_commas_and_the_first_equals_sign() {
-        let list = constant_list("K=4, x = 1.5").unwrap();
-        assert_eq!(list.0, [("K".into(), "4".into()), ("x".into(), "1.5".into())]);
-        assert!(constant_list("K").is_err());
-        assert!(constant_list("K=4,,").is_err());
+    fn constants_are_names_with_values() {
+        for (text, fits) in [("K=4, x = 1.5", true), ("K", false), ("K=4,,", false), ("=4", false), ("K=", false)] {
+            assert_eq!(constant_list(text).is_ok(), fits, "{text}");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use meliora::error::{Error, Limit};
+use meliora::error::{Error, Limit, render};
 use meliora::output::{Failure, Kind, Style};
 use serde::Serialize;
 
@@ -79,9 +79,7 @@ pub(super) fn show_error(error: &Error, progress: Option<&str>) {
     let style = stderr_style();
     match error {
         Error::Input(diagnostics) if !diagnostics.is_empty() => {
-            for diagnostic in diagnostics {
-                message(&super::load::render(diagnostic, style.color));
-            }
+            message(render(diagnostics, style.color).trim_end());
         }
         _ => message(&format!("{}: {error}", style.bad("error"))),
     }

@@ -3,9 +3,13 @@
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
-use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, scope_name};
+use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, json_state, scope_name};
 use super::{Number, Style, check_text};
-use crate::engine::Scope;
+use crate::engine::{Count, Scope};
+use crate::model::Program;
+use crate::model::preference::{ObjectiveSet, Preferences};
+use crate::planning::result::{ClassCount, LevelCounts, LevelsEnd, ObjectiveCounts, Plan, Prospects};
+use crate::planning::{self, AnalysisResult, Kind};
 
 /// What `check` found, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
@@ -174,6 +178,86 @@ impl CheckReport {
             error: None,
         }
     }
+}
+
+impl CheckReport {
+    /// Adds an objective that is decided, in its place by declaration.
+    pub fn add_objective(&mut self, preferences: &Preferences, counts: &ObjectiveCounts) {
+        let position = |name: &str| preferences.objectives.iter().position(|o| o.name == name);
+        let new = objective(preferences, counts);
+        let place = self.objectives.iter().position(|o| position(&o.name) > Some(counts.objective));
+        self.objectives.insert(place.unwrap_or(self.objectives.len()), new);
+    }
+
+    /// Adds a level that is decided.
+    pub fn add_level(&mut self, kind: Kind, count: &Count) {
+        let levels = match kind {
+            Kind::Sasi => &mut self.sasi,
+            Kind::Spi => &mut self.spi,
+        };
+        levels.get_or_insert_default().levels.push(count.clone().into());
+    }
+
+    /// Takes over all that an analysis knows.
+    pub fn fill(&mut self, preferences: &Preferences, result: &AnalysisResult) {
+        self.counts = result.counts.as_ref().map(Counts::from);
+        self.objectives = result.objectives.iter().map(|o| objective(preferences, o)).collect();
+        let class = |c: &ClassCount| ClassReport {
+            most_preferred: names(preferences, &c.most_preferred),
+            states: c.states.clone().into(),
+        };
+        self.classes = result.classes.as_ref().map(|list| list.iter().map(class).collect());
+        self.improvement = result.improvement.as_ref().map(|sizes| ImprovementReport {
+            states: sizes.states.clone().into(),
+            transitions: sizes.transitions.clone().into(),
+            dropped: sizes.dropped.clone().into(),
+        });
+        self.sasi = levels(&result.sasi);
+        self.spi = levels(&result.spi);
+    }
+
+    /// Takes over what is known of the first initial states.
+    pub fn set_initial(&mut self, program: &Program, preferences: &Preferences, prospects: &[Prospects]) {
+        let rank = |plan: &Plan| match plan.rank {
+            planning::Rank::Finite(k) => Rank::Exactly(k as u64),
+            planning::Rank::AtLeast(k) => Rank::AtLeast(k as u64),
+            planning::Rank::Unbounded => Rank::Unbounded,
+        };
+        let one = |p: &Prospects| InitialReport {
+            state: json_state(program, &p.state),
+            most_preferred: names(preferences, &p.most_preferred),
+            sasi_rank: p.sasi.as_ref().map(rank),
+            spi_rank: p.spi.as_ref().map(rank),
+            sasi_actions: p.sasi.as_ref().map(|plan| plan.actions.clone()),
+            spi_actions: p.spi.as_ref().map(|plan| plan.actions.clone()),
+        };
+        self.initial = prospects.iter().map(one).collect();
+    }
+}
+
+fn objective(preferences: &Preferences, counts: &ObjectiveCounts) -> ObjectiveReport {
+    let declared = preferences.objectives.get(counts.objective);
+    ObjectiveReport {
+        name: declared.map(|o| o.name.clone()).unwrap_or_default(),
+        target: counts.target.clone().into(),
+        almost_sure: counts.almost_sure.clone().into(),
+        positive: counts.positive.clone().into(),
+    }
+}
+
+fn names(preferences: &Preferences, set: &ObjectiveSet) -> Vec<String> {
+    preferences.names(set).into_iter().map(str::to_owned).collect()
+}
+
+/// The levels of one kind; none where they were not begun.
+fn levels(counts: &LevelCounts) -> Option<LevelsReport> {
+    if counts.levels.is_empty() && counts.end == LevelsEnd::Open {
+        return None;
+    }
+    Some(LevelsReport {
+        levels: counts.levels.iter().cloned().map(Number::from).collect(),
+        unbounded: counts.unbounded().map(Number::from),
+    })
 }
 
 impl Report for CheckReport {

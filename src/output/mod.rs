@@ -5,6 +5,7 @@
 
 pub mod check;
 pub mod compare;
+pub mod flat;
 pub mod info;
 pub mod number;
 pub mod reach;

@@ -5,10 +5,11 @@ use serde_json::{Map, Value as Json};
 
 use super::Number;
 use super::style::Style;
-use crate::engine::Scope;
-use crate::error::{Error, Limit};
+use crate::engine::{Engine, Scope};
+use crate::error::{Error, Limit, Result};
 use crate::model::value::{Type, Value};
 use crate::model::{ModelKind, Program};
+use crate::planning::result::ModelCounts;
 
 /// The result of a command as plain data.
 pub trait Report: Serialize {
@@ -82,7 +83,7 @@ impl From<&Error> for Failure {
                 if let Some(first) = diagnostics.first() {
                     failure.message.clone_from(&first.message);
                     failure.file = Some(first.source.name.clone());
-                    let (line, column) = position(&first.source.text, first.span.start);
+                    let (line, column) = first.position();
                     (failure.line, failure.column) = (Some(line), Some(column));
                 }
             }
@@ -97,14 +98,6 @@ impl From<&Error> for Failure {
         }
         failure
     }
-}
-
-/// Line and column (in characters), both from 1, of a byte position.
-fn position(text: &str, offset: usize) -> (usize, usize) {
-    let before = text.get(..offset).unwrap_or(text);
-    let line = before.matches('\n').count() + 1;
-    let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-    (line, column)
 }
 
 /// The model that a report speaks of.
@@ -211,6 +204,35 @@ pub struct Counts {
     pub initial: Number,
 }
 
+impl Counts {
+    /// Counts the model of an engine.
+    ///
+    /// # Errors
+    /// A limit of the engine.
+    pub fn of<E: Engine>(engine: &E) -> Result<Self> {
+        let (states, choices) = (engine.all_states(), engine.all_choices());
+        Ok(Counts {
+            states: engine.count_states(&states)?.into(),
+            choices: engine.count_choices(&choices)?.into(),
+            transitions: engine.count_transitions(&choices, &states)?.into(),
+            deadlocks: engine.count_states(&engine.deadlock_states())?.into(),
+            initial: engine.count_states(&engine.initial_states())?.into(),
+        })
+    }
+}
+
+impl From<&ModelCounts> for Counts {
+    fn from(counts: &ModelCounts) -> Self {
+        Counts {
+            states: counts.states.clone().into(),
+            choices: counts.choices.clone().into(),
+            transitions: counts.transitions.clone().into(),
+            deadlocks: counts.deadlocks.clone().into(),
+            initial: counts.initial.clone().into(),
+        }
+    }
+}
+
 /// What was used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Memory {
@@ -224,7 +246,7 @@ pub struct Memory {
 ///
 /// # Errors
 /// Those of the serializer.
-pub(super) fn scope_name<S: Serializer>(scope: &Scope, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn scope_name<S: Serializer>(scope: &Scope, serializer: S) -> std::result::Result<S::Ok, S::Error> {
     serializer.serialize_str(scope_word(*scope))
 }
 
@@ -240,17 +262,4 @@ pub(super) fn scope_word(scope: Scope) -> &'static str {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands out references")]
 pub(super) fn is_true(flag: &bool) -> bool {
     *flag
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_count_characters_from_one() {
-        let text = "ab\näbc";
-        assert_eq!(position(text, 0), (1, 1));
-        assert_eq!(position(text, text.find('c').unwrap()), (2, 3));
-        assert_eq!(position(text, 99), (2, 4));
-    }
 }
