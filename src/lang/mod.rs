@@ -1,6 +1,7 @@
 //! The language front end: text -> tokens -> syntax tree -> checked, flat program.
 
 pub mod ast;
+pub mod check;
 pub mod parse;
 pub mod pref;
 pub mod print;
@@ -8,6 +9,7 @@ pub mod property;
 pub mod token;
 pub mod valuation;
 
+pub use check::{Checked, check, load, lower_target};
 pub use parse::{parse_expression, parse_model};
 pub use pref::parse_preferences;
 pub use property::parse_property;
