@@ -9,10 +9,10 @@ use super::result::{
 };
 use super::strategy;
 use crate::engine::{Count, Engine};
-use crate::error::{Diagnostic, Error, Result};
+use crate::error::Result;
 use crate::model::preference::{Objective, ObjectiveSet, Preferences};
-use crate::model::step::{Step, StepError};
-use crate::model::{Program, State};
+use crate::model::step::Step;
+use crate::model::{Program, State, fault};
 
 /// What to compute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -219,7 +219,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
     /// A limit of the engine, or a command without a meaning in the state. Cost: that of
     /// [`strategy::permitted_at_start`] for the state's level.
     pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
-        let steps = program.steps(state).map_err(|e| step_error(program, state, e))?;
+        let steps = program.steps(state).map_err(|fault| fault::describe(program, &fault, state))?;
         let most_preferred = match &self.classes {
             Some(classes) => classes
                 .of(self.engine, state)
@@ -318,24 +318,4 @@ fn count_levels<E: Engine>(
         counts.levels.push(count);
     }
     Ok(())
-}
-
-/// A command without a meaning in a state, as a diagnostic; engines refuse such models first.
-fn step_error(program: &Program, state: &[i64], error: StepError) -> Error {
-    let (command, what) = match error {
-        StepError::Eval(c, e) => (c, e.to_string()),
-        StepError::Probability(c, p) => (c, format!("the probabilities do not fit: {p}")),
-        StepError::OutOfRange(c, v, value) => {
-            let name = program.variables.get(v.index()).map_or("a variable", |v| v.name.as_str());
-            (c, format!("{name} would become {value}, which is out of its range"))
-        }
-    };
-    let span = program.commands.get(command.index()).map_or(0..0, |c| c.span.clone());
-    Error::from(Diagnostic {
-        message: format!("a command has no meaning in {}: {what}", program.show_state(state)),
-        source: program.source.clone(),
-        span,
-        label: "this command".to_owned(),
-        help: None,
-    })
 }
