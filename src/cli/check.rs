@@ -52,7 +52,7 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
 }
 
 fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
-    let read = || load::question(&args.model, &args.preferences);
+    let read = || load::question(&args.model, &args.preferences, &desk.watch);
     let question = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
     desk.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);

@@ -52,7 +52,7 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
 }
 
 fn work(desk: &Desk<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
-    let read = || load::question(&args.model, &args.preferences);
+    let read = || load::question(&args.model, &args.preferences, &desk.watch);
     let question = desk.timed("parse", read, |_, _| ())?;
     desk.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);

@@ -3,14 +3,15 @@
 use clap::Args;
 use meliora::engine::{Engine, Scope};
 use meliora::error::Error;
-use meliora::output::{InfoReport, flat};
+use meliora::output::flat::{self, FlatReport};
+use meliora::output::InfoReport;
 use meliora::output::info::Nodes;
 use meliora::output::report::{Counts, ModelSummary};
 
 use super::exit::Status;
 use super::options::{EngineArg, EngineArgs, ModelArgs, ShownArgs};
 use super::supervise::{Desk, supervise};
-use super::{load, terminal};
+use super::load;
 
 /// Variables, sizes, the order of the BDD variables and node counts of a model
 #[derive(Debug, Clone, Args)]
@@ -34,10 +35,7 @@ pub(super) struct InfoArgs {
 pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     if args.flat {
-        terminal::set_color(args.shown.color);
-        let program = load::program(&args.model)?;
-        terminal::print(&flat::render(&program))?;
-        return Ok(Status::Done);
+        return show_flat(&args);
     }
     let scope: Scope = args.model.scope.into();
     let report = InfoReport::new(&args.model.path(), args.engine.engine.name(), scope);
@@ -45,8 +43,19 @@ pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
     supervise(report, timeout, &shown, move |desk| work(desk, &args))
 }
 
+/// Writes the flat program; no engine is needed.
+fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    let args = args.clone();
+    supervise(FlatReport::default(), timeout, &shown, move |desk| {
+        let program = load::program(&args.model, &desk.watch)?;
+        desk.update(|r| r.0 = flat::render(&program));
+        Ok(())
+    })
+}
+
 fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
-    let read = || load::program(&args.model);
+    let read = || load::program(&args.model, &desk.watch);
     let program = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
     desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &program));
     let settings = load::settings(&args.model, &desk.watch);

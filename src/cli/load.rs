@@ -63,29 +63,32 @@ fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
     }
 }
 
-fn parsed(args: &ModelArgs) -> Result<Program, Error> {
+fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Program, Error> {
     let constants = SourceFile::new("--const", args.constants());
-    let source = read(&args.model)?;
-    todo!()
+    let checked = lang::load(&read(&args.model)?, &constants)?;
+    watch.warn_of(&checked.warnings);
+    if checked.ignored_rewards > 0 {
+        watch.note("rewards are read and ignored");
+    }
+    Ok(checked.program)
 }
 
 /// Reads the model.
 ///
 /// # Errors
 /// The file or the constants are wrong.
-pub(super) fn program(args: &ModelArgs) -> Result<Arc<Program>, Error> {
-    parsed(args).map(Arc::new)
+pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<Arc<Program>, Error> {
+    parsed(args, watch).map(Arc::new)
 }
 
 /// Reads the model and the preferences.
 ///
 /// # Errors
 /// A file or the constants are wrong.
-pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs) -> Result<Question, Error> {
-    let mut program = parsed(model)?;
+pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs, watch: &Watch) -> Result<Question, Error> {
+    let mut program = parsed(model, watch)?;
     let source = read(&args.preferences)?;
-    let tree = lang::parse_preferences(&source)?;
-    let preferences: Preferences = todo!();
+    let preferences = temporary(&source, &mut program)?;
     Ok(Question { program: Arc::new(program), preferences })
 }
 
@@ -97,8 +100,9 @@ pub(super) fn target(
     args: &ModelArgs,
     target: Option<&str>,
     property: Option<&str>,
+    watch: &Watch,
 ) -> Result<Target, Error> {
-    let mut program = parsed(args)?;
+    let mut program = parsed(args, watch)?;
     let (source, tree, property) = match property {
         Some(text) => {
             let source = SourceFile::new("--property", text);
@@ -111,7 +115,7 @@ pub(super) fn target(
             (source, tree, None)
         }
     };
-    let expression: ExprId = todo!();
+    let expression = lang::lower_target(&mut program, &source, &tree)?;
     Ok(Target { program: Arc::new(program), expression, property })
 }
 
@@ -142,7 +146,7 @@ pub(super) fn symbolic(
 /// # Errors
 /// The model has no meaning in some state; a limit.
 pub(super) fn explicit(program: &Arc<Program>, settings: Settings) -> Result<ExplicitEngine, Error> {
-    ExplicitEngine::new(Arc::clone(program), settings)
+    SymbolicEngine::new(Arc::clone(program), order::auto(program), 1, settings)
 }
 
 /// The name in reports.
@@ -161,4 +165,29 @@ pub(super) fn warn_of_deadlocks(watch: &Watch, deadlocks: &Count) {
         let noun = if count == "1" { "state is a deadlock: it" } else { "states are deadlocks: each" };
         watch.warn(&format!("{count} {noun} gets a self-loop"));
     }
+}
+
+fn temporary(source: &Arc<SourceFile>, program: &mut Program) -> Result<Preferences, Error> {
+    use meliora::model::preference as p;
+    let tree = lang::parse_preferences(source)?;
+    let mut objectives = Vec::new();
+    for o in &tree.objectives {
+        let target = lang::lower_target(program, source, &o.target)?;
+        objectives.push(p::Objective { name: o.name.name.clone(), target, span: Some(o.span.range()) });
+    }
+    let find = |n: &lang::ast::Ident| tree.objectives.iter().position(|o| o.name.name == n.name).unwrap();
+    let mut statements = Vec::new();
+    for chain in &tree.statements {
+        let mut left = &chain.first;
+        for (relation, right) in &chain.links {
+            for l in left { for r in right {
+                let relation = match relation { lang::pref::Relation::Strict => p::Relation::Strict, lang::pref::Relation::Weak => p::Relation::Weak, lang::pref::Relation::Indifferent => p::Relation::Indifferent };
+                statements.push(p::Statement { left: find(l), relation, right: find(r) });
+            } }
+            left = right;
+        }
+    }
+    let order = p::Preorder::new(objectives.len(), &statements).unwrap();
+    let empty = match tree.empty { Some((lang::pref::Empty::Gain, _)) => Empty::Gain, Some((lang::pref::Empty::Incomparable, _)) => Empty::Incomparable, _ => Empty::Bottom };
+    Ok(Preferences { objectives, order, empty })
 }

@@ -49,7 +49,7 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
 }
 
 fn work(desk: &Desk<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
-    let read = || load::target(&args.model, args.target.as_deref(), args.property.as_deref());
+    let read = || load::target(&args.model, args.target.as_deref(), args.property.as_deref(), &desk.watch);
     let target = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
     desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &target.program));
     let settings = load::settings(&args.model, &desk.watch);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use meliora::engine::Observer;
-use meliora::error::Limit;
+use meliora::error::{Diagnostic, Limit, render};
 
 use super::options::ShownArgs;
 use super::terminal;
@@ -100,6 +100,13 @@ impl Watch {
         if !self.quiet {
             let warning = terminal::stderr_style().warn("warning");
             self.say(&format!("{warning}: {text}"));
+        }
+    }
+
+    /// Warnings that point into a text.
+    pub(super) fn warn_of(&self, warnings: &[Diagnostic]) {
+        if !self.quiet && !warnings.is_empty() {
+            self.say(render(warnings, terminal::stderr_style().color).trim_end());
         }
     }
 

@@ -5,12 +5,30 @@
 
 use std::fmt::Write;
 
+use serde::Serialize;
+
+use super::Style;
+use super::report::{Failure, Report};
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Command, ModelKind, Program, Variable};
 
 /// Expressions that would be longer are cut: shared parts are written out at every use.
 const LONGEST: usize = 2_000;
+
+/// The text of a flat program as a report.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct FlatReport(pub String);
+
+impl Report for FlatReport {
+    fn fail(&mut self, _: Failure) {}
+
+    fn finish(&mut self, _: f64, _: u64) {}
+
+    fn text(&self, _: Style) -> String {
+        self.0.clone()
+    }
+}
 
 /// The whole program.
 pub fn render(program: &Program) -> String {
