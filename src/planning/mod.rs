@@ -14,7 +14,6 @@ pub mod classes;
 pub mod improvement;
 pub mod levels;
 pub mod outcomes;
-pub mod reach;
 pub mod result;
 pub mod strategy;
 

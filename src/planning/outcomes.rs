@@ -1,6 +1,6 @@
 //! Where each objective can be achieved.
 
-use super::reach;
+use crate::engine::regions::pmax_positive;
 use crate::engine::{Count, Engine};
 use crate::error::Result;
 
@@ -80,12 +80,12 @@ impl<E: Engine> Outcomes<E> {
                 });
             }
         }
-        let positive = reach::positive(engine, target)?;
+        let positive = pmax_positive(engine, target)?;
         let bound = match bound {
             None => positive.clone(),
             Some(b) => engine.intersection(&b, &positive)?,
         };
-        let almost_sure = reach::almost_sure(engine, target, &bound)?;
+        let almost_sure = almost_sure_within(engine, target, &bound)?;
         Ok(Outcome { target: target.clone(), positive, almost_sure })
     }
 
@@ -113,4 +113,22 @@ impl<E: Engine> Outcomes<E> {
     pub fn almost_sure(&self) -> Option<Vec<&E::States>> {
         self.known.iter().map(|o| o.as_ref().map(|o| &o.almost_sure)).collect()
     }
+}
+
+/// ASWin(F) = νY. μX. F ∪ { s : some a has succ(s,a) ⊆ Y and ∩ X ≠ ∅ } (Pmax = 1), given any
+/// `bound` ⊇ ASWin(F), such as PWin(F).
+///
+/// Starts with the choices that stay inside the bound: a choice that may leave a superset of the
+/// result is in no almost-sure strategy, so the result is the same and the first round of losing
+/// states is spared.
+///
+/// # Errors
+/// A limit of the engine. Cost: one pre-image and an `almost_surely_reach`.
+fn almost_sure_within<E: Engine>(engine: &E, target: &E::States, bound: &E::States) -> Result<E::States> {
+    let staying = if engine.same_states(bound, &engine.all_states()) {
+        engine.all_choices()
+    } else {
+        engine.choices_in(&engine.every_successor_in(bound)?, bound)?
+    };
+    Ok(engine.almost_surely_reach(target, &staying)?.states)
 }
