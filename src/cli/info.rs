@@ -3,9 +3,9 @@
 use clap::Args;
 use meliora::engine::{Engine, Scope};
 use meliora::error::Error;
-use meliora::output::flat::{self, FlatReport};
+use meliora::lang;
 use meliora::output::InfoReport;
-use meliora::output::info::Nodes;
+use meliora::output::info::{FlatReport, Nodes};
 use meliora::output::report::{Counts, ModelSummary};
 
 use super::exit::Status;
@@ -49,7 +49,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let args = args.clone();
     supervise(FlatReport::default(), timeout, &shown, move |desk| {
         let program = load::program(&args.model, &desk.watch)?;
-        desk.update(|r| r.0 = flat::render(&program));
+        desk.update(|r| r.0 = lang::flat(&program));
         Ok(())
     })
 }

@@ -1,13 +1,13 @@
 //! `meliora reach`: the four qualitative regions of one target.
 
 use clap::Args;
+use meliora::engine::regions::{self, Regions};
 use meliora::engine::{Count, Engine};
 use meliora::error::Error;
 use meliora::lang::property::{Bound, Strategies};
 use meliora::output::reach::{InitialShare, ReachTime, Share};
 use meliora::output::report::{Counts, ModelSummary};
 use meliora::output::{Number, ReachReport};
-use meliora::planning::reach as regions;
 
 use super::exit::Status;
 use super::load::{self, Target};
@@ -82,32 +82,36 @@ fn answer<E: Engine>(desk: &Desk<ReachReport>, engine: &E, target: &Target) -> R
     }
     desk.update(|r| r.target = Some(size.into()));
     let search = Search { desk, engine };
-    let all = engine.all_states();
-    let pmax_positive = search.region(&PMAX_POSITIVE, || regions::positive(engine, &states))?;
-    let pmax_one = search.region(&PMAX_ONE, || regions::almost_sure(engine, &states, &pmax_positive))?;
-    let mut avoiding = engine.no_states();
-    let pmin_positive = search.region(&PMIN_POSITIVE, || {
-        avoiding = regions::can_avoid(engine, &states)?;
-        engine.difference(&all, &avoiding)
-    })?;
-    let pmin_one = search
-        .region(&PMIN_ONE, || engine.difference(&all, &regions::may_avoid(engine, &states, &avoiding)?))?;
-    if let Some((strategies, bound)) = target.property {
-        let holds = match (strategies, bound) {
-            (Strategies::Some, Bound::One) => pmax_one,
-            (Strategies::Some, Bound::Positive) => pmax_positive,
-            (Strategies::All, Bound::One) => pmin_one,
-            (Strategies::All, Bound::Positive) => pmin_positive,
-            // What holds for every strategy is what no strategy breaks, and the other way round.
-            (Strategies::Some, Bound::BelowOne) => engine.difference(&all, &pmin_one)?,
-            (Strategies::Some, Bound::Zero) => engine.difference(&all, &pmin_positive)?,
-            (Strategies::All, Bound::BelowOne) => engine.difference(&all, &pmax_one)?,
-            (Strategies::All, Bound::Zero) => engine.difference(&all, &pmax_positive)?,
-        };
-        let share = search.share(&holds)?;
+    let pmax_positive = search.region(&PMAX_POSITIVE, || regions::pmax_positive(engine, &states))?;
+    let pmax_one = search.region(&PMAX_ONE, || regions::pmax_one(engine, &states))?;
+    let pmin_positive = search.region(&PMIN_POSITIVE, || regions::pmin_positive(engine, &states))?;
+    let pmin_one = search.region(&PMIN_ONE, || regions::pmin_one(engine, &states, &pmin_positive))?;
+    if let Some(property) = target.property {
+        let found = Regions { pmax_one, pmax_positive, pmin_one, pmin_positive };
+        let share = search.share(&satisfying(engine, property, found)?)?;
         desk.update(|r| r.holds = Some(share == Share::All));
     }
     Ok(())
+}
+
+/// The states in which a property holds.
+fn satisfying<E: Engine>(
+    engine: &E,
+    (strategies, bound): (Strategies, Bound),
+    found: Regions<E::States>,
+) -> Result<E::States, Error> {
+    let all = engine.all_states();
+    match (strategies, bound) {
+        (Strategies::Some, Bound::One) => Ok(found.pmax_one),
+        (Strategies::Some, Bound::Positive) => Ok(found.pmax_positive),
+        (Strategies::All, Bound::One) => Ok(found.pmin_one),
+        (Strategies::All, Bound::Positive) => Ok(found.pmin_positive),
+        // What holds for every strategy is what no strategy breaks, and the other way round.
+        (Strategies::Some, Bound::BelowOne) => engine.difference(&all, &found.pmin_one),
+        (Strategies::Some, Bound::Zero) => engine.difference(&all, &found.pmin_positive),
+        (Strategies::All, Bound::BelowOne) => engine.difference(&all, &found.pmax_one),
+        (Strategies::All, Bound::Zero) => engine.difference(&all, &found.pmax_positive),
+    }
 }
 
 /// Where a region stands in the report.

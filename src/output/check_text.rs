@@ -98,7 +98,7 @@ fn initial(report: &CheckReport, style: Style) -> String {
     let mut out = String::new();
     for initial in &report.initial {
         let _ = write!(out, "\n{}\n", style.bold(&format!("Initial state {}", show_state(&initial.state))));
-        let _ = writeln!(out, "  has     {}", text::names(&initial.most_preferred));
+        let _ = writeln!(out, "  sure of {}", text::names(&initial.most_preferred));
         prospect(&mut out, "SASI", "surely", initial.sasi_rank, initial.sasi_actions.as_ref(), style);
         prospect(&mut out, "SPI ", "possibly", initial.spi_rank, initial.spi_actions.as_ref(), style);
     }

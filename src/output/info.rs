@@ -152,3 +152,17 @@ impl Report for InfoReport {
         out
     }
 }
+
+/// A flat program as text: a report without numbers.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct FlatReport(pub String);
+
+impl Report for FlatReport {
+    fn fail(&mut self, _: Failure) {}
+
+    fn finish(&mut self, _: f64, _: u64) {}
+
+    fn text(&self, _: Style) -> String {
+        self.0.clone()
+    }
+}

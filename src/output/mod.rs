@@ -5,7 +5,6 @@
 
 pub mod check;
 pub mod compare;
-pub mod flat;
 pub mod info;
 pub mod number;
 pub mod reach;

@@ -1,8 +1,8 @@
 //! What the tests of the command share.
 
-#![allow(dead_code, reason = "each test file uses a part")]
+#![allow(dead_code, unreachable_pub, reason = "each test file uses a part")]
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use assert_cmd::Command;
 use serde_json::Value;
@@ -75,11 +75,6 @@ impl Scratch {
 /// The keys of an object, in their order.
 pub fn keys(value: &Value) -> Vec<&str> {
     value.as_object().unwrap().keys().map(String::as_str).collect()
-}
-
-/// A file of the folder `models/`.
-pub fn model(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
 }
 
 /// Counters that take turns: many states, a long way, two objectives at its ends.
