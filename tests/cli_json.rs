@@ -13,8 +13,21 @@ fn check_has_the_keys_of_the_contract_in_their_order() {
     assert_eq!(
         keys(&report),
         [
-            "schema", "model", "engine", "scope", "safety", "empty", "counts", "objectives", "classes",
-            "improvement", "sasi", "spi", "initial", "time", "memory"
+            "schema",
+            "model",
+            "engine",
+            "scope",
+            "safety",
+            "empty",
+            "counts",
+            "objectives",
+            "classes",
+            "improvement",
+            "sasi",
+            "spi",
+            "initial",
+            "time",
+            "memory"
         ]
     );
     assert_eq!(keys(&report["model"]), ["path", "type", "constants", "variables"]);
@@ -28,10 +41,7 @@ fn check_has_the_keys_of_the_contract_in_their_order() {
         keys(&report["initial"][0]),
         ["state", "most_preferred", "sasi_rank", "spi_rank", "sasi_actions", "spi_actions"]
     );
-    assert_eq!(
-        keys(&report["time"]),
-        ["parse", "build", "outcomes", "improvement", "sasi", "spi", "total"]
-    );
+    assert_eq!(keys(&report["time"]), ["parse", "build", "outcomes", "improvement", "sasi", "spi", "total"]);
     assert_eq!(keys(&report["memory"]), ["peak_nodes", "peak_rss_bytes"]);
     assert!(report["time"].as_object().unwrap().values().all(Value::is_f64), "{}", report["time"]);
     assert!(report["memory"]["peak_rss_bytes"].as_u64().unwrap() > 1 << 20);
@@ -43,11 +53,17 @@ fn the_papers_numbers_are_there() {
         let report =
             run(&format!("check {ROBOT} --safety transition --json --engine {engine}")).expect(0).json();
         assert_eq!(report["engine"], engine);
-        assert_eq!((&report["scope"], &report["safety"], &report["empty"]), (&json!("all"), &json!("transition"), &json!("gain")));
+        assert_eq!(
+            (&report["scope"], &report["safety"], &report["empty"]),
+            (&json!("all"), &json!("transition"), &json!("gain"))
+        );
         assert_eq!(report["counts"]["states"], "3600");
         assert_eq!(report["counts"]["choices"], "13888");
         assert_eq!(report["counts"]["transitions"], "18496");
-        assert_eq!(report["improvement"], json!({"states": "7200", "transitions": "35524", "dropped": "734"}));
+        assert_eq!(
+            report["improvement"],
+            json!({"states": "7200", "transitions": "35524", "dropped": "734"})
+        );
         assert_eq!(report["sasi"], json!({"levels": ["768", "98"], "unbounded": "0"}));
         assert_eq!(
             report["spi"],
@@ -80,8 +96,19 @@ fn reach_has_the_keys_of_the_contract_in_their_order() {
     assert_eq!(
         keys(&report),
         [
-            "schema", "model", "engine", "scope", "counts", "target", "pmax_one", "pmax_positive", "pmin_one",
-            "pmin_positive", "initial", "time", "memory"
+            "schema",
+            "model",
+            "engine",
+            "scope",
+            "counts",
+            "target",
+            "pmax_one",
+            "pmax_positive",
+            "pmin_one",
+            "pmin_positive",
+            "initial",
+            "time",
+            "memory"
         ]
     );
     assert_eq!(report["schema"], "meliora.reach/1");
@@ -119,7 +146,8 @@ fn compare_agrees_and_says_what_it_took() {
 
 #[test]
 fn errors_are_objects_too() {
-    let scratch = Scratch::new(&[("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<2 -> (x'=y);\nendmodule\n")]);
+    let scratch =
+        Scratch::new(&[("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<2 -> (x'=y);\nendmodule\n")]);
     let path = scratch.show("m.prism");
     let error = run(&format!("info {path} --json")).expect(3).json();
     assert_eq!(keys(&error), ["schema", "kind", "message", "file", "line", "column"]);

@@ -27,7 +27,8 @@ fn the_report_names_its_inputs() {
 
 #[test]
 fn counts_have_thousands_separators() {
-    let finished = run("check models/robot5x5.prism models/robot5x5.pref --scope all --safety transition").expect(0);
+    let finished =
+        run("check models/robot5x5.prism models/robot5x5.pref --scope all --safety transition").expect(0);
     assert!(finished.stdout.contains("18,496"), "{}", finished.stdout);
     assert!(finished.stdout.contains("1,946"), "{}", finished.stdout);
 }

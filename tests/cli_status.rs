@@ -74,7 +74,10 @@ fn files_that_cannot_be_read_end_with_3_and_are_named() {
 
 #[test]
 fn a_wrong_model_ends_with_3_and_shows_the_place() {
-    let scratch = Scratch::new(&[("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<2 -> (x'=y+1);\nendmodule\n")]);
+    let scratch = Scratch::new(&[(
+        "m.prism",
+        "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<2 -> (x'=y+1);\nendmodule\n",
+    )]);
     let finished = run(&format!("info {}", scratch.show("m.prism"))).expect(3);
     assert!(finished.stderr.contains("m.prism:4:"), "{}", finished.stderr);
     assert!(finished.stderr.contains("[] x<2 -> (x'=y+1);"), "{}", finished.stderr);
@@ -82,7 +85,10 @@ fn a_wrong_model_ends_with_3_and_shows_the_place() {
 
 #[test]
 fn an_update_out_of_range_names_an_example_state() {
-    let scratch = Scratch::new(&[("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<=2 -> (x'=x+1);\nendmodule\n")]);
+    let scratch = Scratch::new(&[(
+        "m.prism",
+        "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<=2 -> (x'=x+1);\nendmodule\n",
+    )]);
     for engine in ["symbolic", "explicit"] {
         let finished = run(&format!("info {} --engine {engine}", scratch.show("m.prism"))).expect(3);
         assert!(finished.stderr.contains("x=2"), "{}", finished.stderr);
@@ -122,8 +128,9 @@ fn a_wrong_order_file_ends_with_3() {
 fn too_little_memory_ends_with_4_or_works_but_never_panics() {
     for engine in ["symbolic", "explicit"] {
         for memory in ["1", "1KiB", "64KiB", "1MiB"] {
-            let arguments =
-                format!("check models/robot5x5.prism models/robot5x5.pref --scope all --engine {engine} --memory {memory}");
+            let arguments = format!(
+                "check models/robot5x5.prism models/robot5x5.pref --scope all --engine {engine} --memory {memory}"
+            );
             let finished = run(&arguments);
             assert!([0, 4].contains(&finished.status), "{finished:#?}");
             if finished.status == 4 {

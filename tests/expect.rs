@@ -25,11 +25,8 @@ impl Expectation {
 }
 
 /// The engines and orders that every line is run under.
-const CONFIGURATIONS: [(&str, &[&str]); 3] = [
-    ("symbolic", &["--order", "auto"]),
-    ("symbolic", &["--order", "declared"]),
-    ("explicit", &[]),
-];
+const CONFIGURATIONS: [(&str, &[&str]); 3] =
+    [("symbolic", &["--order", "auto"]), ("symbolic", &["--order", "declared"]), ("explicit", &[])];
 
 #[test]
 fn every_expectation_beside_the_models_holds() {
@@ -230,7 +227,8 @@ fn show(value: &Value) -> String {
 
 #[test]
 fn quoted_words_and_continued_lines_are_read() {
-    let text = "// EXPECT: reach target=\"x=1 | y=2\" scope=all: a.b=1\n//     c=2,3\n// no more\n//     d=4\n";
+    let text =
+        "// EXPECT: reach target=\"x=1 | y=2\" scope=all: a.b=1\n//     c=2,3\n// no more\n//     d=4\n";
     let read = expectations(text);
     assert_eq!(read.len(), 1);
     assert_eq!(read[0].option("target"), Some("x=1 | y=2"));

@@ -36,7 +36,11 @@ pub(super) fn compare<E: Engine, F: Engine>(
     let mut tally = Tally::default();
     results(&mut tally, left, right);
     let prospects = (left.initial_prospects(program, INITIAL)?, right.initial_prospects(program, INITIAL)?);
-    tally.check(|| "ranks and permitted actions of the initial states".to_owned(), &prospects.0, &prospects.1);
+    tally.check(
+        || "ranks and permitted actions of the initial states".to_owned(),
+        &prospects.0,
+        &prospects.1,
+    );
     let mut membership = None;
     if tally.difference.is_none() && few(left, most) {
         membership = Some(state_by_state(&mut tally, left, right, program, watch)?);
@@ -116,7 +120,8 @@ fn state_by_state<E: Engine, F: Engine>(
             return Err(limit.into());
         }
         for ((name, mine), (_, theirs)) in mine.iter().zip(&theirs) {
-            let (mine, theirs) = (left.engine().contains(mine, state), right.engine().contains(theirs, state));
+            let (mine, theirs) =
+                (left.engine().contains(mine, state), right.engine().contains(theirs, state));
             if mine != theirs && tally.difference.is_none() {
                 let at = program.show_state(state);
                 tally.difference = Some(format!("{name} at {at}: symbolic {mine}, explicit {theirs}"));

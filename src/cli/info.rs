@@ -9,9 +9,9 @@ use meliora::output::info::{FlatReport, Nodes};
 use meliora::output::report::{Counts, ModelSummary};
 
 use super::exit::Status;
+use super::load;
 use super::options::{EngineArg, EngineArgs, ModelArgs, ShownArgs};
 use super::supervise::{Desk, supervise};
-use super::load;
 
 /// Variables, sizes, the order of the BDD variables and node counts of a model
 #[derive(Debug, Clone, Args)]

@@ -180,14 +180,24 @@ fn temporary(source: &Arc<SourceFile>, program: &mut Program) -> Result<Preferen
     for chain in &tree.statements {
         let mut left = &chain.first;
         for (relation, right) in &chain.links {
-            for l in left { for r in right {
-                let relation = match relation { lang::pref::Relation::Strict => p::Relation::Strict, lang::pref::Relation::Weak => p::Relation::Weak, lang::pref::Relation::Indifferent => p::Relation::Indifferent };
-                statements.push(p::Statement { left: find(l), relation, right: find(r) });
-            } }
+            for l in left {
+                for r in right {
+                    let relation = match relation {
+                        lang::pref::Relation::Strict => p::Relation::Strict,
+                        lang::pref::Relation::Weak => p::Relation::Weak,
+                        lang::pref::Relation::Indifferent => p::Relation::Indifferent,
+                    };
+                    statements.push(p::Statement { left: find(l), relation, right: find(r) });
+                }
+            }
             left = right;
         }
     }
     let order = p::Preorder::new(objectives.len(), &statements).unwrap();
-    let empty = match tree.empty { Some((lang::pref::Empty::Gain, _)) => Empty::Gain, Some((lang::pref::Empty::Incomparable, _)) => Empty::Incomparable, _ => Empty::Bottom };
+    let empty = match tree.empty {
+        Some((lang::pref::Empty::Gain, _)) => Empty::Gain,
+        Some((lang::pref::Empty::Incomparable, _)) => Empty::Incomparable,
+        _ => Empty::Bottom,
+    };
     Ok(Preferences { objectives, order, empty })
 }

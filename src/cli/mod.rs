@@ -32,8 +32,10 @@ use exit::Status;
 /// (SASI) or with positive probability (SPI).
 #[derive(Debug, Parser)]
 #[command(name = "meliora", version, propagate_version = true, arg_required_else_help = true)]
-#[command(after_help = "Exit status: 0 done · 1 the answer is no · 2 usage · 3 the model or the preferences are wrong\n\
-                        · 4 out of memory, nodes or time · 130 interrupted")]
+#[command(
+    after_help = "Exit status: 0 done · 1 the answer is no · 2 usage · 3 the model or the preferences are wrong\n\
+                        · 4 out of memory, nodes or time · 130 interrupted"
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -250,7 +250,9 @@ mod tests {
 
     #[test]
     fn constants_are_names_with_values() {
-        for (text, fits) in [("K=4, x = 1.5", true), ("K", false), ("K=4,,", false), ("=4", false), ("K=", false)] {
+        for (text, fits) in
+            [("K=4, x = 1.5", true), ("K", false), ("K=4,,", false), ("=4", false), ("K=", false)]
+        {
             assert_eq!(constant_list(text).is_ok(), fits, "{text}");
         }
     }

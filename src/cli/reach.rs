@@ -70,9 +70,13 @@ fn work(desk: &Desk<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
 
 /// All four regions, each of which is in the report as soon as it is known.
 fn answer<E: Engine>(desk: &Desk<ReachReport>, engine: &E, target: &Target) -> Result<(), Error> {
-    let counts = desk.timed("count", || Counts::of(engine), |r, s| {
-        r.time.build = Some(r.time.build.unwrap_or(0.0) + s);
-    })?;
+    let counts = desk.timed(
+        "count",
+        || Counts::of(engine),
+        |r, s| {
+            r.time.build = Some(r.time.build.unwrap_or(0.0) + s);
+        },
+    )?;
     load::warn_of_deadlocks(&desk.watch, &counts.deadlocks.0);
     desk.update(|r| r.counts = Some(counts));
     let states = engine.states_where(target.expression)?;

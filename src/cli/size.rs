@@ -61,7 +61,9 @@ mod tests {
 
     #[test]
     fn sizes_have_binary_and_decimal_units() {
-        for (text, bytes) in [("1", 1), ("1MiB", 1 << 20), ("1.5g", 3 << 29), ("2GB", 2_000_000_000), (" 4 k ", 4096)] {
+        for (text, bytes) in
+            [("1", 1), ("1MiB", 1 << 20), ("1.5g", 3 << 29), ("2GB", 2_000_000_000), (" 4 k ", 4096)]
+        {
             assert_eq!(parse(text), Ok(bytes), "{text}");
         }
     }

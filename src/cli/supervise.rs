@@ -113,7 +113,11 @@ where
 }
 
 fn show(report: &impl Report, shown: &ShownArgs) -> Result<(), Error> {
-    if shown.json { terminal::print_json(report) } else { terminal::print(&report.text(terminal::stdout_style())) }
+    if shown.json {
+        terminal::print_json(report)
+    } else {
+        terminal::print(&report.text(terminal::stdout_style()))
+    }
 }
 
 fn internal(message: &str, shown: &ShownArgs) -> Result<Status, Error> {

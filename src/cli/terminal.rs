@@ -91,7 +91,10 @@ pub(super) fn show_error(error: &Error, progress: Option<&str>) {
 /// Shows a mistake of this program.
 pub(super) fn show_internal(text: &str) {
     let style = stderr_style();
-    message(&format!("{}: {text}\n  This is a mistake in meliora, not in your files.", style.bad("internal error")));
+    message(&format!(
+        "{}: {text}\n  This is a mistake in meliora, not in your files.",
+        style.bad("internal error")
+    ));
 }
 
 /// Shows what clap has to say: help and version on stdout, usage errors on stderr.

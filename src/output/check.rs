@@ -156,7 +156,13 @@ pub struct CheckTime {
 
 impl CheckReport {
     /// A report of which nothing but the question is known.
-    pub fn new(model: &str, preferences: &str, engine: &'static str, scope: Scope, safety: &'static str) -> Self {
+    pub fn new(
+        model: &str,
+        preferences: &str,
+        engine: &'static str,
+        scope: Scope,
+        safety: &'static str,
+    ) -> Self {
         CheckReport {
             schema: "meliora.check/1",
             complete: true,

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::check::{CheckReport, LevelsReport, Rank};
-use super::report::{show_state, scope_word};
+use super::report::{scope_word, show_state};
 use super::text::{self, Grid};
 use super::{Number, Style};
 
@@ -48,7 +48,11 @@ fn classes(report: &CheckReport, style: Style) -> String {
     for class in classes {
         grid.row(vec![text::names(&class.most_preferred), class.states.grouped()]);
     }
-    format!("\n{}\n{}", style.bold("Classes: the most preferred outcomes that can be had for sure"), grid.text(style))
+    format!(
+        "\n{}\n{}",
+        style.bold("Classes: the most preferred outcomes that can be had for sure"),
+        grid.text(style)
+    )
 }
 
 fn improvement(report: &CheckReport, style: Style) -> String {

@@ -171,7 +171,9 @@ fn json_value(value: Value) -> Json {
     match value {
         Value::Bool(b) => Json::Bool(b),
         Value::Int(i) => Json::from(i),
-        Value::Real(x) => serde_json::Number::from_f64(x).map_or_else(|| value.to_string().into(), Json::Number),
+        Value::Real(x) => {
+            serde_json::Number::from_f64(x).map_or_else(|| value.to_string().into(), Json::Number)
+        }
     }
 }
 
@@ -246,7 +248,10 @@ pub struct Memory {
 ///
 /// # Errors
 /// Those of the serializer.
-pub(super) fn scope_name<S: Serializer>(scope: &Scope, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+pub(super) fn scope_name<S: Serializer>(
+    scope: &Scope,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
     serializer.serialize_str(scope_word(*scope))
 }
 

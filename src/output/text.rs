@@ -57,7 +57,6 @@ pub(super) fn title(inputs: &[&str], settings: &[(&str, &str)], style: Style) ->
     format!("{}\n{}\n", style.bold(&inputs.join(" with ")), style.dim(&settings.join(" · ")))
 }
 
-
 /// Type, variables and constants of the model, then its sizes.
 pub(super) fn model(model: &ModelSummary, counts: Option<&Counts>, style: Style) -> String {
     let mut text = format!("\n{}\n", style.bold("Model"));
