@@ -2,8 +2,6 @@
 
 use clap::Args;
 use meliora::engine::Engine;
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::SymbolicEngine;
 use meliora::error::Error;
 use meliora::output::CheckReport;
 use meliora::output::check::CheckTime;
@@ -63,12 +61,12 @@ fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     match args.engine.engine {
         EngineArg::Symbolic => {
             let build = || load::symbolic(&question.program, &args.model, settings);
-            let engine: SymbolicEngine = desk.timed("build", build, build_time)?;
+            let engine = desk.timed("build", build, build_time)?;
             analyse(desk, &engine, &question, &args.preferences)
         }
         EngineArg::Explicit => {
             let build = || load::explicit(&question.program, settings);
-            let engine: ExplicitEngine = desk.timed("build", build, build_time)?;
+            let engine = desk.timed("build", build, build_time)?;
             analyse(desk, &engine, &question, &args.preferences)
         }
     }
@@ -84,7 +82,7 @@ fn analyse<E: Engine>(
     let mut analysis = Analysis::new(engine, &question.preferences, args.options());
     let mut run = Run { desk, question, analysis: &mut analysis };
     run.phase("build", |a, listen| a.run_counts(listen), |t, s| t.build = Some(t.build.unwrap_or(0.0) + s))?;
-    run.warn_of_deadlocks();
+    run.warn_of_states()?;
     run.phase("outcomes", |a, listen| a.run_outcomes(listen), |t, s| t.outcomes = Some(s))?;
     run.warn_of_empty_targets();
     run.initial()?;
@@ -132,9 +130,13 @@ impl<'b, E: Engine> Run<'_, 'b, E> {
         Ok(())
     }
 
-    fn warn_of_deadlocks(&self) {
-        if let Some(counts) = &self.analysis.result().counts {
-            load::warn_of_deadlocks(&self.desk.watch, &counts.deadlocks);
+    fn warn_of_states(&self) -> Result<(), Error> {
+        match &self.analysis.result().counts {
+            Some(counts) => {
+                let engine = self.analysis.engine();
+                load::warn_of_states(&self.desk.watch, engine, &counts.deadlocks, self.question.overlap)
+            }
+            None => Ok(()),
         }
     }
 

@@ -4,6 +4,7 @@ use clap::Args;
 use meliora::engine::{Engine, Scope};
 use meliora::error::Error;
 use meliora::lang;
+use meliora::model::expr::ExprId;
 use meliora::output::InfoReport;
 use meliora::output::info::{FlatReport, Nodes};
 use meliora::output::report::{Counts, ModelSummary};
@@ -24,7 +25,7 @@ pub(super) struct InfoArgs {
     shown: ShownArgs,
 
     /// Write the flat program instead: constants, formulas, renamings and synchronisation resolved
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, conflicts_with_all = ["json", "scope", "order", "memory", "threads", "engine"])]
     flat: bool,
 }
 
@@ -48,7 +49,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     let args = args.clone();
     supervise(FlatReport::default(), timeout, &shown, move |desk| {
-        let program = load::program(&args.model, &desk.watch)?;
+        let (program, _) = load::program(&args.model, &desk.watch)?;
         desk.update(|r| r.0 = lang::flat(&program));
         Ok(())
     })
@@ -56,7 +57,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
 
 fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
     let read = || load::program(&args.model, &desk.watch);
-    let program = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    let (program, overlap) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
     desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &program));
     let settings = load::settings(&args.model, &desk.watch);
     match args.engine.engine {
@@ -69,19 +70,19 @@ fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
                 let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
                 r.nodes = Some(Nodes { transition, reachable });
             });
-            count(desk, &engine)
+            count(desk, &engine, overlap)
         }
         EngineArg::Explicit => {
             let build = || load::explicit(&program, settings);
             let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-            count(desk, &engine)
+            count(desk, &engine, overlap)
         }
     }
 }
 
-fn count<E: Engine>(desk: &Desk<InfoReport>, engine: &E) -> Result<(), Error> {
+fn count<E: Engine>(desk: &Desk<InfoReport>, engine: &E, overlap: Option<ExprId>) -> Result<(), Error> {
     let counts = desk.timed("count", || Counts::of(engine), |r, s| r.time.count = Some(s))?;
-    load::warn_of_deadlocks(&desk.watch, &counts.deadlocks.0);
+    load::warn_of_states(&desk.watch, engine, &counts.deadlocks.0, overlap)?;
     desk.update(|r| {
         r.counts = Some(counts);
         r.memory.peak_nodes = engine.usage().peak_nodes;

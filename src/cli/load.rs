@@ -5,15 +5,14 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{SymbolicEngine, order};
-use meliora::engine::{Count, Settings};
+use meliora::engine::{Count, Engine, Settings};
 use meliora::error::{Error, Limit, SourceFile};
 use meliora::lang;
 use meliora::lang::property::{Bound, Strategies};
-use meliora::model::Program;
 use meliora::model::expr::ExprId;
 use meliora::model::preference::{Empty, Preferences};
+use meliora::model::{ModelKind, Program};
 use meliora::output::Number;
 
 use super::options::{ModelArgs, PreferenceArgs};
@@ -28,6 +27,8 @@ pub(super) struct Question {
     pub(super) program: Arc<Program>,
     /// The preferences.
     pub(super) preferences: Preferences,
+    /// See [`Loaded::overlap`].
+    pub(super) overlap: Option<ExprId>,
 }
 
 /// A model with a target.
@@ -38,6 +39,15 @@ pub(super) struct Target {
     pub(super) expression: ExprId,
     /// What `--property` asks of the initial states.
     pub(super) property: Option<(Strategies, Bound)>,
+    /// See [`Loaded::overlap`].
+    pub(super) overlap: Option<ExprId>,
+}
+
+/// A model that was read.
+struct Loaded {
+    program: Program,
+    /// Of a `dtmc`: where several choices are merged into one.
+    overlap: Option<ExprId>,
 }
 
 /// Reads a text file.
@@ -63,22 +73,28 @@ fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
     }
 }
 
-fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Program, Error> {
+fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Loaded, Error> {
     let constants = SourceFile::new("--const", args.constants());
     let checked = lang::load(&read(&args.model)?, &constants)?;
     watch.warn_of(&checked.warnings);
     if checked.ignored_rewards > 0 {
         watch.note("rewards are read and ignored");
     }
-    Ok(checked.program)
+    let mut program = checked.program;
+    let overlap = match program.kind {
+        ModelKind::Dtmc => program.overlap().ok(),
+        ModelKind::Mdp => None,
+    };
+    Ok(Loaded { program, overlap })
 }
 
-/// Reads the model.
+/// Reads the model; with it comes the [`Loaded::overlap`].
 ///
 /// # Errors
 /// The file or the constants are wrong.
-pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<Arc<Program>, Error> {
-    parsed(args, watch).map(Arc::new)
+pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, Option<ExprId>), Error> {
+    let Loaded { program, overlap } = parsed(args, watch)?;
+    Ok((Arc::new(program), overlap))
 }
 
 /// Reads the model and the preferences.
@@ -86,10 +102,10 @@ pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<Arc<Program>, E
 /// # Errors
 /// A file or the constants are wrong.
 pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs, watch: &Watch) -> Result<Question, Error> {
-    let mut program = parsed(model, watch)?;
+    let Loaded { mut program, overlap } = parsed(model, watch)?;
     let source = read(&args.preferences)?;
-    let preferences = temporary(&source, &mut program)?;
-    Ok(Question { program: Arc::new(program), preferences })
+    let preferences = lang::load_preferences(&source, &mut program)?;
+    Ok(Question { program: Arc::new(program), preferences, overlap })
 }
 
 /// Reads the model, and the target or the property.
@@ -102,7 +118,7 @@ pub(super) fn target(
     property: Option<&str>,
     watch: &Watch,
 ) -> Result<Target, Error> {
-    let mut program = parsed(args, watch)?;
+    let Loaded { mut program, overlap } = parsed(args, watch)?;
     let (source, tree, property) = match property {
         Some(text) => {
             let source = SourceFile::new("--property", text);
@@ -116,7 +132,7 @@ pub(super) fn target(
         }
     };
     let expression = lang::lower_target(&mut program, &source, &tree)?;
-    Ok(Target { program: Arc::new(program), expression, property })
+    Ok(Target { program: Arc::new(program), expression, property, overlap })
 }
 
 /// What an engine is created with.
@@ -141,12 +157,15 @@ pub(super) fn symbolic(
     SymbolicEngine::new(Arc::clone(program), order, u32::from(args.threads), settings)
 }
 
+/// The explicit engine, in whose place the symbolic one stands until it is there.
+pub(super) type ExplicitEngine = SymbolicEngine;
+
 /// The explicit engine.
 ///
 /// # Errors
-/// The model has no meaning in some state; a limit.
-pub(super) fn explicit(program: &Arc<Program>, settings: Settings) -> Result<ExplicitEngine, Error> {
-    SymbolicEngine::new(Arc::clone(program), order::auto(program), 1, settings)
+/// It is not there yet.
+pub(super) fn explicit(_: &Arc<Program>, _: Settings) -> Result<ExplicitEngine, Error> {
+    Err(Error::Usage("`--engine explicit` is not supported yet".to_owned()))
 }
 
 /// The name in reports.
@@ -158,46 +177,33 @@ pub(super) fn empty_name(empty: Empty) -> &'static str {
     }
 }
 
-/// Tells of states in which nothing is enabled.
-pub(super) fn warn_of_deadlocks(watch: &Watch, deadlocks: &Count) {
+/// Tells of states in which nothing is enabled, and of those in which a `dtmc` draws a command.
+///
+/// # Errors
+/// A limit.
+pub(super) fn warn_of_states<E: Engine>(
+    watch: &Watch,
+    engine: &E,
+    deadlocks: &Count,
+    overlap: Option<ExprId>,
+) -> Result<(), Error> {
     if *deadlocks != Count::ZERO {
-        let count = Number(deadlocks.clone()).grouped();
-        let noun = if count == "1" { "state is a deadlock: it" } else { "states are deadlocks: each" };
-        watch.warn(&format!("{count} {noun} gets a self-loop"));
+        let (count, plural) = counted(deadlocks);
+        let what = if plural { "states are deadlocks: each" } else { "state is a deadlock: it" };
+        watch.warn(&format!("{count} {what} gets a self-loop"));
     }
+    let Some(overlap) = overlap else { return Ok(()) };
+    let states = engine.count_states(&engine.states_where(overlap)?)?;
+    if states != Count::ZERO {
+        let (count, plural) = counted(&states);
+        let what = if plural { "states" } else { "state" };
+        watch.warn(&format!(
+            "several commands are enabled in {count} {what} of this dtmc: one is drawn uniformly"
+        ));
+    }
+    Ok(())
 }
 
-fn temporary(source: &Arc<SourceFile>, program: &mut Program) -> Result<Preferences, Error> {
-    use meliora::model::preference as p;
-    let tree = lang::parse_preferences(source)?;
-    let mut objectives = Vec::new();
-    for o in &tree.objectives {
-        let target = lang::lower_target(program, source, &o.target)?;
-        objectives.push(p::Objective { name: o.name.name.clone(), target, span: Some(o.span.range()) });
-    }
-    let find = |n: &lang::ast::Ident| tree.objectives.iter().position(|o| o.name.name == n.name).unwrap();
-    let mut statements = Vec::new();
-    for chain in &tree.statements {
-        let mut left = &chain.first;
-        for (relation, right) in &chain.links {
-            for l in left {
-                for r in right {
-                    let relation = match relation {
-                        lang::pref::Relation::Strict => p::Relation::Strict,
-                        lang::pref::Relation::Weak => p::Relation::Weak,
-                        lang::pref::Relation::Indifferent => p::Relation::Indifferent,
-                    };
-                    statements.push(p::Statement { left: find(l), relation, right: find(r) });
-                }
-            }
-            left = right;
-        }
-    }
-    let order = p::Preorder::new(objectives.len(), &statements).unwrap();
-    let empty = match tree.empty {
-        Some((lang::pref::Empty::Gain, _)) => Empty::Gain,
-        Some((lang::pref::Empty::Incomparable, _)) => Empty::Incomparable,
-        _ => Empty::Bottom,
-    };
-    Ok(Preferences { objectives, order, empty })
+fn counted(count: &Count) -> (String, bool) {
+    (Number(count.clone()).grouped(), *count != Count::from(1u32))
 }

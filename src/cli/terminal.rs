@@ -51,8 +51,7 @@ pub(super) fn print(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            let what = format!("standard output could not be written ({e})");
-            Err(Error::Limit(Limit::Size { what }))
+            Err(Error::Limit(Limit::Output { what: format!("standard output: {e}") }))
         }
         _ => Ok(()),
     }

@@ -35,10 +35,7 @@ impl Program {
 }
 
 /// One of the guards holds; two of them hold.
-fn seen(
-    pool: &mut ExprPool,
-    guards: impl Iterator<Item = ExprId>,
-) -> Result<(ExprId, ExprId), EvalError> {
+fn seen(pool: &mut ExprPool, guards: impl Iterator<Item = ExprId>) -> Result<(ExprId, ExprId), EvalError> {
     let mut one = pool.value(Value::Bool(false));
     let mut two = one;
     for guard in guards {
