@@ -5,4 +5,5 @@ pub mod engine;
 pub mod error;
 pub mod lang;
 pub mod model;
+pub mod output;
 pub mod planning;
