@@ -1,9 +1,9 @@
 //! The error space: wrong input (with its place), limits that were hit, files, usage.
 
 use std::fmt;
-use std::ops::Range;
-use std::sync::Arc;
 use std::time::Duration;
+
+pub use crate::diagnostic::{Diagnostic, Kind, SourceFile, render};
 
 /// The result of every operation of the library that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -74,6 +74,11 @@ pub enum Limit {
     States(u64),
     /// Interrupted by the user.
     Interrupted,
+    /// What was found could not be written.
+    Output {
+        /// Where to, and what the system said.
+        what: String,
+    },
     /// An expression or a model is larger than a fixed bound of this program.
     Size {
         /// What is too large, its size, and the bound.
@@ -90,31 +95,8 @@ impl fmt::Display for Limit {
             }
             Limit::States(n) => write!(f, "the limit of {n} states was reached; `--memory` raises it"),
             Limit::Interrupted => write!(f, "interrupted"),
+            Limit::Output { what } => write!(f, "the results could not be written: {what}"),
             Limit::Size { what } => write!(f, "too large: {what}"),
         }
     }
-}
-
-/// A text with a name, kept for messages that point into it.
-#[derive(Debug, PartialEq, Eq)]
-pub struct SourceFile {
-    /// The path as the user gave it, or a description such as `--target`.
-    pub name: String,
-    /// The whole text.
-    pub text: String,
-}
-
-/// One message that points at a place in a text.
-#[derive(Debug, Clone)]
-pub struct Diagnostic {
-    /// What is wrong.
-    pub message: String,
-    /// The text it points into.
-    pub source: Arc<SourceFile>,
-    /// The byte range it points at.
-    pub span: Range<usize>,
-    /// What stands below the caret.
-    pub label: String,
-    /// What would help.
-    pub help: Option<String>,
 }

@@ -1,6 +1,9 @@
 //! Meliora: a symbolic model checker for opportunistic planning with incomplete preferences.
 
+pub mod diagnostic;
 pub mod engine;
 pub mod error;
+pub mod lang;
 pub mod model;
+pub mod output;
 pub mod planning;

@@ -274,5 +274,5 @@ fn words(text: &str) -> Vec<(Range<usize>, &str)> {
 
 fn wrong(source: &Arc<SourceFile>, span: Range<usize>, message: String) -> Diagnostic {
     let help = "`meliora info MODEL` prints an order in this format".to_owned();
-    Diagnostic { message, source: Arc::clone(source), span, label: String::new(), help: Some(help) }
+    Diagnostic { help: Some(help), ..Diagnostic::new(source, span, message) }
 }
