@@ -1,8 +1,10 @@
 //! Meliora: a symbolic model checker for opportunistic planning with incomplete preferences.
 
 pub mod diagnostic;
+pub mod dump;
 pub mod engine;
 pub mod error;
+pub mod export;
 pub mod lang;
 pub mod model;
 pub mod planning;
