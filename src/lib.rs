@@ -1,5 +1,6 @@
 //! Meliora: a symbolic model checker for opportunistic planning with incomplete preferences.
 
+pub mod certify;
 pub mod diagnostic;
 pub mod dump;
 pub mod engine;
@@ -8,3 +9,4 @@ pub mod export;
 pub mod lang;
 pub mod model;
 pub mod planning;
+pub mod query;

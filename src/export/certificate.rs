@@ -143,17 +143,40 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
                 before = game.states.clone();
             }
         }
-        if kind == Kind::Sasi && matches!(analysis.levels(kind).end, Some(End::Empty)) {
-            let last = analysis.levels(kind).found.last();
-            let goals = next_goals(engine, arena, last)?;
-            let rounds = level_rounds(engine, arena, &goals, &before)?;
-            // Under `prefix` states of other classes may win on; the level is empty all the same.
-            number(named, &format!("refuted:sasi:{}{suffix}", found + 1), &rounds);
-            let lost = rounds.iter().try_fold(before, |x, lost| engine.difference(&x, lost))?;
-            if arena.reference.is_some() {
-                named.push(Named::states(format!("sasi:{}{suffix}", found + 1), &lost));
-            }
+        if matches!(analysis.levels(kind).end, Some(End::Empty)) {
+            last_level(engine, analysis, kind, arena, &before, named)?;
         }
+    }
+    Ok(())
+}
+
+/// Why the level after the last one is empty. Under `prefix` states that do not count, of other
+/// classes, may win it: they have a root of their own.
+fn last_level(
+    engine: &SymbolicEngine,
+    analysis: &Of<'_>,
+    kind: Kind,
+    arena: &Arena<SymbolicEngine>,
+    before: &StateSet,
+    named: &mut Vec<Named>,
+) -> Result<()> {
+    let found = &analysis.levels(kind).found;
+    let name = format!("{}:{}{}", kind_name(kind), found.len() + 1, suffix(analysis, arena));
+    let goals = next_goals(engine, arena, found.last())?;
+    let left = match kind {
+        Kind::Sasi => {
+            let rounds = level_rounds(engine, arena, &goals, before)?;
+            number(named, &format!("refuted:{name}"), &rounds);
+            rounds.iter().try_fold(before.clone(), |x, lost| engine.difference(&x, lost))?
+        }
+        Kind::Spi => {
+            let winning = goal_choices(engine, arena, &goals)?;
+            let seeds = engine.sources(&engine.common_choices(&arena.choices, &winning)?)?;
+            engine.can_reach(&seeds, &arena.choices, &arena.dropped)?
+        }
+    };
+    if arena.reference.is_some() {
+        named.push(Named::states(name, &left));
     }
     Ok(())
 }
