@@ -8,5 +8,6 @@ pub mod error;
 pub mod export;
 pub mod lang;
 pub mod model;
+pub mod output;
 pub mod planning;
 pub mod query;

@@ -17,7 +17,8 @@ impl Lowerer<'_> {
         match made {
             Ok(id) if self.height(id) <= MAX_HEIGHT => Some(id),
             Ok(_) => {
-                let message = format!("this expression nests more than {MAX_HEIGHT} operators, formulas included");
+                let message =
+                    format!("this expression nests more than {MAX_HEIGHT} operators, formulas included");
                 self.fail(span, message)
             }
             Err(error) => {
@@ -55,7 +56,7 @@ impl Lowerer<'_> {
         self.made(made, span)
     }
 
-    pub(super) fn to_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
+    pub(super) fn made_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
         match self.pool.ty(id) {
             Type::Int => self.unary(Unary::ToReal, id, span),
             _ => Some(id),
@@ -92,13 +93,13 @@ impl Lowerer<'_> {
         if self.pool.ty(a.0) == self.pool.ty(b.0) {
             return Some((a.0, b.0));
         }
-        Some((self.to_real(a.0, a.1)?, self.to_real(b.0, b.1)?))
+        Some((self.made_real(a.0, a.1)?, self.made_real(b.0, b.1)?))
     }
 
     fn reals(&mut self, a: Operand, b: Operand, what: &str) -> Option<(ExprId, ExprId)> {
         let (left, right) = (self.expect_number(a, what), self.expect_number(b, what));
         left.and(right)?;
-        Some((self.to_real(a.0, a.1)?, self.to_real(b.0, b.1)?))
+        Some((self.made_real(a.0, a.1)?, self.made_real(b.0, b.1)?))
     }
 
     fn booleans(&mut self, a: Operand, b: Operand, what: &str) -> Option<()> {
@@ -110,8 +111,10 @@ impl Lowerer<'_> {
     /// `a & b & …` or `a | b | …` as a tree of small height; the order of evaluation stays.
     pub(super) fn balanced(&mut self, op: BinaryOp, operands: &[Operand]) -> Option<ExprId> {
         let what = format!("an operand of `{}`", op.symbol());
-        let checked: Vec<_> =
-            operands.iter().map(|&(e, s)| self.expect_type(e, Type::Bool, s, &what).map(|e| (e, s))).collect();
+        let checked: Vec<_> = operands
+            .iter()
+            .map(|&(e, s)| self.expect_type(e, Type::Bool, s, &what).map(|e| (e, s)))
+            .collect();
         let mut row: Vec<Operand> = checked.into_iter().collect::<Option<_>>()?;
         let node = if op == BinaryOp::And { Binary::And } else { Binary::Or };
         while row.len() > 1 {
@@ -180,7 +183,8 @@ impl Lowerer<'_> {
         let (ta, tb) = (self.pool.ty(a.0), self.pool.ty(b.0));
         let span = a.1.to(b.1);
         if (ta == Type::Bool) != (tb == Type::Bool) {
-            return self.fail(span, format!("type error: the branches of `?` are of types `{ta}` and `{tb}`"));
+            return self
+                .fail(span, format!("type error: the branches of `?` are of types `{ta}` and `{tb}`"));
         }
         let (x, y) = self.same_numbers(a, b)?;
         let made = self.pool.ite(c, x, y);
@@ -230,7 +234,7 @@ impl Lowerer<'_> {
         let real = args.iter().any(|a| self.pool.ty(a.0) == Type::Real);
         let mut result = None;
         for &(id, at) in args {
-            let id = if real { self.to_real(id, at)? } else { id };
+            let id = if real { self.made_real(id, at)? } else { id };
             result = Some(match result {
                 None => id,
                 Some(before) => self.node(op, before, id, span)?,
