@@ -122,7 +122,8 @@ fn unsafe_rounds(checker: &Checker<'_>, name: &str, safe: &StateSet, worse: &Sta
     let mut left = engine.all_states();
     for (j, lost) in checker.sequence(&format!("refuted:{name}")).iter().enumerate() {
         let staying = engine.sources(&engine.every_successor_in(&left)?)?;
-        let condition = || format!("each state lost in round {j} of `{name}` weakens, or must risk an earlier round");
+        let condition =
+            || format!("each state lost in round {j} of `{name}` weakens, or must risk an earlier round");
         let kept = engine.difference(&engine.intersection(lost, &staying)?, worse)?;
         checker.subset(&kept, &engine.no_states(), condition)?;
         left = engine.difference(&left, lost)?;

@@ -142,7 +142,12 @@ impl<'a> Checker<'a> {
     }
 
     /// C = D
-    pub(super) fn equal_choices(&self, c: &ChoiceSet, d: &ChoiceSet, condition: impl Fn() -> String) -> Check {
+    pub(super) fn equal_choices(
+        &self,
+        c: &ChoiceSet,
+        d: &ChoiceSet,
+        condition: impl Fn() -> String,
+    ) -> Check {
         for (more, less) in [(c, d), (d, c)] {
             let bad = self.engine.sources(&self.engine.without_choices(more, less)?)?;
             self.subset(&bad, &self.engine.no_states(), &condition)?;
@@ -180,7 +185,9 @@ impl<'a> Checker<'a> {
     pub(super) fn scope(&mut self) -> Check {
         let engine = &self.engine;
         let all = self.states("reachable")?;
-        self.subset(&all, &engine.valuations(), || "each state of `reachable` has values in range".to_owned())?;
+        self.subset(&all, &engine.valuations(), || {
+            "each state of `reachable` has values in range".to_owned()
+        })?;
         for (name, x) in &self.states {
             self.subset(x, &all, || format!("each state of `{name}` is one of `reachable`"))?;
         }
@@ -198,12 +205,15 @@ impl<'a> Checker<'a> {
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
             below = self.has("layers:reachable:0");
             if below {
-                let step = |x: &StateSet| Ok(engine.successors(&engine.choices_in(&engine.all_choices(), x)?)?);
+                let step =
+                    |x: &StateSet| Ok(engine.successors(&engine.choices_in(&engine.all_choices(), x)?)?);
                 self.layers("reachable", &all, &initial, step)?;
             }
         }
         if let Some(choices) = self.choices.get("choices") {
-            self.equal_choices(choices, &engine.all_choices(), || "`choices` are the enabled ones".to_owned())?;
+            self.equal_choices(choices, &engine.all_choices(), || {
+                "`choices` are the enabled ones".to_owned()
+            })?;
         }
         if let Some(deadlocks) = self.states.get("deadlock") {
             let condition = || "`deadlock` are the states where nothing is enabled".to_owned();

@@ -163,7 +163,8 @@ fn outside(
     if level.kind == "spi" {
         let ahead = engine.union_choices(&goals, &moving(checker, arena, region)?)?;
         let entering = engine.sources(&engine.common_choices(&arena.kept, &ahead)?)?;
-        return checker.subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
+        return checker
+            .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
     }
     let mut left = match before {
         Some(k) => checker.states(&format!("{}:{k}{}", level.kind, arena.suffix))?,

@@ -103,7 +103,8 @@ fn same_inputs(
 ) -> Result<(), Stop> {
     let manifest = &dump.manifest;
     let same = |what: &str, now: &str, then: &str| {
-        let condition = || format!("{what} is the one that the dump was made from: it is {now}, the dump says {then}");
+        let condition =
+            || format!("{what} is the one that the dump was made from: it is {now}, the dump says {then}");
         if now == then { Ok(()) } else { Err(Stop::violated(condition(), None)) }
     };
     same("the SHA-256 of the model", model, &manifest.model.sha256)?;
@@ -112,7 +113,8 @@ fn same_inputs(
     let objectives: Vec<&str> = preferences.objectives.iter().map(|o| o.name.as_str()).collect();
     same("the list of objectives", &objectives.join(", "), &manifest.objectives.join(", "))?;
     for (name, value) in &program.constants {
-        let then = manifest.constants.get(name).map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned));
+        let then =
+            manifest.constants.get(name).map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned));
         same(&format!("the constant `{name}`"), &value.to_string(), &then.unwrap_or_default())?;
     }
     let range = |name: &str, low: i64, high: i64| format!("{name} {low}..{high}");

@@ -55,7 +55,8 @@ fn almost_sure(checker: &mut Checker<'_>, name: &str, target: &StateSet) -> Chec
         let rest = engine.difference(&left, lost)?;
         let safe = engine.choices_in(&engine.every_successor_in(&left)?, lost)?;
         let saved = engine.sources(&engine.common_choices(&safe, &engine.some_successor_in(&rest)?)?)?;
-        let condition = || format!("no state lost in round {j} of `{region}` has a safe step out of the round");
+        let condition =
+            || format!("no state lost in round {j} of `{region}` has a safe step out of the round");
         checker.subset(&saved, &engine.no_states(), condition)?;
         left = rest;
     }

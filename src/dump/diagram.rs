@@ -155,7 +155,8 @@ impl Diagram {
         let mut counts: Vec<BigUint> = Vec::with_capacity(self.nodes.len());
         for (index, node) in self.nodes.iter().enumerate() {
             let count = if seen[index] {
-                self.over(&counts, node.then, node.level + 1) + self.over(&counts, node.otherwise, node.level + 1)
+                self.over(&counts, node.then, node.level + 1)
+                    + self.over(&counts, node.otherwise, node.level + 1)
             } else {
                 BigUint::ZERO
             };

@@ -8,7 +8,8 @@ use sha2::{Digest, Sha256};
 
 use super::manifest::{self, Manifest};
 use super::{Diagram, dddmp, dot};
-use crate::error::{Error, Result};
+use crate::engine::Observer;
+use crate::error::{Error, Limit, Result};
 
 /// A manifest is never larger.
 const LARGEST_MANIFEST: u64 = 256 << 20;
@@ -39,8 +40,16 @@ fn hex(bytes: &[u8]) -> String {
 ///
 /// # Errors
 /// The directory holds something else, or cannot be written.
-pub fn write_directory(mut dump: Dump, directory: &Path, dot: bool) -> Result<Manifest> {
-    let failed = |e: io::Error| Error::Io { path: directory.display().to_string(), message: e.to_string() };
+pub fn write_directory(
+    mut dump: Dump,
+    directory: &Path,
+    dot: bool,
+    observer: &dyn Observer,
+) -> Result<Manifest> {
+    let failed = |e: io::Error| match observer.stop() {
+        Some(limit) => limit.into(),
+        None => failure(directory, &e),
+    };
     if let Some(message) = occupied(directory).map_err(failed)? {
         return Err(Error::Io { path: directory.display().to_string(), message });
     }
@@ -50,9 +59,9 @@ pub fn write_directory(mut dump: Dump, directory: &Path, dot: bool) -> Result<Ma
     };
     let new = tempfile::Builder::new().prefix(".meliora-dump-").tempdir_in(parent).map_err(failed)?;
     let manifest = &mut dump.manifest;
-    fill(&mut manifest.regions, &dump.regions, new.path()).map_err(failed)?;
+    fill(&mut manifest.regions, &dump.regions, new.path(), observer).map_err(failed)?;
     if let (Some(file), Some(diagram)) = (&mut manifest.certificate, &dump.certificate) {
-        fill(file, diagram, new.path()).map_err(failed)?;
+        fill(file, diagram, new.path(), observer).map_err(failed)?;
     }
     if dot {
         dot::write_all(&mut manifest.regions, &dump.regions, new.path()).map_err(failed)?;
@@ -61,6 +70,17 @@ pub fn write_directory(mut dump: Dump, directory: &Path, dot: bool) -> Result<Ma
     readable(new.path()).map_err(failed)?;
     install(new, directory).map_err(failed)?;
     Ok(dump.manifest)
+}
+
+/// What the system said of a path; a full disk is a limit.
+fn failure(path: &Path, error: &io::Error) -> Error {
+    let (path, message) = (path.display().to_string(), error.to_string());
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            Limit::Output { what: format!("{path}: {message}") }.into()
+        }
+        _ => Error::Io { path, message },
+    }
 }
 
 /// Temporary directories are for their owner only; a result is for whom the parent lets in.
@@ -107,9 +127,14 @@ fn install(new: tempfile::TempDir, directory: &Path) -> io::Result<()> {
 }
 
 /// Writes one diagram and notes its hash and size.
-fn fill(file: &mut manifest::File, diagram: &Diagram, directory: &Path) -> io::Result<()> {
+fn fill(
+    file: &mut manifest::File,
+    diagram: &Diagram,
+    directory: &Path,
+    observer: &dyn Observer,
+) -> io::Result<()> {
     let out = fs::File::create(directory.join(&file.path))?;
-    let mut out = BufWriter::with_capacity(1 << 16, Hashing { inner: out, hash: Sha256::new() });
+    let mut out = BufWriter::with_capacity(1 << 16, Hashing { inner: out, hash: Sha256::new(), observer });
     dddmp::write(diagram, &mut out)?;
     let hashing = out.into_inner().map_err(io::IntoInnerError::into_error)?;
     hashing.inner.sync_all()?;
@@ -118,13 +143,22 @@ fn fill(file: &mut manifest::File, diagram: &Diagram, directory: &Path) -> io::R
     Ok(())
 }
 
-struct Hashing<T> {
+/// Hashes what passes through, and ends where the observer wants it.
+struct Hashing<'o, T> {
     inner: T,
     hash: Sha256,
+    observer: &'o dyn Observer,
 }
 
-impl<W: Write> Write for Hashing<W> {
+impl<T> Hashing<'_, T> {
+    fn go_on(&self) -> io::Result<()> {
+        if self.observer.stop().is_some() { Err(io::Error::other("stopped")) } else { Ok(()) }
+    }
+}
+
+impl<W: Write> Write for Hashing<'_, W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.go_on()?;
         let written = self.inner.write(bytes)?;
         self.hash.update(&bytes[..written]);
         Ok(written)
@@ -135,8 +169,9 @@ impl<W: Write> Write for Hashing<W> {
     }
 }
 
-impl<R: Read> Read for Hashing<R> {
+impl<R: Read> Read for Hashing<'_, R> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.go_on()?;
         let read = self.inner.read(bytes)?;
         self.hash.update(&bytes[..read]);
         Ok(read)
@@ -165,17 +200,22 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest> {
 ///
 /// # Errors
 /// A file cannot be read, is garbled, has another hash than the manifest says, or does not fit it.
-pub fn read_directory(directory: &Path, certificate: bool) -> Result<Dump> {
+pub fn read_directory(directory: &Path, certificate: bool, observer: &dyn Observer) -> Result<Dump> {
     let manifest = read_manifest(directory)?;
-    let regions = read_file(directory, &manifest, &manifest.regions)?;
+    let regions = read_file(directory, &manifest, &manifest.regions, observer)?;
     let certificate = match &manifest.certificate {
-        Some(file) if certificate => Some(read_file(directory, &manifest, file)?),
+        Some(file) if certificate => Some(read_file(directory, &manifest, file, observer)?),
         _ => None,
     };
     Ok(Dump { manifest, regions, certificate })
 }
 
-fn read_file(directory: &Path, manifest: &Manifest, file: &manifest::File) -> Result<Diagram> {
+fn read_file(
+    directory: &Path,
+    manifest: &Manifest,
+    file: &manifest::File,
+    observer: &dyn Observer,
+) -> Result<Diagram> {
     let manifest_name = directory.join(manifest::FILE).display().to_string();
     let plain = Path::new(&file.path).file_name().is_some_and(|n| n == file.path.as_str());
     if !plain {
@@ -185,12 +225,13 @@ fn read_file(directory: &Path, manifest: &Manifest, file: &manifest::File) -> Re
     let path = directory.join(&file.path);
     let name = path.display().to_string();
     let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
-    let input = Hashing { inner: fs::File::open(&path).map_err(failed)?, hash: Sha256::new() };
+    let input = Hashing { inner: fs::File::open(&path).map_err(failed)?, hash: Sha256::new(), observer };
     let mut input = BufReader::with_capacity(1 << 16, input);
-    let diagram = dddmp::read(&name, &mut input)?;
+    let diagram = dddmp::read(&name, &mut input).map_err(|e| observer.stop().map_or(e, Error::from))?;
     let found = hex(input.into_inner().hash.finalize().as_slice());
     if found != file.sha256 {
-        let message = format!("the file has changed: its SHA-256 is {found}, the manifest says {}", file.sha256);
+        let message =
+            format!("the file has changed: its SHA-256 is {found}, the manifest says {}", file.sha256);
         return Err(Error::Dump { file: name, line: 0, message });
     }
     manifest.check_file(&manifest_name, file, &diagram)?;

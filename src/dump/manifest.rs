@@ -26,6 +26,8 @@ pub struct Manifest {
     pub model: Source,
     /// The values of all constants of the model.
     pub constants: BTreeMap<String, Json>,
+    /// The names of those that `--const` gave.
+    pub given: Vec<String>,
     /// The preference file.
     pub preferences: Source,
     /// The objectives in the order of declaration.
@@ -219,7 +221,9 @@ impl Manifest {
         let json: Json = serde_json::from_str(text).map_err(|e| wrong(e.line(), e.to_string()))?;
         match json.get("schema").and_then(Json::as_str) {
             Some(SCHEMA) => {}
-            Some(other) => return Err(wrong(0, format!("the schema is `{other}`; this version reads `{SCHEMA}`"))),
+            Some(other) => {
+                return Err(wrong(0, format!("the schema is `{other}`; this version reads `{SCHEMA}`")));
+            }
             None => return Err(wrong(0, format!("there is no `schema`: `{SCHEMA}` was expected"))),
         }
         // From the text again, for the line in the message.

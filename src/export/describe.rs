@@ -76,6 +76,7 @@ pub(super) fn manifest(
         tool: Tool { name: "meliora".to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() },
         model: source(&inputs.model),
         constants: program.constants.iter().map(|(name, value)| (name.clone(), json(*value))).collect(),
+        given: program.given_constants.clone(),
         preferences: source(&inputs.preferences),
         objectives: preferences.objectives.iter().map(|o| o.name.clone()).collect(),
         empty: preferences.empty.to_string(),
@@ -97,7 +98,9 @@ fn json(value: Value) -> Json {
     match value {
         Value::Bool(b) => Json::from(b),
         Value::Int(i) => Json::from(i),
-        Value::Real(x) => serde_json::Number::from_f64(x).map_or_else(|| Json::from(x.to_string()), Json::Number),
+        Value::Real(x) => {
+            serde_json::Number::from_f64(x).map_or_else(|| Json::from(x.to_string()), Json::Number)
+        }
     }
 }
 

@@ -50,12 +50,13 @@ impl Archive {
     /// The dump or the condition is wrong; a limit. Cost: linear in the nodes of `reachable`.
     pub fn open(directory: &Path, condition: Option<&str>, settings: Settings) -> Result<Self> {
         let name = directory.join(FILE).display().to_string();
-        let dump = read_directory(directory, false)?;
+        let dump = read_directory(directory, false, settings.observer.as_ref())?;
         let mut program = program::rebuild(&name, &dump.manifest)?;
         let condition = condition.map(|text| lower(&mut program, text)).transpose()?;
         let program = Arc::new(program);
         let order = Encoding::order_of(&program, &dump.manifest.encoding.order);
-        let order = order.ok_or_else(|| wrong(&name, "the names of the bits are not those of the variables"))?;
+        let order =
+            order.ok_or_else(|| wrong(&name, "the names of the bits are not those of the variables"))?;
         let all = dump.manifest.regions.root("reachable");
         let all = all.ok_or_else(|| wrong(&name, "there is no region `reachable`"))?;
         let engine = SymbolicEngine::with_states(program, order, settings, &dump.regions, edge(all))?;
@@ -115,7 +116,10 @@ impl Archive {
                 let numbers = self.dump.manifest.choices.numbers.len();
                 let set = self.engine.load_choices(&self.dump.regions, edge(root), numbers)?;
                 let set = set.ok_or_else(|| {
-                    wrong(&self.name, &format!("`{}` has choices that the manifest does not number", root.name))
+                    wrong(
+                        &self.name,
+                        &format!("`{}` has choices that the manifest does not number", root.name),
+                    )
                 })?;
                 Ok(Selected::Choices(self.engine.choices_in(&set, &self.engine.all_states())?))
             }
@@ -135,7 +139,9 @@ impl Archive {
             (Selected::Choices(c), Selected::States(x)) | (Selected::States(x), Selected::Choices(c)) => {
                 Selected::Choices(self.engine.choices_in(c, x)?)
             }
-            (Selected::Choices(c), Selected::Choices(d)) => Selected::Choices(self.engine.common_choices(c, d)?),
+            (Selected::Choices(c), Selected::Choices(d)) => {
+                Selected::Choices(self.engine.common_choices(c, d)?)
+            }
         })
     }
 
@@ -146,7 +152,9 @@ impl Archive {
                 let all = self.engine.choices_in(&self.enabled()?, x)?;
                 Selected::Choices(self.engine.union_choices(c, &all)?)
             }
-            (Selected::Choices(c), Selected::Choices(d)) => Selected::Choices(self.engine.union_choices(c, d)?),
+            (Selected::Choices(c), Selected::Choices(d)) => {
+                Selected::Choices(self.engine.union_choices(c, d)?)
+            }
         })
     }
 

@@ -49,7 +49,11 @@ impl<'a, R: BufRead> Lines<'a, R> {
 
     /// Reads the next line or fails with what was expected.
     pub(super) fn expect(&mut self, what: &str) -> Result<()> {
-        if self.advance()? { Ok(()) } else { Err(self.wrong(format!("the file ends where {what} was expected"))) }
+        if self.advance()? {
+            Ok(())
+        } else {
+            Err(self.wrong(format!("the file ends where {what} was expected")))
+        }
     }
 
     /// The present line.

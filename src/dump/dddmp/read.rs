@@ -22,7 +22,9 @@ pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
     let mut diagram = Diagram { variables: header.variables, nodes: Vec::new(), roots: Vec::new() };
     lines.expect("the terminal `1 T 1 0 0`")?;
     if lines.words().ne(super::TERMINAL.split(|&b| b == b' ')) {
-        return Err(lines.wrong(format!("`{}` where the terminal `1 T 1 0 0` was expected", shown(lines.line()))));
+        return Err(
+            lines.wrong(format!("`{}` where the terminal `1 T 1 0 0` was expected", shown(lines.line())))
+        );
     }
     for id in 2..=header.nodes {
         lines.expect(&format!("node {id} of {}", header.nodes))?;
@@ -31,7 +33,11 @@ pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
     }
     lines.expect("`.end`")?;
     if lines.words().ne([super::END]) {
-        return Err(lines.wrong(format!("`{}` where `.end` was expected after {} nodes", shown(lines.line()), header.nodes)));
+        return Err(lines.wrong(format!(
+            "`{}` where `.end` was expected after {} nodes",
+            shown(lines.line()),
+            header.nodes
+        )));
     }
     while lines.advance()? {
         if lines.words().next().is_some() {
@@ -48,10 +54,14 @@ fn node<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, id: i64) -> Result<
     let mut words = lines.words();
     for column in &mut columns {
         let Some(word) = words.next() else {
-            return Err(lines.wrong(format!("node {id}: five numbers were expected in `{}`", shown(lines.line()))));
+            return Err(
+                lines.wrong(format!("node {id}: five numbers were expected in `{}`", shown(lines.line())))
+            );
         };
         let Some(value) = number(word) else {
-            return Err(lines.wrong(format!("node {id}: `{}` is no number of a node or variable", shown(word))));
+            return Err(
+                lines.wrong(format!("node {id}: `{}` is no number of a node or variable", shown(word)))
+            );
         };
         *column = value;
     }
@@ -72,7 +82,8 @@ fn node<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, id: i64) -> Result<
     }
     for child in [node.then, node.otherwise] {
         if diagram.level(child) <= level {
-            let message = format!("node {id}: the arc {} leads to a variable that is not deeper", child.number());
+            let message =
+                format!("node {id}: the arc {} leads to a variable that is not deeper", child.number());
             return Err(lines.wrong(message));
         }
     }
@@ -83,9 +94,8 @@ fn level<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, variable: i64, ind
     let width = diagram.variables.len();
     match u32::try_from(variable) {
         Ok(level) if (level as usize) < width && variable == index => Ok(level),
-        Ok(level) if (level as usize) < width => {
-            Err(lines.wrong(format!("variable {variable} has the index {index}; both are the same in this format")))
-        }
+        Ok(level) if (level as usize) < width => Err(lines
+            .wrong(format!("variable {variable} has the index {index}; both are the same in this format"))),
         _ => Err(lines.wrong(format!("there is no variable {variable}: the file has {width}"))),
     }
 }
@@ -150,7 +160,11 @@ impl Header {
             ".ids" | ".permids" => self.listed.push(identity(lines, &mut words)?),
             ".nroots" => self.root_count = Some(count(lines, &mut words, MOST_VARIABLES)?),
             ".rootids" => self.roots = roots(lines, &mut words)?,
-            _ => return Err(lines.wrong(format!("`{}` is no header line of this format", shown(key.as_bytes())))),
+            _ => {
+                return Err(
+                    lines.wrong(format!("`{}` is no header line of this format", shown(key.as_bytes())))
+                );
+            }
         }
         self.seen.push(key);
         Ok(())
@@ -172,13 +186,18 @@ impl Header {
     fn consistent<R: BufRead>(&self, lines: &Lines<'_, R>) -> Result<()> {
         let (named, counted) = (self.variables.len(), self.width.unwrap_or_default());
         if named != counted {
-            return Err(lines.wrong(format!("`.nvars` is {counted}, but `.orderedvarnames` has {named} names")));
+            return Err(
+                lines.wrong(format!("`.nvars` is {counted}, but `.orderedvarnames` has {named} names"))
+            );
         }
         if self.listed.iter().any(|&n| n != counted) {
             return Err(lines.wrong(format!("`.ids` and `.permids` do not list the {counted} variables")));
         }
         if self.root_count.is_some_and(|n| n != self.roots.len()) {
-            return Err(lines.wrong(format!("`.rootids` has {} numbers, not as many as `.nroots` says", self.roots.len())));
+            return Err(lines.wrong(format!(
+                "`.rootids` has {} numbers, not as many as `.nroots` says",
+                self.roots.len()
+            )));
         }
         if let Some(root) = self.roots.iter().find(|r| r.id() as i64 > self.nodes) {
             return Err(lines.wrong(format!("the root {} is no node of the file", root.number())));
@@ -216,7 +235,9 @@ fn names<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<Vec<S
     let mut sorted: Vec<&String> = names.iter().collect();
     sorted.sort_unstable();
     match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(lines.wrong(format!("the variable `{}` is there twice", shown(pair[0].as_bytes())))),
+        Some(pair) => {
+            Err(lines.wrong(format!("the variable `{}` is there twice", shown(pair[0].as_bytes()))))
+        }
         None => Ok(names),
     }
 }
@@ -226,7 +247,10 @@ fn identity<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<us
     let mut listed = 0;
     for (expected, word) in words.enumerate() {
         if number(word) != Some(expected as i64) {
-            return Err(lines.wrong(format!("`{}` where {expected} was expected: variables are numbered in order", shown(word))));
+            return Err(lines.wrong(format!(
+                "`{}` where {expected} was expected: variables are numbered in order",
+                shown(word)
+            )));
         }
         listed += 1;
     }

@@ -39,7 +39,11 @@ fn header(diagram: &Diagram, out: &mut impl Write) -> io::Result<()> {
     list(out, ".rootids", diagram.roots.iter().map(|r| r.number()))
 }
 
-fn list(out: &mut impl Write, key: &str, items: impl Iterator<Item = impl std::fmt::Display>) -> io::Result<()> {
+fn list(
+    out: &mut impl Write,
+    key: &str,
+    items: impl Iterator<Item = impl std::fmt::Display>,
+) -> io::Result<()> {
     write!(out, "{key}")?;
     for item in items {
         write!(out, " {item}")?;
