@@ -1,9 +1,9 @@
 //! The error space: wrong input (with its place), limits that were hit, files, usage.
 
 use std::fmt;
-use std::ops::Range;
-use std::sync::Arc;
 use std::time::Duration;
+
+pub use crate::diagnostic::{Diagnostic, Kind, SourceFile, render};
 
 /// The result of every operation of the library that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -93,28 +93,4 @@ impl fmt::Display for Limit {
             Limit::Size { what } => write!(f, "too large: {what}"),
         }
     }
-}
-
-/// A text with a name, kept for messages that point into it.
-#[derive(Debug, PartialEq, Eq)]
-pub struct SourceFile {
-    /// The path as the user gave it, or a description such as `--target`.
-    pub name: String,
-    /// The whole text.
-    pub text: String,
-}
-
-/// One message that points at a place in a text.
-#[derive(Debug, Clone)]
-pub struct Diagnostic {
-    /// What is wrong.
-    pub message: String,
-    /// The text it points into.
-    pub source: Arc<SourceFile>,
-    /// The byte range it points at.
-    pub span: Range<usize>,
-    /// What stands below the caret.
-    pub label: String,
-    /// What would help.
-    pub help: Option<String>,
 }

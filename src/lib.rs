@@ -1,5 +1,7 @@
 //! Meliora: a symbolic model checker for opportunistic planning with incomplete preferences.
 
+pub mod diagnostic;
 pub mod engine;
 pub mod error;
+pub mod lang;
 pub mod model;

@@ -1,0 +1,185 @@
+//! Messages that point at a place in a text, and their one rendering.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+
+/// A text with a name, kept for messages that point into it.
+#[derive(Debug, PartialEq, Eq)]
+pub struct SourceFile {
+    /// The path as the user gave it, or a description such as `--target`.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+impl SourceFile {
+    /// A text with its name.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Arc<Self> {
+        Arc::new(SourceFile { name: name.into(), text: text.into() })
+    }
+
+    /// The line and column, both from 1, of a byte offset; columns count characters.
+    pub fn position(&self, offset: usize) -> (usize, usize) {
+        let offset = self.floor(offset);
+        let before = &self.text[..offset];
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+
+    /// The nearest character boundary at or before `offset`.
+    fn floor(&self, offset: usize) -> usize {
+        self.text.floor_char_boundary(offset.min(self.text.len()))
+    }
+
+    fn clamp(&self, span: &Range<usize>) -> Range<usize> {
+        let start = self.floor(span.start);
+        start..self.floor(span.end).max(start)
+    }
+}
+
+/// What a diagnostic reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Kind {
+    /// Something is wrong.
+    #[default]
+    Error,
+    /// Something is right, but not supported.
+    Unsupported,
+    /// Something is suspicious.
+    Warning,
+}
+
+/// One message that points at a place in a text.
+#[derive(Debug, Clone)]
+pub struct Diagnostic {
+    /// An error, something unsupported, or a warning.
+    pub kind: Kind,
+    /// What is wrong.
+    pub message: String,
+    /// The text it points into.
+    pub source: Arc<SourceFile>,
+    /// The byte range it points at.
+    pub span: Range<usize>,
+    /// What stands below the caret.
+    pub label: String,
+    /// What would help.
+    pub help: Option<String>,
+    /// Further facts.
+    pub notes: Vec<String>,
+    /// Other places of the same text that matter, each with what stands below them.
+    pub related: Vec<(Range<usize>, String)>,
+}
+
+impl Diagnostic {
+    /// An error at a place.
+    pub fn new(source: &Arc<SourceFile>, span: Range<usize>, message: impl Into<String>) -> Self {
+        Diagnostic {
+            kind: Kind::Error,
+            message: message.into(),
+            source: Arc::clone(source),
+            span,
+            label: String::new(),
+            help: None,
+            notes: Vec::new(),
+            related: Vec::new(),
+        }
+    }
+
+    /// Says what kind of message it is.
+    #[must_use]
+    pub fn kind(mut self, kind: Kind) -> Self {
+        self.kind = kind;
+        self
+    }
+
+    /// Says what stands below the caret.
+    #[must_use]
+    pub fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    /// Says what would help.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Adds a fact.
+    #[must_use]
+    pub fn note(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
+    /// Adds another place of the same text.
+    #[must_use]
+    pub fn related(mut self, span: Range<usize>, label: impl Into<String>) -> Self {
+        self.related.push((span, label.into()));
+        self
+    }
+
+    /// The line and column, both from 1, where it points.
+    pub fn position(&self) -> (usize, usize) {
+        self.source.position(self.span.start)
+    }
+}
+
+/// The diagnostics as text for people: file, line, column, the line itself and a caret.
+pub fn render(diagnostics: &[Diagnostic], colour: bool) -> String {
+    let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+    let mut text = String::new();
+    for diagnostic in diagnostics {
+        text.push_str(&renderer.render(&groups(diagnostic)));
+        text.push('\n');
+    }
+    text
+}
+
+fn groups(diagnostic: &Diagnostic) -> [Group<'_>; 1] {
+    let source = &diagnostic.source;
+    let primary = AnnotationKind::Primary.span(source.clamp(&diagnostic.span));
+    let mut snippet = Snippet::source(source.text.as_str())
+        .path(source.name.as_str())
+        .annotation(primary.label(diagnostic.label.as_str()));
+    for (span, label) in &diagnostic.related {
+        let place = AnnotationKind::Context.span(source.clamp(span));
+        snippet = snippet.annotation(place.label(label.as_str()));
+    }
+    let level = match diagnostic.kind {
+        Kind::Warning => Level::WARNING,
+        Kind::Error | Kind::Unsupported => Level::ERROR,
+    };
+    let mut group = level.primary_title(diagnostic.message.as_str()).element(snippet);
+    for note in &diagnostic.notes {
+        group = group.element(Level::NOTE.message(note.as_str()));
+    }
+    if let Some(help) = &diagnostic.help {
+        group = group.element(Level::HELP.message(help.as_str()));
+    }
+    [group]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_count_characters_and_survive_any_offset() {
+        let file = SourceFile::new("m", "aé\nb");
+        assert_eq!(file.position(0), (1, 1));
+        assert_eq!(file.position(2), (1, 2));
+        assert_eq!(file.position(4), (2, 1));
+        assert_eq!(file.position(99), (2, 2));
+    }
+
+    #[test]
+    fn a_place_past_the_end_renders() {
+        let file = SourceFile::new("m", "ab");
+        let text = render(&[Diagnostic::new(&file, 7..9, "gone").label("here").help("try")], false);
+        assert!(text.contains("gone") && text.contains("m:1:3"), "{text}");
+    }
+}

@@ -1,0 +1,64 @@
+//! Constants and formulas that depend on themselves.
+
+use super::lower::Lowerer;
+use super::scope::NO_RENAMING;
+
+/// How far the search has come with a definition.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mark {
+    New,
+    Open,
+    Done,
+}
+
+impl Lowerer<'_> {
+    /// Reports each cycle that a search in depth meets; says whether there is one.
+    pub(super) fn find_cycles(&mut self) -> bool {
+        let mut marks = vec![Mark::New; self.scope.definitions.len()];
+        let mut found = false;
+        for root in 0..marks.len() {
+            // The path from the root, each with what it depends on and has not been looked at.
+            let mut path: Vec<(usize, Vec<usize>)> = Vec::new();
+            self.open(root, &mut marks, &mut path);
+            while let Some((at, rest)) = path.last_mut() {
+                let Some(next) = rest.pop() else {
+                    marks[*at] = Mark::Done;
+                    path.pop();
+                    continue;
+                };
+                if marks[next] == Mark::Open {
+                    let start = path.iter().position(|(d, _)| *d == next).unwrap_or(0);
+                    let cycle: Vec<usize> = path[start..].iter().map(|(d, _)| *d).collect();
+                    self.report_cycle(&cycle);
+                    found = true;
+                } else {
+                    self.open(next, &mut marks, &mut path);
+                }
+            }
+        }
+        found
+    }
+
+    fn open(&self, definition: usize, marks: &mut [Mark], path: &mut Vec<(usize, Vec<usize>)>) {
+        if marks[definition] == Mark::New {
+            marks[definition] = Mark::Open;
+            let dependencies = self.scope.dependencies(definition, NO_RENAMING);
+            path.push((definition, dependencies.into_iter().map(|(d, _)| d).rev().collect()));
+        }
+    }
+
+    fn report_cycle(&mut self, cycle: &[usize]) {
+        let Some(&first) = cycle.first() else { return };
+        let names: Vec<&str> =
+            cycle.iter().chain([&first]).map(|&d| self.scope.definitions[d].name).collect();
+        let kind = if self.scope.definitions[first].constant.is_some() { "constant" } else { "formula" };
+        let definition = &self.scope.definitions[first];
+        let mut diagnostic = self
+            .wrong(definition.span, format!("the {kind} `{}` depends on itself", definition.name))
+            .note(names.join(" -> "));
+        for &d in &cycle[1..] {
+            diagnostic = diagnostic.related(self.scope.definitions[d].span.range(), "by way of this");
+        }
+        self.report(diagnostic);
+    }
+}

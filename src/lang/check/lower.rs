@@ -1,0 +1,246 @@
+//! Expressions: from the syntax tree into the pool, with types checked and names resolved.
+
+use std::sync::Arc;
+
+use ahash::AHashMap;
+
+use super::scope::{Env, Scope, Symbol};
+use crate::error::{Diagnostic, SourceFile};
+use crate::lang::ast::{BinaryOp, Expr, ExprKind, Span};
+use crate::model::expr::{ExprId, ExprPool};
+use crate::model::value::{Type, Value};
+
+/// After this many errors the rest is not reported.
+const MAX_ERRORS: usize = 20;
+
+/// What lowering works on: the pool that grows, the names, and the errors so far.
+pub(super) struct Lowerer<'a> {
+    pub(super) source: Arc<SourceFile>,
+    pub(super) scope: Scope<'a>,
+    pub(super) pool: ExprPool,
+    /// Definitions that have been lowered under a renaming; none where that failed.
+    pub(super) lowered: AHashMap<(usize, Env), Option<ExprId>>,
+    /// Labels that may be named; none where labels have no place.
+    pub(super) labels: Option<AHashMap<String, ExprId>>,
+    pub(super) diagnostics: Vec<Diagnostic>,
+    /// The height of each node of the pool, where it is known; see [`super::ops::MAX_HEIGHT`].
+    pub(super) heights: Vec<u32>,
+}
+
+impl<'a> Lowerer<'a> {
+    pub(super) fn new(source: &Arc<SourceFile>, scope: Scope<'a>, pool: ExprPool) -> Self {
+        Lowerer {
+            source: Arc::clone(source),
+            scope,
+            pool,
+            lowered: AHashMap::new(),
+            labels: None,
+            diagnostics: Vec::new(),
+            heights: Vec::new(),
+        }
+    }
+
+    /// An error at a place of the text.
+    pub(super) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(&self.source, span.range(), message)
+    }
+
+    /// Records an error, once: the same place is read again under each renaming.
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+        let known =
+            self.diagnostics.iter().any(|d| d.span == diagnostic.span && d.message == diagnostic.message);
+        if !known && self.diagnostics.len() < MAX_ERRORS {
+            self.diagnostics.push(diagnostic);
+        }
+    }
+
+    /// Reports and gives up on the expression at hand.
+    pub(super) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
+        let diagnostic = self.wrong(span, message);
+        self.report(diagnostic);
+        None
+    }
+
+    /// The expression in the pool, or none when it is wrong and that has been reported.
+    pub(super) fn expr(&mut self, e: &Expr, env: Env) -> Option<ExprId> {
+        match &e.kind {
+            ExprKind::Bool(b) => self.literal(Value::Bool(*b)),
+            ExprKind::Int(i) => self.literal(Value::Int(*i)),
+            ExprKind::Real(x) => self.literal(Value::Real(*x)),
+            ExprKind::Name(name) => self.name(name, e.span, env),
+            ExprKind::Label(name) => self.label(name, e.span),
+            ExprKind::Not(a) => {
+                let operand = self.expr(a, env)?;
+                self.not(operand, a.span)
+            }
+            ExprKind::Neg(a) => {
+                let operand = self.expr(a, env)?;
+                self.neg(operand, a.span, e.span)
+            }
+            ExprKind::Chain(first, rest) => self.chain(first, rest, env),
+            ExprKind::Ite(cases, otherwise) => self.conditional(cases, otherwise, env),
+            ExprKind::Call(function, arguments) => {
+                let operands: Vec<_> = arguments.iter().map(|a| (self.expr(a, env), a.span)).collect();
+                let operands: Option<Vec<_>> = operands.into_iter().map(|(e, s)| Some((e?, s))).collect();
+                let name = self.scope.rename(&function.name, env).0.to_owned();
+                self.call(&name, function.span, &operands?, e.span)
+            }
+        }
+    }
+
+    /// An expression of type `bool`.
+    pub(super) fn condition(&mut self, e: &Expr, env: Env, what: &str) -> Option<ExprId> {
+        let id = self.expr(e, env)?;
+        self.expect_type(id, Type::Bool, e.span, what)
+    }
+
+    /// An expression of a type, with an integer made real where a real is wanted.
+    pub(super) fn typed(&mut self, e: &Expr, env: Env, ty: Type, what: &str) -> Option<ExprId> {
+        let id = self.expr(e, env)?;
+        self.expect_type(id, ty, e.span, what)
+    }
+
+    pub(super) fn expect_type(&mut self, id: ExprId, ty: Type, span: Span, what: &str) -> Option<ExprId> {
+        match (self.pool.ty(id), ty) {
+            (found, wanted) if found == wanted => Some(id),
+            (Type::Int, Type::Real) => self.to_real(id, span),
+            (found, wanted) => {
+                let mut diagnostic = self
+                    .wrong(span, format!("type error: {what} must be of type `{wanted}`"))
+                    .label(format!("of type `{found}`"));
+                if (found, wanted) == (Type::Real, Type::Int) {
+                    diagnostic = diagnostic.help("`floor`, `ceil` and `round` make integers; `/` never does");
+                }
+                self.report(diagnostic);
+                None
+            }
+        }
+    }
+
+    pub(super) fn literal(&mut self, value: Value) -> Option<ExprId> {
+        Some(self.pool.value(value))
+    }
+
+    fn name(&mut self, name: &str, span: Span, env: Env) -> Option<ExprId> {
+        let (name, inside) = self.scope.rename(name, env);
+        match self.scope.symbol(name) {
+            Some(Symbol::Definition(definition)) => self.definition(definition, inside),
+            Some(Symbol::Variable(variable, ty)) => Some(self.pool.var(variable, ty)),
+            Some(Symbol::Value(value)) => self.literal(value),
+            Some(Symbol::Expression(id)) => Some(id),
+            None => {
+                let mut diagnostic = self
+                    .wrong(span, format!("unknown name `{name}`"))
+                    .label("no variable, constant or formula");
+                if let Some(similar) = self.scope.similar(name) {
+                    diagnostic = diagnostic.help(format!("there is `{similar}`"));
+                }
+                self.report(diagnostic);
+                None
+            }
+        }
+    }
+
+    fn label(&mut self, name: &str, span: Span) -> Option<ExprId> {
+        let Some(labels) = &self.labels else {
+            let help = "labels can be used in targets; use a formula here";
+            let diagnostic = self.wrong(span, "a label cannot be used inside the model").help(help);
+            self.report(diagnostic);
+            return None;
+        };
+        if let Some(&id) = labels.get(name) {
+            return Some(id);
+        }
+        let mut known: Vec<_> = labels.keys().map(|k| format!("\"{k}\"")).collect();
+        known.sort();
+        let diagnostic = self.wrong(span, format!("unknown label \"{name}\""));
+        self.report(diagnostic.help(format!("the labels are {}", known.join(", "))));
+        None
+    }
+
+    /// A constant or a formula. What it needs is lowered first, in an order found without recursion,
+    /// so that long rows of definitions are no problem. There are no cycles: that was checked before.
+    pub(super) fn definition(&mut self, definition: usize, env: Env) -> Option<ExprId> {
+        let mut pending = vec![(definition, env, false)];
+        while let Some((d, e, ready)) = pending.pop() {
+            let e = if self.scope.definitions[d].constant.is_some() { super::scope::NO_RENAMING } else { e };
+            if self.lowered.contains_key(&(d, e)) {
+                continue;
+            }
+            if ready {
+                let id = self.lower_definition(d, e);
+                self.lowered.insert((d, e), id);
+                continue;
+            }
+            pending.push((d, e, true));
+            pending.extend(self.scope.dependencies(d, e).into_iter().map(|(d, e)| (d, e, false)));
+        }
+        let env = if self.scope.definitions[definition].constant.is_some() { 0 } else { env };
+        self.lowered.get(&(definition, env)).copied().flatten()
+    }
+
+    fn lower_definition(&mut self, definition: usize, env: Env) -> Option<ExprId> {
+        let body = self.scope.definitions[definition].body?;
+        match self.scope.definitions[definition].constant {
+            None => self.expr(body, env),
+            Some(ty) => {
+                let what = format!("the constant `{}`", self.scope.definitions[definition].name);
+                let id = self.typed(body, env, ty, &what)?;
+                self.constant_value(id, body.span, &what).map(|value| self.pool.value(value))
+            }
+        }
+    }
+
+    /// The value of an expression without variables.
+    pub(super) fn constant_value(&mut self, id: ExprId, span: Span, what: &str) -> Option<Value> {
+        match self.pool.literal(id) {
+            Some(Value::Real(x)) if !x.is_finite() => self
+                .fail(span, format!("{what} has no finite value (it is {x}): is there a division by zero?")),
+            Some(value) => Some(value),
+            None => {
+                let diagnostic = self.wrong(span, format!("{what} must not depend on variables"));
+                self.report(diagnostic.label("not constant"));
+                None
+            }
+        }
+    }
+
+    fn chain(&mut self, first: &Expr, rest: &[(BinaryOp, Expr)], env: Env) -> Option<ExprId> {
+        // All operands are lowered before giving up, so that several errors are found in one run.
+        let mut operands = vec![(self.expr(first, env), first.span)];
+        for (_, e) in rest {
+            operands.push((self.expr(e, env), e.span));
+        }
+        let operands: Vec<_> = operands.into_iter().map(|(e, s)| Some((e?, s))).collect::<Option<_>>()?;
+        let op = rest.first()?.0;
+        if matches!(op, BinaryOp::And | BinaryOp::Or) {
+            return self.balanced(op, &operands);
+        }
+        let (mut left, start) = operands[0];
+        let mut span = start;
+        for ((op, _), &(right, right_span)) in rest.iter().zip(&operands[1..]) {
+            let whole = start.to(right_span);
+            left = self.binary(*op, (left, span), (right, right_span), whole)?;
+            span = whole;
+        }
+        Some(left)
+    }
+
+    fn conditional(&mut self, cases: &[(Expr, Expr)], otherwise: &Expr, env: Env) -> Option<ExprId> {
+        let mut lowered = Vec::new();
+        for (condition, then) in cases {
+            let condition = self.condition(condition, env, "the condition of `?`");
+            lowered.push((condition, self.expr(then, env), then.span));
+        }
+        let mut result = self.expr(otherwise, env);
+        let mut span = otherwise.span;
+        for (condition, then, then_span) in lowered.into_iter().rev() {
+            result = match (condition, then, result) {
+                (Some(c), Some(a), Some(b)) => self.ite(c, (a, then_span), (b, span)),
+                _ => None,
+            };
+            span = then_span.to(span);
+        }
+        result
+    }
+}

@@ -1,0 +1,130 @@
+//! From the syntax tree to the flat program: names, types, constants, renaming, composition.
+
+mod collect;
+mod constants;
+mod cycles;
+mod lower;
+mod modules;
+mod ops;
+mod scope;
+mod system;
+mod target;
+mod variables;
+
+use std::sync::Arc;
+
+use super::ast::{ConstDef, FormulaDef, Item, LabelDef, Model, ModelType};
+use super::{parse_constants, parse_model};
+use crate::error::{Diagnostic, Error, Result, SourceFile};
+use crate::model::expr::ExprPool;
+use crate::model::{ModelKind, Program};
+use collect::Parts;
+use lower::Lowerer;
+use scope::NO_RENAMING;
+
+pub use target::lower_target;
+
+/// A program, with what else is to be said about it.
+#[derive(Debug, Clone)]
+pub struct Checked {
+    /// The flat program.
+    pub program: Program,
+    /// What is suspicious, but no error.
+    pub warnings: Vec<Diagnostic>,
+    /// How many reward structures were read and ignored.
+    pub ignored_rewards: usize,
+}
+
+/// Reads a model file and flattens it. `constants` has the form `K=4,N=3` and may be empty.
+///
+/// # Errors
+/// All errors of the text that could be told apart: of syntax first, then of meaning.
+pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
+    let model = parse_model(source);
+    let bindings = parse_constants(constants)?;
+    check(&model?, source, constants, &bindings)
+}
+
+/// Flattens a model: gives undefined constants their values, checks names and types, carries out
+/// renamings and the composition.
+///
+/// `source` is the text that `model` was read from, `given` that of `bindings`.
+///
+/// # Errors
+/// Everything PRISM refuses too: see the tests for each case.
+pub fn check(
+    model: &Model,
+    source: &Arc<SourceFile>,
+    given: &Arc<SourceFile>,
+    bindings: &[super::valuation::Binding],
+) -> Result<Checked> {
+    let mut parts = Parts::default();
+    let mut lowerer = Lowerer::new(source, scope::Scope::default(), ExprPool::default());
+    parts.collect(model, &mut lowerer);
+    lowerer.declare(&parts);
+    let mut foreign = lowerer.give_constants(&parts, given, bindings);
+    if lowerer.find_cycles() || !foreign.is_empty() || !lowerer.diagnostics.is_empty() {
+        // Names and constants come first: without them, what follows would be noise.
+        foreign.append(&mut lowerer.diagnostics);
+        return Err(Error::Input(foreign));
+    }
+    let program = lowerer.program(&parts, bindings);
+    match program {
+        Some(program) if lowerer.diagnostics.is_empty() => Ok(Checked {
+            program: Program { pool: lowerer.pool, ..program },
+            warnings: Vec::new(),
+            ignored_rewards: parts.rewards,
+        }),
+        _ => Err(Error::Input(lowerer.diagnostics)),
+    }
+}
+
+impl<'a> Lowerer<'a> {
+    /// The program, with an empty pool in place of the one that is still in use here.
+    fn program(&mut self, parts: &Parts<'a>, bindings: &[super::valuation::Binding]) -> Option<Program> {
+        let constants = self.constant_values(parts);
+        let variables = self.variables(parts);
+        let formulas: Vec<_> = parts.formulas.iter().map(|f| self.formula(f)).collect();
+        let initial = self.initial(parts, &variables);
+        let (actions, commands) = self.commands(parts);
+        let labels: Vec<_> = parts.labels.iter().map(|l| self.label_definition(l)).collect();
+        let composed = self.synchronisations(parts, &commands, actions);
+        let (actions, synchronisations) = composed?;
+        Some(Program {
+            source: Arc::clone(&self.source),
+            kind: match parts.kind {
+                ModelType::Mdp => ModelKind::Mdp,
+                ModelType::Dtmc => ModelKind::Dtmc,
+            },
+            constants: constants?,
+            given_constants: bindings.iter().map(|b| b.name.name.clone()).collect(),
+            pool: ExprPool::default(),
+            variables: variables?,
+            modules: parts.modules.iter().map(|m| m.name.name.clone()).collect(),
+            initial: initial?,
+            actions,
+            commands: commands?,
+            synchronisations,
+            labels: labels.into_iter().collect::<Option<_>>()?,
+            formulas: formulas.into_iter().collect::<Option<_>>()?,
+        })
+    }
+
+    fn formula(&mut self, formula: &FormulaDef) -> Option<(String, crate::model::expr::ExprId)> {
+        let definition = match self.scope.symbol(&formula.name.name) {
+            Some(scope::Symbol::Definition(d)) => d,
+            _ => return None,
+        };
+        Some((formula.name.name.clone(), self.definition(definition, NO_RENAMING)?))
+    }
+
+    fn label_definition(&mut self, label: &LabelDef) -> Option<(String, crate::model::expr::ExprId)> {
+        let what = format!("the label \"{}\"", label.name.name);
+        Some((label.name.name.clone(), self.condition(&label.body, NO_RENAMING, &what)?))
+    }
+}
+
+/// The constants of a model in the order of declaration.
+fn constants(model: &Model) -> impl Iterator<Item = &ConstDef> {
+    model.items.iter().filter_map(|item| if let Item::Const(c) = item { Some(c) } else { None })
+}

@@ -1,0 +1,276 @@
+//! Operators and functions: their types as PRISM has them, and the nodes they become.
+
+use super::lower::Lowerer;
+use crate::lang::ast::{BinaryOp, Span};
+use crate::model::expr::{Binary, ExprId, Node, Unary};
+use crate::model::value::{EvalError, Type, Value};
+
+/// How high an expression may be once formulas are put in. Engines recurse over expressions.
+pub(super) const MAX_HEIGHT: u32 = 2000;
+
+/// An operand with its place.
+pub(super) type Operand = (ExprId, Span);
+
+impl Lowerer<'_> {
+    /// Checks what the pool made: that it has a value, and that it is not too high.
+    fn made(&mut self, made: Result<ExprId, EvalError>, span: Span) -> Option<ExprId> {
+        match made {
+            Ok(id) if self.height(id) <= MAX_HEIGHT => Some(id),
+            Ok(_) => {
+                let message =
+                    format!("this expression nests more than {MAX_HEIGHT} operators, formulas included");
+                self.fail(span, message)
+            }
+            Err(error) => {
+                let diagnostic = self.wrong(span, "this expression has no value");
+                self.report(diagnostic.label(error.to_string()));
+                None
+            }
+        }
+    }
+
+    /// The height of a node; its operands have been asked for before.
+    fn height(&mut self, id: ExprId) -> u32 {
+        if self.heights.len() <= id.index() {
+            self.heights.resize(id.index() + 1, 0);
+        }
+        if self.heights[id.index()] == 0 {
+            let known = |e: ExprId| self.heights.get(e.index()).copied().unwrap_or(0);
+            self.heights[id.index()] = 1 + match self.pool.node(id) {
+                Node::Literal(_) | Node::Var(_) => 0,
+                Node::Unary(_, a) => known(a),
+                Node::Binary(_, a, b) => known(a).max(known(b)),
+                Node::Ite(c, a, b) => known(c).max(known(a)).max(known(b)),
+            };
+        }
+        self.heights[id.index()]
+    }
+
+    fn unary(&mut self, op: Unary, a: ExprId, span: Span) -> Option<ExprId> {
+        let made = self.pool.unary(op, a);
+        self.made(made, span)
+    }
+
+    fn node(&mut self, op: Binary, a: ExprId, b: ExprId, span: Span) -> Option<ExprId> {
+        let made = self.pool.binary(op, a, b);
+        self.made(made, span)
+    }
+
+    pub(super) fn to_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
+        match self.pool.ty(id) {
+            Type::Int => self.unary(Unary::ToReal, id, span),
+            _ => Some(id),
+        }
+    }
+
+    pub(super) fn not(&mut self, a: ExprId, span: Span) -> Option<ExprId> {
+        let a = self.expect_type(a, Type::Bool, span, "the operand of `!`")?;
+        self.unary(Unary::Not, a, span)
+    }
+
+    pub(super) fn neg(&mut self, a: ExprId, operand: Span, span: Span) -> Option<ExprId> {
+        self.expect_number((a, operand), "the operand of `-`")?;
+        self.unary(Unary::Neg, a, span)
+    }
+
+    fn expect_number(&mut self, (id, span): Operand, what: &str) -> Option<()> {
+        if self.pool.ty(id) != Type::Bool {
+            return Some(());
+        }
+        let diagnostic = self.wrong(span, format!("type error: {what} must be a number"));
+        self.report(diagnostic.label("of type `bool`"));
+        None
+    }
+
+    /// Both operands as numbers of one type.
+    fn numbers(&mut self, a: Operand, b: Operand, what: &str) -> Option<(ExprId, ExprId)> {
+        let (left, right) = (self.expect_number(a, what), self.expect_number(b, what));
+        left.and(right)?;
+        self.same_numbers(a, b)
+    }
+
+    fn same_numbers(&mut self, a: Operand, b: Operand) -> Option<(ExprId, ExprId)> {
+        if self.pool.ty(a.0) == self.pool.ty(b.0) {
+            return Some((a.0, b.0));
+        }
+        Some((self.to_real(a.0, a.1)?, self.to_real(b.0, b.1)?))
+    }
+
+    fn reals(&mut self, a: Operand, b: Operand, what: &str) -> Option<(ExprId, ExprId)> {
+        let (left, right) = (self.expect_number(a, what), self.expect_number(b, what));
+        left.and(right)?;
+        Some((self.to_real(a.0, a.1)?, self.to_real(b.0, b.1)?))
+    }
+
+    fn booleans(&mut self, a: Operand, b: Operand, what: &str) -> Option<()> {
+        let left = self.expect_type(a.0, Type::Bool, a.1, what);
+        let right = self.expect_type(b.0, Type::Bool, b.1, what);
+        left.and(right).map(|_| ())
+    }
+
+    /// `a & b & …` or `a | b | …` as a tree of small height; the order of evaluation stays.
+    pub(super) fn balanced(&mut self, op: BinaryOp, operands: &[Operand]) -> Option<ExprId> {
+        let what = format!("an operand of `{}`", op.symbol());
+        let checked: Vec<_> = operands
+            .iter()
+            .map(|&(e, s)| self.expect_type(e, Type::Bool, s, &what).map(|e| (e, s)))
+            .collect();
+        let mut row: Vec<Operand> = checked.into_iter().collect::<Option<_>>()?;
+        let node = if op == BinaryOp::And { Binary::And } else { Binary::Or };
+        while row.len() > 1 {
+            let mut next = Vec::with_capacity(row.len().div_ceil(2));
+            for pair in row.chunks(2) {
+                next.push(match *pair {
+                    [(a, start), (b, end)] => (self.node(node, a, b, start.to(end))?, start.to(end)),
+                    _ => pair[0],
+                });
+            }
+            row = next;
+        }
+        row.first().map(|o| o.0)
+    }
+
+    pub(super) fn binary(&mut self, op: BinaryOp, a: Operand, b: Operand, span: Span) -> Option<ExprId> {
+        let what = format!("an operand of `{}`", op.symbol());
+        match op {
+            BinaryOp::Implies => {
+                self.booleans(a, b, &what)?;
+                let not = self.unary(Unary::Not, a.0, a.1)?;
+                self.node(Binary::Or, not, b.0, span)
+            }
+            BinaryOp::Iff => {
+                self.booleans(a, b, &what)?;
+                self.node(Binary::Eq, a.0, b.0, span)
+            }
+            BinaryOp::Eq | BinaryOp::Ne => self.equality(op, a, b, span),
+            BinaryOp::Div => {
+                let (x, y) = self.reals(a, b, &what)?;
+                self.node(Binary::Div, x, y, span)
+            }
+            _ => {
+                let (x, y) = self.numbers(a, b, &what)?;
+                let (node, x, y) = match op {
+                    BinaryOp::Lt => (Binary::Lt, x, y),
+                    BinaryOp::Le => (Binary::Le, x, y),
+                    BinaryOp::Gt => (Binary::Lt, y, x),
+                    BinaryOp::Ge => (Binary::Le, y, x),
+                    BinaryOp::Add => (Binary::Add, x, y),
+                    BinaryOp::Sub => (Binary::Sub, x, y),
+                    BinaryOp::Mul => (Binary::Mul, x, y),
+                    BinaryOp::Pow => (Binary::Pow, x, y),
+                    BinaryOp::And => (Binary::And, x, y),
+                    _ => (Binary::Or, x, y),
+                };
+                self.node(node, x, y, span)
+            }
+        }
+    }
+
+    fn equality(&mut self, op: BinaryOp, a: Operand, b: Operand, span: Span) -> Option<ExprId> {
+        let (ta, tb) = (self.pool.ty(a.0), self.pool.ty(b.0));
+        if (ta == Type::Bool) != (tb == Type::Bool) {
+            let diagnostic = self.wrong(span, format!("type error: `{ta}` and `{tb}` cannot be compared"));
+            self.report(diagnostic.label(format!("`{}` between `{ta}` and `{tb}`", op.symbol())));
+            return None;
+        }
+        let (x, y) = self.same_numbers(a, b)?;
+        let equal = self.node(Binary::Eq, x, y, span)?;
+        if op == BinaryOp::Eq { Some(equal) } else { self.unary(Unary::Not, equal, span) }
+    }
+
+    /// `c ? a : b`
+    pub(super) fn ite(&mut self, c: ExprId, a: Operand, b: Operand) -> Option<ExprId> {
+        let (ta, tb) = (self.pool.ty(a.0), self.pool.ty(b.0));
+        let span = a.1.to(b.1);
+        if (ta == Type::Bool) != (tb == Type::Bool) {
+            return self
+                .fail(span, format!("type error: the branches of `?` are of types `{ta}` and `{tb}`"));
+        }
+        let (x, y) = self.same_numbers(a, b)?;
+        let made = self.pool.ite(c, x, y);
+        self.made(Ok(made), span)
+    }
+
+    /// `f(e, …)`
+    pub(super) fn call(&mut self, name: &str, at: Span, args: &[Operand], span: Span) -> Option<ExprId> {
+        let arity = match name {
+            "min" | "max" => 2..=usize::MAX,
+            "floor" | "ceil" | "round" => 1..=1,
+            "pow" | "mod" | "log" => 2..=2,
+            "multi" => {
+                let diagnostic = self.wrong(at, "the function `multi` is not supported");
+                let diagnostic = diagnostic.kind(crate::error::Kind::Unsupported).label("not supported");
+                self.report(diagnostic.note("`multi` joins properties and has no place in a model"));
+                return None;
+            }
+            _ => {
+                let help = "the functions are min, max, floor, ceil, round, pow, mod and log";
+                let diagnostic = self.wrong(at, format!("unknown function `{name}`")).help(help);
+                self.report(diagnostic);
+                return None;
+            }
+        };
+        if !arity.contains(&args.len()) {
+            let takes = match name {
+                "min" | "max" => "at least 2 arguments",
+                "floor" | "ceil" | "round" => "1 argument",
+                _ => "2 arguments",
+            };
+            return self.fail(span, format!("`{name}` takes {takes}, not {}", args.len()));
+        }
+        let what = format!("an argument of `{name}`");
+        match name {
+            "min" | "max" => self.extreme(name, args, &what, span),
+            "floor" | "ceil" | "round" => self.rounded(name, args[0], &what, span),
+            _ => self.arithmetic(name, args[0], args[1], &what, span),
+        }
+    }
+
+    /// `min` and `max` of any number of arguments; real when one of them is.
+    fn extreme(&mut self, name: &str, args: &[Operand], what: &str, span: Span) -> Option<ExprId> {
+        let checked: Vec<_> = args.iter().map(|&a| self.expect_number(a, what)).collect();
+        checked.into_iter().collect::<Option<()>>()?;
+        let op = if name == "min" { Binary::Min } else { Binary::Max };
+        let real = args.iter().any(|a| self.pool.ty(a.0) == Type::Real);
+        let mut result = None;
+        for &(id, at) in args {
+            let id = if real { self.to_real(id, at)? } else { id };
+            result = Some(match result {
+                None => id,
+                Some(before) => self.node(op, before, id, span)?,
+            });
+        }
+        result
+    }
+
+    /// `floor`, `ceil` and `round`; integers stay as they are.
+    fn rounded(&mut self, name: &str, a: Operand, what: &str, span: Span) -> Option<ExprId> {
+        self.expect_number(a, what)?;
+        if self.pool.ty(a.0) == Type::Int {
+            return Some(a.0);
+        }
+        let op = match name {
+            "floor" => Unary::Floor,
+            "ceil" => Unary::Ceil,
+            _ => Unary::Round,
+        };
+        self.unary(op, a.0, span)
+    }
+
+    /// `pow`, `mod` and `log`
+    fn arithmetic(&mut self, name: &str, a: Operand, b: Operand, what: &str, span: Span) -> Option<ExprId> {
+        let (op, (x, y)) = match name {
+            "pow" => (Binary::Pow, self.numbers(a, b, what)?),
+            "log" => (Binary::Log, self.reals(a, b, what)?),
+            _ => {
+                let x = self.expect_type(a.0, Type::Int, a.1, what);
+                let y = self.expect_type(b.0, Type::Int, b.1, what);
+                (Binary::Mod, (x?, y?))
+            }
+        };
+        if op == Binary::Mod && self.pool.literal(y) == Some(Value::Int(0)) {
+            return self.fail(span, "division by zero in `mod`");
+        }
+        self.node(op, x, y, span)
+    }
+}

@@ -1,0 +1,257 @@
+//! Composition: `system … endsystem`, or all modules in parallel, as a flat list of synchronisations.
+
+use std::collections::BTreeSet;
+
+use super::collect::Parts;
+use super::lower::Lowerer;
+use super::modules::Names;
+use crate::lang::ast::{Ident, Span, System, SystemKind};
+use crate::model::{Command, CommandId, Synchronisation};
+
+/// Compositions with more synchronisations than this are refused.
+const MAX_SYNCHRONISATIONS: usize = 100_000;
+
+/// What a part of a composition can do.
+#[derive(Debug, Clone, Default)]
+struct Process {
+    /// The actions it takes part in, even where it can never move with them.
+    alphabet: BTreeSet<usize>,
+    moves: Vec<Synchronisation>,
+}
+
+impl Process {
+    /// The moves with an action.
+    fn with(&self, action: usize) -> impl Iterator<Item = &Synchronisation> {
+        self.moves.iter().filter(move |m| m.action == Some(action))
+    }
+
+    /// The moves whose action is not one of `actions`.
+    fn without(&self, actions: &BTreeSet<usize>) -> impl Iterator<Item = &Synchronisation> {
+        self.moves.iter().filter(|m| m.action.is_none_or(|a| !actions.contains(&a)))
+    }
+}
+
+impl<'a> Lowerer<'a> {
+    /// The names of all actions, and what may happen in a step.
+    pub(super) fn synchronisations(
+        &mut self,
+        parts: &Parts<'a>,
+        commands: &Option<Vec<Command>>,
+        mut actions: Names,
+    ) -> Option<(Vec<String>, Vec<Synchronisation>)> {
+        let processes = processes(parts.modules.len(), commands.as_deref().unwrap_or(&[]));
+        let whole = match parts.system {
+            None => self.full(processes, Span::default()),
+            Some(system) => {
+                self.check_modules(system, parts);
+                let mut composition = Composition { parts, processes: &processes, actions: &mut actions };
+                let whole = composition.process(system, self);
+                whole.filter(|_| self.diagnostics.is_empty())
+            }
+        }?;
+        let mut moves = whole.moves;
+        // Stable: within one action, and among unlabelled moves, the order of the text stays.
+        moves.sort_by_key(|m| m.action);
+        commands.as_ref().map(|_| (actions.names, moves))
+    }
+
+    /// Each module stands in the composition once.
+    fn check_modules(&mut self, system: &System, parts: &Parts<'a>) {
+        let mut seen: Vec<(&str, Span)> = Vec::new();
+        modules_of(system, &mut seen);
+        for (i, &(name, span)) in seen.iter().enumerate() {
+            if parts.modules.iter().all(|m| m.name.name != name) {
+                self.fail::<()>(span, format!("there is no module `{name}`"));
+            } else if let Some((_, first)) = seen[..i].iter().find(|(n, _)| *n == name) {
+                let diagnostic =
+                    self.wrong(span, format!("the module `{name}` occurs twice in the composition"));
+                self.report(diagnostic.related(first.range(), "it occurs here first"));
+            }
+        }
+        for module in &parts.modules {
+            let name = &module.name.name;
+            if seen.iter().all(|(n, _)| n != name) {
+                let message = format!("the module `{name}` does not occur in the composition");
+                let diagnostic =
+                    self.wrong(system.span, message).help("every module must occur exactly once");
+                self.report(diagnostic);
+            }
+        }
+    }
+
+    /// All operands, synchronised on each action that several of them have.
+    fn full(&mut self, operands: Vec<Process>, span: Span) -> Option<Process> {
+        let mut whole = Process::default();
+        for operand in &operands {
+            whole.alphabet.extend(&operand.alphabet);
+            whole.moves.extend(operand.moves.iter().filter(|m| m.action.is_none()).cloned());
+        }
+        for &action in &whole.alphabet {
+            let participants: Vec<_> = operands.iter().filter(|o| o.alphabet.contains(&action)).collect();
+            let mut joint = vec![Synchronisation { action: Some(action), factors: Vec::new() }];
+            for participant in participants {
+                joint = join(&joint, &participant.with(action).cloned().collect::<Vec<_>>());
+                self.check_size(joint.len() + whole.moves.len(), span)?;
+            }
+            whole.moves.append(&mut joint);
+        }
+        Some(whole)
+    }
+
+    /// Two operands, synchronised on the actions given; both must move for one of these.
+    fn parallel(&mut self, a: &Process, b: &Process, on: &BTreeSet<usize>, span: Span) -> Option<Process> {
+        let alphabet = a.alphabet.union(&b.alphabet).copied().collect();
+        let mut moves: Vec<_> = a.without(on).chain(b.without(on)).cloned().collect();
+        for &action in on {
+            let (left, right) = (a.with(action).count(), b.with(action).count());
+            self.check_size(moves.len().saturating_add(left.saturating_mul(right)), span)?;
+            let left: Vec<_> = a.with(action).cloned().collect();
+            moves.extend(join(&left, &b.with(action).cloned().collect::<Vec<_>>()));
+        }
+        Some(Process { alphabet, moves })
+    }
+
+    fn check_size(&mut self, size: usize, span: Span) -> Option<()> {
+        if size <= MAX_SYNCHRONISATIONS {
+            return Some(());
+        }
+        self.fail(span, format!("the composition has more than {MAX_SYNCHRONISATIONS} synchronisations"))
+    }
+}
+
+/// Every move of the one together with every move of the other.
+fn join(left: &[Synchronisation], right: &[Synchronisation]) -> Vec<Synchronisation> {
+    let mut all = Vec::with_capacity(left.len().saturating_mul(right.len()));
+    for a in left {
+        for b in right {
+            let factors = a.factors.iter().chain(&b.factors).cloned().collect();
+            all.push(Synchronisation { action: a.action, factors });
+        }
+    }
+    all
+}
+
+/// The modules by themselves.
+fn processes(modules: usize, commands: &[Command]) -> Vec<Process> {
+    let mut processes = vec![Process::default(); modules];
+    for (index, command) in commands.iter().enumerate() {
+        let process = &mut processes[command.module];
+        let id = CommandId(u32::try_from(index).unwrap_or(u32::MAX));
+        process.alphabet.extend(command.action);
+        match process.moves.iter_mut().find(|m| m.action == command.action) {
+            Some(same) => same.factors[0].push(id),
+            None => process.moves.push(Synchronisation { action: command.action, factors: vec![vec![id]] }),
+        }
+    }
+    processes
+}
+
+fn modules_of<'s>(system: &'s System, seen: &mut Vec<(&'s str, Span)>) {
+    match &system.kind {
+        SystemKind::Module(name) => seen.push((name, system.span)),
+        SystemKind::Full(parts) | SystemKind::Interleaved(parts) => {
+            parts.iter().for_each(|p| modules_of(p, seen));
+        }
+        SystemKind::Parallel(a, _, b) => {
+            modules_of(a, seen);
+            modules_of(b, seen);
+        }
+        SystemKind::Hide(inner, _) | SystemKind::Rename(inner, _) => modules_of(inner, seen),
+    }
+}
+
+/// What the operators of a composition work on.
+struct Composition<'c, 'a> {
+    parts: &'c Parts<'a>,
+    processes: &'c [Process],
+    actions: &'c mut Names,
+}
+
+impl<'a> Composition<'_, 'a> {
+    fn process(&mut self, system: &System, lowerer: &mut Lowerer<'a>) -> Option<Process> {
+        match &system.kind {
+            SystemKind::Module(name) => {
+                let index = self.parts.modules.iter().position(|m| m.name.name == *name)?;
+                self.processes.get(index).cloned()
+            }
+            SystemKind::Full(operands) => {
+                let operands = self.operands(operands, lowerer)?;
+                lowerer.full(operands, system.span)
+            }
+            SystemKind::Interleaved(operands) => {
+                let mut whole = Process::default();
+                for mut operand in self.operands(operands, lowerer)? {
+                    whole.alphabet.append(&mut operand.alphabet);
+                    whole.moves.append(&mut operand.moves);
+                }
+                Some(whole)
+            }
+            SystemKind::Parallel(a, on, b) => {
+                let (a, b) = (self.process(a, lowerer), self.process(b, lowerer));
+                let on = self.known(on, lowerer)?;
+                lowerer.parallel(&a?, &b?, &on, system.span)
+            }
+            SystemKind::Hide(inner, hidden) => {
+                let inner = self.process(inner, lowerer);
+                let hidden = self.known(hidden, lowerer)?;
+                Some(hide(inner?, &hidden))
+            }
+            SystemKind::Rename(inner, renames) => {
+                let inner = self.process(inner, lowerer);
+                let renames = self.renames(renames, lowerer)?;
+                Some(rename(inner?, &renames))
+            }
+        }
+    }
+
+    fn operands(&mut self, operands: &[System], lowerer: &mut Lowerer<'a>) -> Option<Vec<Process>> {
+        let all: Vec<_> = operands.iter().map(|o| self.process(o, lowerer)).collect();
+        all.into_iter().collect()
+    }
+
+    /// Actions that some module has, or that a renaming has made.
+    fn known(&self, names: &[Ident], lowerer: &mut Lowerer<'a>) -> Option<BTreeSet<usize>> {
+        let look_up = |name: &Ident| match self.actions.get(&name.name) {
+            Some(action) => Some(action),
+            None => lowerer.fail(name.span, format!("there is no action `{}`", name.name)),
+        };
+        let all: Vec<_> = names.iter().map(look_up).collect();
+        all.into_iter().collect()
+    }
+
+    fn renames(
+        &mut self,
+        renames: &[(Ident, Ident)],
+        lowerer: &mut Lowerer<'a>,
+    ) -> Option<Vec<(usize, usize)>> {
+        let mut all: Vec<(usize, usize)> = Vec::new();
+        for (old, new) in renames {
+            let Some(from) = self.actions.get(&old.name) else {
+                lowerer.fail::<()>(old.span, format!("there is no action `{}`", old.name));
+                return None;
+            };
+            if all.iter().any(|(f, _)| *f == from) {
+                return lowerer.fail(old.span, format!("the action `{}` is renamed twice", old.name));
+            }
+            all.push((from, self.actions.add(&new.name)));
+        }
+        Some(all)
+    }
+}
+
+fn hide(mut process: Process, hidden: &BTreeSet<usize>) -> Process {
+    process.alphabet.retain(|a| !hidden.contains(a));
+    for step in &mut process.moves {
+        step.action = step.action.filter(|a| !hidden.contains(a));
+    }
+    process
+}
+
+fn rename(mut process: Process, renames: &[(usize, usize)]) -> Process {
+    let new = |a: usize| renames.iter().find(|(from, _)| *from == a).map_or(a, |(_, to)| *to);
+    process.alphabet = process.alphabet.into_iter().map(new).collect();
+    for step in &mut process.moves {
+        step.action = step.action.map(new);
+    }
+    process
+}

@@ -1,0 +1,76 @@
+//! Targets: expressions over a finished program, with its labels.
+
+use std::sync::Arc;
+
+use ahash::AHashMap;
+
+use super::lower::Lowerer;
+use super::scope::{NO_RENAMING, Scope, Symbol};
+use crate::error::{Error, Result, SourceFile};
+use crate::lang::ast::{BinaryOp, Expr, Span};
+use crate::model::expr::{ExprId, Unary};
+use crate::model::value::Value;
+use crate::model::{Program, VarId};
+
+/// Checks a target, such as that of an objective, and puts it into the pool of the program. Names are
+/// the variables, constants and formulas of the model; names in quotes its labels, "init" (the
+/// initial states) and "deadlock" (no command is enabled).
+///
+/// # Errors
+/// Unknown names and wrong types; the target must be of type `bool`.
+pub fn lower_target(program: &mut Program, source: &Arc<SourceFile>, target: &Expr) -> Result<ExprId> {
+    let pool = std::mem::take(&mut program.pool);
+    let mut lowerer = Lowerer::new(source, scope(program), pool);
+    let mut labels: AHashMap<String, ExprId> = program.labels.iter().cloned().collect();
+    labels.insert("init".to_owned(), program.initial);
+    if let Some(deadlock) = deadlock(program, &mut lowerer) {
+        labels.insert("deadlock".to_owned(), deadlock);
+    }
+    lowerer.labels = Some(labels);
+    let lowered = lowerer.condition(target, NO_RENAMING, "a target");
+    program.pool = lowerer.pool;
+    lowered.ok_or(Error::Input(lowerer.diagnostics))
+}
+
+/// The names of a finished program.
+fn scope(program: &Program) -> Scope<'static> {
+    let mut scope = Scope::default();
+    let mut add = |name: &str, symbol| {
+        scope.symbols.insert(name.to_owned(), (symbol, Span::default()));
+    };
+    for (name, value) in &program.constants {
+        add(name, Symbol::Value(*value));
+    }
+    for (name, id) in &program.formulas {
+        add(name, Symbol::Expression(*id));
+    }
+    for (index, variable) in program.variables.iter().enumerate() {
+        let id = VarId(u32::try_from(index).unwrap_or(u32::MAX));
+        add(&variable.name, Symbol::Variable(id, variable.ty));
+    }
+    scope
+}
+
+/// No synchronisation has, in each of its factors, an enabled command.
+fn deadlock(program: &Program, lowerer: &mut Lowerer<'_>) -> Option<ExprId> {
+    let here = Span::default();
+    let mut some = Vec::new();
+    for synchronisation in &program.synchronisations {
+        let mut all = Vec::new();
+        for factor in &synchronisation.factors {
+            let guards: Vec<_> = factor.iter().map(|c| (program.commands[c.index()].guard, here)).collect();
+            all.push((any(lowerer, BinaryOp::Or, &guards)?, here));
+        }
+        some.push((any(lowerer, BinaryOp::And, &all)?, here));
+    }
+    let enabled = any(lowerer, BinaryOp::Or, &some)?;
+    lowerer.pool.unary(Unary::Not, enabled).ok()
+}
+
+/// The operands joined; the unit of the operator where there is none.
+fn any(lowerer: &mut Lowerer<'_>, op: BinaryOp, operands: &[(ExprId, Span)]) -> Option<ExprId> {
+    if operands.is_empty() {
+        return lowerer.literal(Value::Bool(op == BinaryOp::And));
+    }
+    lowerer.balanced(op, operands)
+}

@@ -1,0 +1,111 @@
+//! Variables: ranges, initial values, and the set of initial states.
+
+use super::collect::{Declared, Parts};
+use super::lower::Lowerer;
+use super::scope::NO_RENAMING;
+use crate::lang::ast::{BinaryOp, Expr, Span};
+use crate::model::expr::{Binary, ExprId};
+use crate::model::value::{Type, Value};
+use crate::model::{VarId, Variable};
+
+/// Bounds of ranges lie within this of 0, so that every value is exact as a double.
+const MAX_BOUND: i64 = 1 << 53;
+
+impl<'a> Lowerer<'a> {
+    /// All variables, with constant ranges and initial values.
+    pub(super) fn variables(&mut self, parts: &Parts<'a>) -> Option<Vec<Variable>> {
+        let all: Vec<_> = parts.variables.iter().map(|v| self.variable(v, parts)).collect();
+        all.into_iter().collect()
+    }
+
+    fn variable(&mut self, declared: &Declared<'a>, parts: &Parts<'a>) -> Option<Variable> {
+        let declaration = declared.declaration;
+        let (ty, low, high) = match &declaration.range {
+            None => (Type::Bool, 0, 1),
+            Some((low, high)) => {
+                let span = low.span.to(high.span);
+                let low = self.integer(low, declared, "the lower bound of the range");
+                let high = self.integer(high, declared, "the upper bound of the range");
+                let (low, high) = (low?, high?);
+                self.check_range(low, high, span, &declared.name)?;
+                (Type::Int, low, high)
+            }
+        };
+        let initial = self.initial_value(declared, ty, (low, high), parts)?;
+        let (name, module) = (declared.name.clone(), declared.module);
+        Some(Variable { name, ty, low, high, module, initial, span: declaration.span.range() })
+    }
+
+    fn check_range(&mut self, low: i64, high: i64, span: Span, name: &str) -> Option<()> {
+        if low > high {
+            return self.fail(span, format!("the range {low}..{high} of `{name}` is empty"));
+        }
+        if low < -MAX_BOUND || high > MAX_BOUND {
+            return self.fail(span, format!("the range {low}..{high} of `{name}` passes 2^53"));
+        }
+        Some(())
+    }
+
+    /// A constant integer that a declaration names.
+    fn integer(&mut self, e: &Expr, declared: &Declared<'a>, what: &str) -> Option<i64> {
+        let id = self.typed(e, declared.env, Type::Int, what)?;
+        match self.constant_value(id, e.span, what)? {
+            Value::Int(i) => Some(i),
+            _ => None,
+        }
+    }
+
+    /// The initial value, by default the smallest; none where `init … endinit` says it.
+    #[allow(clippy::option_option)]
+    fn initial_value(
+        &mut self,
+        declared: &Declared<'a>,
+        ty: Type,
+        (low, high): (i64, i64),
+        parts: &Parts<'a>,
+    ) -> Option<Option<i64>> {
+        let Some(init) = &declared.declaration.init else {
+            return Some(if parts.init.is_some() { None } else { Some(low) });
+        };
+        if let Some(block) = parts.init {
+            let message = "a variable cannot have an initial value beside `init … endinit`";
+            let diagnostic = self.wrong(init.span, message);
+            self.report(diagnostic.related(block.span.range(), "the initial states are given here"));
+            return None;
+        }
+        let what = format!("the initial value of `{}`", declared.name);
+        let id = self.typed(init, declared.env, ty, &what)?;
+        let value = match self.constant_value(id, init.span, &what)? {
+            Value::Bool(b) => i64::from(b),
+            Value::Int(i) => i,
+            Value::Real(_) => return None,
+        };
+        if !(low..=high).contains(&value) {
+            return self.fail(init.span, format!("{what}, {value}, is outside of its range {low}..{high}"));
+        }
+        Some(Some(value))
+    }
+
+    /// What holds in the initial states, and nowhere else.
+    pub(super) fn initial(&mut self, parts: &Parts<'a>, variables: &Option<Vec<Variable>>) -> Option<ExprId> {
+        if let Some(condition) = parts.init {
+            return self.condition(condition, NO_RENAMING, "the condition of `init … endinit`");
+        }
+        let mut conditions = Vec::new();
+        for (index, variable) in variables.as_ref()?.iter().enumerate() {
+            let id = self.pool.var(VarId(u32::try_from(index).ok()?), variable.ty);
+            let value = variable.initial.unwrap_or(variable.low);
+            let value = match variable.ty {
+                Type::Bool => Value::Bool(value != 0),
+                _ => Value::Int(value),
+            };
+            let value = self.pool.value(value);
+            let equal = self.pool.binary(Binary::Eq, id, value).ok()?;
+            conditions.push((equal, Span::default()));
+        }
+        if conditions.is_empty() {
+            return self.literal(Value::Bool(true));
+        }
+        self.balanced(BinaryOp::And, &conditions)
+    }
+}

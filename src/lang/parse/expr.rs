@@ -1,0 +1,230 @@
+//! Expressions, with PRISM's precedence.
+
+use super::{Failed, Parsed, Parser};
+use crate::lang::ast::{ATOM_LEVEL, BinaryOp, Expr, ExprKind, Ident, NEG_LEVEL, NOT_LEVEL, Span};
+use crate::lang::token::Token;
+
+/// The operator that a token is.
+fn operator(token: Token) -> Option<BinaryOp> {
+    Some(match token {
+        Token::Implies => BinaryOp::Implies,
+        Token::Iff => BinaryOp::Iff,
+        Token::Or => BinaryOp::Or,
+        Token::And => BinaryOp::And,
+        Token::Eq => BinaryOp::Eq,
+        Token::Ne => BinaryOp::Ne,
+        Token::Lt => BinaryOp::Lt,
+        Token::Le => BinaryOp::Le,
+        Token::Gt => BinaryOp::Gt,
+        Token::Ge => BinaryOp::Ge,
+        Token::Plus => BinaryOp::Add,
+        Token::Minus => BinaryOp::Sub,
+        Token::Star => BinaryOp::Mul,
+        Token::Slash => BinaryOp::Div,
+        Token::Caret => BinaryOp::Pow,
+        _ => return None,
+    })
+}
+
+impl Parser<'_> {
+    /// `c ? e : c ? e : … e`, or anything that binds tighter.
+    pub(crate) fn expression(&mut self) -> Parsed<Expr> {
+        self.nested(Self::conditional)
+    }
+
+    fn conditional(&mut self) -> Parsed<Expr> {
+        let first = self.binary(0)?;
+        if self.peek() != Token::Question {
+            return Ok(first);
+        }
+        let start = first.span;
+        let (mut cases, mut condition) = (Vec::new(), first);
+        while self.eat(Token::Question) {
+            let then = self.expression()?;
+            self.expect(Token::Colon)?;
+            cases.push((condition, then));
+            condition = self.binary(0)?;
+        }
+        let span = start.to(self.before());
+        Ok(Expr { kind: ExprKind::Ite(cases, Box::new(condition)), span })
+    }
+
+    /// A chain of operators that bind at least as tightly as `least`.
+    pub(crate) fn binary(&mut self, least: u8) -> Parsed<Expr> {
+        let start = self.here();
+        let mut left = self.prefix(least)?;
+        let mut level = ATOM_LEVEL;
+        while let Some(op) = operator(self.peek()).filter(|op| op.level() >= least) {
+            self.advance();
+            if op == BinaryOp::Pow {
+                left = self.power(left, level, start)?;
+                level = op.level();
+                continue;
+            }
+            let right = self.binary(op.level() + 1)?;
+            left = join(left, (op, right), level == op.level(), start.to(self.before()));
+            level = op.level();
+        }
+        Ok(left)
+    }
+
+    /// `a ^ b`; a chain is refused, as tools read it differently.
+    fn power(&mut self, base: Expr, level: u8, start: Span) -> Parsed<Expr> {
+        let operator = self.before();
+        if level == BinaryOp::Pow.level() {
+            let help = "put brackets around one of the two powers";
+            self.report(self.wrong(operator, "`^` cannot be chained without brackets").help(help));
+        }
+        let exponent = self.prefix(NEG_LEVEL)?;
+        Ok(join(base, (BinaryOp::Pow, exponent), false, start.to(self.before())))
+    }
+
+    /// Signs and negations before an operand.
+    fn prefix(&mut self, least: u8) -> Parsed<Expr> {
+        let start = self.here();
+        match self.peek() {
+            Token::Bang => {
+                self.advance();
+                if least > NOT_LEVEL {
+                    let message = "`!` binds less tightly than the operator before it";
+                    self.report(self.wrong(start, message).help("write the negation in brackets: `(!…)`"));
+                }
+                let operand = self.nested(|p| p.binary(NOT_LEVEL))?;
+                Ok(Expr { kind: ExprKind::Not(Box::new(operand)), span: start.to(self.before()) })
+            }
+            Token::Minus => {
+                self.advance();
+                let operand = self.nested(|p| p.binary(NEG_LEVEL))?;
+                Ok(Expr { kind: ExprKind::Neg(Box::new(operand)), span: start.to(self.before()) })
+            }
+            _ => self.atom(),
+        }
+    }
+
+    fn atom(&mut self) -> Parsed<Expr> {
+        let span = self.here();
+        let kind = match self.peek() {
+            Token::Int => self.integer(span)?,
+            Token::Real => self.real(span)?,
+            Token::Quoted => ExprKind::Label(self.quoted()?.name),
+            Token::Word => return self.word(span),
+            Token::LeftParen => {
+                self.advance();
+                let inner = self.expression()?;
+                self.expect(Token::RightParen)?;
+                return Ok(inner);
+            }
+            _ => return Err(self.expected("an expression")),
+        };
+        Ok(Expr { kind, span })
+    }
+
+    fn integer(&mut self, span: Span) -> Parsed<ExprKind> {
+        self.advance();
+        let Ok(value) = self.text(span).parse() else {
+            self.report(self.wrong(span, "this integer does not fit 64 bits"));
+            return Err(Failed);
+        };
+        Ok(ExprKind::Int(value))
+    }
+
+    fn real(&mut self, span: Span) -> Parsed<ExprKind> {
+        self.advance();
+        match self.text(span).parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(ExprKind::Real(value)),
+            _ => {
+                self.report(self.wrong(span, "this number is too large for a double"));
+                Err(Failed)
+            }
+        }
+    }
+
+    /// What begins with a word: a literal, a name or a function.
+    fn word(&mut self, span: Span) -> Parsed<Expr> {
+        let kind = match self.text(span) {
+            "true" => ExprKind::Bool(true),
+            "false" => ExprKind::Bool(false),
+            "func" => return self.old_function(span),
+            name @ ("min" | "max") => {
+                self.advance();
+                return self.call(Ident { name: name.to_owned(), span });
+            }
+            word @ ("P" | "Pmin" | "Pmax" | "R" | "Rmin" | "Rmax" | "S" | "E" | "A" | "filter")
+                if matches!(
+                    self.peek_at(1),
+                    Token::Ge
+                        | Token::Gt
+                        | Token::Le
+                        | Token::Lt
+                        | Token::Eq
+                        | Token::LeftBracket
+                        | Token::LeftParen
+                ) =>
+            {
+                let message = format!("the operator `{word}` of properties cannot stand in an expression");
+                self.report(self.wrong(span, message));
+                return Err(Failed);
+            }
+            _ => {
+                let ident = self.ident("the name of a variable, constant or formula")?;
+                if self.peek() == Token::LeftParen {
+                    return self.call(ident);
+                }
+                return Ok(Expr { kind: ExprKind::Name(ident.name), span });
+            }
+        };
+        self.advance();
+        Ok(Expr { kind, span })
+    }
+
+    /// `f(e, …)` after the name.
+    fn call(&mut self, function: Ident) -> Parsed<Expr> {
+        let start = function.span;
+        self.expect(Token::LeftParen)?;
+        let arguments = self.arguments()?;
+        Ok(Expr { kind: ExprKind::Call(function, arguments), span: start.to(self.before()) })
+    }
+
+    /// `func(f, e, …)`
+    fn old_function(&mut self, start: Span) -> Parsed<Expr> {
+        self.advance();
+        self.expect(Token::LeftParen)?;
+        let function = self.function_name()?;
+        self.expect(Token::Comma)?;
+        let arguments = self.arguments()?;
+        Ok(Expr { kind: ExprKind::Call(function, arguments), span: start.to(self.before()) })
+    }
+
+    /// A name, or one of the two functions that are keywords.
+    pub(crate) fn function_name(&mut self) -> Parsed<Ident> {
+        let span = self.here();
+        if self.at_word("min") || self.at_word("max") {
+            self.advance();
+            return Ok(Ident { name: self.text(span).to_owned(), span });
+        }
+        self.ident("a name")
+    }
+
+    fn arguments(&mut self) -> Parsed<Vec<Expr>> {
+        let mut arguments = vec![self.expression()?];
+        while self.eat(Token::Comma) {
+            arguments.push(self.expression()?);
+        }
+        self.expect(Token::RightParen)?;
+        Ok(arguments)
+    }
+}
+
+/// `left op right`, added to the chain that `left` is, if it was made on this level just now.
+fn join(left: Expr, right: (BinaryOp, Expr), same_level: bool, span: Span) -> Expr {
+    match left.kind {
+        ExprKind::Chain(first, mut rest) if same_level => {
+            rest.push(right);
+            Expr { kind: ExprKind::Chain(first, rest), span }
+        }
+        kind => {
+            let left = Expr { kind, span: left.span };
+            Expr { kind: ExprKind::Chain(Box::new(left), vec![right]), span }
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! The parts of a model file outside of modules.
+
+use super::{Failed, Parsed, Parser};
+use crate::lang::ast::{
+    ConstDef, ConstType, Expr, FormulaDef, Item, LabelDef, Model, ModelType, RewardItem, Rewards, Span,
+};
+use crate::lang::token::Token;
+
+/// Words that begin a part of a model file: after an error, reading goes on there.
+pub(super) const ITEM_WORDS: &[&str] = &[
+    "module",
+    "const",
+    "formula",
+    "label",
+    "global",
+    "rewards",
+    "system",
+    "mdp",
+    "dtmc",
+    "nondeterministic",
+    "probabilistic",
+];
+
+/// Words that begin what other types of model have, with what they are.
+const FOREIGN: &[(&str, &str)] = &[
+    ("ctmc", "continuous-time Markov chains (`ctmc`)"),
+    ("stochastic", "continuous-time Markov chains (`stochastic`)"),
+    ("pta", "probabilistic timed automata (`pta`)"),
+    ("pomdp", "partially observable models (`pomdp`)"),
+    ("popta", "partially observable timed automata (`popta`)"),
+    ("smg", "stochastic games (`smg`)"),
+    ("csg", "concurrent stochastic games (`csg`)"),
+    ("tsg", "timed games (`tsg`)"),
+    ("tptg", "timed games (`tptg`)"),
+    ("ma", "Markov automata (`ma`)"),
+    ("ctmdp", "continuous-time Markov decision processes (`ctmdp`)"),
+    ("lts", "labelled transition systems (`lts`)"),
+    ("imdp", "interval models (`imdp`)"),
+    ("idtmc", "interval models (`idtmc`)"),
+    ("ipomdp", "interval models (`ipomdp`)"),
+    ("observables", "observables"),
+    ("observable", "observables"),
+    ("player", "players"),
+    ("invariant", "invariants"),
+];
+
+impl Parser<'_> {
+    /// A whole model file.
+    pub(crate) fn model(&mut self) -> Model {
+        let mut model = Model::default();
+        while self.peek() != Token::End {
+            let before = self.next;
+            if self.part(&mut model).is_err() {
+                // Progress even where the failure is at the first token of a part.
+                if self.next == before {
+                    self.advance();
+                }
+                self.recover(ITEM_WORDS);
+            }
+        }
+        model
+    }
+
+    fn part(&mut self, model: &mut Model) -> Parsed<()> {
+        let span = self.here();
+        let word = if self.peek() == Token::Word { self.text(span) } else { "" };
+        let item = match word {
+            "mdp" | "nondeterministic" => return self.model_type(model, ModelType::Mdp),
+            "dtmc" | "probabilistic" => return self.model_type(model, ModelType::Dtmc),
+            "const" | "rate" | "prob" => Item::Const(self.constant()?),
+            "formula" => Item::Formula(self.formula()?),
+            "label" => Item::Label(self.label()?),
+            "global" => {
+                self.advance();
+                Item::Global(self.declaration()?)
+            }
+            "module" => self.module()?,
+            "rewards" => Item::Rewards(self.rewards()?),
+            "init" => Item::Init(self.init()?),
+            "system" => Item::System(self.system()?),
+            _ => return self.foreign_part(span, word),
+        };
+        model.items.push(item);
+        Ok(())
+    }
+
+    fn model_type(&mut self, model: &mut Model, kind: ModelType) -> Parsed<()> {
+        let span = self.advance();
+        match model.kind {
+            Some((_, first)) => {
+                let diagnostic = self.wrong(span, "the model type is given twice").label("given again");
+                self.report(diagnostic.related(first.range(), "given here first"));
+            }
+            None => model.kind = Some((kind, span)),
+        }
+        Ok(())
+    }
+
+    /// Something that is no part of an `mdp` or `dtmc`.
+    fn foreign_part(&mut self, span: Span, word: &str) -> Parsed<()> {
+        let Some((_, what)) = FOREIGN.iter().find(|(w, _)| *w == word) else {
+            return Err(self.expected("`mdp`, `dtmc`, `module`, or another part of a model"));
+        };
+        let help = "models of type `mdp` and `dtmc` are supported";
+        self.report(self.unsupported(span, format!("{what} are not supported")).help(help));
+        self.advance();
+        match word {
+            "observables" => self.skip_past("endobservables"),
+            "invariant" => self.skip_past("endinvariant"),
+            "player" => self.skip_past("endplayer"),
+            "observable" => self.recover(ITEM_WORDS),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Leaves out everything up to and with a word, if it comes.
+    pub(super) fn skip_past(&mut self, word: &str) {
+        while self.peek() != Token::End && !self.eat_word(word) {
+            self.advance();
+        }
+    }
+
+    fn constant(&mut self) -> Parsed<ConstDef> {
+        let ty = if self.eat_word("const") {
+            match self.text(self.here()) {
+                "int" => Some(ConstType::Int),
+                "double" => Some(ConstType::Double),
+                "bool" => Some(ConstType::Bool),
+                _ => None,
+            }
+        } else {
+            Some(ConstType::Double)
+        };
+        if ty.is_some() {
+            self.advance();
+        }
+        let name = self.ident("the name of a constant")?;
+        let value = if self.eat(Token::Eq) { Some(self.expression()?) } else { None };
+        self.expect(Token::Semicolon)?;
+        Ok(ConstDef { ty: ty.unwrap_or(ConstType::Int), name, value })
+    }
+
+    fn formula(&mut self) -> Parsed<FormulaDef> {
+        self.advance();
+        let name = self.ident("the name of a formula")?;
+        self.expect(Token::Eq)?;
+        let body = self.expression()?;
+        self.expect(Token::Semicolon)?;
+        Ok(FormulaDef { name, body })
+    }
+
+    fn label(&mut self) -> Parsed<LabelDef> {
+        self.advance();
+        if self.peek() == Token::Word {
+            let span = self.here();
+            let name = self.text(span);
+            let help = format!("write `\"{name}\"`");
+            self.report(self.wrong(span, "the name of a label stands in double quotes").help(help));
+            return Err(Failed);
+        }
+        let name = self.quoted()?;
+        if name.name == "init" || name.name == "deadlock" {
+            let message = format!("the label \"{}\" is built in and cannot be defined", name.name);
+            self.report(self.wrong(name.span, message));
+        }
+        self.expect(Token::Eq)?;
+        let body = self.expression()?;
+        self.expect(Token::Semicolon)?;
+        Ok(LabelDef { name, body })
+    }
+
+    fn init(&mut self) -> Parsed<Expr> {
+        self.advance();
+        let condition = self.expression()?;
+        self.expect_word("endinit")?;
+        Ok(condition)
+    }
+
+    fn rewards(&mut self) -> Parsed<Rewards> {
+        let start = self.advance();
+        let name = self.reward_name();
+        let mut items = Vec::new();
+        while !self.at_word("endrewards") {
+            if self.peek() == Token::End {
+                return Err(self.expected("`endrewards`"));
+            }
+            match self.reward_item() {
+                Ok(item) => items.push(item),
+                Err(Failed) => self.recover(&["endrewards", "module"]),
+            }
+            if self.at_word("module") {
+                return Err(self.expected("`endrewards`"));
+            }
+        }
+        let end = self.advance();
+        Ok(Rewards { name, items, span: start.to(end) })
+    }
+
+    /// A name in quotes, unless an item begins with a label.
+    fn reward_name(&mut self) -> Option<crate::lang::ast::Ident> {
+        if self.peek() == Token::Quoted { self.quoted().ok() } else { None }
+    }
+
+    fn reward_item(&mut self) -> Parsed<RewardItem> {
+        let action = if self.eat(Token::LeftBracket) {
+            let name = if self.peek() == Token::RightBracket {
+                None
+            } else {
+                Some(self.ident("the name of an action")?)
+            };
+            self.expect(Token::RightBracket)?;
+            Some(name)
+        } else {
+            None
+        };
+        let guard = self.expression()?;
+        self.expect(Token::Colon)?;
+        let value = self.expression()?;
+        self.expect(Token::Semicolon)?;
+        Ok(RewardItem { action, guard, value })
+    }
+}

@@ -1,0 +1,235 @@
+//! Recursive descent over tokens. Reports several errors per run; never recurses deeper than
+//! [`MAX_NESTING`] and reads every token a bounded number of times.
+
+mod expr;
+mod item;
+mod module;
+mod system;
+
+use std::sync::Arc;
+
+use super::ast::{Expr, Ident, Model, Span};
+use super::token::{Token, is_keyword, tokens};
+use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
+
+/// How deep brackets, conditionals and signs may nest.
+pub const MAX_NESTING: usize = 200;
+
+/// After this many errors the rest is not reported.
+const MAX_ERRORS: usize = 20;
+
+/// The part that was being read is wrong; the diagnostic has been recorded.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Failed;
+
+/// What a parsing function returns.
+pub(crate) type Parsed<T> = std::result::Result<T, Failed>;
+
+/// Reads a model file.
+///
+/// # Errors
+/// All syntax errors that could be told apart, and what is not supported.
+pub fn parse_model(source: &Arc<SourceFile>) -> Result<Model> {
+    let mut parser = Parser::new(source);
+    let model = parser.model();
+    parser.finish(model)
+}
+
+/// Reads a text that is one expression, as after `--target` or `--where`. Names in quotes are labels.
+///
+/// # Errors
+/// A syntax error.
+pub fn parse_expression(source: &Arc<SourceFile>) -> Result<Expr> {
+    let mut parser = Parser::new(source);
+    let parsed = parser.expression().and_then(|e| parser.expect(Token::End).map(|_| e));
+    parser.finish_parsed(parsed)
+}
+
+/// The state of a parser: a position in the tokens, and the errors so far.
+pub(crate) struct Parser<'a> {
+    source: &'a Arc<SourceFile>,
+    tokens: Vec<(Token, Span)>,
+    next: usize,
+    depth: usize,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl<'a> Parser<'a> {
+    pub(crate) fn new(source: &'a Arc<SourceFile>) -> Self {
+        Parser { source, tokens: tokens(&source.text), next: 0, depth: 0, diagnostics: Vec::new() }
+    }
+
+    pub(crate) fn finish<T>(self, value: T) -> Result<T> {
+        if self.diagnostics.is_empty() { Ok(value) } else { Err(Error::Input(self.diagnostics)) }
+    }
+
+    /// As [`Parser::finish`], for a value that is there only if no error was recorded.
+    pub(crate) fn finish_parsed<T>(self, parsed: Parsed<T>) -> Result<T> {
+        match parsed {
+            Ok(value) => self.finish(value),
+            Err(Failed) => Err(Error::Input(self.diagnostics)),
+        }
+    }
+
+    pub(crate) fn peek(&self) -> Token {
+        self.peek_at(0)
+    }
+
+    pub(crate) fn peek_at(&self, ahead: usize) -> Token {
+        self.tokens.get(self.next + ahead).map_or(Token::End, |t| t.0)
+    }
+
+    /// Where the next token stands.
+    pub(crate) fn here(&self) -> Span {
+        let last = Span { start: self.source.text.len(), end: self.source.text.len() };
+        self.tokens.get(self.next).map_or(last, |t| t.1)
+    }
+
+    /// Where the token before the next one stands.
+    pub(crate) fn before(&self) -> Span {
+        self.next.checked_sub(1).and_then(|i| self.tokens.get(i)).map_or(Span::default(), |t| t.1)
+    }
+
+    pub(crate) fn text(&self, span: Span) -> &'a str {
+        self.source.text.get(span.range()).unwrap_or("")
+    }
+
+    /// Takes the next token; stays at the end.
+    pub(crate) fn advance(&mut self) -> Span {
+        let span = self.here();
+        if self.next + 1 < self.tokens.len() {
+            self.next += 1;
+        }
+        span
+    }
+
+    pub(crate) fn eat(&mut self, token: Token) -> bool {
+        let there = self.peek() == token;
+        if there {
+            self.advance();
+        }
+        there
+    }
+
+    pub(crate) fn expect(&mut self, token: Token) -> Parsed<Span> {
+        if self.peek() == token { Ok(self.advance()) } else { Err(self.expected(token.describe())) }
+    }
+
+    /// Whether the next token is this word.
+    pub(crate) fn at_word(&self, word: &str) -> bool {
+        self.peek() == Token::Word && self.text(self.here()) == word
+    }
+
+    pub(crate) fn eat_word(&mut self, word: &str) -> bool {
+        let there = self.at_word(word);
+        if there {
+            self.advance();
+        }
+        there
+    }
+
+    pub(crate) fn expect_word(&mut self, word: &str) -> Parsed<Span> {
+        if self.at_word(word) { Ok(self.advance()) } else { Err(self.expected(&format!("`{word}`"))) }
+    }
+
+    /// A name that is no keyword.
+    pub(crate) fn ident(&mut self, what: &str) -> Parsed<Ident> {
+        if self.peek() != Token::Word {
+            return Err(self.expected(what));
+        }
+        let span = self.here();
+        let name = self.text(span).to_owned();
+        if is_keyword(&name) {
+            let message = format!("`{name}` is a keyword and cannot be {what}");
+            self.report(self.wrong(span, message).label("a keyword of the PRISM language"));
+            return Err(Failed);
+        }
+        self.advance();
+        Ok(Ident { name, span })
+    }
+
+    /// A name in double quotes; keywords are fine, as in `"init"`.
+    pub(crate) fn quoted(&mut self) -> Parsed<Ident> {
+        let span = self.expect(Token::Quoted)?;
+        let name = self.text(span).trim_matches('"').to_owned();
+        if !super::token::is_identifier(&name) {
+            let help = "letters, digits and `_`, and no digit first";
+            self.report(self.wrong(span, format!("\"{name}\" is no name")).help(help));
+            return Err(Failed);
+        }
+        Ok(Ident { name, span })
+    }
+
+    /// An error at a place.
+    pub(crate) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.source, span.range(), message)
+    }
+
+    /// Something that PRISM has and this program has not.
+    pub(crate) fn unsupported(&self, span: Span, message: impl Into<String>) -> Diagnostic {
+        self.wrong(span, message).kind(Kind::Unsupported).label("not supported")
+    }
+
+    pub(crate) fn report(&mut self, diagnostic: Diagnostic) {
+        if self.diagnostics.len() < MAX_ERRORS {
+            self.diagnostics.push(diagnostic);
+        }
+    }
+
+    /// Records that something else was expected here.
+    pub(crate) fn expected(&mut self, what: &str) -> Failed {
+        let span = self.here();
+        let diagnostic = match self.peek() {
+            Token::End => self.wrong(span, format!("the text ends where {what} was expected")),
+            Token::Wrong => self.wrong(span, self.explain_nonsense(span)),
+            _ => {
+                let found = self.text(span);
+                let keyword = if is_keyword(found) { "the keyword " } else { "" };
+                self.wrong(span, format!("expected {what}, found {keyword}`{found}`"))
+            }
+        };
+        let label = if self.peek() == Token::Wrong { String::new() } else { format!("expected {what}") };
+        self.report(diagnostic.label(label));
+        Failed
+    }
+
+    fn explain_nonsense(&self, span: Span) -> String {
+        match self.text(span) {
+            text if text.starts_with('"') => "a quote without its partner on the same line".to_owned(),
+            text if text.starts_with('#') => "the PRISM preprocessor (`#…#`) is not supported".to_owned(),
+            text => format!("`{text}` means nothing here"),
+        }
+    }
+
+    /// Runs `read` one level deeper, unless that is too deep.
+    pub(crate) fn nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
+        if self.depth >= MAX_NESTING {
+            let span = self.here();
+            let message = format!("nested more than {MAX_NESTING} levels deep");
+            let help = "give parts of the expression names with `formula`";
+            self.report(self.wrong(span, message).label("too deep").help(help));
+            return Err(Failed);
+        }
+        self.depth += 1;
+        let result = read(self);
+        self.depth -= 1;
+        result
+    }
+
+    /// Leaves out everything up to and with the next `;`, or up to a word that `stops`, or the end.
+    pub(crate) fn recover(&mut self, stops: &[&str]) {
+        loop {
+            match self.peek() {
+                Token::End => return,
+                Token::Semicolon => {
+                    self.advance();
+                    return;
+                }
+                Token::Word if stops.contains(&self.text(self.here())) => return,
+                _ => {
+                    self.advance();
+                }
+            }
+        }
+    }
+}

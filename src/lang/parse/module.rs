@@ -1,0 +1,191 @@
+//! Modules: variables, commands, updates, renaming.
+
+use super::item::ITEM_WORDS;
+use super::{Failed, Parsed, Parser};
+use crate::lang::ast::{Assignment, Branch, Command, Ident, Item, Module, RenamedModule, VarDecl};
+use crate::lang::token::Token;
+
+impl Parser<'_> {
+    /// `module … endmodule`
+    pub(super) fn module(&mut self) -> Parsed<Item> {
+        let start = self.advance();
+        let name = self.ident("the name of a module")?;
+        if self.eat(Token::Eq) {
+            return self.renamed(name);
+        }
+        let mut module = Module { name, variables: Vec::new(), commands: Vec::new() };
+        loop {
+            let before = self.next;
+            if self.eat_word("endmodule") {
+                return Ok(Item::Module(module));
+            }
+            if self.peek() == Token::End || ITEM_WORDS.contains(&self.text(self.here())) {
+                let diagnostic =
+                    self.wrong(self.here(), "expected `endmodule`").label("expected `endmodule`");
+                self.report(diagnostic.related(start.range(), "this module is not closed"));
+                return if self.peek() == Token::End { Err(Failed) } else { Ok(Item::Module(module)) };
+            }
+            if self.module_part(&mut module).is_err() {
+                if self.next == before {
+                    self.advance();
+                }
+                self.recover(&["endmodule", "module"]);
+            }
+        }
+    }
+
+    fn module_part(&mut self, module: &mut Module) -> Parsed<()> {
+        if self.peek() == Token::LeftBracket {
+            let command = self.command()?;
+            module.commands.push(command);
+            return Ok(());
+        }
+        if self.at_word("invariant") {
+            let span = self.advance();
+            self.report(self.unsupported(span, "invariants are not supported"));
+            self.skip_past("endinvariant");
+            return Ok(());
+        }
+        if self.peek() != Token::Word {
+            return Err(self.expected("a variable, a command or `endmodule`"));
+        }
+        let variable = self.declaration()?;
+        if !module.commands.is_empty() {
+            let help = "declare the variables of a module before its commands";
+            self.report(self.wrong(variable.span, "a variable declared after a command").help(help));
+        }
+        module.variables.push(variable);
+        Ok(())
+    }
+
+    /// `x : [low..high] init e;` or `x : bool init e;`
+    pub(super) fn declaration(&mut self) -> Parsed<VarDecl> {
+        let name = self.ident("the name of a variable")?;
+        let start = name.span;
+        self.expect(Token::Colon)?;
+        let range = self.variable_type()?;
+        let init = if self.eat_word("init") { Some(self.expression()?) } else { None };
+        let end = self.expect(Token::Semicolon)?;
+        Ok(VarDecl { name, range, init, span: start.to(end) })
+    }
+
+    fn variable_type(&mut self) -> Parsed<Option<(crate::lang::ast::Expr, crate::lang::ast::Expr)>> {
+        if self.eat(Token::LeftBracket) {
+            let low = self.expression()?;
+            self.expect(Token::Dots)?;
+            let high = self.expression()?;
+            self.expect(Token::RightBracket)?;
+            return Ok(Some((low, high)));
+        }
+        if self.eat_word("bool") {
+            return Ok(None);
+        }
+        let span = self.here();
+        let (what, help) = match self.text(span) {
+            "int" => ("unbounded integers", "give the variable a range: `[0..10]`"),
+            "clock" => ("clocks", "models of type `mdp` and `dtmc` are supported"),
+            "double" => ("variables of type `double`", "a variable is `bool` or has a range: `[0..10]`"),
+            "array" => ("arrays", "a variable is `bool` or has a range: `[0..10]`"),
+            _ => return Err(self.expected("a range `[low..high]` or `bool`")),
+        };
+        self.report(self.unsupported(span, format!("{what} are not supported")).help(help));
+        // Recorded; the rest of the declaration is read as if it were a Boolean's.
+        self.advance();
+        Ok(None)
+    }
+
+    /// `[a] guard -> updates;`
+    fn command(&mut self) -> Parsed<Command> {
+        let start = self.expect(Token::LeftBracket)?;
+        let action = if self.peek() == Token::RightBracket {
+            None
+        } else {
+            Some(self.ident("the name of an action")?)
+        };
+        self.expect(Token::RightBracket)?;
+        let guard = self.expression()?;
+        self.expect(Token::Arrow)?;
+        let mut branches = vec![self.branch()?];
+        while self.eat(Token::Plus) {
+            branches.push(self.branch()?);
+        }
+        let end = self.expect(Token::Semicolon)?;
+        self.check_probabilities_given(&branches);
+        Ok(Command { action, guard, branches, span: start.to(end) })
+    }
+
+    /// Only a branch that stands alone may leave its probability out.
+    fn check_probabilities_given(&mut self, branches: &[Branch]) {
+        if branches.len() < 2 {
+            return;
+        }
+        if let Some(branch) = branches.iter().find(|b| b.probability.is_none()) {
+            let help = "write `probability : (x'=…)` in every branch of a command that has several";
+            self.report(self.wrong(branch.span, "this branch has no probability").help(help));
+        }
+    }
+
+    fn branch(&mut self) -> Parsed<Branch> {
+        let start = self.here();
+        let probability = if self.at_update() {
+            None
+        } else {
+            let probability = self.expression()?;
+            self.expect(Token::Colon)?;
+            Some(probability)
+        };
+        let updates = self.updates()?;
+        Ok(Branch { probability, updates, span: start.to(self.before()) })
+    }
+
+    /// Whether an update begins here, and not a probability.
+    fn at_update(&self) -> bool {
+        if self.at_word("true") {
+            return matches!(self.peek_at(1), Token::Semicolon | Token::Plus);
+        }
+        self.peek() == Token::LeftParen && self.peek_at(1) == Token::Word && self.peek_at(2) == Token::Prime
+    }
+
+    /// `(x'=e) & (y'=e) & …` or `true`
+    fn updates(&mut self) -> Parsed<Vec<Assignment>> {
+        if self.eat_word("true") {
+            return Ok(Vec::new());
+        }
+        let mut updates = vec![self.assignment()?];
+        while self.eat(Token::And) {
+            updates.push(self.assignment()?);
+        }
+        Ok(updates)
+    }
+
+    fn assignment(&mut self) -> Parsed<Assignment> {
+        if self.peek() != Token::LeftParen {
+            return Err(self.expected("an update `(x'=…)` or `true`"));
+        }
+        self.advance();
+        let variable = self.ident("the name of a variable")?;
+        self.expect(Token::Prime)?;
+        self.expect(Token::Eq)?;
+        let value = self.expression()?;
+        self.expect(Token::RightParen)?;
+        Ok(Assignment { variable, value })
+    }
+
+    /// `base [ old=new, … ] endmodule`
+    fn renamed(&mut self, name: Ident) -> Parsed<Item> {
+        let base = self.ident("the name of a module")?;
+        self.expect(Token::LeftBracket)?;
+        let mut renames = Vec::new();
+        loop {
+            let old = self.function_name()?;
+            self.expect(Token::Eq)?;
+            renames.push((old, self.function_name()?));
+            if !self.eat(Token::Comma) {
+                break;
+            }
+        }
+        self.expect(Token::RightBracket)?;
+        self.expect_word("endmodule")?;
+        Ok(Item::Renamed(RenamedModule { name, base, renames }))
+    }
+}

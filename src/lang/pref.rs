@@ -1,0 +1,185 @@
+//! Preference files: objectives, statements of preference, the worth of nothing.
+
+use std::sync::Arc;
+
+use super::ast::{Expr, Ident, Span};
+use super::parse::{Failed, Parsed, Parser};
+use super::token::Token;
+use crate::error::{Result, SourceFile};
+
+/// A preference file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Preferences {
+    /// `objective A = F …;` in the order of the file.
+    pub objectives: Vec<Objective>,
+    /// `prefer …;` in the order of the file.
+    pub statements: Vec<Chain>,
+    /// `empty = …;`
+    pub empty: Option<(Empty, Span)>,
+}
+
+/// An objective: to reach the states of a target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Objective {
+    /// Its name.
+    pub name: Ident,
+    /// What holds in its states.
+    pub target: Expr,
+    /// The whole statement.
+    pub span: Span,
+}
+
+/// `A, B > C >= D ~ E`: each link speaks of every pair of its two sides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// The side on the left.
+    pub first: Vec<Ident>,
+    /// The links, each with the side to its right; at least one.
+    pub links: Vec<(Relation, Vec<Ident>)>,
+    /// The whole statement.
+    pub span: Span,
+}
+
+/// How two objectives compare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Relation {
+    /// `>`: strictly preferred.
+    Strict,
+    /// `>=`: at least as good.
+    Weak,
+    /// `~`: indifferent.
+    Indifferent,
+}
+
+/// What it is worth to achieve nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Empty {
+    /// Below every objective.
+    #[default]
+    Bottom,
+    /// To gain the first objective improves, to lose the last one does not weaken.
+    Gain,
+    /// Compares with nothing.
+    Incomparable,
+}
+
+/// Reads a preference file. Whether the names are known is checked later.
+///
+/// # Errors
+/// All syntax errors that could be told apart.
+pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
+    let mut parser = Parser::new(source);
+    let mut preferences = Preferences::default();
+    while parser.peek() != Token::End {
+        if parser.preference(&mut preferences).is_err() {
+            parser.recover(&["objective", "prefer"]);
+        }
+    }
+    parser.finish(preferences)
+}
+
+impl Parser<'_> {
+    fn preference(&mut self, preferences: &mut Preferences) -> Parsed<()> {
+        let start = self.here();
+        if self.eat_word("objective") {
+            let objective = self.objective(start)?;
+            preferences.objectives.push(objective);
+        } else if self.eat_word("prefer") {
+            let chain = self.chain(start)?;
+            preferences.statements.push(chain);
+        } else if self.eat_word("empty") {
+            self.empty(start, preferences)?;
+        } else {
+            let failed = self.expected("`objective`, `prefer` or `empty`");
+            self.advance();
+            return Err(failed);
+        }
+        Ok(())
+    }
+
+    fn objective(&mut self, start: Span) -> Parsed<Objective> {
+        let name = self.objective_name()?;
+        self.expect(Token::Eq)?;
+        if !self.eat_word("F") {
+            let diagnostic = self.wrong(self.here(), "an objective is a reachability formula");
+            self.report(diagnostic.label("expected `F`").help("write `objective NAME = F (condition);`"));
+            return Err(Failed);
+        }
+        let target = self.expression()?;
+        let end = self.expect(Token::Semicolon)?;
+        Ok(Objective { name, target, span: start.to(end) })
+    }
+
+    /// Objectives may have names that are keywords of the modelling language, such as `A` or `F`.
+    fn objective_name(&mut self) -> Parsed<Ident> {
+        if self.peek() != Token::Word {
+            return Err(self.expected("the name of an objective"));
+        }
+        let span = self.advance();
+        let name = self.text(span).to_owned();
+        if ["objective", "prefer", "empty", "nothing", "true", "false"].contains(&name.as_str()) {
+            self.report(self.wrong(span, format!("`{name}` cannot be the name of an objective")));
+            return Err(Failed);
+        }
+        Ok(Ident { name, span })
+    }
+
+    fn chain(&mut self, start: Span) -> Parsed<Chain> {
+        let first = self.side()?;
+        let mut links = Vec::new();
+        loop {
+            let relation = match self.peek() {
+                Token::Gt => Relation::Strict,
+                Token::Ge => Relation::Weak,
+                Token::Tilde => Relation::Indifferent,
+                Token::Lt | Token::Le => {
+                    let diagnostic = self.wrong(self.here(), "preferences are written from better to worse");
+                    self.report(diagnostic.help("write `prefer BETTER > WORSE;`"));
+                    return Err(Failed);
+                }
+                Token::Semicolon if !links.is_empty() => break,
+                _ => return Err(self.expected("`>`, `>=` or `~`")),
+            };
+            self.advance();
+            links.push((relation, self.side()?));
+        }
+        let end = self.advance();
+        Ok(Chain { first, links, span: start.to(end) })
+    }
+
+    fn side(&mut self) -> Parsed<Vec<Ident>> {
+        let mut names = vec![self.objective_name()?];
+        while self.eat(Token::Comma) {
+            names.push(self.objective_name()?);
+        }
+        Ok(names)
+    }
+
+    fn empty(&mut self, start: Span, preferences: &mut Preferences) -> Parsed<()> {
+        self.expect(Token::Eq)?;
+        let empty = match self.text(self.here()) {
+            "bottom" => Empty::Bottom,
+            "gain" => Empty::Gain,
+            "incomparable" => Empty::Incomparable,
+            _ => return Err(self.expected("`bottom`, `gain` or `incomparable`")),
+        };
+        self.advance();
+        let span = start.to(self.expect(Token::Semicolon)?);
+        if let Some((_, first)) = preferences.empty {
+            let diagnostic = self.wrong(span, "`empty` is given twice").label("given again");
+            self.report(diagnostic.related(first.range(), "given here first"));
+        }
+        preferences.empty = Some((empty, span));
+        Ok(())
+    }
+}
+
+impl std::fmt::Display for Relation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Relation::Strict => ">",
+            Relation::Weak => ">=",
+            Relation::Indifferent => "~",
+        })
+    }
+}

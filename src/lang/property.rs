@@ -1,0 +1,188 @@
+//! Properties whose answer is a set of states decided without numbers: `P>=1 [ F e ]` and its kin.
+
+use std::sync::Arc;
+
+use super::ast::{Expr, Span};
+use super::parse::{Failed, Parsed, Parser};
+use super::token::Token;
+use crate::error::{Result, SourceFile};
+
+/// Which strategies a property speaks of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Strategies {
+    /// Every strategy, as `P` means it for MDPs.
+    All,
+    /// Some strategy.
+    Some,
+}
+
+/// What the probability to reach the target must be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bound {
+    /// 1
+    One,
+    /// More than 0
+    Positive,
+    /// Less than 1
+    BelowOne,
+    /// 0
+    Zero,
+}
+
+/// A qualitative reachability property.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Property {
+    /// For all strategies, or for some.
+    pub strategies: Strategies,
+    /// What each of these strategies reaches the target with.
+    pub bound: Bound,
+    /// The target.
+    pub target: Expr,
+}
+
+/// Which extreme probability an operator names.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Extreme {
+    Unnamed,
+    Min,
+    Max,
+}
+
+/// Reads a property such as `P>=1 [ F "done" ]`, `P<1 [ F x=3 ]` or `Pmax>0 [ F e ]`.
+///
+/// `P` with a bound holds in a state when every strategy satisfies it (PRISM's meaning for MDPs);
+/// `Pmin` and `Pmax` compare the smallest and the largest probability (Storm's forms).
+///
+/// # Errors
+/// A syntax error, or a property whose answer needs numbers, with the reason.
+pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
+    let mut parser = Parser::new(source);
+    let parsed = parser.property();
+    parser.finish_parsed(parsed)
+}
+
+impl Parser<'_> {
+    fn property(&mut self) -> Parsed<Property> {
+        let start = self.here();
+        let extreme = self.operator()?;
+        let (comparison, value) = self.bound(start)?;
+        let (strategies, bound) = self.meaning(extreme, comparison, value, start)?;
+        self.expect(Token::LeftBracket)?;
+        let target = self.eventually()?;
+        self.expect(Token::RightBracket)?;
+        self.eat(Token::Semicolon);
+        self.expect(Token::End)?;
+        Ok(Property { strategies, bound, target })
+    }
+
+    fn operator(&mut self) -> Parsed<Extreme> {
+        let span = self.here();
+        match self.text(span) {
+            "Pmin" => {
+                self.advance();
+                Ok(Extreme::Min)
+            }
+            "Pmax" => {
+                self.advance();
+                Ok(Extreme::Max)
+            }
+            "P" => {
+                self.advance();
+                Ok(match () {
+                    () if self.eat_word("min") => Extreme::Min,
+                    () if self.eat_word("max") => Extreme::Max,
+                    () => Extreme::Unnamed,
+                })
+            }
+            word @ ("R" | "Rmin" | "Rmax" | "S" | "E" | "A" | "filter" | "multi") => {
+                let help = "supported are `P>=1 [ F … ]`, `P>0`, `P<1`, `P<=0`, `Pmin…` and `Pmax…`";
+                let message = format!("properties with `{word}` are not supported");
+                self.report(self.unsupported(span, message).help(help));
+                Err(Failed)
+            }
+            _ => Err(self.expected("a property such as `P>=1 [ F … ]`")),
+        }
+    }
+
+    /// `>=1`, `>0`, …
+    fn bound(&mut self, start: Span) -> Parsed<(Token, f64)> {
+        let comparison = self.peek();
+        match comparison {
+            Token::Ge | Token::Gt | Token::Le | Token::Lt => self.advance(),
+            Token::Eq => {
+                self.advance();
+                self.eat(Token::Question);
+                let message = "a question for the value of a probability is not supported";
+                let reason = "only probabilities 0 and 1 are decided here; nothing is computed with numbers";
+                let help =
+                    "ask `P>=1 […]` (certainly), `P>0 […]` (possibly), or `Pmax>=1 […]` (some strategy)";
+                self.report(self.unsupported(start.to(self.before()), message).note(reason).help(help));
+                return Err(Failed);
+            }
+            _ => return Err(self.expected("`>=`, `>`, `<=` or `<`")),
+        };
+        let span = self.here();
+        match (self.peek(), self.text(span).parse::<f64>()) {
+            (Token::Int | Token::Real, Ok(value)) => {
+                self.advance();
+                Ok((comparison, value))
+            }
+            _ => Err(self.expected("0 or 1")),
+        }
+    }
+
+    /// What a bound means for the strategies of an MDP.
+    fn meaning(
+        &mut self,
+        extreme: Extreme,
+        comparison: Token,
+        value: f64,
+        start: Span,
+    ) -> Parsed<(Strategies, Bound)> {
+        let bound = match (comparison, value) {
+            (Token::Ge, 1.0) => Bound::One,
+            (Token::Gt, 0.0) => Bound::Positive,
+            (Token::Lt, 1.0) => Bound::BelowOne,
+            (Token::Le, 0.0) => Bound::Zero,
+            _ => {
+                let message = "the answer to this bound needs numbers, or is always the same";
+                let help = "the bounds `>=1`, `>0`, `<1` and `<=0` are supported";
+                self.report(self.unsupported(start.to(self.before()), message).help(help));
+                return Err(Failed);
+            }
+        };
+        // The smallest probability is at least b when all are; the largest, when some strategy's is.
+        let from_below = matches!(bound, Bound::One | Bound::Positive);
+        let strategies = match extreme {
+            Extreme::Max if from_below => Strategies::Some,
+            Extreme::Min if !from_below => Strategies::Some,
+            _ => Strategies::All,
+        };
+        Ok((strategies, bound))
+    }
+
+    /// `F e`, and nothing else of temporal logic.
+    fn eventually(&mut self) -> Parsed<Expr> {
+        let span = self.here();
+        if !self.eat_word("F") {
+            let message = "only reachability, `F e`, is supported between the brackets";
+            self.report(self.unsupported(span, message).help("write `[ F condition ]`"));
+            return Err(Failed);
+        }
+        if matches!(
+            self.peek(),
+            Token::Le | Token::Lt | Token::Ge | Token::Gt | Token::Eq | Token::LeftBracket
+        ) {
+            let span = self.here();
+            self.report(self.unsupported(span, "bounds on the number of steps are not supported"));
+            return Err(Failed);
+        }
+        let target = self.expression()?;
+        if matches!(self.text(self.here()), "U" | "W" | "R") {
+            let message = "only reachability, `F e`, is supported between the brackets";
+            self.report(self.unsupported(self.here(), message));
+            return Err(Failed);
+        }
+        Ok(target)
+    }
+}

@@ -1,0 +1,128 @@
+//! `K=4,N=3` and `r=2,c=2,d=false`: values for constants and variables, as on the command line.
+
+use std::sync::Arc;
+
+use super::ast::{Ident, Span};
+use super::parse::{Parsed, Parser};
+use super::token::Token;
+use crate::error::{Result, SourceFile};
+use crate::model::value::{Type, Value};
+use crate::model::{Program, State};
+
+/// A name with the value it is given.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Binding {
+    /// The name.
+    pub name: Ident,
+    /// The value.
+    pub value: Value,
+    /// Where the value stands.
+    pub span: Span,
+}
+
+/// Reads values for constants: `K=4,p=0.5,fast=true`; an empty text has none.
+///
+/// # Errors
+/// A syntax error, or a name that occurs twice.
+pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
+    let mut parser = Parser::new(source);
+    let parsed = parser.bindings();
+    parser.finish_parsed(parsed)
+}
+
+/// Reads a state: `r=2,c=2,d=false`. Variables left out take their initial value.
+///
+/// # Errors
+/// A syntax error, an unknown or doubled variable, a value of the wrong type or out of range, and a
+/// variable left out that has no single initial value.
+pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State> {
+    let mut parser = Parser::new(source);
+    let bindings = match parser.bindings() {
+        Ok(bindings) => bindings,
+        parsed @ Err(_) => return parser.finish_parsed(parsed).map(|_| State::new()),
+    };
+    let mut values: Vec<Option<i64>> = program.variables.iter().map(|v| v.initial).collect();
+    for binding in bindings {
+        if let Some((index, value)) = parser.variable_value(&binding, program) {
+            values[index] = Some(value);
+        }
+    }
+    let mut state = State::new();
+    for (variable, value) in program.variables.iter().zip(values) {
+        match value {
+            Some(value) => state.push(value),
+            None => {
+                let message = format!("no value for `{}`, and it has no single initial value", variable.name);
+                let end = Span { start: source.text.len(), end: source.text.len() };
+                parser.report(parser.wrong(end, message));
+            }
+        }
+    }
+    parser.finish(state)
+}
+
+impl Parser<'_> {
+    fn bindings(&mut self) -> Parsed<Vec<Binding>> {
+        let mut bindings: Vec<Binding> = Vec::new();
+        while self.peek() != Token::End {
+            if !bindings.is_empty() {
+                self.expect(Token::Comma)?;
+            }
+            let name = self.ident("a name")?;
+            self.expect(Token::Eq)?;
+            let binding = self.binding(name)?;
+            if let Some(first) = bindings.iter().find(|b| b.name == binding.name) {
+                let diagnostic =
+                    self.wrong(binding.name.span, format!("`{}` is given twice", first.name.name));
+                let first = first.name.span.range();
+                self.report(diagnostic.related(first, "given here first"));
+            }
+            bindings.push(binding);
+        }
+        Ok(bindings)
+    }
+
+    fn binding(&mut self, name: Ident) -> Parsed<Binding> {
+        let start = self.here();
+        let negative = self.eat(Token::Minus);
+        let span = self.here();
+        let text = self.text(span);
+        let value = match (self.peek(), text) {
+            (Token::Word, "true") if !negative => Some(Value::Bool(true)),
+            (Token::Word, "false") if !negative => Some(Value::Bool(false)),
+            (Token::Int, _) => text.parse().ok().map(|i: i64| Value::Int(if negative { -i } else { i })),
+            (Token::Real, _) => text.parse().ok().map(|x: f64| Value::Real(if negative { -x } else { x })),
+            _ => None,
+        };
+        let Some(value) = value else { return Err(self.expected("a number, `true` or `false`")) };
+        self.advance();
+        Ok(Binding { name, value, span: start.to(span) })
+    }
+
+    /// The variable that a binding is about, with its value; reports what does not fit.
+    fn variable_value(&mut self, binding: &Binding, program: &Program) -> Option<(usize, i64)> {
+        let name = &binding.name.name;
+        let Some(index) = program.variables.iter().position(|v| v.name == *name) else {
+            let known = program.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
+            let diagnostic = self.wrong(binding.name.span, format!("the model has no variable `{name}`"));
+            self.report(diagnostic.help(format!("its variables are {known}")));
+            return None;
+        };
+        let variable = &program.variables[index];
+        let value = match (variable.ty, binding.value) {
+            (Type::Bool, Value::Bool(b)) => i64::from(b),
+            (Type::Int, Value::Int(i)) => i,
+            (ty, value) => {
+                let message = format!("`{name}` is of type `{ty}`, and {value} is not");
+                self.report(self.wrong(binding.span, message));
+                return None;
+            }
+        };
+        if !(variable.low..=variable.high).contains(&value) {
+            let message = format!("{value} is outside of the range {}..{}", variable.low, variable.high);
+            self.report(self.wrong(binding.span, message).label(format!("the range of `{name}`")));
+            return None;
+        }
+        Some((index, value))
+    }
+}
