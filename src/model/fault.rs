@@ -1,7 +1,6 @@
 //! Commands without a meaning in some state: what both engines say of them.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use super::expr::ExprId;
 use super::step::StepError;
@@ -79,5 +78,5 @@ fn diagnostic(
     label: String,
     help: Option<String>,
 ) -> Diagnostic {
-    Diagnostic { message, source: Arc::clone(&program.source), span, label, help }
+    Diagnostic { label, help, ..Diagnostic::new(&program.source, span, message) }
 }

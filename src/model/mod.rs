@@ -4,6 +4,7 @@
 
 pub mod expr;
 pub mod fault;
+pub mod preference;
 pub mod step;
 pub mod value;
 

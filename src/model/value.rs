@@ -215,5 +215,5 @@ fn real_binary(op: Binary, a: f64, b: f64) -> Value {
 /// A whole number as an integer, if 64 bits hold it.
 fn to_int(x: f64) -> Result<i64, EvalError> {
     const BOUND: f64 = 9_223_372_036_854_775_808.0;
-    if x >= -BOUND && x < BOUND { Ok(x as i64) } else { Err(EvalError::NotAnInteger) }
+    if (-BOUND..BOUND).contains(&x) { Ok(x as i64) } else { Err(EvalError::NotAnInteger) }
 }

@@ -121,11 +121,11 @@ impl Bits {
                 continue;
             }
             let mut carry = store.zero();
-            for k in shift..width {
-                let term = store.and(factor, self.bit(k - shift))?;
-                let half = store.xor(&sum[k], &term)?;
+            for (k, digit) in sum.iter_mut().skip(shift).enumerate() {
+                let term = store.and(factor, self.bit(k))?;
+                let half = store.xor(digit, &term)?;
                 let next = store.ite(&half, &carry, &term)?;
-                sum[k] = store.xor(&half, &carry)?;
+                *digit = store.xor(&half, &carry)?;
                 carry = next;
             }
         }

@@ -150,7 +150,7 @@ fn thresholds(program: &Program) -> AHashSet<VarId> {
     let mut counters: AHashSet<VarId> = AHashSet::new();
     for command in &program.commands {
         for (variable, e) in command.branches.iter().flat_map(|b| &b.updates) {
-            if matches!(program.pool.node(*e), Node::Binary(Binary::Add | Binary::Sub, ..)) {
+            if counts(program, *variable, *e) {
                 counters.insert(*variable);
             }
         }
@@ -177,6 +177,28 @@ fn thresholds(program: &Program) -> AHashSet<VarId> {
         }
     }
     counters
+}
+
+/// Whether the expression has a sum or difference of the variable itself.
+fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
+    let (mut stack, mut seen) = (vec![e], AHashSet::new());
+    while let Some(e) = stack.pop() {
+        if !seen.insert(e) {
+            continue;
+        }
+        match program.pool.node(e) {
+            Node::Binary(Binary::Add | Binary::Sub, a, b)
+                if [a, b].iter().any(|&o| program.pool.node(o) == Node::Var(variable)) =>
+            {
+                return true;
+            }
+            Node::Binary(_, a, b) => stack.extend([a, b]),
+            Node::Unary(_, a) => stack.push(a),
+            Node::Ite(c, a, b) => stack.extend([c, a, b]),
+            Node::Literal(_) | Node::Var(_) => {}
+        }
+    }
+    false
 }
 
 /// Whether an equation tests a variable for a value inside its range, or two variables with each
@@ -252,5 +274,5 @@ fn words(text: &str) -> Vec<(Range<usize>, &str)> {
 
 fn wrong(source: &Arc<SourceFile>, span: Range<usize>, message: String) -> Diagnostic {
     let help = "`meliora info MODEL` prints an order in this format".to_owned();
-    Diagnostic { message, source: Arc::clone(source), span, label: String::new(), help: Some(help) }
+    Diagnostic { help: Some(help), ..Diagnostic::new(source, span, message) }
 }

@@ -25,19 +25,6 @@ impl Partition {
         Partition { parts: vec![(value, store.one())] }
     }
 
-    /// The values with their states.
-    pub(super) fn parts(&self) -> &[(Value, Bdd)] {
-        &self.parts
-    }
-
-    /// The only value there is, if there is one everywhere.
-    pub(super) fn literal(&self, store: &Store) -> Option<Value> {
-        match self.parts.as_slice() {
-            [(value, states)] if *states == store.one() => Some(*value),
-            _ => None,
-        }
-    }
-
     /// The values of an integer, found by splitting on its bits.
     pub(super) fn of_bits(store: &Store, bits: &Bits, within: &Bdd) -> Result<Self> {
         let mut parts = vec![(0i64, within.clone())];

@@ -61,11 +61,6 @@ impl Touched {
     pub(super) fn len(&self) -> usize {
         self.iter().count()
     }
-
-    /// Whether both are the same set.
-    pub(super) fn same(&self, other: &Touched) -> bool {
-        self.bits == other.bits
-    }
 }
 
 /// ∃ x' . R(x, x') ∧ X(x')

@@ -58,9 +58,8 @@ struct Alternative {
 }
 
 pub(super) struct Builder<'a> {
-    pub(super) program: &'a Program,
-    pub(super) store: &'a Store,
-    pub(super) encoding: &'a Encoding,
+    store: &'a Store,
+    encoding: &'a Encoding,
     commands: Vec<CommandRelation>,
     touched: AHashMap<Vec<VarId>, Rc<Touched>>,
 }
@@ -79,7 +78,7 @@ impl<'a> Builder<'a> {
             relations.push(relation);
             bad.push(wrong);
         }
-        let mut builder = Builder { program, store, encoding, commands: relations, touched: AHashMap::new() };
+        let mut builder = Builder { store, encoding, commands: relations, touched: AHashMap::new() };
         let uniform = program.kind == ModelKind::Dtmc;
         let mut all =
             Transitions { guards: vec![], pieces: vec![], bad: store.any(bad)?, colours: vec![], uniform };

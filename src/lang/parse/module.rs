@@ -97,11 +97,7 @@ impl Parser<'_> {
     /// `[a] guard -> updates;`
     fn command(&mut self) -> Parsed<Command> {
         let start = self.expect(Token::LeftBracket)?;
-        let action = if self.peek() == Token::RightBracket {
-            None
-        } else {
-            Some(self.ident("the name of an action")?)
-        };
+        let action = if self.peek() == Token::RightBracket { None } else { Some(self.action()?) };
         self.expect(Token::RightBracket)?;
         let guard = self.expression()?;
         self.expect(Token::Arrow)?;

@@ -1,0 +1,113 @@
+"""The `// EXPECT:` lines of a model file: see models/README.md for their syntax."""
+
+import os
+import re
+import shlex
+
+from reference_lang import InputError, read_model, read_preferences
+from reference_plan import Space, check, info, reach
+
+HEAD = re.compile(r"//\s*EXPECT:\s*(.*)")
+MORE = re.compile(r"//\s{4,}(\S.*)")
+
+
+def expectations(lines):
+    """`(first line number, last line number, text)` of each expectation, continuation lines joined."""
+    found = []
+    for number, line in enumerate(lines):
+        head, more = HEAD.match(line.strip()), MORE.match(line.strip())
+        if head:
+            found.append([number, number, head.group(1)])
+        elif more and found and found[-1][1] == number - 1:
+            found[-1][1:] = number, f"{found[-1][2]} {more.group(1)}"
+    return found
+
+
+def parse(text):
+    """`check a=b c=d: p=v q=w` as `(command, options, facts)`."""
+    words, colon = shlex.split(text), None
+    for colon, word in enumerate(words):
+        if word.endswith(":"):
+            break
+    words[colon] = words[colon][:-1]
+    pairs = [word.partition("=")[::2] for word in words]
+    return words[0], dict(pairs[1 : colon + 1]), pairs[colon + 1 :]
+
+
+def look_up(value, path):
+    """A step is a key, an index, an objective's name or a class's members joined by `+`."""
+    for step in path.split("."):
+        if isinstance(value, list):
+            if not step.isdigit():
+                names = ["+".join(e.get("most_preferred", [e.get("name", "")])) or "nothing" for e in value]
+                step = names.index(step)
+            value = value[int(step)]
+        else:
+            value = value[step]
+    if isinstance(value, list):
+        return ",".join(map(str, value)) or "-"
+    words = {None: "null", True: "true", False: "false"}
+    return words[value] if value is None or isinstance(value, bool) else str(value)
+
+
+class Runner:
+    """Runs expectations; keeps the explored spaces of one model file."""
+
+    def __init__(self, path, limit):
+        self.path, self.limit, self.spaces = path, limit, {}
+
+    def run(self, command, options):
+        constants = dict(p.split("=") for p in options.get("const", "").split(",") if p)
+        scope = options.get("scope", "reachable")
+        model = read_model(self.path, constants)
+        key = (options.get("const"), scope)
+        if key not in self.spaces:
+            self.spaces[key] = Space(model, scope, self.limit)
+        space = self.spaces[key]
+        if command == "info":
+            return info(model, scope, space)
+        if command == "reach":
+            return reach(model, options["target"], scope, space)
+        prefs = read_preferences(os.path.join(os.path.dirname(self.path), options["prefs"]), model)
+        return check(model, prefs, scope, options.get("safety", "action"), options.get("empty"), space)
+
+
+def run_expectations(paths, fill=False, limit=200_000):
+    """0 when every line that could be run holds, 1 otherwise."""
+    passed, failed, skipped = 0, 0, 0
+    for path in paths:
+        with open(path, encoding="utf-8") as file:
+            lines = file.read().split("\n")
+        runner = Runner(path, limit)
+        for first, last, text in expectations(lines):
+            command, options, facts = parse(text)
+            if "engine" in options:  # too large for states one by one
+                skipped += 1
+                continue
+            try:
+                result = runner.run(command, options)
+            except OverflowError:
+                print(f"{path}:{first + 1}: skipped, more than {limit} states")
+                skipped += 1
+                continue
+            except InputError as error:
+                result = {"error": str(error)}
+            for key, value in facts:
+                try:
+                    found = look_up(result, key)
+                except (KeyError, ValueError, IndexError) as problem:
+                    found = f"nothing ({problem!r}); {result.get('error', '')}"
+                if value == "?" and fill:
+                    for n in range(first, last + 1):
+                        lines[n] = re.sub(rf"(?<=\s){re.escape(key)}=\?(?=\s|$)", lambda _: f"{key}={found}", lines[n])
+                    passed += 1
+                elif value == found or key == "error" and value in found:
+                    passed += 1
+                else:
+                    failed += 1
+                    print(f"{path}:{first + 1}: {text.split(':')[0]}: {key} is {found}, not {value}")
+        if fill:
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("\n".join(lines))
+    print(f"{passed} passed, {failed} failed, {skipped} skipped")
+    return 1 if failed else 0

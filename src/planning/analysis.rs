@@ -1,0 +1,321 @@
+//! The whole analysis, phase by phase; what is known stays when a limit ends the work.
+
+use super::classes::Classes;
+use super::improvement::{Improvement, Safety};
+use super::levels::{End, Kind, Levels, Rank};
+use super::outcomes::Outcomes;
+use super::result::{
+    AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
+};
+use super::strategy;
+use crate::engine::{Count, Engine};
+use crate::error::Result;
+use crate::model::preference::{Objective, ObjectiveSet, Preferences};
+use crate::model::step::Step;
+use crate::model::{Program, State, fault};
+
+/// What to compute.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Options {
+    /// What the improvement MDP keeps.
+    pub safety: Safety,
+    /// The greatest level to compute; none for all.
+    pub max_level: Option<usize>,
+}
+
+/// The phases of an analysis, in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Phase {
+    /// Counting the model.
+    Counts,
+    /// The regions of the objectives, and the classes.
+    Outcomes,
+    /// The improvement MDP.
+    Improvement,
+    /// The SASI levels.
+    Sasi,
+    /// The SPI levels.
+    Spi,
+}
+
+/// What the listener of an analysis hears.
+#[derive(Debug, Clone, Copy)]
+pub enum Event<'a> {
+    /// A phase begins.
+    Started(Phase),
+    /// The regions of an objective are known.
+    Objective(&'a ObjectiveCounts),
+    /// A level is known: which kind, which number (from 1), how many states.
+    Level(Kind, usize, &'a Count),
+    /// A phase is done. A phase that a limit ends has no such event.
+    Finished(Phase),
+}
+
+/// Outcomes, classes, improvement MDP and levels of one model under one preference file.
+pub struct Analysis<'a, E: Engine> {
+    engine: &'a E,
+    preferences: &'a Preferences,
+    options: Options,
+    outcomes: Option<Outcomes<E>>,
+    classes: Option<Classes<E>>,
+    improvement: Option<Improvement<E>>,
+    sasi: Levels<E>,
+    spi: Levels<E>,
+    result: AnalysisResult,
+}
+
+impl<'a, E: Engine> Analysis<'a, E> {
+    /// An analysis of which nothing is computed yet.
+    pub fn new(engine: &'a E, preferences: &'a Preferences, options: Options) -> Self {
+        Analysis {
+            engine,
+            preferences,
+            options,
+            outcomes: None,
+            classes: None,
+            improvement: None,
+            sasi: Levels::new(Kind::Sasi),
+            spi: Levels::new(Kind::Spi),
+            result: AnalysisResult::default(),
+        }
+    }
+
+    /// Everything, in the order of [`Phase`]. May be called again after a limit and goes on there.
+    ///
+    /// # Errors
+    /// A limit of the engine, or a target without a value in some state. What was found before
+    /// stays in [`Analysis::result`].
+    pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        self.run_counts(listener)?;
+        self.run_outcomes(listener)?;
+        self.run_improvement(listener)?;
+        self.run_levels(Kind::Sasi, listener)?;
+        self.run_levels(Kind::Spi, listener)
+    }
+
+    /// The size of the model.
+    ///
+    /// # Errors
+    /// A limit of the engine. Cost: no image.
+    pub fn run_counts(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        if self.result.counts.is_some() {
+            return Ok(());
+        }
+        listener(Event::Started(Phase::Counts));
+        let engine = self.engine;
+        let (states, choices) = (engine.all_states(), engine.all_choices());
+        self.result.counts = Some(ModelCounts {
+            states: engine.count_states(&states)?,
+            choices: engine.count_choices(&choices)?,
+            transitions: engine.count_transitions(&choices, &states)?,
+            deadlocks: engine.count_states(&engine.deadlock_states())?,
+            initial: engine.count_states(&engine.initial_states())?,
+        });
+        listener(Event::Finished(Phase::Counts));
+        Ok(())
+    }
+
+    /// The regions of the objectives, and the classes.
+    ///
+    /// # Errors
+    /// As [`Analysis::run`]. Cost: see [`Outcomes::advance`] and [`Classes::new`].
+    pub fn run_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        if self.classes.is_some() {
+            return Ok(());
+        }
+        listener(Event::Started(Phase::Outcomes));
+        if self.outcomes.is_none() {
+            let target = |o: &Objective| self.engine.states_where(o.target);
+            let targets = self.preferences.objectives.iter().map(target).collect::<Result<Vec<_>>>()?;
+            self.outcomes = Some(Outcomes::new(self.engine, targets)?);
+        }
+        while let Some(counts) = self.next_outcome()? {
+            listener(Event::Objective(&counts));
+            self.result.objectives.push(counts);
+            self.result.objectives.sort_by_key(|o| o.objective);
+        }
+        let Some(almost_sure) = self.outcomes.as_ref().and_then(Outcomes::almost_sure) else {
+            return Ok(());
+        };
+        let classes = Classes::new(self.engine, self.preferences, &almost_sure)?;
+        let count = |c: &super::Class<E>| {
+            let states = self.engine.count_states(&c.states)?;
+            Ok(ClassCount { most_preferred: c.most_preferred.clone(), states })
+        };
+        self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
+        self.classes = Some(classes);
+        listener(Event::Finished(Phase::Outcomes));
+        Ok(())
+    }
+
+    /// Computes one more objective, or counts one that a limit left uncounted.
+    fn next_outcome(&mut self) -> Result<Option<ObjectiveCounts>> {
+        let Some(outcomes) = &mut self.outcomes else { return Ok(None) };
+        let counted = |i: &usize| self.result.objectives.iter().any(|o| o.objective == *i);
+        let uncounted = (0..outcomes.len()).find(|i| outcomes.get(*i).is_some() && !counted(i));
+        let next = match uncounted {
+            Some(objective) => Some(objective),
+            None => outcomes.advance(self.engine)?,
+        };
+        let Some(objective) = next else { return Ok(None) };
+        let Some(outcome) = outcomes.get(objective) else { return Ok(None) };
+        Ok(Some(ObjectiveCounts {
+            objective,
+            target: self.engine.count_states(&outcome.target)?,
+            almost_sure: self.engine.count_states(&outcome.almost_sure)?,
+            positive: self.engine.count_states(&outcome.positive)?,
+        }))
+    }
+
+    /// The improvement MDP; does nothing before the outcomes are known.
+    ///
+    /// # Errors
+    /// A limit of the engine. Cost: see [`Improvement::new`].
+    pub fn run_improvement(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        let (Some(classes), None) = (&self.classes, &self.improvement) else { return Ok(()) };
+        listener(Event::Started(Phase::Improvement));
+        let improvement = Improvement::new(self.engine, classes, self.options.safety)?;
+        self.result.improvement = improvement.sizes(self.engine)?;
+        self.improvement = Some(improvement);
+        listener(Event::Finished(Phase::Improvement));
+        Ok(())
+    }
+
+    /// The levels of one kind; does nothing before the improvement MDP is known.
+    ///
+    /// # Errors
+    /// A limit of the engine; the levels found stay. Cost: see [`super::levels::next_level`].
+    pub fn run_levels(&mut self, kind: Kind, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        let (Some(classes), Some(improvement)) = (&self.classes, &self.improvement) else {
+            return Ok(());
+        };
+        let (levels, counts, phase) = match kind {
+            Kind::Sasi => (&mut self.sasi, &mut self.result.sasi, Phase::Sasi),
+            Kind::Spi => (&mut self.spi, &mut self.result.spi, Phase::Spi),
+        };
+        if levels.end.is_some() {
+            return Ok(());
+        }
+        listener(Event::Started(phase));
+        while levels.advance(self.engine, classes, improvement, self.options.max_level)? {
+            count_levels(self.engine, levels, counts, listener)?;
+        }
+        count_levels(self.engine, levels, counts, listener)?;
+        counts.end = match &levels.end {
+            None => LevelsEnd::Open,
+            Some(End::Cut) => LevelsEnd::Cut,
+            Some(End::Empty) => LevelsEnd::Empty,
+            Some(End::Unbounded(level)) => LevelsEnd::Unbounded(self.engine.count_states(&level.states)?),
+        };
+        listener(Event::Finished(phase));
+        Ok(())
+    }
+
+    /// What can be done from a state of the scope, as far as it is known.
+    ///
+    /// The actions at states of unknown rank are those of the greatest level found.
+    ///
+    /// # Errors
+    /// A limit of the engine, or a command without a meaning in the state. Cost: that of
+    /// [`strategy::permitted_at_start`] for the state's level.
+    pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
+        let steps = program.steps(state).map_err(|fault| fault::describe(program, &fault, state))?;
+        let most_preferred = match &self.classes {
+            Some(classes) => classes
+                .of(self.engine, state)
+                .map_or_else(ObjectiveSet::new, |c| classes.list[c].most_preferred.clone()),
+            None => ObjectiveSet::new(),
+        };
+        Ok(Prospects {
+            state: state.to_vec(),
+            most_preferred,
+            sasi: self.plan(&self.sasi, state, &steps)?,
+            spi: self.plan(&self.spi, state, &steps)?,
+        })
+    }
+
+    /// The prospects of the first `limit` initial states.
+    ///
+    /// # Errors
+    /// As [`Analysis::prospects`]. Cost: that for each state.
+    pub fn initial_prospects(&self, program: &Program, limit: usize) -> Result<Vec<Prospects>> {
+        let states: Vec<State> = self.engine.list_states(&self.engine.initial_states(), limit)?;
+        states.iter().map(|state| self.prospects(program, state)).collect()
+    }
+
+    fn plan(&self, levels: &Levels<E>, state: &[i64], steps: &[Step]) -> Result<Option<Plan>> {
+        let (Some(classes), Some(improvement)) = (&self.classes, &self.improvement) else {
+            return Ok(None);
+        };
+        if levels.found.is_empty() && levels.end.is_none() {
+            return Ok(None);
+        }
+        let rank: Rank = levels.rank(self.engine, state);
+        let mut actions = Vec::new();
+        if let Some(level) = levels.level(rank) {
+            let permitted =
+                strategy::permitted_at_start(self.engine, levels.kind, classes, improvement, level)?;
+            let allowed = |s: &&Step| self.engine.contains_choice(&permitted, state, &s.choice);
+            actions = steps.iter().filter(allowed).map(|s| s.name.clone()).collect();
+        }
+        Ok(Some(Plan { rank, actions }))
+    }
+
+    /// The counts of all that is known.
+    pub fn result(&self) -> &AnalysisResult {
+        &self.result
+    }
+
+    /// The engine.
+    pub fn engine(&self) -> &'a E {
+        self.engine
+    }
+
+    /// The preferences.
+    pub fn preferences(&self) -> &'a Preferences {
+        self.preferences
+    }
+
+    /// What was asked for.
+    pub fn options(&self) -> Options {
+        self.options
+    }
+
+    /// The regions of the objectives, once begun.
+    pub fn outcomes(&self) -> Option<&Outcomes<E>> {
+        self.outcomes.as_ref()
+    }
+
+    /// The classes, once known.
+    pub fn classes(&self) -> Option<&Classes<E>> {
+        self.classes.as_ref()
+    }
+
+    /// The improvement MDP, once known.
+    pub fn improvement(&self) -> Option<&Improvement<E>> {
+        self.improvement.as_ref()
+    }
+
+    /// The levels of one kind, as far as they are known.
+    pub fn levels(&self, kind: Kind) -> &Levels<E> {
+        match kind {
+            Kind::Sasi => &self.sasi,
+            Kind::Spi => &self.spi,
+        }
+    }
+}
+
+/// Counts and announces the levels that are not counted yet.
+fn count_levels<E: Engine>(
+    engine: &E,
+    levels: &Levels<E>,
+    counts: &mut LevelCounts,
+    listener: &mut dyn FnMut(Event<'_>),
+) -> Result<()> {
+    for level in &levels.found[counts.levels.len()..] {
+        let count = engine.count_states(&level.states)?;
+        listener(Event::Level(levels.kind, counts.levels.len() + 1, &count));
+        counts.levels.push(count);
+    }
+    Ok(())
+}

@@ -1,0 +1,215 @@
+//! The improvement MDP, on sets: which choices are kept, which edges are dropped, which improve.
+//!
+//! The paper's V = S × {0,1} remembers whether the last step improved. (s,0) and (s,1) have the
+//! same moves, so everything is computed over S with improving steps as goal *edges*; only
+//! [`Sizes`] speaks of V.
+
+use std::fmt;
+
+use super::classes::{Class, Classes};
+use crate::engine::{Count, Dropped, Engine};
+use crate::error::Result;
+
+/// What is kept: `--safety`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Safety {
+    /// A choice is kept only when none of its successors weakens.
+    #[default]
+    Action,
+    /// The paper's definition to the letter: a successor that weakens is dropped, the other
+    /// successors of the same choice stay.
+    Transition,
+    /// Nothing weakens the prefix where planning started, or the last improvement after it.
+    Prefix,
+}
+
+impl fmt::Display for Safety {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Safety::Action => "action",
+            Safety::Transition => "transition",
+            Safety::Prefix => "prefix",
+        })
+    }
+}
+
+/// States that share what improves on them and what is dropped from them.
+pub struct Part<E: Engine> {
+    /// The states; those of different parts of an arena are disjoint.
+    pub from: E::States,
+    /// A step from `from` into these improves.
+    pub better: E::States,
+    /// A step from `from` into these is dropped; empty but under [`Safety::Transition`].
+    pub dropped: E::States,
+}
+
+/// Where plays go on: the safe choices over S, with the edges that improve.
+pub struct Arena<E: Engine> {
+    /// The class that improvements are measured against, by its position in [`Classes::list`];
+    /// none where each step is measured against the state it leaves.
+    pub reference: Option<usize>,
+    /// The states that plays may be in.
+    pub states: E::States,
+    /// The kept choices of these states; each has a successor left.
+    pub choices: E::Choices,
+    /// Which edges improve and which are dropped; together they cover `states`.
+    pub parts: Vec<Part<E>>,
+    /// The dropped edges once more, in the form the engine takes.
+    pub dropped: Dropped<E::States>,
+}
+
+/// The size of the improvement MDP.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sizes {
+    /// |V| = 2 |S|
+    pub states: Count,
+    /// The kept transitions over V: twice those over S.
+    pub transitions: Count,
+    /// The dropped transitions over S.
+    pub dropped: Count,
+}
+
+/// The improvement MDP under one safety.
+pub struct Improvement<E: Engine> {
+    /// Under which.
+    pub safety: Safety,
+    /// One arena; under [`Safety::Prefix`] one a class with a safe state.
+    pub arenas: Vec<Arena<E>>,
+}
+
+impl<E: Engine> Improvement<E> {
+    /// The arenas of the improvement MDP under `safety`.
+    ///
+    /// # Errors
+    /// A limit of the engine. Cost: one pre-image a class with distinct Worse(c); under `prefix`
+    /// one `stay_within` a class.
+    pub fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
+        let arenas = match safety {
+            Safety::Action => vec![action(engine, classes)?],
+            Safety::Transition => vec![transition(engine, classes)?],
+            Safety::Prefix => prefix(engine, classes)?,
+        };
+        Ok(Improvement { safety, arenas })
+    }
+
+    /// The size of the improvement MDP; none under `prefix`, where there is no single one.
+    ///
+    /// # Errors
+    /// A limit of the engine. Cost: counting, no image.
+    pub fn sizes(&self, engine: &E) -> Result<Option<Sizes>> {
+        let (Some(arena), false) = (self.arenas.first(), self.safety == Safety::Prefix) else {
+            return Ok(None);
+        };
+        let all = engine.all_states();
+        let total = engine.count_transitions(&engine.all_choices(), &all)?;
+        let mut kept = engine.count_transitions(&arena.choices, &all)?;
+        for (from, into) in &arena.dropped {
+            // What a kept choice loses; choices that lose everything are not in `arena.choices`.
+            kept -= engine.count_transitions(&engine.choices_in(&arena.choices, from)?, into)?;
+        }
+        let states = engine.count_states(&all)? * 2u32;
+        Ok(Some(Sizes { states, dropped: total - &kept, transitions: kept * 2u32 }))
+    }
+}
+
+/// Kept: all enabled choices minus ⋃ over c of [c] ∩ some_successor_in(Worse(c)).
+fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
+    let weakening = pairs_into(engine, by_worse(classes))?;
+    Ok(Arena {
+        reference: None,
+        states: engine.all_states(),
+        choices: engine.without_choices(&engine.all_choices(), &weakening)?,
+        parts: parts(engine, classes, |_| engine.no_states())?,
+        dropped: Vec::new(),
+    })
+}
+
+/// Kept: all enabled choices minus ⋃ over c of [c] ∩ every_successor_in(Worse(c)), without the
+/// edges from [c] into Worse(c).
+fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
+    let dropped = grouped(engine, by_worse(classes))?;
+    let mut choices = engine.all_choices();
+    for (from, worse) in &dropped {
+        let emptied = engine.choices_in(&engine.every_successor_in(worse)?, from)?;
+        choices = engine.without_choices(&choices, &emptied)?;
+    }
+    let parts = parts(engine, classes, |c| c.worse.clone())?;
+    Ok(Arena { reference: None, states: engine.all_states(), choices, parts, dropped })
+}
+
+/// For each class c: Safe_c = νZ. S \ Worse(c) ∩ { s : some choice has all successors in Z }.
+fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> {
+    let mut arenas = Vec::new();
+    for (reference, class) in classes.list.iter().enumerate() {
+        let allowed = engine.difference(&engine.all_states(), &class.worse)?;
+        let safe = engine.stay_within(&allowed, &engine.all_choices())?;
+        if engine.is_empty(&engine.intersection(&safe.states, &class.states)?) {
+            continue;
+        }
+        let better = engine.intersection(&class.better, &safe.states)?;
+        let parts = vec![Part { from: safe.states.clone(), better, dropped: engine.no_states() }];
+        arenas.push(Arena {
+            reference: Some(reference),
+            states: safe.states,
+            choices: safe.choices,
+            parts,
+            dropped: Vec::new(),
+        });
+    }
+    Ok(arenas)
+}
+
+fn by_worse<E: Engine>(classes: &Classes<E>) -> Vec<(E::States, E::States)> {
+    classes.list.iter().map(|c| (c.states.clone(), c.worse.clone())).collect()
+}
+
+/// The classes as parts; those with the same Better(c) and the same dropped set are one.
+fn parts<E: Engine>(
+    engine: &E,
+    classes: &Classes<E>,
+    dropped: impl Fn(&Class<E>) -> E::States,
+) -> Result<Vec<Part<E>>> {
+    let mut parts: Vec<Part<E>> = Vec::new();
+    for class in &classes.list {
+        let lost = dropped(class);
+        let same = |p: &&mut Part<E>| {
+            engine.same_states(&p.better, &class.better) && engine.same_states(&p.dropped, &lost)
+        };
+        match parts.iter_mut().find(same) {
+            Some(part) => part.from = engine.union(&part.from, &class.states)?,
+            None => {
+                let (from, better) = (class.states.clone(), class.better.clone());
+                parts.push(Part { from, better, dropped: lost });
+            }
+        }
+    }
+    Ok(parts)
+}
+
+/// The pairs (from, into) without empty sides, those with the same `into` made one.
+fn grouped<E: Engine>(engine: &E, pairs: Vec<(E::States, E::States)>) -> Result<Vec<(E::States, E::States)>> {
+    let mut groups: Vec<(E::States, E::States)> = Vec::new();
+    for (from, into) in pairs {
+        if engine.is_empty(&from) || engine.is_empty(&into) {
+            continue;
+        }
+        match groups.iter_mut().find(|(_, same)| engine.same_states(same, &into)) {
+            Some((union, _)) => *union = engine.union(union, &from)?,
+            None => groups.push((from, into)),
+        }
+    }
+    Ok(groups)
+}
+
+/// ⋃ over (X, Y) of { (s,a) : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }.
+///
+/// # Errors
+/// A limit of the engine. Cost: one pre-image a distinct non-empty Y with a non-empty X.
+pub(crate) fn pairs_into<E: Engine>(engine: &E, pairs: Vec<(E::States, E::States)>) -> Result<E::Choices> {
+    let mut union = engine.no_choices();
+    for (from, into) in grouped(engine, pairs)? {
+        let entering = engine.choices_in(&engine.some_successor_in(&into)?, &from)?;
+        union = engine.union_choices(&union, &entering)?;
+    }
+    Ok(union)
+}

@@ -1,0 +1,118 @@
+//! Strategies: what may be done, and what makes progress, at each level.
+//!
+//! A strategy has a part for each arena. Under `action` and `transition` there is one. Under
+//! `prefix` there is one a reference class: planning starts in the part of the state's own class and
+//! stays there through steps that do not improve on it; after an improving step into W_{k-1} the
+//! class of the state entered is the new reference and k-1 the new level.
+
+use super::classes::Classes;
+use super::improvement::{Arena, Improvement};
+use super::levels::{Game, Kind, Level, edges_into, goal_choices};
+use crate::engine::Engine;
+use crate::error::Result;
+
+/// The two strategies of one level in one arena.
+pub struct Strategy<E: Engine> {
+    /// The class that improvements are measured against; none: the state each step leaves.
+    pub reference: Option<usize>,
+    /// The winning states.
+    pub states: E::States,
+    /// See [`permissive`].
+    pub permissive: E::Choices,
+    /// The states by their distance from the goal, disjoint, the winning states together: layer 0
+    /// has a permitted choice with a goal edge, layer i+1 one with a kept edge into layer i and none
+    /// with one into an earlier layer.
+    pub layers: Vec<E::States>,
+    /// The permitted choices that move one layer closer with positive probability; in layer 0 those
+    /// with a goal edge. The progress strategy takes the first of a state in the order of the
+    /// program.
+    pub progress: E::Choices,
+}
+
+/// The permitted choices of a level in one arena.
+///
+/// SASI: the kept choices of the winning states whose kept edges all are goal edges or stay in the
+/// winning states. SPI: the kept choices with a goal edge or a kept edge into the winning states.
+///
+/// # Errors
+/// A limit of the engine. Cost: none for SASI; for SPI two pre-images a part.
+pub fn permissive<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<E::Choices> {
+    match kind {
+        Kind::Sasi => Ok(game.choices.clone()),
+        Kind::Spi => {
+            let staying = edges_into(engine, arena, &game.states)?;
+            let ahead = engine.union_choices(&staying, &goal_choices(engine, arena, &game.goals)?)?;
+            engine.common_choices(&game.choices, &ahead)
+        }
+    }
+}
+
+/// Both strategies of a level in one arena, layer by layer.
+///
+/// # Errors
+/// A limit of the engine. Cost: one pre-image a layer and part.
+pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
+    let permissive = permissive(engine, kind, arena, game)?;
+    let goals = goal_choices(engine, arena, &game.goals)?;
+    let mut progress = engine.common_choices(&permissive, &goals)?;
+    let mut layer = engine.sources(&progress)?;
+    let mut open = engine.difference(&game.states, &layer)?;
+    let mut layers = Vec::new();
+    while !engine.is_empty(&layer) {
+        if let Some(limit) = engine.settings().observer.stop() {
+            return Err(limit.into());
+        }
+        let closer = engine.common_choices(&permissive, &edges_into(engine, arena, &layer)?)?;
+        let closer = engine.choices_in(&closer, &open)?;
+        progress = engine.union_choices(&progress, &closer)?;
+        layers.push(layer);
+        layer = engine.sources(&closer)?;
+        open = engine.difference(&open, &layer)?;
+    }
+    let states = game.states.clone();
+    Ok(Strategy { reference: arena.reference, states, permissive, layers, progress })
+}
+
+/// The strategies of all arenas of a level, in the order of [`Improvement::arenas`].
+///
+/// # Errors
+/// A limit of the engine. Cost: that of [`strategy`] for each.
+pub fn strategies<E: Engine>(
+    engine: &E,
+    kind: Kind,
+    improvement: &Improvement<E>,
+    level: &Level<E>,
+) -> Result<Vec<Strategy<E>>> {
+    let pairs = improvement.arenas.iter().zip(&level.games);
+    pairs.map(|(arena, game)| strategy(engine, kind, arena, game)).collect()
+}
+
+/// The permitted choices of all states of a level when planning starts there.
+///
+/// # Errors
+/// A limit of the engine. Cost: that of [`permissive`] for each arena.
+pub fn permitted_at_start<E: Engine>(
+    engine: &E,
+    kind: Kind,
+    classes: &Classes<E>,
+    improvement: &Improvement<E>,
+    level: &Level<E>,
+) -> Result<E::Choices> {
+    let mut all = engine.no_choices();
+    for (arena, game) in improvement.arenas.iter().zip(&level.games) {
+        let permitted = permissive(engine, kind, arena, game)?;
+        let permitted = match arena.reference.and_then(|c| classes.list.get(c)) {
+            Some(class) => engine.choices_in(&permitted, &class.states)?,
+            None => permitted,
+        };
+        all = engine.union_choices(&all, &permitted)?;
+    }
+    Ok(all)
+}
+
+/// Whether a step between two states is a goal edge of a level in one arena: it improves and enters
+/// the level below.
+pub fn is_goal<E: Engine>(engine: &E, arena: &Arena<E>, game: &Game<E>, from: &[i64], to: &[i64]) -> bool {
+    let holds = |x: &E::States, state: &[i64]| engine.contains(x, state);
+    arena.parts.iter().zip(&game.goals).any(|(part, goal)| holds(&part.from, from) && holds(goal, to))
+}
