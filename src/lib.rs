@@ -3,6 +3,7 @@
 pub mod diagnostic;
 pub mod engine;
 pub mod error;
+pub mod generate;
 pub mod lang;
 pub mod model;
 pub mod planning;
