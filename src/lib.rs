@@ -6,4 +6,5 @@ pub mod error;
 pub mod generate;
 pub mod lang;
 pub mod model;
+pub mod output;
 pub mod planning;

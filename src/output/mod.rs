@@ -1,0 +1,23 @@
+//! Results as plain data, and the two ways to write them: JSON for programs, text for people.
+//!
+//! A report is filled in as the work goes on: what is not known yet is `None` (JSON `null`), so that
+//! a run that hits a limit still says what it found. Nothing here prints.
+
+pub mod check;
+pub mod compare;
+pub mod info;
+pub mod number;
+pub mod reach;
+pub mod report;
+pub mod style;
+
+mod check_text;
+mod text;
+
+pub use check::CheckReport;
+pub use compare::CompareReport;
+pub use info::InfoReport;
+pub use number::Number;
+pub use reach::ReachReport;
+pub use report::{Failure, Kind, Report};
+pub use style::Style;
