@@ -13,9 +13,12 @@ mod watch;
 mod check;
 mod compare;
 mod completions;
+mod export;
 mod info;
 mod man;
+mod query;
 mod reach;
+mod verify;
 
 use std::ffi::OsString;
 
@@ -33,7 +36,7 @@ use exit::Status;
 #[derive(Debug, Parser)]
 #[command(name = "meliora", version, propagate_version = true, arg_required_else_help = true)]
 #[command(
-    after_help = "Exit status: 0 done · 1 the answer is no · 2 usage · 3 the model or the preferences are wrong\n\
+    after_help = "Exit status: 0 done · 1 the answer is no · 2 usage · 3 the model, the preferences or a dump is wrong\n\
                         · 4 out of memory, nodes or time · 130 interrupted"
 )]
 struct Cli {
@@ -46,6 +49,9 @@ enum Command {
     Check(check::CheckArgs),
     Reach(reach::ReachArgs),
     Info(info::InfoArgs),
+    Export(export::ExportArgs),
+    Query(query::QueryArgs),
+    Verify(verify::VerifyArgs),
     Compare(compare::CompareArgs),
     Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
@@ -62,6 +68,9 @@ pub(crate) fn run(args: &[OsString]) -> Status {
         Command::Check(args) => check::run(args),
         Command::Reach(args) => reach::run(args),
         Command::Info(args) => info::run(args),
+        Command::Export(args) => export::run(args),
+        Command::Query(args) => query::run(args),
+        Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),

@@ -5,19 +5,25 @@
 
 pub mod check;
 pub mod compare;
+pub mod export;
 pub mod info;
 pub mod number;
+pub mod query;
 pub mod reach;
 pub mod report;
 pub mod style;
+pub mod verify;
 
 mod check_text;
 mod text;
 
 pub use check::CheckReport;
 pub use compare::CompareReport;
+pub use export::ExportReport;
 pub use info::InfoReport;
 pub use number::Number;
+pub use query::QueryReport;
 pub use reach::ReachReport;
 pub use report::{Failure, Kind, Report};
 pub use style::Style;
+pub use verify::VerifyReport;
