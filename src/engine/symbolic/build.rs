@@ -15,13 +15,16 @@ use crate::error::Result;
 use crate::model::fault;
 use crate::model::{ModelKind, Program};
 
+/// Says which states there are, instead of an exploration.
+pub(super) type Given<'a> = dyn Fn(&Store) -> Result<Bdd> + 'a;
+
 /// Builds the engine; see [`SymbolicEngine::new`]. The states of the scope may be given.
 pub(super) fn build(
     program: Arc<Program>,
     order: Vec<Bit>,
     threads: u32,
     settings: Settings,
-    given: Option<&dyn Fn(&Store) -> Result<Bdd>>,
+    given: Option<&Given<'_>>,
 ) -> Result<SymbolicEngine> {
     let encoding = Encoding::new(&program, order);
     let store = Store::new(encoding.width(), settings.memory, threads, settings.observer.clone())?;
