@@ -13,6 +13,7 @@ mod watch;
 mod check;
 mod compare;
 mod completions;
+mod generate;
 mod info;
 mod man;
 mod reach;
@@ -47,6 +48,7 @@ enum Command {
     Reach(reach::ReachArgs),
     Info(info::InfoArgs),
     Compare(compare::CompareArgs),
+    Generate(generate::GenerateArgs),
     Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
 }
@@ -63,6 +65,7 @@ pub(crate) fn run(args: &[OsString]) -> Status {
         Command::Reach(args) => reach::run(args),
         Command::Info(args) => info::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Generate(args) => generate::run(&args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),
     };
