@@ -124,6 +124,35 @@ impl Parameters {
         }
     }
 
+    /// The command that draws this world, for the files' first lines; order and worth of nothing stand
+    /// in the preference file itself.
+    fn command(&self, choices: &Choices) -> String {
+        let battery = self.battery.map_or("none".to_owned(), |full| full.to_string());
+        let drift = |drift: &Directions| drift.iter().map(Direction::letter).collect::<String>();
+        let drifts: Vec<String> = self.drifts.iter().map(drift).collect();
+        let numbers = [
+            ("rows", self.rows),
+            ("cols", self.cols),
+            ("items", self.items),
+            ("locked", self.locked),
+            ("chargers", self.chargers),
+            ("walls", self.walls),
+            ("slippery", self.slippery),
+            ("one-way", self.one_way),
+            ("disabled", self.disabled),
+            ("robots", self.robots),
+            ("patrols", self.patrols),
+        ];
+        let numbers = numbers
+            .iter()
+            .filter(|(name, n)| *n != 0 || matches!(*name, "locked" | "chargers" | "walls" | "slippery"));
+        let mut command = "meliora generate gridworld".to_owned();
+        numbers.for_each(|(name, number)| command += &format!(" --{name} {number}"));
+        command += if self.locked_charger { "" } else { " --open-chargers" };
+        command += &if drifts.is_empty() { String::new() } else { format!(" --drift {}", drifts.join(",")) };
+        command + &format!(" --battery {battery} --seed {}", choices.seed)
+    }
+
     /// Refuses what makes no model.
     fn validate(&self) -> Result<()> {
         let usage = |message: String| Err(Error::Usage(message));
@@ -182,7 +211,8 @@ pub struct Generated {
 pub fn gridworld(parameters: &Parameters, choices: &Choices) -> Result<Generated> {
     let mut draw = Draw::new(choices.seed);
     let world = random::world(parameters, &mut draw)?;
-    let title = format!("A random {} x {} grid world (seed {}).", world.rows, world.cols, choices.seed);
+    let title =
+        format!("A random {} x {} grid world.\n// {}", world.rows, world.cols, parameters.command(choices));
     finish(&world, &title, choices, None, None)
 }
 
@@ -193,7 +223,7 @@ pub fn gridworld(parameters: &Parameters, choices: &Choices) -> Result<Generated
 pub fn from_map(source: &Arc<SourceFile>, choices: &Choices) -> Result<Generated> {
     let map = map::read(source)?;
     let name = source.name.rsplit(['/', '\\']).next().unwrap_or_default();
-    let title = format!("A grid world from {name:?}.");
+    let title = format!("A grid world, drawn in {name:?}.");
     finish(&map.world, &title, choices, map.prefer, map.empty)
 }
 

@@ -96,7 +96,7 @@ fn parse_chain(text: &str, world: &World, statements: &mut Vec<Statement>) -> Re
         };
     }
     match left {
-        Some((item, None)) if text.trim().chars().count() > 1 || item >= world.items.len() => Ok(()),
+        Some((_, None)) if text.trim().chars().count() > 1 => Ok(()),
         Some((_, None)) => {
             Err((0, format!("`{}` is compared with nothing: write such as `D>A`", text.trim())))
         }
@@ -166,13 +166,12 @@ pub(super) fn write(world: &World, statements: &[Statement], empty: Empty, title
     if !statements.is_empty() {
         text.push('\n');
     }
-    let mut rest = statements;
+    let mut rest = statements.to_vec();
     while let Some(&(item, relation, _)) = rest.first() {
-        let same = |s: &&Statement| s.0 == item && s.1 == relation;
-        let (now, later) = rest.split_at(rest.iter().take_while(same).count());
-        let names: Vec<String> = now.iter().map(|s| world.items[s.2].name.to_string()).collect();
+        let same = |s: &mut Statement| s.0 == item && s.1 == relation;
+        let names: Vec<String> =
+            rest.extract_if(.., same).map(|(.., worse)| world.items[worse].name.to_string()).collect();
         text += &format!("prefer {} {} {};\n", world.items[item].name, relation.symbol(), names.join(", "));
-        rest = later;
     }
     text + &format!("\nempty = {};\n", empty.name())
 }

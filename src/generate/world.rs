@@ -29,6 +29,16 @@ impl Direction {
         }
     }
 
+    /// The capital letter for it.
+    pub fn letter(self) -> char {
+        match self {
+            Direction::North => 'N',
+            Direction::South => 'S',
+            Direction::East => 'E',
+            Direction::West => 'W',
+        }
+    }
+
     /// The change of row and column.
     pub(super) fn shift(self) -> Shift {
         match self {

@@ -148,7 +148,6 @@ struct Move<'a> {
 /// Cells from which the move has the same results.
 struct Case {
     name: String,
-    note: String,
     branches: Vec<Branch>,
     origins: CellSet,
 }
@@ -160,12 +159,11 @@ impl<'a> Move<'a> {
         let mut slips = 0;
         let mut cases: Vec<Case> = Vec::new();
         for group in world.groups(direction) {
-            let (name, note) = describe(world, direction, &group.branches, &mut slips);
+            let name = describe(world, direction, &group.branches, &mut slips);
             let name = robot.name(&format!("{}_{name}", direction.name()));
-            cases.push(Case { name, note, branches: group.branches, origins: group.origins });
+            cases.push(Case { name, branches: group.branches, origins: group.origins });
         }
-        // The plain step last: it is what the others leave.
-        cases.sort_by_key(|case| is_plain(&case.branches, direction));
+        cases.sort_by_key(|case| order(&case.branches, direction));
         Move { robot, direction, disabled, cases }
     }
 
@@ -180,22 +178,21 @@ impl<'a> Move<'a> {
 
     fn formulas(&self) -> String {
         let mut text = format!("\n// Moves {}.\n", self.direction.name());
-        let mut named: Vec<&str> = Vec::new();
-        let disabled = self.robot.name(&format!("{}_disabled", self.direction.name()));
+        let mut named: Vec<String> = Vec::new();
         if !self.disabled.is_empty() {
-            text += &formula(&disabled, &self.robot.condition(&self.disabled));
-            named.push(&disabled);
+            let name = self.robot.name(&format!("{}_disabled", self.direction.name()));
+            text += &formula(&name, &self.robot.condition(&self.disabled));
+            named.push(name);
         }
-        for case in &self.cases {
-            if !is_plain(&case.branches, self.direction) {
-                text += &formula(&case.name, &self.robot.condition(&case.origins));
-                named.push(&case.name);
-            } else if named.is_empty() {
-                text += &formula(&case.name, &["true".to_owned()]);
-            } else {
-                let negated: Vec<String> = named.iter().map(|name| format!("!{name}")).collect();
-                text += &wrap(&format!("formula {} = {};\n", case.name, negated.join(" & ")), "    ");
-            }
+        let is_free = |case: &&Case| order(&case.branches, self.direction) == 0;
+        for case in self.cases.iter().filter(|case| !is_free(case)) {
+            text += &formula(&case.name, &self.robot.condition(&case.origins));
+            named.push(case.name.clone());
+        }
+        // The plain step is what the others leave.
+        if let Some(case) = self.cases.iter().find(is_free) {
+            let rest = if named.is_empty() { "false".to_owned() } else { named.join(" | ") };
+            text += &wrap(&format!("formula {} = !({rest});\n", case.name), "    ");
         }
         if let Some(met) = self.met() {
             text += &self.met_formula(&met);
@@ -229,10 +226,10 @@ impl<'a> Move<'a> {
             self.robot.world.battery.map(|_| format!("{}>0 & ", self.robot.name("b"))).unwrap_or_default();
         let unmet = self.met().map(|met| format!("!{met} & ")).unwrap_or_default();
         let mut text = "\n".to_owned();
-        for case in self.cases.iter().rev() {
+        for case in &self.cases {
             let updates = self.branches(&case.branches);
             let command = format!("  [{}] {battery}{unmet}{} ->{updates};", self.prefix(), case.name);
-            text += &format!("{command}{}\n", case.note);
+            text += &format!("{command}\n");
         }
         if let Some(met) = self.met() {
             text += &self.met_commands(&format!("{battery}{met}"));
@@ -314,23 +311,27 @@ fn place_of(row: i64, col: i64) -> Option<Place> {
     Some(Place { row: usize::try_from(row).ok()?, col: usize::try_from(col).ok()? })
 }
 
-fn is_plain(branches: &[Branch], direction: Direction) -> bool {
-    matches!(branches, [only] if only.shift == direction.shift() && only.effect.is_none())
-}
-
-/// A short name for a case, and a comment where the name does not say it.
-fn describe(world: &World, direction: Direction, branches: &[Branch], slips: &mut usize) -> (String, String) {
+/// A short name for what a move does.
+fn describe(world: &World, direction: Direction, branches: &[Branch], slips: &mut usize) -> String {
     let [only] = branches else {
         *slips += 1;
-        return (format!("slip_{slips}"), String::new());
+        return format!("slip_{slips}");
     };
     let moved = only.shift == direction.shift();
-    let name = match (&only.effect, moved) {
+    match (&only.effect, moved) {
         (None, true) => "free".to_owned(),
         (None, false) => "blocked".to_owned(),
         (Some(effect), _) => format!("{}_{}", if moved { "to" } else { "at" }, places_with(world, effect)),
-    };
-    (name, String::new())
+    }
+}
+
+/// The order of the cases: the plain step first, then what stays, then what matters.
+fn order(branches: &[Branch], direction: Direction) -> usize {
+    match branches {
+        [only] if only.effect.is_none() => usize::from(only.shift != direction.shift()),
+        [only] => 2 + usize::from(only.shift != direction.shift()),
+        _ => 4,
+    }
 }
 
 /// The items (or the charger) that have an effect: `A_B`.
