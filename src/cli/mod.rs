@@ -5,6 +5,7 @@ mod agreement;
 mod exit;
 mod load;
 mod options;
+mod plan;
 mod size;
 mod supervise;
 mod terminal;
@@ -16,6 +17,8 @@ mod completions;
 mod info;
 mod man;
 mod reach;
+mod simulate;
+mod strategy;
 
 use std::ffi::OsString;
 
@@ -46,6 +49,8 @@ enum Command {
     Check(check::CheckArgs),
     Reach(reach::ReachArgs),
     Info(info::InfoArgs),
+    Strategy(strategy::StrategyArgs),
+    Simulate(simulate::SimulateArgs),
     Compare(compare::CompareArgs),
     Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
@@ -62,6 +67,8 @@ pub(crate) fn run(args: &[OsString]) -> Status {
         Command::Check(args) => check::run(args),
         Command::Reach(args) => reach::run(args),
         Command::Info(args) => info::run(args),
+        Command::Strategy(args) => strategy::run(args),
+        Command::Simulate(args) => simulate::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),

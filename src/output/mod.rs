@@ -9,9 +9,15 @@ pub mod info;
 pub mod number;
 pub mod reach;
 pub mod report;
+pub mod simulate;
+pub mod strategy;
+pub mod strategy_table;
 pub mod style;
 
 mod check_text;
+mod reason;
+mod simulate_text;
+mod strategy_text;
 mod text;
 
 pub use check::CheckReport;
@@ -20,4 +26,6 @@ pub use info::InfoReport;
 pub use number::Number;
 pub use reach::ReachReport;
 pub use report::{Failure, Kind, Report};
+pub use simulate::SimulateReport;
+pub use strategy::StrategyReport;
 pub use style::Style;
