@@ -27,6 +27,8 @@ pub(super) struct Question {
     pub(super) program: Arc<Program>,
     /// The preferences.
     pub(super) preferences: Preferences,
+    /// The text of the preferences.
+    pub(super) source: Arc<SourceFile>,
     /// See [`Loaded::overlap`].
     pub(super) overlap: Option<ExprId>,
 }
@@ -74,8 +76,11 @@ fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
 }
 
 fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Loaded, Error> {
-    let constants = SourceFile::new("--const", args.constants());
-    let checked = lang::load(&read(&args.model)?, &constants)?;
+    loaded(&args.model, &SourceFile::new("--const", args.constants()), watch)
+}
+
+fn loaded(model: &Path, constants: &Arc<SourceFile>, watch: &Watch) -> Result<Loaded, Error> {
+    let checked = lang::load(&read(model)?, constants)?;
     watch.warn_of(&checked.warnings);
     if checked.ignored_rewards > 0 {
         watch.note("rewards are read and ignored");
@@ -102,10 +107,28 @@ pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, 
 /// # Errors
 /// A file or the constants are wrong.
 pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs, watch: &Watch) -> Result<Question, Error> {
-    let Loaded { mut program, overlap } = parsed(model, watch)?;
-    let source = read(&args.preferences)?;
+    let loaded = parsed(model, watch)?;
+    preferred(loaded, &args.preferences)
+}
+
+fn preferred(loaded: Loaded, preferences: &Path) -> Result<Question, Error> {
+    let Loaded { mut program, overlap } = loaded;
+    let source = read(preferences)?;
     let preferences = lang::load_preferences(&source, &mut program)?;
-    Ok(Question { program: Arc::new(program), preferences, overlap })
+    Ok(Question { program: Arc::new(program), preferences, source, overlap })
+}
+
+/// Reads the model that a dump is said to be made from, with its constants, and the preferences.
+///
+/// # Errors
+/// A file or the constants are wrong.
+pub(super) fn certified(
+    model: &Path,
+    preferences: &Path,
+    constants: &str,
+    watch: &Watch,
+) -> Result<Question, Error> {
+    preferred(loaded(model, &SourceFile::new("the constants of the dump", constants), watch)?, preferences)
 }
 
 /// Reads the model, and the target or the property.

@@ -14,11 +14,14 @@ mod watch;
 mod check;
 mod compare;
 mod completions;
+mod export;
 mod info;
 mod man;
+mod query;
 mod reach;
 mod simulate;
 mod strategy;
+mod verify;
 
 use std::ffi::OsString;
 
@@ -36,7 +39,7 @@ use exit::Status;
 #[derive(Debug, Parser)]
 #[command(name = "meliora", version, propagate_version = true, arg_required_else_help = true)]
 #[command(
-    after_help = "Exit status: 0 done · 1 the answer is no · 2 usage · 3 the model or the preferences are wrong\n\
+    after_help = "Exit status: 0 done · 1 the answer is no · 2 usage · 3 the model, the preferences or a dump is wrong\n\
                         · 4 out of memory, nodes or time · 130 interrupted"
 )]
 struct Cli {
@@ -51,6 +54,9 @@ enum Command {
     Info(info::InfoArgs),
     Strategy(strategy::StrategyArgs),
     Simulate(simulate::SimulateArgs),
+    Export(export::ExportArgs),
+    Query(query::QueryArgs),
+    Verify(verify::VerifyArgs),
     Compare(compare::CompareArgs),
     Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
@@ -69,6 +75,9 @@ pub(crate) fn run(args: &[OsString]) -> Status {
         Command::Info(args) => info::run(args),
         Command::Strategy(args) => strategy::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Export(args) => export::run(args),
+        Command::Query(args) => query::run(args),
+        Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),

@@ -5,14 +5,17 @@
 
 pub mod check;
 pub mod compare;
+pub mod export;
 pub mod info;
 pub mod number;
+pub mod query;
 pub mod reach;
 pub mod report;
 pub mod simulate;
 pub mod strategy;
 pub mod strategy_table;
 pub mod style;
+pub mod verify;
 
 mod check_text;
 mod reason;
@@ -22,10 +25,13 @@ mod text;
 
 pub use check::CheckReport;
 pub use compare::CompareReport;
+pub use export::ExportReport;
 pub use info::InfoReport;
 pub use number::Number;
+pub use query::QueryReport;
 pub use reach::ReachReport;
 pub use report::{Failure, Kind, Report};
 pub use simulate::SimulateReport;
 pub use strategy::StrategyReport;
 pub use style::Style;
+pub use verify::VerifyReport;

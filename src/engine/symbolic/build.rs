@@ -15,21 +15,23 @@ use crate::error::Result;
 use crate::model::fault;
 use crate::model::{ModelKind, Program};
 
-/// Builds the engine; see [`SymbolicEngine::new`].
+/// Builds the engine; see [`SymbolicEngine::new`]. The states of the scope may be given.
 pub(super) fn build(
     program: Arc<Program>,
     order: Vec<Bit>,
     threads: u32,
     settings: Settings,
+    given: Option<&dyn Fn(&Store) -> Result<Bdd>>,
 ) -> Result<SymbolicEngine> {
     let encoding = Encoding::new(&program, order);
     let store = Store::new(encoding.width(), settings.memory, threads, settings.observer.clone())?;
     let domain = encoding.domain(&store)?;
     let (mut transitions, initial, initial_fails) = translate(&program, &encoding, &store, &domain)?;
     let clusters = Clusters::new(&store, &encoding, &transitions.pieces)?;
-    let states = match settings.scope {
-        Scope::All => domain.clone(),
-        Scope::Reachable => {
+    let states = match (given, settings.scope) {
+        (Some(given), _) => store.and(&given(&store)?, &domain)?,
+        (None, Scope::All) => domain.clone(),
+        (None, Scope::Reachable) => {
             let tell = |firings: usize, x: &Bdd| {
                 let detail = || format!("{firings} image steps, {} nodes", store.size(x));
                 settings.observer.progress("reachable states", &detail);

@@ -8,6 +8,7 @@ mod bits;
 mod build;
 mod clusters;
 mod command;
+mod dump;
 mod encoding;
 pub mod order;
 mod partition;
@@ -22,6 +23,7 @@ use std::sync::Arc;
 
 use oxidd::BooleanFunction;
 
+pub use dump::{Numbered, Set};
 pub use encoding::{Bit, Encoding};
 
 use super::{Count, Dropped, Engine, Region, Settings, Usage};
@@ -81,7 +83,7 @@ impl SymbolicEngine {
     ///
     /// Cost: one image fixpoint for the scope `reachable`.
     pub fn new(program: Arc<Program>, order: Vec<Bit>, threads: u32, settings: Settings) -> Result<Self> {
-        build::build(program, order, threads, settings)
+        build::build(program, order, threads, settings, None)
     }
 
     /// How states are bits.
