@@ -53,17 +53,17 @@ impl Words<'_> {
             Verdict::Unsafe(index) => {
                 let place = index.and_then(to).map_or_else(|| "here".to_owned(), place);
                 let kept = self.list(&at.reference);
-                format!("not kept: from {place} on, nothing is sure to keep {kept} from being weakened")
+                format!("not kept: from {place} on, it is not sure that {kept} can be kept from weakening")
             }
             Verdict::Strays(index) => match to(index) {
                 Some(s) => self.strays(at, s, action, &place(s)),
                 None => "leaves the states from where it improves".to_owned(),
             },
             Verdict::Hopeless => match at.memory.level {
-                Rank::Finite(1) | Rank::AtLeast(1) => "kept, but no improvement can follow".to_owned(),
-                level => format!("kept, but {} can not follow", improvements(level)),
+                Rank::Finite(1) | Rank::AtLeast(1) => "safe, but no improvement can follow".to_owned(),
+                level => format!("safe, but {} can not follow", improvements(level)),
             },
-            Verdict::NothingAhead => format!("kept, but no improvement is {} here", self.adverb()),
+            Verdict::NothingAhead => format!("safe, but no improvement is {} from here", self.adverb()),
         }
     }
 

@@ -8,7 +8,7 @@ use super::check::Rank;
 use super::reason::Words;
 use super::report::{Failure, Memory, ModelSummary, Report, is_true, json_state, scope_name};
 use super::simulate_text;
-use super::strategy::{PlanTime, kind_name};
+use super::strategy::{PlanTime, change_word, kind_name};
 use crate::engine::Scope;
 use crate::model::Program;
 use crate::model::preference::Preferences;
@@ -79,6 +79,9 @@ pub struct PlaysReport {
     pub fewer_than_rank: Option<u64>,
     /// Plays with a step that weakens the state before it.
     pub weakened_step: u64,
+    /// Plays with a step that weakens what the strategy measures against: under `prefix` the state
+    /// where planning started or the last improvement after it, else the state before.
+    pub weakened_reference: u64,
     /// Plays with a state that weakens the state they started in.
     pub weakened_start: u64,
     /// The first play that weakened, or else the first play.
@@ -135,11 +138,13 @@ pub struct TurnReport {
     pub most_preferred: Vec<String>,
     /// Its rank.
     pub rank: Rank,
-    /// Whether the step was an improvement.
+    /// `improving`, `weakening` or `lateral`, against what the strategy measures against.
+    pub change: &'static str,
+    /// Whether the step was an improvement of the play.
     pub improves: bool,
     /// What is preferred to something had before.
     pub gained: Vec<String>,
-    /// What something had now is less preferred than.
+    /// What the state before had that is preferred to something had now.
     pub lost: Vec<String>,
     /// Whether it weakens the state before.
     pub weakens_step: bool,
@@ -191,6 +196,7 @@ impl PlaysReport {
             given_up: tally.given_up,
             fewer_than_rank,
             weakened_step: tally.weakened_step,
+            weakened_reference: tally.weakened_reference,
             weakened_start: tally.weakened_start,
             trace: TraceReport { play: tally.trace.play, turns },
         }
@@ -204,6 +210,7 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
         probability: turn.probability,
         most_preferred: words.names(&turn.most_preferred),
         rank: turn.rank.into(),
+        change: change_word(turn.change),
         improves: turn.improves,
         gained: words.names(&turn.gained),
         lost: words.names(&turn.lost),

@@ -46,7 +46,7 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let mut out = format!("\n{}\n", style.bold(&title));
     out.push_str(&promise(report, plays, style));
     out.push_str(&distribution(report, plays, style));
-    out.push_str(&weakening(plays, style));
+    out.push_str(&weakening(report, plays, style));
     if plays.given_up > 0 {
         let (count, steps) = (group(&plays.given_up.to_string()), group(&report.steps.to_string()));
         let _ = writeln!(
@@ -102,13 +102,16 @@ fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> S
     out
 }
 
-fn weakening(plays: &PlaysReport, style: Style) -> String {
+fn weakening(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let told = |count: u64, what: &str| match count {
         0 => format!("  {} {what}.\n", style.good("No play ever weakened")),
         n => format!("  {} {what}.\n", style.warn(&format!("{} weakened", plural_plays(n)))),
     };
-    told(plays.weakened_step, "the state of the step before")
-        + &told(plays.weakened_start, "the state where it started")
+    let mut out = told(plays.weakened_step, "the state of the step before");
+    if report.safety == "prefix" {
+        out += &told(plays.weakened_reference, "its last improvement (before the first: the start)");
+    }
+    out + &told(plays.weakened_start, "the state where it started")
 }
 
 fn plural_plays(count: u64) -> String {
@@ -150,6 +153,10 @@ fn remark(turn: &TurnReport) -> String {
     let mut remarks = Vec::new();
     if turn.improves {
         remarks.push(format!("improves: {} gained", text::names(&turn.gained)));
+    }
+    if !turn.improves && turn.change == "improving" {
+        let gained = text::names(&turn.gained);
+        remarks.push(format!("{gained} gained, but not taken for an improvement: too few could follow"));
     }
     if turn.weakens_step {
         remarks.push(format!("weakens: {} lost", text::names(&turn.lost)));

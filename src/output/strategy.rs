@@ -112,7 +112,7 @@ pub struct SuccessorReport {
     pub change: &'static str,
     /// What is preferred to something had before.
     pub gained: Vec<String>,
-    /// What something had now is less preferred than.
+    /// What was had before and is preferred to something had there.
     pub lost: Vec<String>,
     /// Its rank, of the kind asked for.
     pub rank: Rank,
@@ -194,7 +194,7 @@ fn verdict_word(verdict: Verdict) -> &'static str {
 }
 
 /// `improving`, `weakening` or `lateral`.
-fn change_word(change: Change) -> &'static str {
+pub(super) fn change_word(change: Change) -> &'static str {
     match change {
         Change::Improving => "improving",
         Change::Weakening => "weakening",

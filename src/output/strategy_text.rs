@@ -23,6 +23,9 @@ pub(super) fn render(report: &StrategyReport, style: Style) -> String {
         settings.push(("empty", empty));
     }
     let mut out = text::title(&[&report.model.path, &report.preferences], &settings, style);
+    if !report.states.is_empty() {
+        out.push_str(&legend(report, style));
+    }
     for state in &report.states {
         out.push_str(&one(report.kind, state, style));
     }
@@ -37,6 +40,21 @@ pub(super) fn render(report: &StrategyReport, style: Style) -> String {
     out.push_str(&text::incomplete(report.error.as_ref(), style));
     out.push_str(&times(report, style));
     out
+}
+
+/// What the words mean, for those who have not read about it.
+fn legend(report: &StrategyReport, style: Style) -> String {
+    let promise = match report.kind {
+        Kind::Sasi => "whatever chance does",
+        Kind::Spi => "with luck",
+    };
+    let lines = [
+        "Sure of: objectives that can be reached whatever chance does, without those that another one is",
+        "preferred to. A step improves when something preferred to one of these becomes sure, and weakens",
+        "when it is the other way round. Rank: so many improvements can still be made",
+    ];
+    let [first, second, third] = lines;
+    style.dim(&format!("\n{first}\n{second}\n{third} {promise}.\n"))
 }
 
 fn one(kind: Kind, state: &StateReport, style: Style) -> String {

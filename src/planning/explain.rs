@@ -226,7 +226,7 @@ fn gained(preferences: &Preferences, from: &ObjectiveSet, to: &ObjectiveSet) -> 
 
 /// { i ∈ `from` : i is strictly preferred to a member of `to` }; all of `from` where losing
 /// everything weakens.
-fn lost(preferences: &Preferences, from: &ObjectiveSet, to: &ObjectiveSet) -> ObjectiveSet {
+pub(super) fn lost(preferences: &Preferences, from: &ObjectiveSet, to: &ObjectiveSet) -> ObjectiveSet {
     if to.is_empty() && preferences.weakens(from, to) {
         return from.clone();
     }

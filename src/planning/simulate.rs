@@ -6,7 +6,7 @@ use std::rc::Rc;
 use ahash::AHashMap;
 
 use super::course::Picks;
-use super::explain::Explanation;
+use super::explain::{Explanation, lost};
 use super::levels::Rank;
 use super::playbook::{Memory, Playbook};
 use crate::engine::Engine;
@@ -49,6 +49,9 @@ pub struct Tally {
     pub given_up: u64,
     /// Plays with a step that weakens the state before it.
     pub weakened_step: u64,
+    /// Plays with a step that weakens what the strategy measures against: under `prefix` the state
+    /// where planning started or the last improvement after it, else the state before.
+    pub weakened_reference: u64,
     /// Plays with a state that weakens the state they started in.
     pub weakened_start: u64,
     /// The first play that weakened, or else the first play.
@@ -108,7 +111,10 @@ pub struct Turn {
     pub improves: bool,
     /// What was gained against the reference.
     pub gained: ObjectiveSet,
-    /// What was lost against the reference.
+    /// What the step is, measured against the reference. An improving step that is no improvement
+    /// of the play is one after which the others that were promised could not follow.
+    pub change: Change,
+    /// What was lost against the state before.
     pub lost: ObjectiveSet,
     /// Whether it weakens the state before.
     pub weakens_step: bool,
@@ -127,6 +133,7 @@ impl Tally {
             settled: 0,
             given_up: 0,
             weakened_step: 0,
+            weakened_reference: 0,
             weakened_start: 0,
             trace: Trace::default(),
         }
@@ -160,6 +167,8 @@ impl Tally {
         let start = trace.turns.iter().any(|t| t.weakens_start);
         let first_to_weaken = (step || start) && self.weakened_step + self.weakened_start == 0;
         self.weakened_step += u64::from(step);
+        let reference = trace.turns.iter().any(|t| t.change == Change::Weakening);
+        self.weakened_reference += u64::from(reference);
         self.weakened_start += u64::from(start);
         if first_to_weaken || self.plays == 1 {
             self.trace = trace;
@@ -229,7 +238,8 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
             rank: to.rank,
             improves: to.improves,
             gained: to.gained.clone(),
-            lost: to.lost.clone(),
+            change: to.change,
+            lost: lost(self.book.preferences, &at.most_preferred, &to.most_preferred),
             weakens_step: weakens(&at.most_preferred),
             weakens_start: weakens(first),
         };
