@@ -5,6 +5,7 @@ mod agreement;
 mod exit;
 mod load;
 mod options;
+mod plan;
 mod size;
 mod supervise;
 mod terminal;
@@ -19,6 +20,8 @@ mod info;
 mod man;
 mod query;
 mod reach;
+mod simulate;
+mod strategy;
 mod verify;
 
 use std::ffi::OsString;
@@ -50,6 +53,8 @@ enum Command {
     Check(check::CheckArgs),
     Reach(reach::ReachArgs),
     Info(info::InfoArgs),
+    Strategy(strategy::StrategyArgs),
+    Simulate(simulate::SimulateArgs),
     Export(export::ExportArgs),
     Query(query::QueryArgs),
     Verify(verify::VerifyArgs),
@@ -70,6 +75,8 @@ pub(crate) fn run(args: &[OsString]) -> Status {
         Command::Check(args) => check::run(args),
         Command::Reach(args) => reach::run(args),
         Command::Info(args) => info::run(args),
+        Command::Strategy(args) => strategy::run(args),
+        Command::Simulate(args) => simulate::run(args),
         Command::Export(args) => export::run(args),
         Command::Query(args) => query::run(args),
         Command::Verify(args) => verify::run(args),

@@ -11,10 +11,16 @@ pub mod number;
 pub mod query;
 pub mod reach;
 pub mod report;
+pub mod simulate;
+pub mod strategy;
+pub mod strategy_table;
 pub mod style;
 pub mod verify;
 
 mod check_text;
+mod reason;
+mod simulate_text;
+mod strategy_text;
 mod text;
 
 pub use check::CheckReport;
@@ -25,5 +31,7 @@ pub use number::Number;
 pub use query::QueryReport;
 pub use reach::ReachReport;
 pub use report::{Failure, Kind, Report};
+pub use simulate::SimulateReport;
+pub use strategy::StrategyReport;
 pub use style::Style;
 pub use verify::VerifyReport;
