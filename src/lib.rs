@@ -6,6 +6,7 @@ pub mod dump;
 pub mod engine;
 pub mod error;
 pub mod export;
+pub mod generate;
 pub mod lang;
 pub mod model;
 pub mod output;

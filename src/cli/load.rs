@@ -56,7 +56,7 @@ struct Loaded {
 ///
 /// # Errors
 /// It cannot be read, is too large or no UTF-8.
-fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
+pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
     let name = path.display().to_string();
     let failed = |message: String| Error::Io { path: name.clone(), message };
     let mut bytes = Vec::new();

@@ -15,6 +15,7 @@ mod check;
 mod compare;
 mod completions;
 mod export;
+mod generate;
 mod info;
 mod man;
 mod query;
@@ -58,6 +59,7 @@ enum Command {
     Query(query::QueryArgs),
     Verify(verify::VerifyArgs),
     Compare(compare::CompareArgs),
+    Generate(generate::GenerateArgs),
     Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
 }
@@ -79,6 +81,7 @@ pub(crate) fn run(args: &[OsString]) -> Status {
         Command::Query(args) => query::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Generate(args) => generate::run(&args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),
     };

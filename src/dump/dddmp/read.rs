@@ -50,6 +50,9 @@ pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
 
 /// One node line, all of it checked.
 fn node<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, id: i64) -> Result<Node> {
+    if lines.words().eq([super::END]) {
+        return Err(lines.wrong(format!("the nodes end before node {id}, which `.nnodes` promises")));
+    }
     let mut columns = [0i64; 5];
     let mut words = lines.words();
     for column in &mut columns {
