@@ -47,6 +47,16 @@ fn the_paper_s_story_is_told_on_the_robot() {
 }
 
 #[test]
+fn the_second_improvement_of_the_robot_is_not_the_one_of_the_paper_s_text() {
+    let arguments = format!("strategy {ROBOT} --safety transition --at r=2,c=2,b=8 --dot");
+    let dot = run(&arguments).expect(0).stdout;
+    let gained =
+        |line: &str| line.split("\\n").nth(1)?.split_once(" gained").map(|(names, _)| names.to_owned());
+    let gains: std::collections::BTreeSet<String> = dot.lines().filter_map(gained).collect();
+    assert_eq!(gains.into_iter().collect::<Vec<_>>(), ["A", "A, B", "B", "B, C", "C", "F"]);
+}
+
+#[test]
 fn every_play_of_the_robot_improves_twice_before_its_longest_play_ends() {
     let at = "--at r=2,c=2,b=8 --json";
     let strategy = run(&format!("strategy {ROBOT} --safety action {at}")).expect(0).json();
@@ -339,7 +349,8 @@ fn check(program: Program, preferences: &Preferences, ranks: &mut Ranks) {
             for start in engine.list_states(&engine.all_states(), 10).unwrap() {
                 ranks.note(kind, safety, book.rank(&start));
                 for picks in [Picks::Permissive, Picks::Progress] {
-                    let course = Course::unfold(&mut book, &[start.clone()], picks, 10_000).unwrap();
+                    let course =
+                        Course::unfold(&mut book, std::slice::from_ref(&start), picks, 10_000).unwrap();
                     // `transition` promises what the real system, which the course follows, need not keep.
                     if safety != Safety::Transition {
                         check_course(kind, &course, book.rank(&start), &format!("{kind} {safety} {start:?}"));
