@@ -80,7 +80,7 @@ impl<'a> Reader<'a> {
             let name = map.world.items[item].name;
             let names =
                 |line: &&Line| line[0].text == "open" && line.iter().any(|w| w.text == name.to_string());
-            let span = statements.iter().find(names).map_or(0..0, |line| whole(line));
+            let span = statements.iter().find(names).map_or(0..0, whole);
             return wrong(
                 span,
                 format!("item {name} can never be picked up: all that opens it stays closed"),
