@@ -5,8 +5,8 @@ use ahash::AHashMap;
 use super::lower::Lowerer;
 use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::lang::ast::{
-    ConstDef, ConstType, Expr, FormulaDef, Ident, Item, LabelDef, Model, ModelType, Module, RenamedModule, Span,
-    System, VarDecl,
+    ConstDef, ConstType, Expr, FormulaDef, Ident, Item, LabelDef, Model, ModelType, Module, RenamedModule,
+    Span, System, VarDecl,
 };
 use crate::model::VarId;
 use crate::model::value::Type;
@@ -132,10 +132,12 @@ impl<'a> Parts<'a> {
             let (name, _) = lowerer.scope.rename(&declaration.name.name, instance.env);
             let span = instance.copy.map_or(declaration.name.span, |c| c.name.span);
             if let Some(copy) = instance.copy.filter(|_| name == declaration.name.name) {
-                let message = format!("the copy must rename the variable `{name}` of `{}`", instance.module.name.name);
+                let message =
+                    format!("the copy must rename the variable `{name}` of `{}`", instance.module.name.name);
                 let diagnostic = lowerer.wrong(copy.name.span, message);
                 let help = format!("add `{name}=…` to the list of renamings");
-                let diagnostic = diagnostic.help(help).related(declaration.name.span.range(), "declared here");
+                let diagnostic =
+                    diagnostic.help(help).related(declaration.name.span.range(), "declared here");
                 lowerer.report(diagnostic);
                 continue;
             }

@@ -60,7 +60,8 @@ impl<'a> Lowerer<'a> {
             (Type::Real, Value::Int(i)) => Value::Real(i as f64),
             (ty, value) if value.ty() == ty => value,
             (ty, value) => {
-                let message = format!("type error: the constant `{name}` is of type `{ty}`, and {value} is not");
+                let message =
+                    format!("type error: the constant `{name}` is of type `{ty}`, and {value} is not");
                 return Err(Box::new(Diagnostic::new(given, binding.span.range(), message)));
             }
         };

@@ -49,7 +49,8 @@ impl Lowerer<'_> {
 
     fn report_cycle(&mut self, cycle: &[usize]) {
         let Some(&first) = cycle.first() else { return };
-        let names: Vec<&str> = cycle.iter().chain([&first]).map(|&d| self.scope.definitions[d].name).collect();
+        let names: Vec<&str> =
+            cycle.iter().chain([&first]).map(|&d| self.scope.definitions[d].name).collect();
         let kind = if self.scope.definitions[first].constant.is_some() { "constant" } else { "formula" };
         let definition = &self.scope.definitions[first];
         let mut diagnostic = self

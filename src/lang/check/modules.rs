@@ -41,10 +41,8 @@ impl<'a> Lowerer<'a> {
         for (module, instance) in parts.modules.iter().enumerate() {
             let mut numbers: AHashMap<Option<usize>, usize> = AHashMap::new();
             for command in &instance.module.commands {
-                let action = command
-                    .action
-                    .as_ref()
-                    .map(|a| actions.add(self.scope.rename(&a.name, instance.env).0));
+                let action =
+                    command.action.as_ref().map(|a| actions.add(self.scope.rename(&a.name, instance.env).0));
                 let number = numbers.entry(action).or_default();
                 *number += 1;
                 let number = *number;
@@ -108,7 +106,12 @@ impl<'a> Lowerer<'a> {
     }
 
     /// A renaming can make one variable of two; then one branch would update it twice.
-    fn check_distinct(&mut self, updates: &[(VarId, ExprId)], branch: &ast::Branch, parts: &Parts<'a>) -> Option<()> {
+    fn check_distinct(
+        &mut self,
+        updates: &[(VarId, ExprId)],
+        branch: &ast::Branch,
+        parts: &Parts<'a>,
+    ) -> Option<()> {
         let mut variables: Vec<VarId> = updates.iter().map(|u| u.0).collect();
         variables.sort_unstable();
         match variables.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -140,14 +143,17 @@ impl<'a> Lowerer<'a> {
             Some(owner) if owner != module => {
                 let owner = &parts.modules[owner].name.name;
                 let message = format!("the module `{}` cannot update `{name}`", instance.name.name);
-                let diagnostic = self.wrong(span, message).label(format!("a variable of the module `{owner}`"));
+                let diagnostic =
+                    self.wrong(span, message).label(format!("a variable of the module `{owner}`"));
                 self.report(diagnostic.help("only its own module updates a variable; or make it `global`"));
                 return None;
             }
             None if labelled => {
                 let message = format!("a command with an action cannot update the global variable `{name}`");
                 let diagnostic = self.wrong(span, message).label("global");
-                self.report(diagnostic.help("leave the action out, `[]`, or give the variable to one module"));
+                self.report(
+                    diagnostic.help("leave the action out, `[]`, or give the variable to one module"),
+                );
                 return None;
             }
             _ => {}

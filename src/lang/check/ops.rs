@@ -17,7 +17,8 @@ impl Lowerer<'_> {
         match made {
             Ok(id) if self.height(id) <= MAX_HEIGHT => Some(id),
             Ok(_) => {
-                let message = format!("this expression nests more than {MAX_HEIGHT} operators, formulas included");
+                let message =
+                    format!("this expression nests more than {MAX_HEIGHT} operators, formulas included");
                 self.fail(span, message)
             }
             Err(error) => {
@@ -110,8 +111,10 @@ impl Lowerer<'_> {
     /// `a & b & …` or `a | b | …` as a tree of small height; the order of evaluation stays.
     pub(super) fn balanced(&mut self, op: BinaryOp, operands: &[Operand]) -> Option<ExprId> {
         let what = format!("an operand of `{}`", op.symbol());
-        let checked: Vec<_> =
-            operands.iter().map(|&(e, s)| self.expect_type(e, Type::Bool, s, &what).map(|e| (e, s))).collect();
+        let checked: Vec<_> = operands
+            .iter()
+            .map(|&(e, s)| self.expect_type(e, Type::Bool, s, &what).map(|e| (e, s)))
+            .collect();
         let mut row: Vec<Operand> = checked.into_iter().collect::<Option<_>>()?;
         let node = if op == BinaryOp::And { Binary::And } else { Binary::Or };
         while row.len() > 1 {
@@ -180,7 +183,8 @@ impl Lowerer<'_> {
         let (ta, tb) = (self.pool.ty(a.0), self.pool.ty(b.0));
         let span = a.1.to(b.1);
         if (ta == Type::Bool) != (tb == Type::Bool) {
-            return self.fail(span, format!("type error: the branches of `?` are of types `{ta}` and `{tb}`"));
+            return self
+                .fail(span, format!("type error: the branches of `?` are of types `{ta}` and `{tb}`"));
         }
         let (x, y) = self.same_numbers(a, b)?;
         let made = self.pool.ite(c, x, y);

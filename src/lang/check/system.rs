@@ -63,7 +63,8 @@ impl<'a> Lowerer<'a> {
             if parts.modules.iter().all(|m| m.name.name != name) {
                 self.fail::<()>(span, format!("there is no module `{name}`"));
             } else if let Some((_, first)) = seen[..i].iter().find(|(n, _)| *n == name) {
-                let diagnostic = self.wrong(span, format!("the module `{name}` occurs twice in the composition"));
+                let diagnostic =
+                    self.wrong(span, format!("the module `{name}` occurs twice in the composition"));
                 self.report(diagnostic.related(first.range(), "it occurs here first"));
             }
         }
@@ -71,7 +72,8 @@ impl<'a> Lowerer<'a> {
             let name = &module.name.name;
             if seen.iter().all(|(n, _)| n != name) {
                 let message = format!("the module `{name}` does not occur in the composition");
-                let diagnostic = self.wrong(system.span, message).help("every module must occur exactly once");
+                let diagnostic =
+                    self.wrong(system.span, message).help("every module must occur exactly once");
                 self.report(diagnostic);
             }
         }
@@ -217,7 +219,11 @@ impl<'a> Composition<'_, 'a> {
         all.into_iter().collect()
     }
 
-    fn renames(&mut self, renames: &[(Ident, Ident)], lowerer: &mut Lowerer<'a>) -> Option<Vec<(usize, usize)>> {
+    fn renames(
+        &mut self,
+        renames: &[(Ident, Ident)],
+        lowerer: &mut Lowerer<'a>,
+    ) -> Option<Vec<(usize, usize)>> {
         let mut all: Vec<(usize, usize)> = Vec::new();
         for (old, new) in renames {
             let Some(from) = self.actions.get(&old.name) else {

@@ -58,8 +58,7 @@ fn deadlock(program: &Program, lowerer: &mut Lowerer<'_>) -> Option<ExprId> {
     for synchronisation in &program.synchronisations {
         let mut all = Vec::new();
         for factor in &synchronisation.factors {
-            let guards: Vec<_> =
-                factor.iter().map(|c| (program.commands[c.index()].guard, here)).collect();
+            let guards: Vec<_> = factor.iter().map(|c| (program.commands[c.index()].guard, here)).collect();
             all.push((any(lowerer, BinaryOp::Or, &guards)?, here));
         }
         some.push((any(lowerer, BinaryOp::And, &all)?, here));
