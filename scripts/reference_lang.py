@@ -192,11 +192,12 @@ def tokens_of(text):
 
 
 def expand(tokens, formulas, depth=0):
-    """Formulas replaced by their bracketed tokens."""
+    """Formulas replaced by their bracketed tokens; an action label `[name]` is not a formula's name."""
     if depth > 50:
         raise InputError("formulas refer to each other in a circle")
-    for token in tokens:
-        if token in formulas:
+    tokens = list(tokens)
+    for at, token in enumerate(tokens):
+        if token in formulas and tokens[max(at - 1, 0) : at] + tokens[at + 1 : at + 2] != ["[", "]"]:
             yield from ["(", *expand(formulas[token], formulas, depth + 1), ")"]
         else:
             yield token

@@ -132,7 +132,10 @@ impl Diagnostic {
 pub fn render(diagnostics: &[Diagnostic], colour: bool) -> String {
     let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
     let mut text = String::new();
-    for diagnostic in diagnostics {
+    for (i, diagnostic) in diagnostics.iter().enumerate() {
+        if i > 0 {
+            text.push('\n');
+        }
         text.push_str(&renderer.render(&groups(diagnostic)));
         text.push('\n');
     }

@@ -74,6 +74,11 @@ pub enum Limit {
     States(u64),
     /// Interrupted by the user.
     Interrupted,
+    /// What was found could not be written.
+    Output {
+        /// Where to, and what the system said.
+        what: String,
+    },
     /// An expression or a model is larger than a fixed bound of this program.
     Size {
         /// What is too large, its size, and the bound.
@@ -90,6 +95,7 @@ impl fmt::Display for Limit {
             }
             Limit::States(n) => write!(f, "the limit of {n} states was reached; `--memory` raises it"),
             Limit::Interrupted => write!(f, "interrupted"),
+            Limit::Output { what } => write!(f, "the results could not be written: {what}"),
             Limit::Size { what } => write!(f, "too large: {what}"),
         }
     }

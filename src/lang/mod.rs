@@ -2,6 +2,7 @@
 
 pub mod ast;
 pub mod check;
+pub mod flat;
 pub mod parse;
 pub mod pref;
 pub mod print;
@@ -9,7 +10,8 @@ pub mod property;
 pub mod token;
 pub mod valuation;
 
-pub use check::{Checked, check, load, lower_target};
+pub use check::{Checked, check, load, load_preferences, lower_preferences, lower_target};
+pub use flat::flat;
 pub use parse::{parse_expression, parse_model};
 pub use pref::parse_preferences;
 pub use property::parse_property;

@@ -254,6 +254,11 @@ pub fn is_keyword(word: &str) -> bool {
     KEYWORDS.contains(&word)
 }
 
+/// Whether `word` is a keyword only for its meaning in properties.
+pub fn is_property_operator(word: &str) -> bool {
+    matches!(word, "A" | "C" | "E" | "F" | "G" | "I" | "P" | "R" | "S" | "U" | "W" | "X")
+}
+
 /// Whether `text` has the form of a name.
 pub fn is_identifier(text: &str) -> bool {
     let mut chars = text.chars();

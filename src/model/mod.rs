@@ -4,6 +4,7 @@
 
 pub mod expr;
 pub mod fault;
+mod overlap;
 pub mod preference;
 pub mod step;
 pub mod value;

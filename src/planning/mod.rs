@@ -5,21 +5,30 @@
 //! | outcomes, MP(s) | [`outcomes`], [`classes`] |
 //! | Definition "Improvement MDP" | [`improvement`] |
 //! | Algorithm "Level set", rank | [`levels`] |
-//! | SPI and SASI strategies | [`strategy`] |
+//! | SPI and SASI strategies | [`strategy`], [`playbook`] |
 //!
-//! [`Analysis`] runs them one after the other and keeps what is known when a limit is hit.
+//! [`Analysis`] runs them one after the other and keeps what is known when a limit is hit. [`explain`]
+//! says why a strategy does what it does, [`course`] what can come of it, [`simulate`] what does.
 
 pub mod analysis;
 pub mod classes;
+pub mod course;
+pub mod explain;
 pub mod improvement;
 pub mod levels;
 pub mod outcomes;
+pub mod playbook;
 pub mod result;
+pub mod simulate;
 pub mod strategy;
 
 pub use analysis::{Analysis, Event, Options, Phase};
 pub use classes::{Class, Classes};
+pub use course::{Course, Picks};
+pub use explain::Explanation;
 pub use improvement::{Improvement, Safety};
 pub use levels::{Kind, Levels, Rank};
 pub use outcomes::Outcomes;
+pub use playbook::{Memory, Playbook};
 pub use result::AnalysisResult;
+pub use simulate::{Setup, Simulation};

@@ -15,21 +15,26 @@ use crate::error::Result;
 use crate::model::fault;
 use crate::model::{ModelKind, Program};
 
-/// Builds the engine; see [`SymbolicEngine::new`].
+/// Says which states there are, instead of an exploration.
+pub(super) type Given<'a> = dyn Fn(&Store) -> Result<Bdd> + 'a;
+
+/// Builds the engine; see [`SymbolicEngine::new`]. The states of the scope may be given.
 pub(super) fn build(
     program: Arc<Program>,
     order: Vec<Bit>,
     threads: u32,
     settings: Settings,
+    given: Option<&Given<'_>>,
 ) -> Result<SymbolicEngine> {
     let encoding = Encoding::new(&program, order);
     let store = Store::new(encoding.width(), settings.memory, threads, settings.observer.clone())?;
     let domain = encoding.domain(&store)?;
     let (mut transitions, initial, initial_fails) = translate(&program, &encoding, &store, &domain)?;
     let clusters = Clusters::new(&store, &encoding, &transitions.pieces)?;
-    let states = match settings.scope {
-        Scope::All => domain.clone(),
-        Scope::Reachable => {
+    let states = match (given, settings.scope) {
+        (Some(given), _) => store.and(&given(&store)?, &domain)?,
+        (None, Scope::All) => domain.clone(),
+        (None, Scope::Reachable) => {
             let tell = |firings: usize, x: &Bdd| {
                 let detail = || format!("{firings} image steps, {} nodes", store.size(x));
                 settings.observer.progress("reachable states", &detail);
@@ -42,6 +47,7 @@ pub(super) fn build(
         let state = pick::first(&store, &encoding, &bad)?;
         return Err(fault::in_state(&program, &state));
     }
+    let clusters = clusters.from_states(&store, &states)?;
     let (enabled, deadlocks) = enabled(&store, &transitions, &states)?;
     if program.kind == ModelKind::Dtmc {
         transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;
@@ -57,6 +63,7 @@ pub(super) fn build(
         initial: StateSet(initial),
         deadlocks: StateSet(deadlocks),
         enabled: Rc::new(enabled),
+        reaching: Default::default(),
         store,
     })
 }

@@ -2,8 +2,9 @@
 //!
 //! For reachability it does not matter whose choice a step is: pieces of all groups with the same
 //! top-most touched bit are united into one *cluster*, as long as the union stays small. Clusters
-//! fire deepest first, each to its own fixpoint, and again from the deepest when a higher one has
-//! found something new: the lower parts of the diagram are saturated before the upper ones move.
+//! fire deepest first, each on the states it has not fired from yet, and again from the deepest when
+//! a higher one has found something new: the lower parts of the diagram are saturated before the
+//! upper ones move.
 
 use std::rc::Rc;
 
@@ -90,54 +91,70 @@ impl Clusters {
         Ok(Clusters { clusters })
     }
 
+    /// The same with the sources of all steps confined to a set of states.
+    pub(super) fn from_states(&self, store: &Store, states: &Bdd) -> Result<Self> {
+        let mut clusters = self.clusters.clone();
+        for cluster in &mut clusters {
+            cluster.relation = store.and(&cluster.relation, states)?;
+            for part in &mut cluster.parts {
+                part.relation = store.and(&part.relation, states)?;
+            }
+        }
+        Ok(Clusters { clusters })
+    }
+
     /// μX. start ∪ { s' : s → s' for some s ∈ X }
     pub(super) fn forward(&self, store: &Store, start: &Bdd, tell: &dyn Fn(usize, &Bdd)) -> Result<Bdd> {
-        self.saturate(start, tell, |cluster, x| {
-            store.or(x, &store.image(&cluster.relation, &cluster.touched, x)?)
+        self.saturate(store, start, tell, |cluster, new| {
+            store.image(&cluster.relation, &cluster.touched, new)
         })
     }
 
-    /// μX. target ∪ { s ∈ inside : s → s' for some s' ∈ X by an edge that is not dropped }
+    /// μX. target ∪ { s : s → s' for some s' ∈ X by an edge that is not dropped }
     pub(super) fn backward(
         &self,
         store: &Store,
         target: &Bdd,
-        inside: &Bdd,
         dropped: &Dropped<Bdd>,
         tell: &dyn Fn(usize, &Bdd),
     ) -> Result<Bdd> {
-        self.saturate(target, tell, |cluster, x| {
-            let mut sources = store.pre(&cluster.relation, &cluster.touched, x)?;
+        self.saturate(store, target, tell, |cluster, new| {
+            let pre = |x: &Bdd| store.pre(&cluster.relation, &cluster.touched, x);
+            let mut sources = pre(new)?;
             for (from, to) in dropped {
-                let allowed = store.minus(x, to)?;
-                if allowed != *x && !store.is_zero(&store.and(&sources, from)?) {
-                    let others = store.pre(&cluster.relation, &cluster.touched, &allowed)?;
-                    sources = store.ite(from, &others, &sources)?;
+                let allowed = store.minus(new, to)?;
+                if allowed != *new && !store.is_zero(&store.and(&sources, from)?) {
+                    sources = store.ite(from, &pre(&allowed)?, &sources)?;
                 }
             }
-            store.or(x, &store.and(&sources, inside)?)
+            Ok(sources)
         })
     }
 
+    /// Adds what fires from the states that are new to a cluster, always at the deepest cluster
+    /// that has any.
     fn saturate(
         &self,
+        store: &Store,
         start: &Bdd,
         tell: &dyn Fn(usize, &Bdd),
         fire: impl Fn(&Cluster, &Bdd) -> Result<Bdd>,
     ) -> Result<Bdd> {
-        let (mut x, mut index, mut firings) = (start.clone(), 0, 0);
-        while index < self.clusters.len() {
-            let mut grown = false;
-            loop {
-                let next = fire(&self.clusters[index], &x)?;
-                firings += 1;
-                tell(firings, &x);
-                if next == x {
-                    break;
-                }
-                (x, grown) = (next, true);
+        let mut x = start.clone();
+        let mut seen = vec![store.zero(); self.clusters.len()];
+        let (mut index, mut firings) = (0, 0);
+        while let Some(cluster) = self.clusters.get(index) {
+            let new = store.minus(&x, &seen[index])?;
+            if store.is_zero(&new) {
+                index += 1;
+                continue;
             }
-            index = if grown && index > 0 { 0 } else { index + 1 };
+            seen[index] = x.clone();
+            let next = store.or(&x, &fire(cluster, &new)?)?;
+            firings += 1;
+            tell(firings, &next);
+            index = if next == x { index + 1 } else { 0 };
+            x = next;
         }
         Ok(x)
     }

@@ -8,6 +8,7 @@ mod bits;
 mod build;
 mod clusters;
 mod command;
+mod dump;
 mod encoding;
 pub mod order;
 mod partition;
@@ -17,11 +18,13 @@ mod store;
 mod transitions;
 mod translate;
 
+use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use oxidd::BooleanFunction;
 
+pub use dump::{Numbered, Set};
 pub use encoding::{Bit, Encoding};
 
 use super::{Count, Dropped, Engine, Region, Settings, Usage};
@@ -55,8 +58,13 @@ pub struct SymbolicEngine {
     deadlocks: StateSet,
     /// For each group, and last for the self-loops of deadlocks, where it is enabled.
     enabled: Rc<Vec<Bdd>>,
+    /// The last targets with the states from which they can be reached, nothing confined.
+    reaching: RefCell<Vec<(StateSet, StateSet)>>,
     store: Store,
 }
+
+/// Results of backward reachability worth keeping: about as many as a model has objectives.
+const MOST_REMEMBERED: usize = 16;
 
 /// How large the diagrams of a model are, in nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +89,7 @@ impl SymbolicEngine {
     ///
     /// Cost: one image fixpoint for the scope `reachable`.
     pub fn new(program: Arc<Program>, order: Vec<Bit>, threads: u32, settings: Settings) -> Result<Self> {
-        build::build(program, order, threads, settings)
+        build::build(program, order, threads, settings, None)
     }
 
     /// How states are bits.
@@ -107,6 +115,19 @@ impl SymbolicEngine {
     /// How many nodes the diagram of a set has.
     pub fn size(&self, x: &StateSet) -> usize {
         self.store.size(&x.0)
+    }
+
+    fn recall(&self, target: &StateSet) -> Option<StateSet> {
+        let known = self.reaching.borrow();
+        known.iter().find(|(t, _)| t.0 == target.0).map(|(_, found)| found.clone())
+    }
+
+    fn remember(&self, target: &StateSet, found: &StateSet) {
+        let mut known = self.reaching.borrow_mut();
+        if known.len() >= MOST_REMEMBERED {
+            known.remove(0);
+        }
+        known.push((target.clone(), found.clone()));
     }
 
     /// Applies `op` group by group.
@@ -248,6 +269,8 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.any(images)?))
     }
 
+    /// Remembers what it found for the last targets where nothing is confined: the regions of
+    /// positive probability bound the almost-sure ones, which start from them.
     fn can_reach(
         &self,
         target: &StateSet,
@@ -255,19 +278,27 @@ impl Engine for SymbolicEngine {
         dropped: &Dropped<StateSet>,
     ) -> Result<StateSet> {
         let confinement = self.confinement(within);
+        let free = dropped.is_empty() && confinement.iter().all(Option::is_none);
+        if let (true, Some(found)) = (free, self.recall(target)) {
+            return Ok(found);
+        }
         let clusters = self.clusters.confined(&self.store, &confinement)?;
         let dropped: Vec<(Bdd, Bdd)> = dropped.iter().map(|(f, t)| (f.0.clone(), t.0.clone())).collect();
         let tell = |firings: usize, x: &Bdd| {
             let detail = || format!("{firings} pre-image steps, {} nodes", self.store.size(x));
             self.settings.observer.progress("backward reachability", &detail);
         };
-        let found = clusters.backward(&self.store, &target.0, &self.states.0, &dropped, &tell)?;
-        Ok(StateSet(found))
+        let found = StateSet(clusters.backward(&self.store, &target.0, &dropped, &tell)?);
+        if free {
+            self.remember(target, &found);
+        }
+        Ok(found)
     }
 
-    /// As the default, but choices are only ever disallowed where they may step into a lost state:
-    /// a lost state needs no cutting, since none of its choices leads to what can still win. So
-    /// most relations stay as they are, and with them what the operation cache knows.
+    /// As the default, with two differences. Choices are only ever disallowed where they may step
+    /// into a lost state: a lost state needs no cutting, since none of its choices leads to what can
+    /// still win; so most relations stay as they are, and with them what the operation cache knows.
+    /// And states left without a choice are lost at once, before the next backward fixpoint.
     fn almost_surely_reach(
         &self,
         target: &StateSet,
@@ -277,13 +308,19 @@ impl Engine for SymbolicEngine {
         let mut choices = within.clone();
         loop {
             let reaching = self.can_reach(target, &choices, &Vec::new())?;
-            let lost = self.difference(&states, &reaching)?;
-            states = reaching;
+            let mut lost = self.difference(&states, &reaching)?;
+            states = self.intersection(&states, &reaching)?;
             if self.is_empty(&lost) {
                 let choices = self.choices_in(&choices, &self.difference(&states, target)?)?;
                 return Ok(Region { states, choices });
             }
-            choices = self.without_choices(&choices, &self.some_successor_in(&lost)?)?;
+            while !self.is_empty(&lost) {
+                choices = self.without_choices(&choices, &self.some_successor_in(&lost)?)?;
+                let alive = self.union(&self.sources(&choices)?, target)?;
+                let left = self.intersection(&states, &alive)?;
+                lost = self.difference(&states, &left)?;
+                states = left;
+            }
         }
     }
 

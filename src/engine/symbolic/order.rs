@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use ahash::{AHashMap, AHashSet};
+use ahash::AHashSet;
 
 use super::encoding::Bit;
 use crate::error::{Diagnostic, Result, SourceFile};
@@ -26,111 +26,20 @@ pub fn by_variables(program: &Program, variables: &[VarId]) -> Vec<Bit> {
     variables.iter().flat_map(bits).collect()
 }
 
-/// An order from the structure of the program: modules that interact next to each other, in each
-/// module flags up and threshold counters down, positions between them.
+/// An order from the structure of the program: variables as declared, since authors put together
+/// what belongs together; but where all state is that of one module, flags up, threshold counters
+/// down, and positions between them.
 ///
-/// Modules keep their variables together. A chain of modules is laid out by moving each to the
-/// mean place of its partners until the total distance of partners stops falling (the FORCE
-/// heuristic of Aloul, Markov and Sakallah, on modules instead of variables).
+/// The second rule is for grids and the like: a flag only remembers, and a counter (a battery, a
+/// clock) is only compared with bounds, so neither should part the bits that decide a move.
 pub fn auto(program: &Program) -> Vec<Bit> {
-    let mut places: Vec<usize> = (0..blocks(program).len()).collect();
-    let edges = interactions(program);
-    let mut best = (span(&edges, &places), places.clone());
-    for _ in 0..20 {
-        places = moved(&edges, &places);
-        let cost = span(&edges, &places);
-        if cost >= best.0 {
-            break;
-        }
-        best = (cost, places.clone());
+    let mut modules = program.variables.iter().filter_map(|v| v.module);
+    let first = modules.next();
+    if modules.any(|m| Some(m) != first) {
+        return declared(program);
     }
-    let mut order: Vec<usize> = (0..best.1.len()).collect();
-    order.sort_by_key(|&b| best.1[b]);
-    let blocks = blocks(program);
-    let counters = thresholds(program);
-    let variables: Vec<VarId> =
-        order.iter().flat_map(|&b| arranged(program, &blocks[b], &counters)).collect();
-    by_variables(program, &variables)
-}
-
-/// The variables of each module, and each global by itself, in the order of declaration.
-fn blocks(program: &Program) -> Vec<Vec<VarId>> {
-    let mut blocks: Vec<Vec<VarId>> = Vec::new();
-    let mut of_module: AHashMap<usize, usize> = AHashMap::new();
-    for (index, variable) in program.variables.iter().enumerate() {
-        let id = VarId(index as u32);
-        match variable.module {
-            None => blocks.push(vec![id]),
-            Some(module) => {
-                let block = *of_module.entry(module).or_insert_with(|| {
-                    blocks.push(Vec::new());
-                    blocks.len() - 1
-                });
-                blocks[block].push(id);
-            }
-        }
-    }
-    blocks
-}
-
-/// For each command the blocks that it reads or writes, if there are several.
-fn interactions(program: &Program) -> Vec<Vec<usize>> {
-    let mut block_of = AHashMap::new();
-    for (index, block) in blocks(program).iter().enumerate() {
-        block_of.extend(block.iter().map(|&v| (v, index)));
-    }
-    let mut edges: Vec<Vec<usize>> = Vec::new();
-    for command in &program.commands {
-        let mut touched = AHashSet::new();
-        for e in expressions(command) {
-            touched.extend(program.pool.support(e).iter().map(|v| block_of[v]));
-        }
-        let written = command.branches.iter().flat_map(|b| &b.updates);
-        touched.extend(written.map(|(v, _)| block_of[v]));
-        let mut edge: Vec<usize> = touched.into_iter().collect();
-        edge.sort_unstable();
-        if edge.len() > 1 {
-            edges.push(edge);
-        }
-    }
-    edges
-}
-
-fn expressions(command: &crate::model::Command) -> Vec<ExprId> {
-    let mut all = vec![command.guard];
-    for branch in &command.branches {
-        all.push(branch.probability);
-        all.extend(branch.updates.iter().map(|(_, e)| *e));
-    }
-    all
-}
-
-/// The sum of the distances between the first and the last block of each edge.
-fn span(edges: &[Vec<usize>], places: &[usize]) -> usize {
-    let length = |edge: &Vec<usize>| {
-        let at = || edge.iter().map(|&b| places[b]);
-        at().max().unwrap_or(0) - at().min().unwrap_or(0)
-    };
-    edges.iter().map(length).sum()
-}
-
-/// Every block at the mean of the centres of its edges.
-fn moved(edges: &[Vec<usize>], places: &[usize]) -> Vec<usize> {
-    let mut pull = vec![(0.0, 0usize); places.len()];
-    for edge in edges {
-        let centre = edge.iter().map(|&b| places[b] as f64).sum::<f64>() / edge.len() as f64;
-        for &block in edge {
-            pull[block] = (pull[block].0 + centre, pull[block].1 + 1);
-        }
-    }
-    let wanted = |b: usize| if pull[b].1 == 0 { places[b] as f64 } else { pull[b].0 / pull[b].1 as f64 };
-    let mut order: Vec<usize> = (0..places.len()).collect();
-    order.sort_by(|&a, &b| wanted(a).total_cmp(&wanted(b)).then(places[a].cmp(&places[b])));
-    let mut next = vec![0; places.len()];
-    for (place, block) in order.into_iter().enumerate() {
-        next[block] = place;
-    }
-    next
+    let variables: Vec<VarId> = (0..program.variables.len() as u32).map(VarId).collect();
+    by_variables(program, &arranged(program, &variables, &thresholds(program)))
 }
 
 /// Flags first, then what is no counter, then threshold counters.

@@ -27,7 +27,7 @@ const BYTES_PER_ENTRY: u64 = 20;
 /// OxiDD aborts the process at 2^31 nodes: stay well below.
 const MOST_NODES: u64 = 1 << 30;
 /// Below this many nodes, garbage is not worth collecting.
-const FIRST_COLLECTION: usize = 1_000_000;
+const FIRST_COLLECTION: usize = 4_000_000;
 
 /// The manager of all diagrams of one engine.
 pub(super) struct Store {

@@ -9,6 +9,7 @@ use std::rc::Rc;
 use ahash::AHashMap;
 
 use super::command::{CommandBuilder, CommandRelation};
+use super::dump::Numbered;
 use super::encoding::Encoding;
 use super::relational::Touched;
 use super::store::{Bdd, Store};
@@ -255,6 +256,26 @@ pub(super) fn frame(
 }
 
 impl Transitions {
+    /// For each group what it is made of; not for a `dtmc`.
+    pub(super) fn combinations(&self, program: &Program) -> Vec<Numbered> {
+        let mut all = Vec::new();
+        for (synchronisation, (_, colourings)) in self.colours.iter().enumerate() {
+            let factors = &program.synchronisations[synchronisation].factors;
+            let mut rows: Vec<Vec<Vec<CommandId>>> = vec![Vec::new()];
+            for (colouring, factor) in colourings.iter().zip(factors) {
+                let coloured = |colour: usize| -> Vec<CommandId> {
+                    factor.iter().copied().filter(|c| colouring.of.get(c) == Some(&colour)).collect()
+                };
+                let longer = |row: &Vec<Vec<CommandId>>| -> Vec<_> {
+                    (0..colouring.count).map(|k| [row.clone(), vec![coloured(k)]].concat()).collect()
+                };
+                rows = rows.iter().flat_map(longer).collect();
+            }
+            all.extend(rows.into_iter().map(|commands| Numbered::Combinations { synchronisation, commands }));
+        }
+        all
+    }
+
     /// The group of a choice.
     pub(super) fn group_of(&self, choice: &Choice) -> Option<usize> {
         match choice {

@@ -103,7 +103,7 @@ impl<'a> Lowerer<'a> {
     pub(super) fn expect_type(&mut self, id: ExprId, ty: Type, span: Span, what: &str) -> Option<ExprId> {
         match (self.pool.ty(id), ty) {
             (found, wanted) if found == wanted => Some(id),
-            (Type::Int, Type::Real) => self.to_real(id, span),
+            (Type::Int, Type::Real) => self.made_real(id, span),
             (found, wanted) => {
                 let mut diagnostic = self
                     .wrong(span, format!("type error: {what} must be of type `{wanted}`"))

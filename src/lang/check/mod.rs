@@ -6,6 +6,7 @@ mod cycles;
 mod lower;
 mod modules;
 mod ops;
+mod preference;
 mod scope;
 mod system;
 mod target;
@@ -22,6 +23,7 @@ use collect::Parts;
 use lower::Lowerer;
 use scope::NO_RENAMING;
 
+pub use preference::{load_preferences, lower_preferences};
 pub use target::lower_target;
 
 /// A program, with what else is to be said about it.

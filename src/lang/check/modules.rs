@@ -114,7 +114,10 @@ impl<'a> Lowerer<'a> {
     ) -> Option<()> {
         let mut variables: Vec<VarId> = updates.iter().map(|u| u.0).collect();
         variables.sort_unstable();
+        let names: ahash::AHashSet<&str> = branch.updates.iter().map(|a| a.variable.name.as_str()).collect();
         match variables.windows(2).find(|pair| pair[0] == pair[1]) {
+            // One name twice has been reported as such.
+            Some(_) if names.len() < branch.updates.len() => None,
             Some(pair) => {
                 let name = &parts.variables[pair[0].index()].name;
                 self.fail(branch.span, format!("`{name}` is updated twice in one branch"))

@@ -56,7 +56,7 @@ impl Lowerer<'_> {
         self.made(made, span)
     }
 
-    pub(super) fn to_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
+    pub(super) fn made_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
         match self.pool.ty(id) {
             Type::Int => self.unary(Unary::ToReal, id, span),
             _ => Some(id),
@@ -93,13 +93,13 @@ impl Lowerer<'_> {
         if self.pool.ty(a.0) == self.pool.ty(b.0) {
             return Some((a.0, b.0));
         }
-        Some((self.to_real(a.0, a.1)?, self.to_real(b.0, b.1)?))
+        Some((self.made_real(a.0, a.1)?, self.made_real(b.0, b.1)?))
     }
 
     fn reals(&mut self, a: Operand, b: Operand, what: &str) -> Option<(ExprId, ExprId)> {
         let (left, right) = (self.expect_number(a, what), self.expect_number(b, what));
         left.and(right)?;
-        Some((self.to_real(a.0, a.1)?, self.to_real(b.0, b.1)?))
+        Some((self.made_real(a.0, a.1)?, self.made_real(b.0, b.1)?))
     }
 
     fn booleans(&mut self, a: Operand, b: Operand, what: &str) -> Option<()> {
@@ -234,7 +234,7 @@ impl Lowerer<'_> {
         let real = args.iter().any(|a| self.pool.ty(a.0) == Type::Real);
         let mut result = None;
         for &(id, at) in args {
-            let id = if real { self.to_real(id, at)? } else { id };
+            let id = if real { self.made_real(id, at)? } else { id };
             result = Some(match result {
                 None => id,
                 Some(before) => self.node(op, before, id, span)?,

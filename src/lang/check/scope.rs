@@ -95,7 +95,8 @@ impl<'a> Scope<'a> {
     }
 }
 
-/// Whether two names differ in case only, or by one letter that is wrong, missing or too many.
+/// Whether two names differ in case only, or by one letter that is wrong, missing or too many, or by
+/// two neighbours in the wrong order.
 pub(super) fn is_slip(a: &str, b: &str) -> bool {
     if a.eq_ignore_ascii_case(b) {
         return true;
@@ -107,6 +108,11 @@ pub(super) fn is_slip(a: &str, b: &str) -> bool {
     }
     let prefix = long.iter().zip(short).take_while(|(x, y)| x == y).count();
     let rest = &short[prefix..];
+    if let ([a, b, end @ ..], [c, d, tail @ ..]) = (&long[prefix..], rest)
+        && (a, b, end) == (d, c, tail)
+    {
+        return true;
+    }
     long[prefix + 1..] == rest[usize::from(long.len() == short.len())..]
 }
 
@@ -127,5 +133,26 @@ fn collect_names<'e>(e: &'e Expr, names: &mut Vec<&'e str>) {
         }
         ExprKind::Call(_, arguments) => arguments.iter().for_each(|e| collect_names(e, names)),
         ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Real(_) | ExprKind::Label(_) => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_slip;
+
+    #[test]
+    fn slips_are_recognised() {
+        for (a, b) in [
+            ("count", "Count"),
+            ("count", "coutn"),
+            ("count", "cont"),
+            ("count", "counts"),
+            ("count", "coumt"),
+        ] {
+            assert!(is_slip(a, b) && is_slip(b, a), "{a} {b}");
+        }
+        for (a, b) in [("count", "cuont1"), ("x", "y"), ("s1", "s2"), ("abc", "xyz"), ("count", "c")] {
+            assert!(!is_slip(a, b) && !is_slip(b, a), "{a} {b}");
+        }
     }
 }

@@ -204,11 +204,7 @@ impl Parser<'_> {
 
     fn reward_item(&mut self) -> Parsed<RewardItem> {
         let action = if self.eat(Token::LeftBracket) {
-            let name = if self.peek() == Token::RightBracket {
-                None
-            } else {
-                Some(self.ident("the name of an action")?)
-            };
+            let name = if self.peek() == Token::RightBracket { None } else { Some(self.action()?) };
             self.expect(Token::RightBracket)?;
             Some(name)
         } else {

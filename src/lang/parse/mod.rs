@@ -9,7 +9,7 @@ mod system;
 use std::sync::Arc;
 
 use super::ast::{Expr, Ident, Model, Span};
-use super::token::{Token, is_keyword, tokens};
+use super::token::{Token, is_keyword, is_property_operator, tokens};
 use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
 
 /// How deep brackets, conditionals and signs may nest.
@@ -146,6 +146,18 @@ impl<'a> Parser<'a> {
         }
         self.advance();
         Ok(Ident { name, span })
+    }
+
+    /// The name of an action. Letters such as `S` and `W` are operators of properties alone and
+    /// cannot be meant here, so they name actions, as they do for Storm (PRISM refuses them).
+    pub(crate) fn action(&mut self) -> Parsed<Ident> {
+        let span = self.here();
+        if self.peek() == Token::Word && is_property_operator(self.text(span)) {
+            let name = self.text(span).to_owned();
+            self.advance();
+            return Ok(Ident { name, span });
+        }
+        self.ident("the name of an action")
     }
 
     /// A name in double quotes; keywords are fine, as in `"init"`.

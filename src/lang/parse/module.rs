@@ -2,8 +2,10 @@
 
 use super::item::ITEM_WORDS;
 use super::{Failed, Parsed, Parser};
-use crate::lang::ast::{Assignment, Branch, Command, Ident, Item, Module, RenamedModule, VarDecl};
-use crate::lang::token::Token;
+use crate::lang::ast::{
+    Assignment, Branch, Command, Expr, ExprKind, Ident, Item, Module, RenamedModule, VarDecl,
+};
+use crate::lang::token::{Token, is_property_operator};
 
 impl Parser<'_> {
     /// `module … endmodule`
@@ -19,7 +21,9 @@ impl Parser<'_> {
             if self.eat_word("endmodule") {
                 return Ok(Item::Module(module));
             }
-            if self.peek() == Token::End || ITEM_WORDS.contains(&self.text(self.here())) {
+            // A keyword before a colon is a variable with a wrong name: that message comes below.
+            let item = ITEM_WORDS.contains(&self.text(self.here())) && self.peek_at(1) != Token::Colon;
+            if self.peek() == Token::End || item {
                 let diagnostic =
                     self.wrong(self.here(), "expected `endmodule`").label("expected `endmodule`");
                 self.report(diagnostic.related(start.range(), "this module is not closed"));
@@ -69,7 +73,7 @@ impl Parser<'_> {
         Ok(VarDecl { name, range, init, span: start.to(end) })
     }
 
-    fn variable_type(&mut self) -> Parsed<Option<(crate::lang::ast::Expr, crate::lang::ast::Expr)>> {
+    fn variable_type(&mut self) -> Parsed<Option<(Expr, Expr)>> {
         if self.eat(Token::LeftBracket) {
             let low = self.expression()?;
             self.expect(Token::Dots)?;
@@ -97,11 +101,7 @@ impl Parser<'_> {
     /// `[a] guard -> updates;`
     fn command(&mut self) -> Parsed<Command> {
         let start = self.expect(Token::LeftBracket)?;
-        let action = if self.peek() == Token::RightBracket {
-            None
-        } else {
-            Some(self.ident("the name of an action")?)
-        };
+        let action = if self.peek() == Token::RightBracket { None } else { Some(self.action()?) };
         self.expect(Token::RightBracket)?;
         let guard = self.expression()?;
         self.expect(Token::Arrow)?;
@@ -127,15 +127,24 @@ impl Parser<'_> {
 
     fn branch(&mut self) -> Parsed<Branch> {
         let start = self.here();
-        let probability = if self.at_update() {
-            None
-        } else {
-            let probability = self.expression()?;
-            self.expect(Token::Colon)?;
-            Some(probability)
-        };
+        let probability = if self.at_update() { None } else { Some(self.probability()?) };
         let updates = self.updates()?;
         Ok(Branch { probability, updates, span: start.to(self.before()) })
+    }
+
+    /// A probability with its `:`, or an update whose prime was forgotten.
+    fn probability(&mut self) -> Parsed<Expr> {
+        let probability = self.expression()?;
+        let like_update = matches!(probability.kind, ExprKind::Chain(..) | ExprKind::Name(_));
+        if like_update && matches!(self.peek(), Token::Semicolon | Token::End) {
+            let diagnostic =
+                self.wrong(probability.span, "this is neither an update nor a probability with its update");
+            let help = "an update is written `(x'=…)`, with a probability `0.5 : (x'=…)`";
+            self.report(diagnostic.label("a condition or number").help(help));
+            return Err(Failed);
+        }
+        self.expect(Token::Colon)?;
+        Ok(probability)
     }
 
     /// Whether an update begins here, and not a probability.
@@ -177,9 +186,9 @@ impl Parser<'_> {
         self.expect(Token::LeftBracket)?;
         let mut renames = Vec::new();
         loop {
-            let old = self.function_name()?;
+            let old = self.renamed_name()?;
             self.expect(Token::Eq)?;
-            renames.push((old, self.function_name()?));
+            renames.push((old, self.renamed_name()?));
             if !self.eat(Token::Comma) {
                 break;
             }
@@ -187,5 +196,10 @@ impl Parser<'_> {
         self.expect(Token::RightBracket)?;
         self.expect_word("endmodule")?;
         Ok(Item::Renamed(RenamedModule { name, base, renames }))
+    }
+
+    /// Whatever a renaming can name: a variable, a constant, a formula, an action or a function.
+    fn renamed_name(&mut self) -> Parsed<Ident> {
+        if is_property_operator(self.text(self.here())) { self.action() } else { self.function_name() }
     }
 }

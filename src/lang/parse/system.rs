@@ -107,9 +107,9 @@ impl Parser<'_> {
             self.expect(Token::LeftBrace)?;
             let mut renames = Vec::new();
             loop {
-                let old = self.ident("the name of an action")?;
+                let old = self.action()?;
                 self.expect(Token::Rename)?;
-                renames.push((old, self.ident("the name of an action")?));
+                renames.push((old, self.action()?));
                 if !self.eat(Token::Comma) {
                     break;
                 }
@@ -122,9 +122,9 @@ impl Parser<'_> {
 
     /// `a,b,…` and what closes the list.
     fn actions(&mut self, close: Token) -> Parsed<Vec<Ident>> {
-        let mut actions = vec![self.ident("the name of an action")?];
+        let mut actions = vec![self.action()?];
         while self.eat(Token::Comma) {
-            actions.push(self.ident("the name of an action")?);
+            actions.push(self.action()?);
         }
         self.expect(close)?;
         Ok(actions)

@@ -1,0 +1,195 @@
+#!/usr/bin/env python3
+"""Sweeps a family over its size for both engines of Meliora, as whole processes.
+
+usage: bench.py [--sizes 4,8,16,32,64] [--items 3,6] [--runs 3] [--timeout 60] [--memory 4GiB]
+                [--csv bench.csv] [--plot crossover.svg]
+       bench.py --family 'models/chain-{size}.prism' --prefs 'models/chain.pref' --sizes 10,100,1000
+
+The family is the grid world of `meliora generate gridworld`, or files whose name holds {size}; with --const 'N={size}'
+also one file with a constant. Each point is `meliora check` on a model and its preferences: states, seconds of the
+whole process (median of the runs) and its largest resident set (the greatest of the runs). An engine that is stopped or
+runs out of memory is not tried on larger sizes. The CSV has one row a run, with machine and version; the plot has states
+against time and against memory, both axes logarithmic. Needs matplotlib for --plot.
+Exit status: 0 done, 1 the engines differ in a number or a run failed, 2 usage.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import statistics
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Iterator
+
+import harness
+import plots
+
+ENGINES = ("symbolic", "explicit")
+RESULTS = ("counts", "objectives", "classes", "improvement", "sasi", "spi", "initial")
+
+
+@dataclass(frozen=True)
+class Member:
+    """One member of the family."""
+
+    series: str
+    size: int
+    model: Path
+    preferences: Path
+    constants: str
+
+
+@dataclass(frozen=True)
+class Point:
+    """What one engine did on one member."""
+
+    member: Member
+    engine: str
+    runs: list[harness.Finished]
+    report: dict[str, Any]
+    status: str
+
+    @property
+    def states(self) -> int | None:
+        counts = self.report.get("counts")
+        return int(counts["states"]) if counts else None
+
+    @property
+    def seconds(self) -> float:
+        return statistics.median(run.seconds for run in self.runs)
+
+    @property
+    def peak_bytes(self) -> int:
+        return max(run.peak_bytes for run in self.runs)
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sizes", type=harness.integers, default=[4, 8, 16, 32, 64], metavar="N,…")
+    parser.add_argument("--items", type=harness.integers, default=[3, 6], metavar="K,…", help="of the grid worlds")
+    parser.add_argument("--seed", type=int, default=1, help="of the grid worlds")
+    parser.add_argument("--family", metavar="PATTERN", help="model files instead of grid worlds, with {size}")
+    parser.add_argument("--prefs", metavar="PATTERN", help="their preference files")
+    parser.add_argument("--const", default="", metavar="PATTERN", help="their constants")
+    parser.add_argument("--meliora", metavar="PATH", help="the binary")
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="for each run")
+    parser.add_argument("--memory", metavar="SIZE", help="passed on to Meliora")
+    parser.add_argument("--csv", type=Path)
+    parser.add_argument("--plot", type=Path, help="crossover plot, .svg or .png")
+    given = parser.parse_args()
+    if bool(given.family) != bool(given.prefs):
+        parser.error("--family and --prefs go together")
+    return given
+
+
+def members(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator[Member]:
+    """The family, series by series, each from small to large."""
+    sizes = sorted(given.sizes)
+    for size in sizes if given.family else []:
+        model, preferences, constants = (text.replace("{size}", str(size)) for text in (given.family, given.prefs, given.const))
+        yield Member(Path(given.family).stem, size, Path(model), Path(preferences), constants)
+    for items in given.items if not given.family else []:
+        for size in sizes:
+            world = harness.gridworld(meliora, size, items, given.seed, folder)
+            yield Member(f"{items} items", size, world.model, world.preferences, "")
+
+
+def measure(given: argparse.Namespace, meliora: str, member: Member, engine: str) -> Point:
+    """All runs of one engine on one member; a run that fails is the last."""
+    command = [meliora, "check", str(member.model), str(member.preferences), "--engine", engine, "--json", "--quiet"]
+    command += ["--timeout", f"{given.timeout:g}s"]
+    command += ["--const", member.constants] if member.constants else []
+    command += ["--memory", given.memory] if given.memory else []
+    runs: list[harness.Finished] = []
+    while len(runs) < given.runs and all(run.status == 0 for run in runs):
+        runs.append(harness.run(command, given.timeout + 10.0))
+    last = runs[-1]
+    stopped = last.timed_out or last.status == harness.OUT_OF_RESOURCES
+    status = "done" if last.status == 0 else f"{'stopped' if stopped else 'failed'}: {harness.complaint(last)}"
+    return Point(member, engine, runs, harness.json_object(last.stdout) or {}, status)
+
+
+def sweep(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator[Point]:
+    """Every point, the engines alternating; an engine that was stopped leaves the rest of its series out."""
+    ended: set[tuple[str, str]] = set()
+    for member in members(given, meliora, folder):
+        for engine in ENGINES:
+            if (member.series, engine) not in ended:
+                point = measure(given, meliora, member, engine)
+                if point.status != "done":
+                    ended.add((member.series, engine))
+                yield point
+
+
+def differences(points: list[Point]) -> list[str]:
+    """Members on which the engines do not report the same."""
+    found: dict[Member, list[Point]] = {}
+    for point in points:
+        if point.status == "done":
+            found.setdefault(point.member, []).append(point)
+    return [
+        f"{member.series}, size {member.size}: the engines differ in {name}"
+        for member, pair in found.items()
+        for name in RESULTS
+        if any(point.report.get(name) != pair[0].report.get(name) for point in pair)
+    ]
+
+
+def show(point: Point) -> None:
+    """Prints a point as a line of the table."""
+    states = "?" if point.states is None else str(point.states)
+    line = f"{point.member.series:14} {point.member.size:>6} {point.engine:9} {states:>24}"
+    line += f" {point.seconds:>9.3f} s {point.peak_bytes / 2**20:>8.0f} MiB"
+    print(line + ("" if point.status == "done" else f"  {point.status}"), flush=True)
+
+
+def write_csv(path: Path, points: list[Point], meliora: str) -> None:
+    """One row a run."""
+    about = [harness.machine(), harness.version(meliora)]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file)
+        out.writerow(["series", "size", "engine", "run", "states", "seconds", "peak_bytes", "status", "machine", "version"])
+        for point in points:
+            for number, run in enumerate(point.runs, 1):
+                status = "done" if run.status == 0 else point.status
+                head = [point.member.series, point.member.size, point.engine, number, point.states]
+                out.writerow([*head, run.seconds, run.peak_bytes, status, *about])
+
+
+def draw(path: Path, points: list[Point]) -> None:
+    """The crossover plot, of the points that were done."""
+    panels: dict[str, dict[str, list[tuple[float, float]]]] = {"seconds": {}, "MiB": {}}
+    for point in points:
+        if point.status == "done" and point.states:
+            name = f"{point.engine}, {point.member.series}"
+            panels["seconds"].setdefault(name, []).append((float(point.states), point.seconds))
+            panels["MiB"].setdefault(name, []).append((float(point.states), point.peak_bytes / 2**20))
+    plots.crossover(path, panels, "meliora check: both engines")
+
+
+def main() -> int:
+    given = arguments()
+    if given.plot is not None:
+        plots.require()
+    meliora = harness.find_meliora(given.meliora)
+    print(f"{harness.version(meliora)} on {harness.machine()}; {given.runs} runs, {given.timeout:g} s each")
+    points: list[Point] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for point in sweep(given, meliora, Path(folder)):
+            points.append(point)
+            show(point)
+            if given.csv is not None:
+                write_csv(given.csv, points, meliora)
+    if given.plot is not None:
+        draw(given.plot, points)
+    wrong = differences(points)
+    print("\n".join(wrong), end="\n" if wrong else "")
+    return 1 if wrong or any(point.status.startswith("failed") for point in points) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

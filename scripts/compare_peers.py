@@ -1,0 +1,214 @@
+#!/usr/bin/env python3
+"""Compares Meliora with Storm and PRISM on the same models in one go.
+
+usage: compare_peers.py --corpus FOLDER                 the models of FOLDER/perf.json
+       compare_peers.py --gridworld 16,32 --items 3,6   grid worlds, through `meliora generate gridworld`
+       compare_peers.py ... --prism DIR --runs 5 --timeout 60 --csv runs.csv --plot scatter.svg
+
+Both kinds of input may be given at once. perf.json is a list of {id, model, constants, target}, models relative to
+FOLDER. Every run is a process of its own with a time limit; the tools take turns, and the median of the runs counts.
+Times below 20 ms count as 20 ms for every tool. The phases, as each tool tells them:
+
+  build          from the model's text to the reachable states
+  pmax_one       the states where some strategy reaches the target almost surely
+  pmax_positive  the states where some strategy reaches it with positive probability
+  existential    both regions. Storm and PRISM compute both for either question, so for them it is the time of the
+                 first question alone; for Meliora it is the sum of its two phases
+
+A ratio is the peer's time by Meliora's: above 1 Meliora is faster. `>` marks the phase in which a peer was stopped,
+from the time that was left for it (its start-up included); such instances stay out of the geometric means and are
+counted beside them. Storm runs on one thread unless --storm-threads says otherwise.
+Exit status: 0 the counts agree, 1 they differ somewhere, 2 usage. Needs stormpy (unless --storm none), and matplotlib
+for --plot.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import re
+import statistics
+import sys
+import tempfile
+from pathlib import Path
+from typing import Iterator
+
+import harness
+import peers
+import plots
+from peers import Instance, Measurement, Tool
+
+FLOOR = 0.020
+COLUMNS = ("build", "pmax_one", "pmax_positive", "existential")
+Runs = dict[str, list[Measurement]]
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--corpus", type=Path, metavar="FOLDER", help="a folder with a perf.json")
+    parser.add_argument("--gridworld", type=harness.integers, default=[], metavar="N,…", help="rows and columns")
+    parser.add_argument("--items", type=harness.integers, default=[3, 6, 9, 12], metavar="K,…")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--objectives", type=int, default=1, metavar="N", help="ask for the first N objectives")
+    parser.add_argument("--filter", type=re.compile, default="", metavar="REGEX", help="only instances whose name matches")
+    parser.add_argument("--meliora", metavar="PATH", help="the binary")
+    parser.add_argument("--storm", default="dd,sparse", metavar="dd,sparse|none")
+    parser.add_argument("--storm-threads", type=int, default=1, metavar="N")
+    parser.add_argument("--prism", type=Path, metavar="DIR", help="a PRISM installation")
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="for each run")
+    parser.add_argument("--csv", type=Path, help="every run, with machine and version")
+    parser.add_argument("--plot", type=Path, help="scatter plot, .svg or .png")
+    given = parser.parse_args()
+    if given.corpus is None and not given.gridworld:
+        parser.error("name a --corpus, sizes of --gridworld, or both")
+    return given
+
+
+def instances(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator[Instance]:
+    """What is measured: the corpus first, then the grid worlds."""
+    if given.corpus is not None:
+        for entry in harness.read_json(given.corpus / "perf.json"):
+            yield Instance(entry["id"], given.corpus / entry["model"], entry["constants"], entry["target"])
+    for size in given.gridworld:
+        for items in given.items:
+            world = harness.gridworld(meliora, size, items, given.seed, folder)
+            for number, target in enumerate(world.targets[: given.objectives], 1):
+                yield Instance(f"{world.name}, objective {number}", world.model, "", target)
+
+
+def measure(instance: Instance, tools: list[Tool], runs: int, timeout: float) -> Runs:
+    """Lets the tools take turns; one that did not finish is not tried again."""
+    found: Runs = {tool.name: [] for tool in tools}
+    for _ in range(runs):
+        for tool in tools:
+            if all(run.done for run in found[tool.name]):
+                found[tool.name].append(tool.measure(instance, timeout))
+    return found
+
+
+def median(runs: list[Measurement], phase: str) -> float | None:
+    """The median over the runs that got through the phase, not below the floor."""
+    times = [run.times[phase] for run in runs if phase in run.times]
+    return max(FLOOR, statistics.median(times)) if times else None
+
+
+def ratio(found: Runs, peer: str, phase: str) -> float | None:
+    """How many times longer the peer takes; nothing where one of the two did not finish."""
+    ours, theirs = median(found["meliora"], phase), median(found[peer], phase)
+    return theirs / ours if ours and theirs else None
+
+
+def cell(found: Runs, peer: str, phase: str, timeout: float) -> str:
+    """A ratio as text; for the phase in which the peer was stopped, the least that it can be."""
+    known = ratio(found, peer, phase)
+    if known is not None:
+        return f"{known:.2f}"
+    ours, theirs = median(found["meliora"], phase), found[peer][0]
+    unfinished = next((name for name in peers.PHASES if name not in theirs.times), None)
+    asked_first = "pmax_one" if phase == "existential" else phase
+    if ours is None or theirs.status != "stopped" or unfinished != asked_first:
+        return "-"
+    return f">{(timeout - sum(theirs.times.values())) / ours:.0f}"
+
+
+def show(name: str, found: Runs, timeout: float) -> bool:
+    """Prints what was measured on an instance; says whether the counts agree."""
+    ours = found["meliora"][0]
+    print(f"\n{name}  ({ours.counts.get('states', '?')} states)")
+    agree = True
+    for tool, runs in found.items():
+        seconds = [median(runs, phase) for phase in COLUMNS]
+        print(f"  {tool:13}" + "".join(f"{'-' if s is None else f'{s:.3f}':>15}" for s in seconds), end="")
+        print(f"{runs[0].peak_bytes / 2**20:>9.0f} MiB", "" if runs[-1].done else f"  {runs[-1].status}")
+        if tool != "meliora":
+            print(f"  {'  ratio':13}" + "".join(f"{cell(found, tool, phase, timeout):>15}" for phase in COLUMNS))
+        differs = peers.disagreement(ours, runs[0])
+        if differs:
+            agree = False
+            print(f"  COUNTS DIFFER: {differs}")
+    sys.stdout.flush()
+    return agree
+
+
+def summary(measured: dict[str, Runs], tools: list[Tool]) -> None:
+    """Prints geometric mean, median, least and greatest ratio by peer and phase."""
+    heads = ("both", "only us", "only peer", "geo. mean", "median", "least", "most")
+    print(f"\n{'peer':13} {'phase':14}" + "".join(f"{head:>10}" for head in heads))
+    for tool in tools[1:]:
+        for phase in COLUMNS:
+            ratios = [r for found in measured.values() if (r := ratio(found, tool.name, phase)) is not None]
+            alone = [
+                (median(found["meliora"], phase) is not None, median(found[tool.name], phase) is not None)
+                for found in measured.values()
+            ]
+            counts = (len(ratios), alone.count((True, False)), alone.count((False, True)))
+            line = f"{tool.name:13} {phase:14}" + "".join(f"{count:>10}" for count in counts)
+            if ratios:
+                mean = math.exp(statistics.fmean(map(math.log, ratios)))
+                figures = (mean, statistics.median(ratios), min(ratios), max(ratios))
+                line += "".join(f"{figure:>10.2f}" for figure in figures)
+            print(line)
+
+
+def write_csv(path: Path, measured: dict[str, Runs], meliora: str, threads: int) -> None:
+    """One row a run, in unrounded seconds."""
+    about = [harness.machine(), harness.version(meliora), threads]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file)
+        heads = [f"{phase}_s" for phase in COLUMNS] + [f"count_{count}" for count in peers.COUNTS]
+        out.writerow(["instance", "tool", "run", "status", *heads, "wall_s", "peak_bytes", "machine", "version", "storm_threads"])
+        for name, found in measured.items():
+            for tool, runs in found.items():
+                for number, run in enumerate(runs, 1):
+                    values = [run.times.get(phase) for phase in COLUMNS] + [run.counts.get(count) for count in peers.COUNTS]
+                    out.writerow([name, tool, number, run.status, *values, run.wall, run.peak_bytes, *about])
+
+
+def place(runs: list[Measurement], phase: str, timeout: float) -> float | None:
+    """Where a tool stands in the plot: who was stopped, at the time limit; who failed, nowhere."""
+    return median(runs, phase) or (timeout if runs[0].status == "stopped" else None)
+
+
+def draw(path: Path, measured: dict[str, Runs], tools: list[Tool], timeout: float) -> None:
+    """The scatter plot of build and of both regions."""
+    panels: dict[str, dict[str, list[tuple[float, float]]]] = {}
+    for phase in ("build", "existential"):
+        for tool in tools[1:]:
+            points = panels.setdefault(phase, {}).setdefault(tool.name, [])
+            for found in measured.values():
+                ours, theirs = (place(found[name], phase, timeout) for name in ("meliora", tool.name))
+                if ours and theirs:
+                    points.append((ours, theirs))
+    plots.scatter(path, panels, FLOOR, timeout)
+
+
+def main() -> int:
+    given = arguments()
+    if given.plot is not None:
+        plots.require()
+    meliora = harness.find_meliora(given.meliora)
+    engines = [] if given.storm == "none" else given.storm.split(",")
+    tools = peers.installed(meliora, engines, given.storm_threads, given.prism)
+    print(f"{harness.version(meliora)} on {harness.machine()}; {given.runs} runs, {given.timeout:g} s each")
+    print(f"  {'':13}" + "".join(f"{phase:>15}" for phase in COLUMNS))
+    measured: dict[str, Runs] = {}
+    agree = True
+    with tempfile.TemporaryDirectory() as folder:
+        for instance in instances(given, meliora, Path(folder)):
+            if re.search(given.filter, instance.name):
+                measured[instance.name] = measure(instance, tools, given.runs, given.timeout)
+                agree &= show(instance.name, measured[instance.name], given.timeout)
+                if given.csv is not None:
+                    write_csv(given.csv, measured, meliora, given.storm_threads)
+    if not measured:
+        harness.stop("no instance matches --filter")
+    summary(measured, tools)
+    if given.plot is not None:
+        draw(given.plot, measured, tools, given.timeout)
+    return 0 if agree else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

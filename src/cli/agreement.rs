@@ -1,0 +1,160 @@
+//! Whether two engines found the same: numbers first, then state by state.
+
+use meliora::engine::{Engine, Observer};
+use meliora::error::Error;
+use meliora::model::Program;
+use meliora::planning::{Analysis, Kind};
+
+use super::watch::Watch;
+
+/// Initial states whose ranks and permitted actions are compared.
+const INITIAL: usize = 16;
+/// The observer is asked after so many states.
+const STRIDE: usize = 1024;
+
+/// The outcome of a comparison.
+pub(super) struct Agreement {
+    /// How many numbers, classes, levels and ranks were compared.
+    pub(super) compared: u64,
+    /// How many states were looked up; none where there were too many.
+    pub(super) membership: Option<u64>,
+    /// The first difference.
+    pub(super) difference: Option<String>,
+}
+
+/// Compares two finished analyses of one program, the first by the symbolic engine.
+///
+/// # Errors
+/// A limit.
+pub(super) fn compare<E: Engine, F: Engine>(
+    left: &Analysis<'_, E>,
+    right: &Analysis<'_, F>,
+    program: &Program,
+    most: u32,
+    watch: &Watch,
+) -> Result<Agreement, Error> {
+    let mut tally = Tally::default();
+    results(&mut tally, left, right);
+    let prospects = (left.initial_prospects(program, INITIAL)?, right.initial_prospects(program, INITIAL)?);
+    tally.check(
+        || "ranks and permitted actions of the initial states".to_owned(),
+        &prospects.0,
+        &prospects.1,
+    );
+    let mut membership = None;
+    if tally.difference.is_none() && few(left, most) {
+        membership = Some(state_by_state(&mut tally, left, right, program, watch)?);
+    }
+    Ok(Agreement { compared: tally.compared, membership, difference: tally.difference })
+}
+
+fn few<E: Engine>(analysis: &Analysis<'_, E>, most: u32) -> bool {
+    analysis.result().counts.as_ref().is_some_and(|c| c.states <= most.into())
+}
+
+#[derive(Default)]
+struct Tally {
+    compared: u64,
+    difference: Option<String>,
+}
+
+impl Tally {
+    /// Compares one thing; the first difference is kept.
+    fn check<T: PartialEq + std::fmt::Debug>(&mut self, name: impl Fn() -> String, left: &T, right: &T) {
+        self.compared += 1;
+        if left != right && self.difference.is_none() {
+            self.difference = Some(format!("{}: symbolic {left:?}, explicit {right:?}", name()));
+        }
+    }
+}
+
+/// All numbers and classes.
+fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<'_, E>, right: &Analysis<'_, F>) {
+    let (a, b) = (left.result(), right.result());
+    let names = left.preferences();
+    if let (Some(a), Some(b)) = (&a.counts, &b.counts) {
+        tally.check(|| "states".to_owned(), &a.states, &b.states);
+        tally.check(|| "choices".to_owned(), &a.choices, &b.choices);
+        tally.check(|| "transitions".to_owned(), &a.transitions, &b.transitions);
+        tally.check(|| "deadlocks".to_owned(), &a.deadlocks, &b.deadlocks);
+        tally.check(|| "initial states".to_owned(), &a.initial, &b.initial);
+    }
+    tally.check(|| "number of objectives".to_owned(), &a.objectives.len(), &b.objectives.len());
+    for (a, b) in a.objectives.iter().zip(&b.objectives) {
+        let name = |what: &str| format!("{what} states of `{}`", names.objectives[a.objective].name);
+        tally.check(|| name("target"), &a.target, &b.target);
+        tally.check(|| name("almost-sure"), &a.almost_sure, &b.almost_sure);
+        tally.check(|| name("positive"), &a.positive, &b.positive);
+    }
+    let classes = (a.classes.as_deref().unwrap_or_default(), b.classes.as_deref().unwrap_or_default());
+    tally.check(|| "number of classes".to_owned(), &classes.0.len(), &classes.1.len());
+    for (a, b) in classes.0.iter().zip(classes.1) {
+        let name = || format!("class {{{}}}", names.names(&a.most_preferred).join(", "));
+        tally.check(name, &(&a.most_preferred, &a.states), &(&b.most_preferred, &b.states));
+    }
+    tally.check(|| "improvement MDP".to_owned(), &a.improvement, &b.improvement);
+    for (kind, a, b) in [(Kind::Sasi, &a.sasi, &b.sasi), (Kind::Spi, &a.spi, &b.spi)] {
+        tally.check(|| format!("number of {kind} levels"), &a.levels.len(), &b.levels.len());
+        for (index, (a, b)) in a.levels.iter().zip(&b.levels).enumerate() {
+            tally.check(|| format!("states of {kind} level {}", index + 1), a, b);
+        }
+        tally.check(|| format!("end of the {kind} levels"), &a.end, &b.end);
+    }
+}
+
+/// Membership of every state in every region; ranks follow from it. Says how many states there were.
+fn state_by_state<E: Engine, F: Engine>(
+    tally: &mut Tally,
+    left: &Analysis<'_, E>,
+    right: &Analysis<'_, F>,
+    program: &Program,
+    watch: &Watch,
+) -> Result<u64, Error> {
+    let (mine, theirs) = (regions(left), regions(right));
+    let all = left.engine().all_states();
+    let states = left.engine().list_states(&all, usize::MAX)?;
+    for (index, state) in states.iter().enumerate() {
+        if index % STRIDE == 0
+            && let Some(limit) = watch.stop()
+        {
+            return Err(limit.into());
+        }
+        for ((name, mine), (_, theirs)) in mine.iter().zip(&theirs) {
+            let (mine, theirs) =
+                (left.engine().contains(mine, state), right.engine().contains(theirs, state));
+            if mine != theirs && tally.difference.is_none() {
+                let at = program.show_state(state);
+                tally.difference = Some(format!("{name} at {at}: symbolic {mine}, explicit {theirs}"));
+            }
+        }
+    }
+    Ok(states.len() as u64)
+}
+
+/// All regions of an analysis by name, in one order for all engines.
+fn regions<'a, E: Engine>(analysis: &'a Analysis<'_, E>) -> Vec<(String, &'a E::States)> {
+    let mut regions = Vec::new();
+    let preferences = analysis.preferences();
+    for (index, objective) in preferences.objectives.iter().enumerate() {
+        if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
+            regions.push((format!("target:{}", objective.name), &outcome.target));
+            regions.push((format!("almost-sure:{}", objective.name), &outcome.almost_sure));
+            regions.push((format!("positive:{}", objective.name), &outcome.positive));
+        }
+    }
+    for class in analysis.classes().iter().flat_map(|c| &c.list) {
+        let names = preferences.names(&class.most_preferred).join("+");
+        let name = if names.is_empty() { "nothing" } else { &names };
+        regions.push((format!("class:{name}"), &class.states));
+    }
+    for (kind, name) in [(Kind::Sasi, "sasi"), (Kind::Spi, "spi")] {
+        let levels = analysis.levels(kind);
+        for (index, level) in levels.found.iter().enumerate() {
+            regions.push((format!("{name}:{}", index + 1), &level.states));
+        }
+        if let Some(level) = levels.unbounded() {
+            regions.push((format!("{name}:unbounded"), &level.states));
+        }
+    }
+    regions
+}

@@ -1,0 +1,151 @@
+//! `meliora check`: the main job.
+
+use clap::Args;
+use meliora::engine::Engine;
+use meliora::error::Error;
+use meliora::output::CheckReport;
+use meliora::output::check::CheckTime;
+use meliora::output::report::ModelSummary;
+use meliora::planning::{Analysis, Event, Kind};
+
+use super::exit::Status;
+use super::load::{self, Question};
+use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::supervise::{Desk, supervise};
+
+/// At most so many initial states are listed; the counts have them all.
+const LISTED: usize = 16;
+
+/// From where, and how often, can a play improve? The levels of SPI and SASI
+///
+/// Computes the outcomes of the objectives, the classes, the improvement MDP and the SPI and SASI
+/// levels; says what holds in the initial states, and which actions are permitted there.
+#[derive(Debug, Clone, Args)]
+pub(super) struct CheckArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    preferences: PreferenceArgs,
+    #[command(flatten)]
+    engine: EngineArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong.
+pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
+    args.engine.validate(&args.model)?;
+    let report = CheckReport::new(
+        &args.model.path(),
+        &args.preferences.path(),
+        args.engine.engine.name(),
+        args.model.scope.into(),
+        args.preferences.safety.name(),
+    );
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
+    let read = || load::question(&args.model, &args.preferences, &desk.watch);
+    let question = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    desk.update(|r| {
+        r.model = ModelSummary::of(&args.model.path(), &question.program);
+        r.empty = Some(load::empty_name(question.preferences.empty));
+    });
+    let build_time = |r: &mut CheckReport, s: f64| r.time.build = Some(s);
+    let settings = load::settings(&args.model, &desk.watch);
+    match args.engine.engine {
+        EngineArg::Symbolic => {
+            let build = || load::symbolic(&question.program, &args.model, settings);
+            let engine = desk.timed("build", build, build_time)?;
+            analyse(desk, &engine, &question, &args.preferences)
+        }
+        EngineArg::Explicit => {
+            let build = || load::explicit(&question.program, settings);
+            let engine = desk.timed("build", build, build_time)?;
+            analyse(desk, &engine, &question, &args.preferences)
+        }
+    }
+}
+
+/// All phases, each of which leaves what it found in the report.
+fn analyse<E: Engine>(
+    desk: &Desk<CheckReport>,
+    engine: &E,
+    question: &Question,
+    args: &PreferenceArgs,
+) -> Result<(), Error> {
+    let mut analysis = Analysis::new(engine, &question.preferences, args.options());
+    let mut run = Run { desk, question, analysis: &mut analysis };
+    run.phase("build", |a, listen| a.run_counts(listen), |t, s| t.build = Some(t.build.unwrap_or(0.0) + s))?;
+    run.warn_of_states()?;
+    run.phase("outcomes", |a, listen| a.run_outcomes(listen), |t, s| t.outcomes = Some(s))?;
+    run.warn_of_empty_targets();
+    run.initial()?;
+    run.phase("improvement", |a, listen| a.run_improvement(listen), |t, s| t.improvement = Some(s))?;
+    run.phase("sasi", |a, listen| a.run_levels(Kind::Sasi, listen), |t, s| t.sasi = Some(s))?;
+    run.initial()?;
+    run.phase("spi", |a, listen| a.run_levels(Kind::Spi, listen), |t, s| t.spi = Some(s))?;
+    run.initial()
+}
+
+/// An analysis with the report that it fills in.
+struct Run<'a, 'b, E: Engine> {
+    desk: &'a Desk<CheckReport>,
+    question: &'a Question,
+    analysis: &'a mut Analysis<'b, E>,
+}
+
+impl<'b, E: Engine> Run<'_, 'b, E> {
+    fn phase(
+        &mut self,
+        name: &'static str,
+        work: impl FnOnce(&mut Analysis<'b, E>, &mut dyn FnMut(Event<'_>)) -> Result<(), Error>,
+        note: impl FnOnce(&mut CheckTime, f64),
+    ) -> Result<(), Error> {
+        let (desk, preferences) = (self.desk, &self.question.preferences);
+        let analysis = &mut *self.analysis;
+        let mut listen = |event: Event<'_>| match event {
+            Event::Objective(counts) => desk.update(|r| r.add_objective(preferences, counts)),
+            Event::Level(kind, _, count) => desk.update(|r| r.add_level(kind, count)),
+            Event::Started(_) | Event::Finished(_) => {}
+        };
+        let result = desk.timed(name, || work(analysis, &mut listen), |r, s| note(&mut r.time, s));
+        let usage = analysis.engine().usage();
+        desk.update(|r| {
+            r.fill(preferences, analysis.result());
+            r.memory.peak_nodes = usage.peak_nodes;
+        });
+        result
+    }
+
+    /// What is known of the initial states by now.
+    fn initial(&mut self) -> Result<(), Error> {
+        let prospects = self.analysis.initial_prospects(&self.question.program, LISTED)?;
+        self.desk.update(|r| r.set_initial(&self.question.program, &self.question.preferences, &prospects));
+        Ok(())
+    }
+
+    fn warn_of_states(&self) -> Result<(), Error> {
+        match &self.analysis.result().counts {
+            Some(counts) => {
+                let engine = self.analysis.engine();
+                load::warn_of_states(&self.desk.watch, engine, &counts.deadlocks, self.question.overlap)
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn warn_of_empty_targets(&self) {
+        for found in &self.analysis.result().objectives {
+            if found.target == meliora::engine::Count::ZERO {
+                let name = &self.question.preferences.objectives[found.objective].name;
+                self.desk.watch.warn(&format!("no state satisfies the target of objective `{name}`"));
+            }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! `meliora compare`: both engines on the same input.
+
+use std::time::Instant;
+
+use clap::Args;
+use meliora::engine::Engine;
+use meliora::error::Error;
+use meliora::output::CompareReport;
+use meliora::output::check::CheckTime;
+use meliora::output::compare::{EngineReport, Preference};
+use meliora::output::report::{Counts, ModelSummary};
+use meliora::planning::{Analysis, Kind};
+
+use super::agreement::{self, Agreement};
+use super::exit::Status;
+use super::load::{self, Question};
+use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
+use super::supervise::{Desk, supervise};
+
+/// Below this factor, times are about the same.
+const CLEARLY: f64 = 1.25;
+
+/// Do both engines give the same answers? With times, memory, and which one to prefer here
+///
+/// Compares every count, class, level and rank, and, up to a stated number of states, the
+/// membership of each state in each region. Exit status 1 and the first difference where they differ.
+#[derive(Debug, Clone, Args)]
+pub(super) struct CompareArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    preferences: PreferenceArgs,
+
+    /// Look up every state in every region where there are at most so many states
+    #[arg(long, value_name = "STATES", default_value_t = 100_000)]
+    membership: u32,
+
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong.
+pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
+    let (model, preferences) = (args.model.path(), args.preferences.path());
+    let safety = args.preferences.safety.name();
+    let report = CompareReport::new(&model, &preferences, args.model.scope.into(), safety);
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+fn work(desk: &Desk<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
+    let read = || load::question(&args.model, &args.preferences, &desk.watch);
+    let question = desk.timed("parse", read, |_, _| ())?;
+    desk.update(|r| {
+        r.model = ModelSummary::of(&args.model.path(), &question.program);
+        r.empty = Some(load::empty_name(question.preferences.empty));
+    });
+    let settings = || load::settings(&args.model, &desk.watch);
+    let options = args.preferences.options();
+
+    let start = Instant::now();
+    let build = || load::symbolic(&question.program, &args.model, settings());
+    let symbolic = desk.timed("symbolic: build", build, |_, _| ())?;
+    let built = start.elapsed().as_secs_f64();
+    let mut left = Analysis::new(&symbolic, &question.preferences, options);
+    analyse(desk, "symbolic", built, &mut left)?;
+
+    let start = Instant::now();
+    let build = || load::explicit(&question.program, settings());
+    let explicit = desk.timed("explicit: build", build, |_, _| ())?;
+    let built = start.elapsed().as_secs_f64();
+    let mut right = Analysis::new(&explicit, &question.preferences, options);
+    analyse(desk, "explicit", built, &mut right)?;
+    conclude(desk, args, &question, &left, &right)
+}
+
+/// Runs all phases of one engine and notes what they took.
+fn analyse<E: Engine>(
+    desk: &Desk<CompareReport>,
+    name: &'static str,
+    built: f64,
+    analysis: &mut Analysis<'_, E>,
+) -> Result<(), Error> {
+    let mut time = CheckTime { build: Some(built), ..CheckTime::default() };
+    let quiet = &mut |_: meliora::planning::Event<'_>| ();
+    desk.timed("counts", || analysis.run_counts(quiet), |_, s| time.build = Some(built + s))?;
+    desk.timed("outcomes", || analysis.run_outcomes(quiet), |_, s| time.outcomes = Some(s))?;
+    desk.timed("improvement", || analysis.run_improvement(quiet), |_, s| time.improvement = Some(s))?;
+    desk.timed("sasi", || analysis.run_levels(Kind::Sasi, quiet), |_, s| time.sasi = Some(s))?;
+    desk.timed("spi", || analysis.run_levels(Kind::Spi, quiet), |_, s| time.spi = Some(s))?;
+    let phases = [time.build, time.outcomes, time.improvement, time.sasi, time.spi];
+    time.total = phases.into_iter().flatten().sum();
+    let usage = analysis.engine().usage();
+    desk.update(|r| {
+        r.counts = analysis.result().counts.as_ref().map(Counts::from);
+        r.memory.peak_nodes = r.memory.peak_nodes.max(usage.peak_nodes);
+        let (peak_nodes, table_bytes) = (usage.peak_nodes, usage.bytes);
+        r.engines.push(EngineReport { engine: name, time, peak_nodes, table_bytes });
+    });
+    Ok(())
+}
+
+/// Compares what both found, and says which engine to prefer.
+fn conclude<E: Engine, F: Engine>(
+    desk: &Desk<CompareReport>,
+    args: &CompareArgs,
+    question: &Question,
+    left: &Analysis<'_, E>,
+    right: &Analysis<'_, F>,
+) -> Result<(), Error> {
+    let Agreement { compared, membership, difference } = desk.timed(
+        "compare",
+        || agreement::compare(left, right, &question.program, args.membership, &desk.watch),
+        |_, _| (),
+    )?;
+    desk.update(|r| {
+        r.compared = compared;
+        r.membership = membership.map(|n| n.into());
+        r.equal = Some(difference.is_none());
+        r.prefer = if difference.is_none() { preference(&r.engines) } else { None };
+        r.difference = difference;
+    });
+    Ok(())
+}
+
+/// The faster one, if it is clearly faster; else the one whose tables are smaller.
+fn preference(engines: &[EngineReport]) -> Option<Preference> {
+    let [a, b] = engines else { return None };
+    let (fast, slow) = if a.time.total <= b.time.total { (a, b) } else { (b, a) };
+    let factor = slow.time.total / fast.time.total.max(1e-9);
+    if factor > CLEARLY {
+        let reason = format!("it is {factor:.1} times as fast");
+        return Some(Preference { engine: fast.engine, reason });
+    }
+    let small = if a.table_bytes <= b.table_bytes { a } else { b };
+    let reason = "both take about the same time, and its tables are smaller".to_owned();
+    Some(Preference { engine: small.engine, reason })
+}

@@ -1,0 +1,27 @@
+//! `meliora completions`: completion scripts for shells.
+
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+use meliora::error::Error;
+
+use super::exit::Status;
+use super::{Cli, terminal};
+
+/// Write a completion script for a shell
+#[derive(Debug, Args)]
+pub(super) struct CompletionsArgs {
+    /// The shell
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Writes the script to stdout.
+///
+/// # Errors
+/// Standard output could not be written.
+pub(super) fn run(args: &CompletionsArgs) -> Result<Status, Error> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "meliora", &mut script);
+    terminal::print(&String::from_utf8_lossy(&script))?;
+    Ok(Status::Done)
+}

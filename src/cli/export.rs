@@ -1,0 +1,111 @@
+//! `meliora export`: regions and strategies as decision diagrams for other programs.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use globset::{Glob, GlobSet, GlobSetBuilder};
+use meliora::dump::directory::{sha256, write_directory};
+use meliora::error::Error;
+use meliora::export::{Inputs, Selection, export};
+use meliora::output::ExportReport;
+use meliora::output::report::ModelSummary;
+use meliora::planning::Analysis;
+
+use super::exit::Status;
+use super::load;
+use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
+use super::supervise::{Desk, supervise};
+
+/// Write regions and strategies as decision diagrams that CUDD, Python's dd and `query` read
+///
+/// DIR gets `regions.dddmp` (every region a root of one diagram), `manifest.json` (what the roots and
+/// variables are) and `certificate.dddmp` (what `verify` needs). A DIR that exists must be empty or an
+/// older dump, which is replaced.
+#[derive(Debug, Clone, Args)]
+pub(super) struct ExportArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    preferences: PreferenceArgs,
+
+    /// The directory to write
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Only regions with such names, such as 'sasi:*' (repeatable); leaves the certificate out
+    #[arg(long, value_name = "GLOB")]
+    region: Vec<String>,
+
+    /// dot: also one picture a region
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+
+    /// Leave the certificate out, so that `verify` cannot check the dump
+    #[arg(long)]
+    no_certificate: bool,
+
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+/// `--format`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Format {
+    /// DDDMP 2.0 text
+    #[default]
+    Dddmp,
+    /// DDDMP, and one DOT file a region
+    Dot,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong; the directory cannot be written.
+pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
+    let globs = globs(&args.region)?;
+    let report = ExportReport::new(
+        &args.model.path(),
+        args.model.scope.into(),
+        args.preferences.safety.name(),
+        &args.out.display().to_string(),
+    );
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args, &globs))
+}
+
+fn globs(patterns: &[String]) -> Result<GlobSet, Error> {
+    let mut set = GlobSetBuilder::new();
+    for pattern in patterns {
+        set.add(Glob::new(pattern).map_err(|e| Error::Usage(format!("`--region {pattern}`: {e}")))?);
+    }
+    set.build().map_err(|e| Error::Usage(format!("`--region`: {e}")))
+}
+
+fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(), Error> {
+    let read = || load::question(&args.model, &args.preferences, &desk.watch);
+    let question = desk.timed("parse", read, |_, _| ())?;
+    desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &question.program));
+    let settings = load::settings(&args.model, &desk.watch);
+    let build = || load::symbolic(&question.program, &args.model, settings);
+    let engine = desk.timed("build", build, |_, _| ())?;
+    let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
+    desk.timed("analysis", || analysis.run(&mut |_| ()), |_, _| ())?;
+    let inputs = Inputs {
+        model: (args.model.path(), sha256(question.program.source.text.as_bytes())),
+        preferences: (args.preferences.path(), sha256(question.source.text.as_bytes())),
+    };
+    let all = args.region.is_empty();
+    let wanted = |name: &str| all || globs.is_match(name);
+    let selection = Selection { wanted: &wanted, certificate: all && !args.no_certificate };
+    let dump = desk.timed("dump", || export(&engine, &analysis, &inputs, &selection), |_, _| ())?;
+    let dot = args.format == Format::Dot;
+    let write = || write_directory(dump, &args.out, dot, desk.watch.as_ref());
+    let manifest = desk.timed("write", write, |_, _| ())?;
+    let peak = meliora::engine::Engine::usage(&engine).peak_nodes;
+    desk.update(|r| {
+        r.set(&manifest);
+        r.memory.peak_nodes = peak;
+    });
+    Ok(())
+}

@@ -1,0 +1,260 @@
+//! `meliora generate`: models and preferences of parametrised families.
+
+use std::fs::Permissions;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand, ValueEnum};
+use meliora::error::Error;
+use meliora::generate::{self, Choices, Direction, Directions, Empty, Generated, Parameters};
+use tempfile::{Builder, NamedTempFile};
+
+use super::exit::Status;
+use super::{load, terminal};
+
+/// Write a model and preferences of a parametrised family
+#[derive(Debug, Clone, Args)]
+pub(super) struct GenerateArgs {
+    #[command(subcommand)]
+    family: Family,
+}
+
+#[derive(Debug, Clone, Subcommand)]
+enum Family {
+    Gridworld(GridworldArgs),
+}
+
+/// Robots that pick up items in a grid, at random or from a drawn map
+#[derive(Debug, Clone, Args)]
+struct GridworldArgs {
+    /// Number of rows
+    #[arg(long, value_name = "N", required_unless_present = "from_map")]
+    rows: Option<usize>,
+
+    /// Number of columns
+    #[arg(long, value_name = "N", required_unless_present = "from_map")]
+    cols: Option<usize>,
+
+    /// Read the grid and all on it from a map file instead
+    #[arg(long, value_name = "FILE", conflicts_with = "random")]
+    from_map: Option<PathBuf>,
+
+    #[command(flatten)]
+    random: RandomArgs,
+
+    /// The preference order, such as 'D>A,E>=A,B~C' [default: that of the map, or a random one]
+    #[arg(long, value_name = "ORDER")]
+    prefer: Option<String>,
+
+    /// What it is worth to achieve nothing [default: that of the map, or bottom]
+    #[arg(long, value_enum)]
+    empty: Option<EmptyArg>,
+
+    /// What the random draws start from: the same seed gives the same files for ever
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+
+    /// Write PREFIX.prism and PREFIX.pref
+    #[arg(short, long, value_name = "PREFIX")]
+    out: Option<PathBuf>,
+
+    /// Without --out: which of the two goes to stdout
+    #[arg(long, value_enum, default_value_t, conflicts_with = "out")]
+    print: Part,
+}
+
+/// What only a random world has use for.
+#[derive(Debug, Clone, Args)]
+#[group(id = "random", multiple = true)]
+struct RandomArgs {
+    /// Number of items, named A, B, C, …
+    #[arg(long, value_name = "N", default_value_t = 6)]
+    items: usize,
+
+    /// How many of the items become available only when others are picked up [default: half]
+    #[arg(long, value_name = "N")]
+    locked: Option<usize>,
+
+    /// What the battery holds, or none [default: three times the longer side]
+    #[arg(long, value_name = "N|none", value_parser = battery)]
+    battery: Option<Battery>,
+
+    /// Number of chargers
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    chargers: usize,
+
+    /// The chargers work from the start; otherwise an item must make them available
+    #[arg(long)]
+    open_chargers: bool,
+
+    /// Walls, in per cent of the cells
+    #[arg(long, value_name = "PERCENT", default_value_t = 10)]
+    walls: usize,
+
+    /// Slippery cells, in per cent of the cells
+    #[arg(long, value_name = "PERCENT", default_value_t = 10)]
+    slippery: usize,
+
+    /// Where slippery cells slide to; each cell draws one of these [default: NS,EW,NSW]
+    #[arg(long, value_name = "NS,…", value_delimiter = ',', value_parser = drift)]
+    drift: Vec<Directions>,
+
+    /// Number of cells that are entered and left in one direction only
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    one_way: usize,
+
+    /// Number of cells in which two opposite actions are disabled
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    disabled: usize,
+
+    /// Number of robots
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    robots: usize,
+
+    /// Number of moving obstacles
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    patrols: usize,
+}
+
+/// The capacity of a battery; `None`: it never ends.
+#[derive(Debug, Clone, Copy)]
+struct Battery(Option<u32>);
+
+/// `empty = …`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum EmptyArg {
+    /// Below every objective
+    Bottom,
+    /// To gain the first objective improves, to lose the last one does not weaken
+    Gain,
+    /// Compares with nothing
+    Incomparable,
+}
+
+/// One of the two texts.
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum Part {
+    /// The model
+    #[default]
+    Model,
+    /// The preference file
+    Prefs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The parameters or the map are wrong; a file could not be written.
+pub(super) fn run(args: &GenerateArgs) -> Result<Status, Error> {
+    let Family::Gridworld(args) = &args.family;
+    let choices =
+        Choices { prefer: args.prefer.clone(), empty: args.empty.map(EmptyArg::value), seed: args.seed };
+    let generated = match &args.from_map {
+        Some(path) => generate::from_map(&load::read(path)?, &choices)?,
+        None => generate::gridworld(&args.parameters(), &choices)?,
+    };
+    match (&args.out, args.print) {
+        (Some(prefix), _) => write(prefix, &generated)?,
+        (None, Part::Model) => terminal::print(&generated.model)?,
+        (None, Part::Prefs) => terminal::print(&generated.preferences)?,
+    }
+    Ok(Status::Done)
+}
+
+impl GridworldArgs {
+    fn parameters(&self) -> Parameters {
+        let random = &self.random;
+        // The parser has seen to it that both are there.
+        let (rows, cols) = (self.rows.unwrap_or_default(), self.cols.unwrap_or_default());
+        let standard = Parameters::new(rows, cols, random.items);
+        Parameters {
+            battery: random.battery.map_or(standard.battery, |Battery(full)| full),
+            locked: random.locked.unwrap_or(standard.locked),
+            chargers: random.chargers,
+            locked_charger: !random.open_chargers,
+            walls: random.walls,
+            slippery: random.slippery,
+            drifts: if random.drift.is_empty() { standard.drifts } else { random.drift.clone() },
+            one_way: random.one_way,
+            disabled: random.disabled,
+            robots: random.robots,
+            patrols: random.patrols,
+            ..standard
+        }
+    }
+}
+
+impl EmptyArg {
+    fn value(self) -> Empty {
+        match self {
+            EmptyArg::Bottom => Empty::Bottom,
+            EmptyArg::Gain => Empty::Gain,
+            EmptyArg::Incomparable => Empty::Incomparable,
+        }
+    }
+}
+
+fn battery(text: &str) -> Result<Battery, String> {
+    match text {
+        "none" => Ok(Battery(None)),
+        _ => {
+            text.parse().map(|full| Battery(Some(full))).map_err(|_| "expected a number, or none".to_owned())
+        }
+    }
+}
+
+fn drift(text: &str) -> Result<Directions, String> {
+    let direction = |c: char| {
+        let known = Direction::ALL.into_iter().find(|d| d.letter() == c);
+        known.ok_or_else(|| format!("`{c}` is no direction: expected letters of NSEW, such as NS"))
+    };
+    text.chars().map(direction).collect()
+}
+
+/// Both files, or neither where the disk is full.
+fn write(prefix: &Path, generated: &Generated) -> Result<(), Error> {
+    let files = [("prism", &generated.model), ("pref", &generated.preferences)].map(|(extension, text)| {
+        // Not `with_extension`: a prefix may have a dot in it.
+        let mut name = prefix.as_os_str().to_owned();
+        name.push(format!(".{extension}"));
+        (PathBuf::from(name), text)
+    });
+    let mut ready = Vec::new();
+    for (path, text) in files {
+        let file = prepare(&path, text).map_err(|e| failed(&path, &e))?;
+        ready.push((path, file));
+    }
+    for (path, file) in ready {
+        file.persist(&path).map_err(|e| failed(&path, &e.error))?;
+    }
+    Ok(())
+}
+
+fn failed(path: &Path, error: &std::io::Error) -> Error {
+    Error::Io { path: path.display().to_string(), message: error.to_string() }
+}
+
+fn prepare(path: &Path, text: &str) -> std::io::Result<NamedTempFile> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = Builder::new();
+    let permissions = usual_permissions();
+    if let Some(permissions) = permissions {
+        builder.permissions(permissions);
+    }
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(text.as_bytes())?;
+    Ok(file)
+}
+
+/// Those of any other new file; a temporary file would be its owner's alone.
+#[cfg(unix)]
+fn usual_permissions() -> Option<Permissions> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(Permissions::from_mode(0o666))
+}
+
+/// Elsewhere, folders decide.
+#[cfg(not(unix))]
+fn usual_permissions() -> Option<Permissions> {
+    None
+}

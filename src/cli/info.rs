@@ -1,0 +1,91 @@
+//! `meliora info`: what a model is made of.
+
+use clap::Args;
+use meliora::engine::{Engine, Scope};
+use meliora::error::Error;
+use meliora::lang;
+use meliora::model::expr::ExprId;
+use meliora::output::InfoReport;
+use meliora::output::info::{FlatReport, Nodes};
+use meliora::output::report::{Counts, ModelSummary};
+
+use super::exit::Status;
+use super::load;
+use super::options::{EngineArg, EngineArgs, ModelArgs, ShownArgs};
+use super::supervise::{Desk, supervise};
+
+/// Variables, sizes, the order of the BDD variables and node counts of a model
+#[derive(Debug, Clone, Args)]
+pub(super) struct InfoArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    engine: EngineArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+
+    /// Write the flat program instead: constants, formulas, renamings and synchronisation resolved
+    #[arg(long, conflicts_with_all = ["json", "scope", "order", "memory", "threads", "engine"])]
+    flat: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong.
+pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
+    args.engine.validate(&args.model)?;
+    if args.flat {
+        return show_flat(&args);
+    }
+    let scope: Scope = args.model.scope.into();
+    let report = InfoReport::new(&args.model.path(), args.engine.engine.name(), scope);
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+/// Writes the flat program; no engine is needed.
+fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    let args = args.clone();
+    supervise(FlatReport::default(), timeout, &shown, move |desk| {
+        let (program, _) = load::program(&args.model, &desk.watch)?;
+        desk.update(|r| r.0 = lang::flat(&program));
+        Ok(())
+    })
+}
+
+fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
+    let read = || load::program(&args.model, &desk.watch);
+    let (program, overlap) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &program));
+    let settings = load::settings(&args.model, &desk.watch);
+    match args.engine.engine {
+        EngineArg::Symbolic => {
+            let build = || load::symbolic(&program, &args.model, settings);
+            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+            let sizes = engine.sizes();
+            desk.update(|r| {
+                r.order = Some(engine.encoding().names());
+                let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
+                r.nodes = Some(Nodes { transition, reachable });
+            });
+            count(desk, &engine, overlap)
+        }
+        EngineArg::Explicit => {
+            let build = || load::explicit(&program, settings);
+            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+            count(desk, &engine, overlap)
+        }
+    }
+}
+
+fn count<E: Engine>(desk: &Desk<InfoReport>, engine: &E, overlap: Option<ExprId>) -> Result<(), Error> {
+    let counts = desk.timed("count", || Counts::of(engine), |r, s| r.time.count = Some(s))?;
+    load::warn_of_states(&desk.watch, engine, &counts.deadlocks.0, overlap)?;
+    desk.update(|r| {
+        r.counts = Some(counts);
+        r.memory.peak_nodes = engine.usage().peak_nodes;
+    });
+    Ok(())
+}

@@ -1,0 +1,232 @@
+//! From arguments to what the library works on: files, programs, preferences, engines.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Count, Engine, Settings};
+use meliora::error::{Error, Limit, SourceFile};
+use meliora::lang;
+use meliora::lang::property::{Bound, Strategies};
+use meliora::model::expr::ExprId;
+use meliora::model::preference::{Empty, Preferences};
+use meliora::model::{ModelKind, Program};
+use meliora::output::Number;
+
+use super::options::{ModelArgs, PreferenceArgs};
+use super::watch::Watch;
+
+/// No text file of a sane model is larger; a device or a pipe without an end is.
+const LARGEST_FILE: u64 = 256 << 20;
+
+/// A model with preferences over it.
+pub(super) struct Question {
+    /// The model, with the targets in its pool.
+    pub(super) program: Arc<Program>,
+    /// The preferences.
+    pub(super) preferences: Preferences,
+    /// The text of the preferences.
+    pub(super) source: Arc<SourceFile>,
+    /// See [`Loaded::overlap`].
+    pub(super) overlap: Option<ExprId>,
+}
+
+/// A model with a target.
+pub(super) struct Target {
+    /// The model, with the target in its pool.
+    pub(super) program: Arc<Program>,
+    /// The target.
+    pub(super) expression: ExprId,
+    /// What `--property` asks of the initial states.
+    pub(super) property: Option<(Strategies, Bound)>,
+    /// See [`Loaded::overlap`].
+    pub(super) overlap: Option<ExprId>,
+}
+
+/// A model that was read.
+struct Loaded {
+    program: Program,
+    /// Of a `dtmc`: where several choices are merged into one.
+    overlap: Option<ExprId>,
+}
+
+/// Reads a text file.
+///
+/// # Errors
+/// It cannot be read, is too large or no UTF-8.
+pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
+    let name = path.display().to_string();
+    let failed = |message: String| Error::Io { path: name.clone(), message };
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|f| f.take(LARGEST_FILE + 1).read_to_end(&mut bytes));
+    read.map_err(|e| failed(e.to_string()))?;
+    if bytes.len() as u64 > LARGEST_FILE {
+        let what = format!("{name} has more than {} MiB", LARGEST_FILE >> 20);
+        return Err(Limit::Size { what }.into());
+    }
+    match String::from_utf8(bytes) {
+        Ok(text) => Ok(SourceFile::new(name, text)),
+        Err(e) => {
+            let at = e.utf8_error().valid_up_to();
+            Err(failed(format!("this is no UTF-8 text: byte {at} does not belong there")))
+        }
+    }
+}
+
+fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Loaded, Error> {
+    loaded(&args.model, &SourceFile::new("--const", args.constants()), watch)
+}
+
+fn loaded(model: &Path, constants: &Arc<SourceFile>, watch: &Watch) -> Result<Loaded, Error> {
+    let checked = lang::load(&read(model)?, constants)?;
+    watch.warn_of(&checked.warnings);
+    if checked.ignored_rewards > 0 {
+        watch.note("rewards are read and ignored");
+    }
+    let mut program = checked.program;
+    let overlap = match program.kind {
+        ModelKind::Dtmc => program.overlap().ok(),
+        ModelKind::Mdp => None,
+    };
+    Ok(Loaded { program, overlap })
+}
+
+/// Reads the model; with it comes the [`Loaded::overlap`].
+///
+/// # Errors
+/// The file or the constants are wrong.
+pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, Option<ExprId>), Error> {
+    let Loaded { program, overlap } = parsed(args, watch)?;
+    Ok((Arc::new(program), overlap))
+}
+
+/// Reads the model and the preferences.
+///
+/// # Errors
+/// A file or the constants are wrong.
+pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs, watch: &Watch) -> Result<Question, Error> {
+    let loaded = parsed(model, watch)?;
+    preferred(loaded, &args.preferences)
+}
+
+fn preferred(loaded: Loaded, preferences: &Path) -> Result<Question, Error> {
+    let Loaded { mut program, overlap } = loaded;
+    let source = read(preferences)?;
+    let preferences = lang::load_preferences(&source, &mut program)?;
+    Ok(Question { program: Arc::new(program), preferences, source, overlap })
+}
+
+/// Reads the model that a dump is said to be made from, with its constants, and the preferences.
+///
+/// # Errors
+/// A file or the constants are wrong.
+pub(super) fn certified(
+    model: &Path,
+    preferences: &Path,
+    constants: &str,
+    watch: &Watch,
+) -> Result<Question, Error> {
+    preferred(loaded(model, &SourceFile::new("the constants of the dump", constants), watch)?, preferences)
+}
+
+/// Reads the model, and the target or the property.
+///
+/// # Errors
+/// The file, the constants or the expression are wrong.
+pub(super) fn target(
+    args: &ModelArgs,
+    target: Option<&str>,
+    property: Option<&str>,
+    watch: &Watch,
+) -> Result<Target, Error> {
+    let Loaded { mut program, overlap } = parsed(args, watch)?;
+    let (source, tree, property) = match property {
+        Some(text) => {
+            let source = SourceFile::new("--property", text);
+            let property = lang::parse_property(&source)?;
+            (source, property.target, Some((property.strategies, property.bound)))
+        }
+        None => {
+            let source = SourceFile::new("--target", target.unwrap_or_default());
+            let tree = lang::parse_expression(&source)?;
+            (source, tree, None)
+        }
+    };
+    let expression = lang::lower_target(&mut program, &source, &tree)?;
+    Ok(Target { program: Arc::new(program), expression, property, overlap })
+}
+
+/// What an engine is created with.
+pub(super) fn settings(args: &ModelArgs, watch: &Arc<Watch>) -> Settings {
+    Settings { scope: args.scope.into(), memory: args.memory(), observer: Arc::clone(watch) as _ }
+}
+
+/// The symbolic engine with the order that `--order` asks for.
+///
+/// # Errors
+/// The order is wrong; the model has no meaning in some state; a limit.
+pub(super) fn symbolic(
+    program: &Arc<Program>,
+    args: &ModelArgs,
+    settings: Settings,
+) -> Result<SymbolicEngine, Error> {
+    let order = match args.order.as_str() {
+        "auto" => order::auto(program),
+        "declared" => order::declared(program),
+        file => order::parse(program, &read(Path::new(file))?)?,
+    };
+    SymbolicEngine::new(Arc::clone(program), order, u32::from(args.threads), settings)
+}
+
+/// The explicit engine, in whose place the symbolic one stands until it is there.
+pub(super) type ExplicitEngine = SymbolicEngine;
+
+/// The explicit engine.
+///
+/// # Errors
+/// It is not there yet.
+pub(super) fn explicit(_: &Arc<Program>, _: Settings) -> Result<ExplicitEngine, Error> {
+    Err(Error::Usage("`--engine explicit` is not supported yet".to_owned()))
+}
+
+/// The name in reports.
+pub(super) fn empty_name(empty: Empty) -> &'static str {
+    match empty {
+        Empty::Bottom => "bottom",
+        Empty::Gain => "gain",
+        Empty::Incomparable => "incomparable",
+    }
+}
+
+/// Tells of states in which nothing is enabled, and of those in which a `dtmc` draws a command.
+///
+/// # Errors
+/// A limit.
+pub(super) fn warn_of_states<E: Engine>(
+    watch: &Watch,
+    engine: &E,
+    deadlocks: &Count,
+    overlap: Option<ExprId>,
+) -> Result<(), Error> {
+    if *deadlocks != Count::ZERO {
+        let (count, plural) = counted(deadlocks);
+        let what = if plural { "states are deadlocks: each" } else { "state is a deadlock: it" };
+        watch.warn(&format!("{count} {what} gets a self-loop"));
+    }
+    let Some(overlap) = overlap else { return Ok(()) };
+    let states = engine.count_states(&engine.states_where(overlap)?)?;
+    if states != Count::ZERO {
+        let (count, plural) = counted(&states);
+        let what = if plural { "states" } else { "state" };
+        watch.warn(&format!(
+            "several commands are enabled in {count} {what} of this dtmc: one is drawn uniformly"
+        ));
+    }
+    Ok(())
+}
+
+fn counted(count: &Count) -> (String, bool) {
+    (Number(count.clone()).grouped(), *count != Count::from(1u32))
+}

@@ -1,0 +1,107 @@
+//! The command line: one file a subcommand. All that reads clock, environment or files, that prints
+//! or exits, is in here; the library knows nothing of it.
+
+mod agreement;
+mod exit;
+mod load;
+mod options;
+mod plan;
+mod size;
+mod supervise;
+mod terminal;
+mod watch;
+
+mod check;
+mod compare;
+mod completions;
+mod export;
+mod generate;
+mod info;
+mod man;
+mod query;
+mod reach;
+mod simulate;
+mod strategy;
+mod verify;
+
+use std::ffi::OsString;
+
+use clap::{Parser, Subcommand};
+use meliora::error::Error;
+use meliora::output::Failure;
+
+use exit::Status;
+
+/// Opportunistic planning with incomplete preferences: a symbolic model checker.
+///
+/// Reads models in PRISM's language (mdp, dtmc) and preferences over reachability objectives, and
+/// says from which states, and how often, a play can move on to something preferred: almost surely
+/// (SASI) or with positive probability (SPI).
+#[derive(Debug, Parser)]
+#[command(name = "meliora", version, propagate_version = true, arg_required_else_help = true)]
+#[command(
+    after_help = "Exit status: 0 done · 1 the answer is no · 2 usage · 3 the model, the preferences or a dump is wrong\n\
+                        · 4 out of memory, nodes or time · 130 interrupted"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Check(check::CheckArgs),
+    Reach(reach::ReachArgs),
+    Info(info::InfoArgs),
+    Strategy(strategy::StrategyArgs),
+    Simulate(simulate::SimulateArgs),
+    Export(export::ExportArgs),
+    Query(query::QueryArgs),
+    Verify(verify::VerifyArgs),
+    Compare(compare::CompareArgs),
+    Generate(generate::GenerateArgs),
+    Completions(completions::CompletionsArgs),
+    Man(man::ManArgs),
+}
+
+/// Runs the command that the arguments (the program's name first) ask for.
+pub(crate) fn run(args: &[OsString]) -> Status {
+    let json = asks_for_json(args);
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(error) => return terminal::show_clap(&error, json),
+    };
+    let outcome = match cli.command {
+        Command::Check(args) => check::run(args),
+        Command::Reach(args) => reach::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Strategy(args) => strategy::run(args),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Export(args) => export::run(args),
+        Command::Query(args) => query::run(args),
+        Command::Verify(args) => verify::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Generate(args) => generate::run(&args),
+        Command::Completions(args) => completions::run(&args),
+        Command::Man(args) => man::run(&args),
+    };
+    match outcome {
+        Ok(status) => status,
+        Err(error) => fail(&error, json),
+    }
+}
+
+/// The one place where an error that ends the run without a report is shown.
+fn fail(error: &Error, json: bool) -> Status {
+    let failure = Failure::from(error);
+    terminal::show_error(error, None);
+    if json && terminal::print_json(&failure).is_err() {
+        return Status::Limit;
+    }
+    Status::of(error)
+}
+
+/// Whether the arguments ask for JSON; asked where they could not be parsed, too.
+fn asks_for_json(args: &[OsString]) -> bool {
+    args.iter().skip(1).take_while(|a| *a != "--").any(|a| a == "--json")
+}

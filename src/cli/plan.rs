@@ -1,0 +1,92 @@
+//! What the commands about strategies share: the states asked for, and the levels.
+
+use clap::ValueEnum;
+use meliora::engine::{Engine, Scope};
+use meliora::error::{Diagnostic, Error, SourceFile};
+use meliora::lang;
+use meliora::model::{Program, State};
+use meliora::planning::{Analysis, Kind};
+
+use super::load::Question;
+use super::options::{ModelArgs, PreferenceArgs};
+
+/// `--kind`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(super) enum KindArg {
+    /// Safe and almost surely improving
+    #[default]
+    Sasi,
+    /// Safe and positively improving
+    Spi,
+}
+
+impl From<KindArg> for Kind {
+    fn from(kind: KindArg) -> Self {
+        match kind {
+            KindArg::Sasi => Kind::Sasi,
+            KindArg::Spi => Kind::Spi,
+        }
+    }
+}
+
+/// Reads `--at`.
+///
+/// # Errors
+/// A state is wrong; all that is wrong with all of them is told at once.
+pub(super) fn states(program: &Program, texts: &[String]) -> Result<Vec<State>, Error> {
+    let (mut states, mut wrong) = (Vec::new(), Vec::new());
+    for text in texts {
+        match lang::parse_state(&SourceFile::new("--at", text.as_str()), program) {
+            Ok(state) => states.push(state),
+            Err(Error::Input(diagnostics)) => wrong.extend(diagnostics),
+            Err(error) => return Err(error),
+        }
+    }
+    if wrong.is_empty() { Ok(states) } else { Err(Error::Input(wrong)) }
+}
+
+/// Refuses states that no play from the initial states comes to.
+///
+/// # Errors
+/// A state is not in the scope.
+pub(super) fn in_scope<E: Engine>(
+    engine: &E,
+    args: &ModelArgs,
+    texts: &[String],
+    states: &[State],
+) -> Result<(), Error> {
+    let all = engine.all_states();
+    let outside = |(text, state): (&String, &State)| {
+        (!engine.contains(&all, state)).then(|| {
+            let source = SourceFile::new("--at", text.as_str());
+            let message = "this state can not be reached from the initial states";
+            let diagnostic = Diagnostic::new(&source, 0..text.len(), message);
+            match Scope::from(args.scope) {
+                Scope::Reachable => diagnostic.help("`--scope all` takes every valuation as a state"),
+                Scope::All => diagnostic,
+            }
+        })
+    };
+    let wrong: Vec<Diagnostic> = texts.iter().zip(states).filter_map(outside).collect();
+    if wrong.is_empty() { Ok(()) } else { Err(Error::Input(wrong)) }
+}
+
+/// The analysis with the levels of these kinds.
+///
+/// # Errors
+/// A limit; a target without a value in some state.
+pub(super) fn analysis<'a, E: Engine>(
+    engine: &'a E,
+    question: &'a Question,
+    args: &PreferenceArgs,
+    kinds: &[Kind],
+) -> Result<Analysis<'a, E>, Error> {
+    let mut analysis = Analysis::new(engine, &question.preferences, args.options());
+    let mut silent = |_: meliora::planning::Event<'_>| {};
+    analysis.run_outcomes(&mut silent)?;
+    analysis.run_improvement(&mut silent)?;
+    for &kind in kinds {
+        analysis.run_levels(kind, &mut silent)?;
+    }
+    Ok(analysis)
+}

@@ -1,0 +1,114 @@
+//! `meliora query`: questions to a dump alone.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+use meliora::engine::{Scope, Settings};
+use meliora::error::Error;
+use meliora::output::QueryReport;
+use meliora::output::query::{Contained, Listed};
+use meliora::output::report::json_state;
+use meliora::query::{Archive, Selected};
+
+use super::exit::Status;
+use super::options::{self, ShownArgs};
+use super::size;
+use super::supervise::{Desk, supervise};
+
+/// Ask a dump, without the model: how many states, which, and is this one among them?
+#[derive(Debug, Clone, Args)]
+pub(super) struct QueryArgs {
+    /// The directory of the dump
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+
+    /// Regions joined by `&`, `|`, `!` and brackets: 'sasi:1 & !sasi:2'
+    #[arg(value_name = "REGION_EXPR")]
+    region: String,
+
+    /// Write the number of states and nothing else (the default also names the region)
+    #[arg(long)]
+    count: bool,
+
+    /// Is this state, r=2,c=2, in the region? (repeatable; exit status 1 where one is not)
+    #[arg(long, value_name = "STATE", allow_hyphen_values = true)]
+    contains: Vec<String>,
+
+    /// List so many states
+    #[arg(long, value_name = "N")]
+    list: Option<usize>,
+
+    /// Only states in which this holds: 'battery > 3 & !flag'
+    #[arg(long = "where", value_name = "EXPR", allow_hyphen_values = true)]
+    condition: Option<String>,
+
+    #[command(flatten)]
+    limits: LimitArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+/// Memory and time for work on a dump.
+#[derive(Debug, Clone, Args)]
+pub(super) struct LimitArgs {
+    /// Memory for node table and operation cache, such as 2GiB [default: half of the machine's memory]
+    #[arg(long, value_name = "SIZE", value_parser = size::parse)]
+    memory: Option<u64>,
+
+    /// End the work after this time, such as 30s or 5m
+    #[arg(long, value_name = "DURATION", value_parser = options::duration)]
+    pub(super) timeout: Option<Duration>,
+}
+
+impl LimitArgs {
+    /// What an engine is created with.
+    pub(super) fn settings<R>(&self, scope: Scope, desk: &Desk<R>) -> Settings {
+        let memory = self.memory.unwrap_or_else(size::default_memory);
+        Settings { scope, memory, observer: Arc::clone(&desk.watch) as _ }
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The dump or the question is wrong.
+pub(super) fn run(args: QueryArgs) -> Result<Status, Error> {
+    let directory = args.directory.display().to_string();
+    let mut report = QueryReport::new(&directory, &args.region, args.condition.as_deref());
+    report.plain = args.count;
+    let (timeout, shown) = (args.limits.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+fn work(desk: &Desk<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
+    let settings = args.limits.settings(Scope::All, desk);
+    let open = || Archive::open(&args.directory, args.condition.as_deref(), settings);
+    let archive = desk.timed("load", open, |_, _| ())?;
+    let selected = desk.timed("select", || archive.select(&args.region), |_, _| ())?;
+    desk.update(|r| {
+        r.kind = Some(if matches!(selected, Selected::States(_)) { "states" } else { "choices" });
+    });
+    // The number is wanted unless something else is asked for.
+    if args.count || (args.contains.is_empty() && args.list.is_none()) {
+        let count = archive.count(&selected)?;
+        desk.update(|r| r.count = Some(count.into()));
+    }
+    for text in &args.contains {
+        let state = archive.state(text)?;
+        let member = archive.member(&selected, &state)?;
+        let found = Contained {
+            state: json_state(archive.program(), &state),
+            contained: member.is_some(),
+            choices: member.and_then(|m| m.choices),
+        };
+        desk.update(|r| r.contains.push(found));
+    }
+    if let Some(limit) = args.list {
+        let members = archive.list(&selected, limit)?;
+        let listed = members.iter().map(|m| Listed::of(archive.program(), m)).collect();
+        desk.update(|r| r.states = Some(listed));
+    }
+    Ok(())
+}

@@ -1,0 +1,187 @@
+//! `meliora reach`: the four qualitative regions of one target.
+
+use clap::Args;
+use meliora::engine::regions::{self, Regions};
+use meliora::engine::{Count, Engine};
+use meliora::error::Error;
+use meliora::lang::property::{Bound, Strategies};
+use meliora::output::reach::{InitialShare, ReachTime, Share};
+use meliora::output::report::{Counts, ModelSummary};
+use meliora::output::{Number, ReachReport};
+
+use super::exit::Status;
+use super::load::{self, Target};
+use super::options::{EngineArg, EngineArgs, ModelArgs, ShownArgs};
+use super::supervise::{Desk, supervise};
+
+/// From which states can, or must, a target be reached: surely or possibly?
+#[derive(Debug, Clone, Args)]
+#[command(group = clap::ArgGroup::new("question").required(true))]
+pub(super) struct ReachArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+
+    /// The target, an expression of the model's language: 'x = 3 & "goal"'
+    #[arg(long, value_name = "EXPR", group = "question", allow_hyphen_values = true)]
+    target: Option<String>,
+
+    /// A property, whose truth in the initial states is told too: 'P>=1 [ F "goal" ]'
+    #[arg(long, value_name = "PROPERTY", group = "question")]
+    property: Option<String>,
+
+    #[command(flatten)]
+    engine: EngineArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong.
+pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
+    args.engine.validate(&args.model)?;
+    let asked = args.target.as_ref().or(args.property.as_ref()).cloned().unwrap_or_default();
+    let report =
+        ReachReport::new(&args.model.path(), args.engine.engine.name(), args.model.scope.into(), &asked);
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+fn work(desk: &Desk<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
+    let read = || load::target(&args.model, args.target.as_deref(), args.property.as_deref(), &desk.watch);
+    let target = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &target.program));
+    let settings = load::settings(&args.model, &desk.watch);
+    let build_time = |r: &mut ReachReport, s: f64| r.time.build = Some(s);
+    match args.engine.engine {
+        EngineArg::Symbolic => {
+            let build = || load::symbolic(&target.program, &args.model, settings);
+            let engine = desk.timed("build", build, build_time)?;
+            answer(desk, &engine, &target)
+        }
+        EngineArg::Explicit => {
+            let build = || load::explicit(&target.program, settings);
+            let engine = desk.timed("build", build, build_time)?;
+            answer(desk, &engine, &target)
+        }
+    }
+}
+
+/// All four regions, each of which is in the report as soon as it is known.
+fn answer<E: Engine>(desk: &Desk<ReachReport>, engine: &E, target: &Target) -> Result<(), Error> {
+    let counts = desk.timed(
+        "count",
+        || Counts::of(engine),
+        |r, s| {
+            r.time.build = Some(r.time.build.unwrap_or(0.0) + s);
+        },
+    )?;
+    load::warn_of_states(&desk.watch, engine, &counts.deadlocks.0, target.overlap)?;
+    desk.update(|r| r.counts = Some(counts));
+    let states = engine.states_where(target.expression)?;
+    let size = engine.count_states(&states)?;
+    if size == Count::ZERO {
+        desk.watch.warn("no state satisfies the target");
+    }
+    desk.update(|r| r.target = Some(size.into()));
+    let search = Search { desk, engine };
+    let pmax_positive = search.region(&PMAX_POSITIVE, || regions::pmax_positive(engine, &states))?;
+    let pmax_one = search.region(&PMAX_ONE, || regions::pmax_one(engine, &states))?;
+    let pmin_positive = search.region(&PMIN_POSITIVE, || regions::pmin_positive(engine, &states))?;
+    let pmin_one = search.region(&PMIN_ONE, || regions::pmin_one(engine, &states, &pmin_positive))?;
+    if let Some(property) = target.property {
+        let found = Regions { pmax_one, pmax_positive, pmin_one, pmin_positive };
+        let share = search.share(&satisfying(engine, property, found)?)?;
+        desk.update(|r| r.holds = Some(share == Share::All));
+    }
+    Ok(())
+}
+
+/// The states in which a property holds.
+fn satisfying<E: Engine>(
+    engine: &E,
+    (strategies, bound): (Strategies, Bound),
+    found: Regions<E::States>,
+) -> Result<E::States, Error> {
+    let all = engine.all_states();
+    match (strategies, bound) {
+        (Strategies::Some, Bound::One) => Ok(found.pmax_one),
+        (Strategies::Some, Bound::Positive) => Ok(found.pmax_positive),
+        (Strategies::All, Bound::One) => Ok(found.pmin_one),
+        (Strategies::All, Bound::Positive) => Ok(found.pmin_positive),
+        // What holds for every strategy is what no strategy breaks, and the other way round.
+        (Strategies::Some, Bound::BelowOne) => engine.difference(&all, &found.pmin_one),
+        (Strategies::Some, Bound::Zero) => engine.difference(&all, &found.pmin_positive),
+        (Strategies::All, Bound::BelowOne) => engine.difference(&all, &found.pmax_one),
+        (Strategies::All, Bound::Zero) => engine.difference(&all, &found.pmax_positive),
+    }
+}
+
+/// Where a region stands in the report.
+struct Slot {
+    name: &'static str,
+    size: fn(&mut ReachReport) -> &mut Option<Number>,
+    share: fn(&mut InitialShare) -> &mut Option<Share>,
+    time: fn(&mut ReachTime) -> &mut Option<f64>,
+}
+
+const PMAX_POSITIVE: Slot = Slot {
+    name: "Pmax > 0",
+    size: |r| &mut r.pmax_positive,
+    share: |i| &mut i.pmax_positive,
+    time: |t| &mut t.pmax_positive,
+};
+const PMAX_ONE: Slot = Slot {
+    name: "Pmax = 1",
+    size: |r| &mut r.pmax_one,
+    share: |i| &mut i.pmax_one,
+    time: |t| &mut t.pmax_one,
+};
+const PMIN_POSITIVE: Slot = Slot {
+    name: "Pmin > 0",
+    size: |r| &mut r.pmin_positive,
+    share: |i| &mut i.pmin_positive,
+    time: |t| &mut t.pmin_positive,
+};
+const PMIN_ONE: Slot = Slot {
+    name: "Pmin = 1",
+    size: |r| &mut r.pmin_one,
+    share: |i| &mut i.pmin_one,
+    time: |t| &mut t.pmin_one,
+};
+
+struct Search<'a, E: Engine> {
+    desk: &'a Desk<ReachReport>,
+    engine: &'a E,
+}
+
+impl<E: Engine> Search<'_, E> {
+    /// Computes a region and writes it into the report.
+    fn region(
+        &self,
+        slot: &Slot,
+        work: impl FnOnce() -> Result<E::States, Error>,
+    ) -> Result<E::States, Error> {
+        let states = self.desk.timed(slot.name, work, |r, s| *(slot.time)(&mut r.time) = Some(s))?;
+        let size = self.engine.count_states(&states)?;
+        let share = self.share(&states)?;
+        self.desk.update(|r| {
+            *(slot.size)(r) = Some(size.into());
+            *(slot.share)(&mut r.initial) = Some(share);
+            r.memory.peak_nodes = self.engine.usage().peak_nodes;
+        });
+        Ok(states)
+    }
+
+    /// How many of the initial states are in the set.
+    fn share(&self, states: &E::States) -> Result<Share, Error> {
+        let initial = self.engine.initial_states();
+        let inside = self.engine.intersection(&initial, states)?;
+        Ok(match () {
+            () if self.engine.same_states(&inside, &initial) => Share::All,
+            () if self.engine.is_empty(&inside) => Share::None,
+            () => Share::Some,
+        })
+    }
+}

@@ -1,0 +1,162 @@
+//! `meliora simulate`: random plays under a strategy.
+
+use clap::{Args, ValueEnum};
+use meliora::engine::Engine;
+use meliora::error::Error;
+use meliora::model::State;
+use meliora::output::SimulateReport;
+use meliora::output::report::ModelSummary;
+use meliora::output::simulate::PlaysReport;
+use meliora::planning::{Picks, Playbook, Setup, Simulation};
+
+use super::exit::Status;
+use super::load::{self, Question};
+use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::plan::{self, KindArg};
+use super::supervise::{Desk, supervise};
+
+/// Plays start in at most so many initial states.
+const STARTS: usize = 16;
+
+/// Random plays under a strategy: how often and how soon they improve, and whether they weaken
+///
+/// Actions are drawn by the strategy, their branches by the model's own probabilities. After each
+/// improvement the play goes on at the level of the state that it came to.
+#[derive(Debug, Clone, Args)]
+pub(super) struct SimulateArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    preferences: PreferenceArgs,
+
+    /// Which improvements: almost sure (sasi) or possible (spi)
+    #[arg(long, value_enum, default_value_t)]
+    kind: KindArg,
+
+    /// Which strategy
+    #[arg(long, value_enum, default_value_t)]
+    strategy: PicksArg,
+
+    /// How many plays
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+
+    /// Give a play up after so many steps
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
+    steps: u64,
+
+    /// The same seed gives the same plays
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+
+    /// Where plays start, such as r=2,c=2; variables left out take their initial value (repeatable)
+    /// [default: the initial states]
+    #[arg(long, value_name = "STATE", allow_hyphen_values = true)]
+    at: Vec<String>,
+
+    #[command(flatten)]
+    engine: EngineArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+/// `--strategy`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum PicksArg {
+    /// Each permitted action is as likely as the others
+    #[default]
+    Permissive,
+    /// The first action that comes closer to an improvement
+    Progress,
+}
+
+impl From<PicksArg> for Picks {
+    fn from(picks: PicksArg) -> Self {
+        match picks {
+            PicksArg::Permissive => Picks::Permissive,
+            PicksArg::Progress => Picks::Progress,
+        }
+    }
+}
+
+impl SimulateArgs {
+    fn setup(&self) -> Setup {
+        Setup { picks: self.strategy.into(), runs: self.runs, steps: self.steps, seed: self.seed }
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong.
+pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
+    args.engine.validate(&args.model)?;
+    let report = SimulateReport::new(
+        &args.model.path(),
+        &args.preferences.path(),
+        args.engine.engine.name(),
+        args.model.scope.into(),
+        args.preferences.safety.name(),
+        args.kind.into(),
+        args.setup(),
+    );
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+fn work(desk: &Desk<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
+    let read = || {
+        let question = load::question(&args.model, &args.preferences, &desk.watch)?;
+        let states = plan::states(&question.program, &args.at)?;
+        Ok((question, states))
+    };
+    let (question, states) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    desk.update(|r| {
+        r.model = ModelSummary::of(&args.model.path(), &question.program);
+        r.empty = Some(load::empty_name(question.preferences.empty));
+    });
+    let settings = load::settings(&args.model, &desk.watch);
+    match args.engine.engine {
+        EngineArg::Symbolic => {
+            let build = || load::symbolic(&question.program, &args.model, settings);
+            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+            play(desk, &engine, &question, args, states)
+        }
+        EngineArg::Explicit => {
+            let build = || load::explicit(&question.program, settings);
+            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+            play(desk, &engine, &question, args, states)
+        }
+    }
+}
+
+fn play<E: Engine>(
+    desk: &Desk<SimulateReport>,
+    engine: &E,
+    question: &Question,
+    args: &SimulateArgs,
+    given: Vec<State>,
+) -> Result<(), Error> {
+    plan::in_scope(engine, &args.model, &args.at, &given)?;
+    let starts = match given.is_empty() {
+        true => engine.list_states(&engine.initial_states(), STARTS)?,
+        false => given,
+    };
+    let levels = || plan::analysis(engine, question, &args.preferences, &[args.kind.into()]);
+    let analysis = desk.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
+    let Some(mut book) = Playbook::new(&analysis, &question.program, args.kind.into()) else {
+        return Ok(());
+    };
+    let mut simulation = Simulation::new(&mut book, args.setup());
+    let all = || {
+        for start in &starts {
+            let tally = simulation.run(start)?;
+            let report = PlaysReport::new(&question.program, &question.preferences, &tally);
+            desk.update(|r| r.plays.push(report));
+        }
+        Ok(())
+    };
+    desk.timed("answer", all, |r, s| r.time.answer = Some(s))?;
+    desk.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
+    Ok(())
+}

@@ -1,0 +1,216 @@
+//! `meliora strategy`: what to do in a state, and why.
+
+use clap::Args;
+use meliora::engine::Engine;
+use meliora::error::Error;
+use meliora::model::State;
+use meliora::output::report::ModelSummary;
+use meliora::output::strategy::StateReport;
+use meliora::output::{Number, StrategyReport, strategy_table};
+use meliora::planning::{Analysis, Course, Kind, Picks, Playbook, Rank};
+
+use super::exit::Status;
+use super::load::{self, Question};
+use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::plan::{self, KindArg};
+use super::supervise::{Desk, supervise};
+use super::terminal;
+
+/// A play that is drawn in the text has at most so many places.
+const COURSE: usize = 60;
+
+/// What may be done in a state, what comes closer to an improvement, and why
+///
+/// For each state: its most preferred outcomes, its ranks, every enabled action with its successors,
+/// and why the strategy permits it or not.
+#[derive(Debug, Clone, Args)]
+pub(super) struct StrategyArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    preferences: PreferenceArgs,
+
+    /// Which improvements: almost sure (sasi) or possible (spi)
+    #[arg(long, value_enum, default_value_t)]
+    kind: KindArg,
+
+    /// The state to explain, such as r=2,c=2; variables left out take their initial value
+    /// (repeatable) [default: the initial states]
+    #[arg(long, value_name = "STATE", conflicts_with = "rank", allow_hyphen_values = true)]
+    at: Vec<String>,
+
+    /// All states of this rank: a number, or `unbounded`
+    #[arg(long, value_name = "K", value_parser = rank)]
+    rank: Option<Asked>,
+
+    /// List at most so many states (in a drawing: places)
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
+    limit: u32,
+
+    /// Write one line of comma-separated values for each state and action
+    #[arg(long, conflicts_with = "json")]
+    csv: bool,
+
+    /// Draw what can come of plays under the permissive strategy, as a graph in the language DOT
+    #[arg(long, conflicts_with_all = ["json", "csv"])]
+    dot: bool,
+
+    #[command(flatten)]
+    engine: EngineArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+/// A rank that is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Asked {
+    Exactly(usize),
+    Unbounded,
+}
+
+fn rank(text: &str) -> Result<Asked, String> {
+    match text {
+        "unbounded" => Ok(Asked::Unbounded),
+        _ => text.parse().map(Asked::Exactly).map_err(|_| "not a number, nor `unbounded`".to_owned()),
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong.
+pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
+    args.engine.validate(&args.model)?;
+    let report = StrategyReport::new(
+        &args.model.path(),
+        &args.preferences.path(),
+        args.engine.engine.name(),
+        args.model.scope.into(),
+        args.preferences.safety.name(),
+        args.kind.into(),
+    );
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+fn work(desk: &Desk<StrategyReport>, args: &StrategyArgs) -> Result<(), Error> {
+    let read = || {
+        let question = load::question(&args.model, &args.preferences, &desk.watch)?;
+        let states = plan::states(&question.program, &args.at)?;
+        Ok((question, states))
+    };
+    let (question, states) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    desk.update(|r| {
+        r.model = ModelSummary::of(&args.model.path(), &question.program);
+        r.empty = Some(load::empty_name(question.preferences.empty));
+    });
+    let settings = load::settings(&args.model, &desk.watch);
+    match args.engine.engine {
+        EngineArg::Symbolic => {
+            let build = || load::symbolic(&question.program, &args.model, settings);
+            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+            answer(desk, &engine, &question, args, states)
+        }
+        EngineArg::Explicit => {
+            let build = || load::explicit(&question.program, settings);
+            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+            answer(desk, &engine, &question, args, states)
+        }
+    }
+}
+
+fn answer<E: Engine>(
+    desk: &Desk<StrategyReport>,
+    engine: &E,
+    question: &Question,
+    args: &StrategyArgs,
+    states: Vec<State>,
+) -> Result<(), Error> {
+    plan::in_scope(engine, &args.model, &args.at, &states)?;
+    let kinds: &[Kind] = &[Kind::Sasi, Kind::Spi];
+    let levels = || plan::analysis(engine, question, &args.preferences, kinds);
+    let analysis = desk.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
+    let Some(book) = Playbook::new(&analysis, &question.program, args.kind.into()) else { return Ok(()) };
+    let mut run = Run { desk, question, args, analysis: &analysis, book };
+    desk.timed("answer", || run.answer(states), |r, s| r.time.answer = Some(s))?;
+    desk.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
+    Ok(())
+}
+
+/// An analysis with the report that it fills in.
+struct Run<'a, 'b, E: Engine> {
+    desk: &'a Desk<StrategyReport>,
+    question: &'a Question,
+    args: &'a StrategyArgs,
+    analysis: &'a Analysis<'b, E>,
+    book: Playbook<'a, E>,
+}
+
+impl<E: Engine> Run<'_, '_, E> {
+    fn answer(&mut self, given: Vec<State>) -> Result<(), Error> {
+        let states = if self.args.at.is_empty() { self.found()? } else { given };
+        if self.args.dot {
+            return self.draw(&states);
+        }
+        if self.args.csv {
+            self.desk.update(|r| r.streamed = true);
+            terminal::print(&strategy_table::csv_heading(&self.question.program))?;
+        }
+        for state in states {
+            let report = self.state(&state)?;
+            if self.args.csv {
+                terminal::print(&strategy_table::csv_rows(&report))?;
+            } else {
+                self.desk.update(|r| r.states.push(report));
+            }
+        }
+        Ok(())
+    }
+
+    /// The states of the rank asked for, or else the initial states, up to the limit.
+    fn found(&self) -> Result<Vec<State>, Error> {
+        let engine = self.analysis.engine();
+        let set = match self.args.rank {
+            None => engine.initial_states(),
+            Some(Asked::Unbounded) => self.book.states_of_rank(None)?,
+            Some(Asked::Exactly(k)) => self.book.states_of_rank(Some(k))?,
+        };
+        let count = engine.count_states(&set)?;
+        let states = engine.list_states(&set, self.args.limit as usize)?;
+        if count > meliora::engine::Count::from(states.len()) {
+            let (listed, all) = (states.len(), Number(count.clone()).grouped());
+            self.desk.watch.note(&format!("{listed} of {all} states; `--limit` lists more"));
+        }
+        self.desk.update(|r| r.asked = Some(count.into()));
+        Ok(states)
+    }
+
+    fn state(&mut self, state: &[i64]) -> Result<StateReport, Error> {
+        let (program, preferences) = (&*self.question.program, &self.question.preferences);
+        let engine = self.analysis.engine();
+        let rank = |kind| self.analysis.levels(kind).rank(engine, state);
+        let ranks = [rank(Kind::Sasi), rank(Kind::Spi)];
+        let memory = self.book.start(state);
+        let at = self.book.explain(state, memory)?;
+        let kind = self.args.kind.into();
+        let mut report = StateReport::new(program, preferences, kind, &at, ranks);
+        // A list of states gets no story each.
+        if self.args.rank.is_none() && !self.args.csv && memory.level != Rank::Finite(0) {
+            let course = Course::unfold(&mut self.book, &[state.to_vec()], Picks::Progress, COURSE)?;
+            report.set_course(program, preferences, kind, &course);
+        }
+        Ok(report)
+    }
+
+    fn draw(&mut self, states: &[State]) -> Result<(), Error> {
+        let limit = self.args.limit as usize;
+        let course = Course::unfold(&mut self.book, states, Picks::Permissive, limit)?;
+        if !course.complete {
+            self.desk.watch.warn(&format!("the drawing ends after {limit} places; `--limit` draws more"));
+        }
+        let (program, preferences) = (&*self.question.program, &self.question.preferences);
+        let dot = strategy_table::dot(program, preferences, self.args.kind.into(), &course, states.len());
+        self.desk.update(|r| r.drawing = Some(dot));
+        Ok(())
+    }
+}

@@ -1,0 +1,213 @@
+//! Runs the work on a thread of its own and owns the clock meanwhile.
+//!
+//! The worker fills in the report as it goes on. When time is up or the user interrupts, it is asked
+//! to stop; if it does not within [`GRACE`], what is known is printed all the same.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use meliora::error::{Error, Limit};
+use meliora::output::{Failure, Kind, Report};
+
+use super::exit::Status;
+use super::options::ShownArgs;
+use super::watch::{Watch, lock};
+use super::{size, terminal};
+
+/// How long the worker may take to stop when it is asked to.
+const GRACE: Duration = Duration::from_millis(400);
+/// How often progress is shown.
+const TICK: Duration = Duration::from_millis(100);
+/// Recursion over expressions and diagrams is as deep as they are: the system maps the pages of the
+/// stack when they are used.
+const STACK: usize = 512 << 20;
+
+/// The worker's place: the report that it fills in, and the watch that it heeds.
+pub(super) struct Desk<R> {
+    report: Arc<Mutex<R>>,
+    /// The observer to hand to the library.
+    pub(super) watch: Arc<Watch>,
+}
+
+impl<R> Desk<R> {
+    /// Writes something that is known now into the report.
+    pub(super) fn update(&self, change: impl FnOnce(&mut R)) {
+        change(&mut lock(&self.report));
+    }
+
+    /// Does a piece of work and notes its seconds in the report.
+    ///
+    /// # Errors
+    /// Those of the work.
+    pub(super) fn timed<T>(
+        &self,
+        name: &'static str,
+        work: impl FnOnce() -> Result<T, Error>,
+        note: impl FnOnce(&mut R, f64),
+    ) -> Result<T, Error> {
+        self.watch.enter(name);
+        let start = Instant::now();
+        let result = work()?;
+        let seconds = start.elapsed().as_secs_f64();
+        self.update(|r| note(r, seconds));
+        self.watch.leave(name, seconds);
+        Ok(result)
+    }
+}
+
+enum Event {
+    Ended(Result<(), End>),
+    Interrupt,
+}
+
+/// Why the work ended early.
+enum End {
+    Error(Error),
+    Panic,
+}
+
+/// Runs `work` and prints the report. An error in the input is returned, for the caller to show.
+///
+/// # Errors
+/// The input is wrong; standard output could not be written.
+pub(super) fn supervise<R, W>(
+    report: R,
+    timeout: Option<Duration>,
+    shown: &ShownArgs,
+    work: W,
+) -> Result<Status, Error>
+where
+    R: Report + Clone + Send + 'static,
+    W: FnOnce(&Desk<R>) -> Result<(), Error> + Send + 'static,
+{
+    terminal::set_color(shown.color);
+    let watch = Arc::new(Watch::new(timeout, shown));
+    let report = Arc::new(Mutex::new(report));
+    let desk = Desk { report: Arc::clone(&report), watch: Arc::clone(&watch) };
+    let (sender, events) = channel();
+    let over = handle_interrupts(sender.clone());
+    let panic = record_panics();
+    start(desk, work, sender)?;
+    let end = wait(&watch, &events);
+    over.store(true, Ordering::Relaxed);
+    watch.clear();
+    let mut report = lock(&report).clone();
+    report.finish(watch.elapsed().as_secs_f64(), size::peak_rss());
+    match end {
+        Ok(()) => {
+            show(&report, shown)?;
+            Ok(if report.is_no() { Status::No } else { Status::Done })
+        }
+        Err(End::Panic) => internal(&lock(&panic), shown),
+        Err(End::Error(error @ Error::Limit(_))) => {
+            report.fail(Failure::from(&error));
+            show(&report, shown)?;
+            terminal::show_error(&error, watch.position().as_deref());
+            Ok(Status::of(&error))
+        }
+        Err(End::Error(error)) => Err(error),
+    }
+}
+
+fn show(report: &impl Report, shown: &ShownArgs) -> Result<(), Error> {
+    if shown.json {
+        terminal::print_json(report)
+    } else {
+        terminal::print(&report.text(terminal::stdout_style()))
+    }
+}
+
+fn internal(message: &str, shown: &ShownArgs) -> Result<Status, Error> {
+    terminal::show_internal(message);
+    if shown.json {
+        terminal::print_json(&Failure::new(Kind::Internal, message))?;
+    }
+    Ok(Status::Internal)
+}
+
+/// Lets the worker go.
+fn start<R, W>(desk: Desk<R>, work: W, sender: Sender<Event>) -> Result<(), Error>
+where
+    R: Send + 'static,
+    W: FnOnce(&Desk<R>) -> Result<(), Error> + Send + 'static,
+{
+    let body = move || {
+        let end = match catch_unwind(AssertUnwindSafe(|| work(&desk))) {
+            Ok(result) => result.map_err(End::Error),
+            Err(_) => Err(End::Panic),
+        };
+        // The supervisor may have given up waiting.
+        let _ = sender.send(Event::Ended(end));
+    };
+    match std::thread::Builder::new().name("worker".to_owned()).stack_size(STACK).spawn(body) {
+        Ok(_) => Ok(()),
+        Err(e) => {
+            let what = format!("no thread with a stack of {} MiB could be started ({e})", STACK >> 20);
+            Err(Limit::Memory { what }.into())
+        }
+    }
+}
+
+/// Waits for the end of the work, or for a reason to end it.
+fn wait(watch: &Watch, events: &Receiver<Event>) -> Result<(), End> {
+    loop {
+        let left = watch.time_left();
+        if left.is_some_and(|l| l.is_zero()) {
+            watch.time_out();
+            return wind_up(watch, events);
+        }
+        match events.recv_timeout(left.unwrap_or(TICK).min(TICK)) {
+            Ok(Event::Ended(end)) => return end,
+            Ok(Event::Interrupt) => {
+                watch.interrupt();
+                return wind_up(watch, events);
+            }
+            Err(RecvTimeoutError::Timeout) => watch.tick(),
+            Err(RecvTimeoutError::Disconnected) => return Err(End::Panic),
+        }
+    }
+}
+
+/// Gives the worker a moment to stop by itself, and leaves it behind if it does not.
+fn wind_up(watch: &Watch, events: &Receiver<Event>) -> Result<(), End> {
+    let until = Instant::now() + GRACE;
+    loop {
+        match events.recv_timeout(until.saturating_duration_since(Instant::now())) {
+            Ok(Event::Ended(end)) => return end,
+            Ok(Event::Interrupt) => watch.interrupt(),
+            Err(_) => {
+                use meliora::engine::Observer;
+                let limit = watch.stop().unwrap_or(Limit::Interrupted);
+                return Err(End::Error(limit.into()));
+            }
+        }
+    }
+}
+
+/// Ctrl-C becomes an event. Once the work is over (the flag returned), it ends the process at once:
+/// then only the writing of results can hang.
+fn handle_interrupts(sender: Sender<Event>) -> Arc<AtomicBool> {
+    let over = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&over);
+    let handler = move || {
+        if flag.load(Ordering::Relaxed) || sender.send(Event::Interrupt).is_err() {
+            std::process::exit(i32::from(Status::Interrupted.code()));
+        }
+    };
+    // Without a handler Ctrl-C still ends the process, only without the results so far.
+    let _ = ctrlc::set_handler(handler);
+    over
+}
+
+/// Keeps the message of a panic for the one place that shows errors.
+fn record_panics() -> Arc<Mutex<String>> {
+    let text = Arc::new(Mutex::new(String::new()));
+    let kept = Arc::clone(&text);
+    std::panic::set_hook(Box::new(move |info| {
+        *lock(&kept) = info.to_string().replace('\n', " ");
+    }));
+    text
+}

@@ -1,0 +1,117 @@
+//! What goes to stdout and stderr, and how it looks there.
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use meliora::error::{Error, Limit, render};
+use meliora::output::{Failure, Kind, Style};
+use serde::Serialize;
+
+use super::exit::Status;
+use super::options::Color;
+
+/// The choice of `--color`, for messages that are shown after the options are out of reach.
+static COLOR: AtomicU8 = AtomicU8::new(0);
+
+/// Notes what `--color` says.
+pub(super) fn set_color(color: Color) {
+    COLOR.store(color as u8, Ordering::Relaxed);
+}
+
+fn colored(terminal: bool) -> bool {
+    match COLOR.load(Ordering::Relaxed) {
+        c if c == Color::Always as u8 => true,
+        c if c == Color::Never as u8 => false,
+        _ => terminal && !is_set("NO_COLOR") && std::env::var_os("TERM").is_none_or(|t| t != "dumb"),
+    }
+}
+
+/// Whether a variable of the environment is there and not empty, as no-color.org has it.
+fn is_set(name: &str) -> bool {
+    std::env::var_os(name).is_some_and(|value| !value.is_empty())
+}
+
+/// Colours and width of stdout.
+pub(super) fn stdout_style() -> Style {
+    let terminal = io::stdout().is_terminal();
+    let width = terminal.then(terminal_size::terminal_size).flatten().map(|(width, _)| width.0);
+    Style { color: colored(terminal), width }
+}
+
+/// Colours of stderr.
+pub(super) fn stderr_style() -> Style {
+    Style { color: colored(io::stderr().is_terminal()), width: None }
+}
+
+/// Writes results. A reader that has gone away (`| head`) is no failure.
+///
+/// # Errors
+/// Nothing more could be written, such as to a full disk.
+pub(super) fn print(text: &str) -> Result<(), Error> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::Limit(Limit::Output { what: format!("standard output: {e}") }))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes one JSON object.
+///
+/// # Errors
+/// Those of [`print`].
+pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
+    match serde_json::to_string_pretty(value) {
+        Ok(text) => print(&(text + "\n")),
+        Err(e) => Err(Error::Io { path: "standard output".to_owned(), message: e.to_string() }),
+    }
+}
+
+/// Writes a line to stderr; nothing can be done where that fails.
+pub(super) fn message(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+/// Shows an error on stderr; `progress` says how far the work got.
+pub(super) fn show_error(error: &Error, progress: Option<&str>) {
+    let style = stderr_style();
+    match error {
+        Error::Input(diagnostics) if !diagnostics.is_empty() => {
+            message(render(diagnostics, style.color).trim_end());
+        }
+        _ => message(&format!("{}: {error}", style.bad("error"))),
+    }
+    if let Some(progress) = progress {
+        message(&format!("  {progress}"));
+    }
+}
+
+/// Shows a mistake of this program.
+pub(super) fn show_internal(text: &str) {
+    let style = stderr_style();
+    message(&format!(
+        "{}: {text}\n  This is a mistake in meliora, not in your files.",
+        style.bad("internal error")
+    ));
+}
+
+/// Shows what clap has to say: help and version on stdout, usage errors on stderr.
+pub(super) fn show_clap(error: &clap::Error, json: bool) -> Status {
+    if !error.use_stderr() {
+        return match error.print() {
+            Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Status::Limit,
+            _ => Status::Done,
+        };
+    }
+    let _ = error.print();
+    if json {
+        let text = error.render().to_string();
+        let first = text.lines().next().unwrap_or("wrong usage");
+        let failure = Failure::new(Kind::Usage, first.strip_prefix("error: ").unwrap_or(first));
+        if print_json(&failure).is_err() {
+            return Status::Limit;
+        }
+    }
+    Status::Usage
+}

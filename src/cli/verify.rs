@@ -1,0 +1,87 @@
+//! `meliora verify`: a dump as a certificate.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use meliora::certify;
+use meliora::dump::directory::{read_directory, read_manifest, sha256};
+use meliora::dump::manifest::FILE;
+use meliora::dump::{Dump, Manifest};
+use meliora::engine::Scope;
+use meliora::error::Error;
+use meliora::output::VerifyReport;
+
+use super::exit::Status;
+use super::load;
+use super::options::ShownArgs;
+use super::query::LimitArgs;
+use super::supervise::{Desk, supervise};
+
+/// Check a dump against the model by one-step conditions, without the code that computed it
+///
+/// Constants, scope, safety and order are those of the dump. Exit status 1 and the first condition
+/// that does not hold where something is wrong.
+#[derive(Debug, Clone, Args)]
+pub(super) struct VerifyArgs {
+    /// The directory of the dump
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+
+    /// The model that it was made from
+    #[arg(value_name = "MODEL")]
+    model: PathBuf,
+
+    /// The preference file that it was made from
+    #[arg(value_name = "PREFS")]
+    preferences: PathBuf,
+
+    #[command(flatten)]
+    limits: LimitArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The dump or the input is wrong.
+pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
+    let report = VerifyReport::new(&args.directory.display().to_string());
+    let (timeout, shown) = (args.limits.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
+    let manifest = read_manifest(&args.directory)?;
+    let read = || load::certified(&args.model, &args.preferences, &constants(&manifest), &desk.watch);
+    let question = desk.timed("parse", read, |_, _| ())?;
+    let load = || read_directory(&args.directory, true, desk.watch.as_ref());
+    let dump: Dump = desk.timed("load", load, |_, _| ())?;
+    if dump.certificate.is_none() {
+        return Err(Error::Dump {
+            file: args.directory.join(FILE).display().to_string(),
+            line: 0,
+            message: "the dump has no certificate: `meliora export` writes one unless told otherwise"
+                .to_owned(),
+        });
+    }
+    let scope = if manifest.scope == "all" { Scope::All } else { Scope::Reachable };
+    let settings = args.limits.settings(scope, desk);
+    let hashes = (sha256(question.program.source.text.as_bytes()), sha256(question.source.text.as_bytes()));
+    let verify = || {
+        let hashes = (hashes.0.as_str(), hashes.1.as_str());
+        certify::verify(&question.program, &question.preferences, hashes, &dump, settings)
+    };
+    let verdict = desk.timed("verify", verify, |_, _| ())?;
+    desk.update(|r| r.set(&question.program, &verdict));
+    Ok(())
+}
+
+/// The constants that were given to `export`, as `--const` takes them.
+fn constants(manifest: &Manifest) -> String {
+    let value = |name: &String| {
+        let value = manifest.constants.get(name)?;
+        Some(format!("{name}={}", value.as_str().map_or_else(|| value.to_string(), str::to_owned)))
+    };
+    manifest.given.iter().filter_map(value).collect::<Vec<_>>().join(",")
+}

@@ -1,0 +1,92 @@
+//! Lines with numbers, of bounded length.
+
+use std::io::BufRead;
+
+use crate::error::{Error, Result};
+
+/// No line of a sane dump is longer: lists of variables and roots are the longest.
+const LONGEST: usize = 64 << 20;
+
+/// The lines of a text, one at a time.
+pub(super) struct Lines<'a, R> {
+    file: &'a str,
+    input: R,
+    buffer: Vec<u8>,
+    number: usize,
+}
+
+impl<'a, R: BufRead> Lines<'a, R> {
+    /// The lines of `input`, for messages called `file`.
+    pub(super) fn new(file: &'a str, input: R) -> Self {
+        Lines { file, input, buffer: Vec::new(), number: 0 }
+    }
+
+    /// Reads the next line; false at the end of the text.
+    pub(super) fn advance(&mut self) -> Result<bool> {
+        self.buffer.clear();
+        self.number += 1;
+        loop {
+            let chunk = match self.input.fill_buf() {
+                Ok(chunk) => chunk,
+                Err(e) => return Err(Error::Io { path: self.file.to_owned(), message: e.to_string() }),
+            };
+            let end = chunk.iter().position(|&b| b == b'\n');
+            let used = end.unwrap_or(chunk.len());
+            if self.buffer.len() + used > LONGEST {
+                return Err(self.wrong(format!("the line is longer than {} MiB", LONGEST >> 20)));
+            }
+            self.buffer.extend_from_slice(&chunk[..used]);
+            let at_end = chunk.is_empty();
+            self.input.consume(used + usize::from(end.is_some()));
+            if end.is_some() || at_end {
+                if self.buffer.last() == Some(&b'\r') {
+                    self.buffer.pop();
+                }
+                return Ok(end.is_some() || !self.buffer.is_empty());
+            }
+        }
+    }
+
+    /// Reads the next line or fails with what was expected.
+    pub(super) fn expect(&mut self, what: &str) -> Result<()> {
+        if self.advance()? {
+            Ok(())
+        } else {
+            Err(self.wrong(format!("the file ends where {what} was expected")))
+        }
+    }
+
+    /// The present line.
+    pub(super) fn line(&self) -> &[u8] {
+        &self.buffer
+    }
+
+    /// The present line as words.
+    pub(super) fn words(&self) -> impl Iterator<Item = &[u8]> {
+        self.buffer.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty())
+    }
+
+    /// An error in the present line.
+    pub(super) fn wrong(&self, message: impl Into<String>) -> Error {
+        Error::Dump { file: self.file.to_owned(), line: self.number, message: message.into() }
+    }
+}
+
+/// A number, with a sign or without; none where it is none or past 64 bits.
+pub(super) fn number(word: &[u8]) -> Option<i64> {
+    let (digits, negative) = match word {
+        [b'-', rest @ ..] => (rest, true),
+        all => (all, false),
+    };
+    if digits.is_empty() || digits.len() > 18 || !digits.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    let value = digits.iter().fold(0i64, |n, d| 10 * n + i64::from(d - b'0'));
+    Some(if negative { -value } else { value })
+}
+
+/// A word for a message: readable and short.
+pub(super) fn shown(word: &[u8]) -> String {
+    let text: String = String::from_utf8_lossy(word).chars().take(40).collect();
+    text.escape_debug().to_string()
+}

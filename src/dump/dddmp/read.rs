@@ -1,0 +1,269 @@
+//! Reading: every line is checked, whatever it says.
+
+use std::io::BufRead;
+
+use super::lines::{Lines, number, shown};
+use crate::dump::{Diagram, Edge, Node};
+use crate::error::Result;
+
+/// More variables than this no model of ours has.
+const MOST_VARIABLES: usize = 1 << 24;
+
+/// Reads a diagram, as [`super::write`] writes it; `file` is its name in messages.
+///
+/// Arcs lead to earlier lines and deeper variables only, so that there are no cycles; nodes are
+/// reduced. Memory is taken as lines are read, never because a header promises many.
+///
+/// # Errors
+/// [`crate::error::Error::Dump`] with the line for all that is not such a file, also where it ends early.
+pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
+    let mut lines = Lines::new(file, input);
+    let header = Header::read(&mut lines)?;
+    let mut diagram = Diagram { variables: header.variables, nodes: Vec::new(), roots: Vec::new() };
+    lines.expect("the terminal `1 T 1 0 0`")?;
+    if lines.words().ne(super::TERMINAL.split(|&b| b == b' ')) {
+        return Err(
+            lines.wrong(format!("`{}` where the terminal `1 T 1 0 0` was expected", shown(lines.line())))
+        );
+    }
+    for id in 2..=header.nodes {
+        lines.expect(&format!("node {id} of {}", header.nodes))?;
+        let node = node(&lines, &diagram, id)?;
+        diagram.nodes.push(node);
+    }
+    lines.expect("`.end`")?;
+    if lines.words().ne([super::END]) {
+        return Err(lines.wrong(format!(
+            "`{}` where `.end` was expected after {} nodes",
+            shown(lines.line()),
+            header.nodes
+        )));
+    }
+    while lines.advance()? {
+        if lines.words().next().is_some() {
+            return Err(lines.wrong("text after `.end`"));
+        }
+    }
+    diagram.roots = header.roots;
+    Ok(diagram)
+}
+
+/// One node line, all of it checked.
+fn node<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, id: i64) -> Result<Node> {
+    if lines.words().eq([super::END]) {
+        return Err(lines.wrong(format!("the nodes end before node {id}, which `.nnodes` promises")));
+    }
+    let mut columns = [0i64; 5];
+    let mut words = lines.words();
+    for column in &mut columns {
+        let Some(word) = words.next() else {
+            return Err(
+                lines.wrong(format!("node {id}: five numbers were expected in `{}`", shown(lines.line())))
+            );
+        };
+        let Some(value) = number(word) else {
+            return Err(
+                lines.wrong(format!("node {id}: `{}` is no number of a node or variable", shown(word)))
+            );
+        };
+        *column = value;
+    }
+    if words.next().is_some() {
+        return Err(lines.wrong(format!("node {id}: more than five columns")));
+    }
+    let [own, variable, index, then, otherwise] = columns;
+    if own != id {
+        return Err(lines.wrong(format!("node {own} where node {id} was expected")));
+    }
+    let level = level(lines, diagram, variable, index)?;
+    let node = Node { level, then: arc(lines, id, then)?, otherwise: arc(lines, id, otherwise)? };
+    if node.then.is_complemented() {
+        return Err(lines.wrong(format!("node {id}: a complemented then arc ({then})")));
+    }
+    if node.then == node.otherwise {
+        return Err(lines.wrong(format!("node {id}: both arcs are {then}; such a node is left out")));
+    }
+    for child in [node.then, node.otherwise] {
+        if diagram.level(child) <= level {
+            let message =
+                format!("node {id}: the arc {} leads to a variable that is not deeper", child.number());
+            return Err(lines.wrong(message));
+        }
+    }
+    Ok(node)
+}
+
+fn level<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, variable: i64, index: i64) -> Result<u32> {
+    let width = diagram.variables.len();
+    match u32::try_from(variable) {
+        Ok(level) if (level as usize) < width && variable == index => Ok(level),
+        Ok(level) if (level as usize) < width => Err(lines
+            .wrong(format!("variable {variable} has the index {index}; both are the same in this format"))),
+        _ => Err(lines.wrong(format!("there is no variable {variable}: the file has {width}"))),
+    }
+}
+
+/// An arc of node `id`: to a node of an earlier line.
+fn arc<R: BufRead>(lines: &Lines<'_, R>, id: i64, to: i64) -> Result<Edge> {
+    match Edge::new(to) {
+        Some(edge) if (edge.id() as i64) < id => Ok(edge),
+        _ => Err(lines.wrong(format!("node {id}: the arc {to} does not lead to a node of an earlier line"))),
+    }
+}
+
+/// What stands before the nodes.
+#[derive(Default)]
+struct Header {
+    nodes: i64,
+    variables: Vec<String>,
+    roots: Vec<Edge>,
+    seen: Vec<String>,
+    width: Option<usize>,
+    root_count: Option<usize>,
+    /// The lengths of `.ids` and `.permids`.
+    listed: Vec<usize>,
+}
+
+/// The keys that must be there.
+const REQUIRED: [&str; 9] =
+    [".ver", ".mode", ".varinfo", ".nnodes", ".nvars", ".orderedvarnames", ".ids", ".permids", ".rootids"];
+
+impl Header {
+    fn read<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<Self> {
+        let mut header = Header::default();
+        loop {
+            lines.expect("a header line or `.nodes`")?;
+            if lines.words().eq([super::NODES]) {
+                break;
+            }
+            header.line(lines)?;
+        }
+        if let Some(missing) = REQUIRED.iter().find(|k| !header.seen.iter().any(|s| s == *k)) {
+            return Err(lines.wrong(format!("there is no `{missing}` before `.nodes`")));
+        }
+        header.consistent(lines)?;
+        Ok(header)
+    }
+
+    fn line<R: BufRead>(&mut self, lines: &Lines<'_, R>) -> Result<()> {
+        let mut words = lines.words();
+        let Some(key) = words.next() else { return Ok(()) };
+        let key = String::from_utf8_lossy(key).into_owned();
+        if self.seen.contains(&key) {
+            return Err(lines.wrong(format!("`{}` is there twice", shown(key.as_bytes()))));
+        }
+        match key.as_str() {
+            ".ver" => fixed(lines, &mut words, "DDDMP-2.0")?,
+            ".mode" => fixed(lines, &mut words, "A")?,
+            ".varinfo" => fixed(lines, &mut words, "0")?,
+            ".nnodes" => self.nodes = count(lines, &mut words, i32::MAX as usize - 1)?.max(1) as i64,
+            ".nvars" | ".nsuppvars" => self.variables_counted(lines, &mut words)?,
+            ".orderedvarnames" => self.variables = names(lines, &mut words)?,
+            ".suppvarnames" | ".dd" => {}
+            ".ids" | ".permids" => self.listed.push(identity(lines, &mut words)?),
+            ".nroots" => self.root_count = Some(count(lines, &mut words, MOST_VARIABLES)?),
+            ".rootids" => self.roots = roots(lines, &mut words)?,
+            _ => {
+                return Err(
+                    lines.wrong(format!("`{}` is no header line of this format", shown(key.as_bytes())))
+                );
+            }
+        }
+        self.seen.push(key);
+        Ok(())
+    }
+
+    fn variables_counted<'w, R: BufRead>(
+        &mut self,
+        lines: &Lines<'_, R>,
+        words: &mut impl Iterator<Item = &'w [u8]>,
+    ) -> Result<()> {
+        let width = count(lines, words, MOST_VARIABLES)?;
+        if self.width.is_some_and(|w| w != width) {
+            return Err(lines.wrong("`.nvars` and `.nsuppvars` differ"));
+        }
+        self.width = Some(width);
+        Ok(())
+    }
+
+    fn consistent<R: BufRead>(&self, lines: &Lines<'_, R>) -> Result<()> {
+        let (named, counted) = (self.variables.len(), self.width.unwrap_or_default());
+        if named != counted {
+            return Err(
+                lines.wrong(format!("`.nvars` is {counted}, but `.orderedvarnames` has {named} names"))
+            );
+        }
+        if self.listed.iter().any(|&n| n != counted) {
+            return Err(lines.wrong(format!("`.ids` and `.permids` do not list the {counted} variables")));
+        }
+        if self.root_count.is_some_and(|n| n != self.roots.len()) {
+            return Err(lines.wrong(format!(
+                "`.rootids` has {} numbers, not as many as `.nroots` says",
+                self.roots.len()
+            )));
+        }
+        if let Some(root) = self.roots.iter().find(|r| r.id() as i64 > self.nodes) {
+            return Err(lines.wrong(format!("the root {} is no node of the file", root.number())));
+        }
+        Ok(())
+    }
+}
+
+type Words<'a, 'w> = &'a mut dyn Iterator<Item = &'w [u8]>;
+
+fn fixed<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>, value: &str) -> Result<()> {
+    let found: Vec<&[u8]> = words.take(2).collect();
+    if found == [value.as_bytes()] {
+        return Ok(());
+    }
+    Err(lines.wrong(format!("`{}`: only `{value}` is supported here", shown(lines.line()))))
+}
+
+fn count<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>, most: usize) -> Result<usize> {
+    let value = words.next().and_then(number).and_then(|n| usize::try_from(n).ok());
+    match value {
+        Some(n) if n <= most && words.next().is_none() => Ok(n),
+        _ => Err(lines.wrong(format!("`{}`: a number up to {most} was expected", shown(lines.line())))),
+    }
+}
+
+fn names<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for word in words {
+        let Ok(name) = std::str::from_utf8(word) else {
+            return Err(lines.wrong(format!("`{}` is no name of a variable", shown(word))));
+        };
+        names.push(name.to_owned());
+    }
+    let mut sorted: Vec<&String> = names.iter().collect();
+    sorted.sort_unstable();
+    match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => {
+            Err(lines.wrong(format!("the variable `{}` is there twice", shown(pair[0].as_bytes()))))
+        }
+        None => Ok(names),
+    }
+}
+
+/// `.ids` and `.permids`: 0, 1, 2, … — variables are numbered in their order.
+fn identity<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<usize> {
+    let mut listed = 0;
+    for (expected, word) in words.enumerate() {
+        if number(word) != Some(expected as i64) {
+            return Err(lines.wrong(format!(
+                "`{}` where {expected} was expected: variables are numbered in order",
+                shown(word)
+            )));
+        }
+        listed += 1;
+    }
+    Ok(listed)
+}
+
+fn roots<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<Vec<Edge>> {
+    let root = |word: &[u8]| {
+        let edge = number(word).and_then(Edge::new);
+        edge.ok_or_else(|| lines.wrong(format!("`{}` is no number of a node", shown(word))))
+    };
+    words.map(root).collect()
+}

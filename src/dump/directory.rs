@@ -1,0 +1,239 @@
+//! The directory of a dump: written whole or not at all.
+
+use std::fs;
+use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use super::manifest::{self, Manifest};
+use super::{Diagram, dddmp, dot};
+use crate::engine::Observer;
+use crate::error::{Error, Limit, Result};
+
+/// A manifest is never larger.
+const LARGEST_MANIFEST: u64 = 256 << 20;
+
+/// A dump in memory.
+#[derive(Debug, Clone)]
+pub struct Dump {
+    /// What the diagrams mean.
+    pub manifest: Manifest,
+    /// The regions.
+    pub regions: Diagram,
+    /// What a check without fixpoints needs.
+    pub certificate: Option<Diagram>,
+}
+
+/// The SHA-256 of some bytes in hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    hex(Sha256::digest(bytes).as_slice())
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Writes a dump into a directory that does not exist yet, is empty, or holds a dump, which it
+/// replaces. The files appear together, when all are written; hashes and sizes in the manifest are
+/// filled in here. With `dot`, each region also gets a DOT file.
+///
+/// # Errors
+/// The directory holds something else, or cannot be written.
+pub fn write_directory(
+    mut dump: Dump,
+    directory: &Path,
+    dot: bool,
+    observer: &dyn Observer,
+) -> Result<Manifest> {
+    let failed = |e: io::Error| match observer.stop() {
+        Some(limit) => limit.into(),
+        None => failure(directory, &e),
+    };
+    if let Some(message) = occupied(directory).map_err(failed)? {
+        return Err(Error::Io { path: directory.display().to_string(), message });
+    }
+    let parent = match directory.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let new = tempfile::Builder::new().prefix(".meliora-dump-").tempdir_in(parent).map_err(failed)?;
+    let manifest = &mut dump.manifest;
+    fill(&mut manifest.regions, &dump.regions, new.path(), observer).map_err(failed)?;
+    if let (Some(file), Some(diagram)) = (&mut manifest.certificate, &dump.certificate) {
+        fill(file, diagram, new.path(), observer).map_err(failed)?;
+    }
+    if dot {
+        dot::write_all(&mut manifest.regions, &dump.regions, new.path()).map_err(failed)?;
+    }
+    fs::write(new.path().join(manifest::FILE), manifest.text()).map_err(failed)?;
+    readable(new.path()).map_err(failed)?;
+    install(new, directory).map_err(failed)?;
+    Ok(dump.manifest)
+}
+
+/// What the system said of a path; a full disk is a limit.
+fn failure(path: &Path, error: &io::Error) -> Error {
+    let (path, message) = (path.display().to_string(), error.to_string());
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            Limit::Output { what: format!("{path}: {message}") }.into()
+        }
+        _ => Error::Io { path, message },
+    }
+}
+
+/// Temporary directories are for their owner only; a result is for whom the parent lets in.
+fn readable(path: &Path) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        fs::set_permissions(path, fs::Permissions::from_mode(0o755))?;
+    }
+    let _ = path;
+    Ok(())
+}
+
+/// Why a directory cannot be written over; none where it can.
+fn occupied(directory: &Path) -> io::Result<Option<String>> {
+    let mut entries = match fs::read_dir(directory) {
+        Ok(entries) => entries,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(e),
+    };
+    if entries.next().is_none() || read_manifest(directory).is_ok() {
+        return Ok(None);
+    }
+    Ok(Some("the directory exists and is neither empty nor a dump of this program".to_owned()))
+}
+
+/// Puts the new directory in the place of the old one, which is removed last.
+fn install(new: tempfile::TempDir, directory: &Path) -> io::Result<()> {
+    let old = new.path().with_extension("old");
+    let replaced = match fs::rename(directory, &old) {
+        Ok(()) => true,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => false,
+        Err(e) => return Err(e),
+    };
+    if let Err(e) = fs::rename(new.path(), directory) {
+        if replaced {
+            fs::rename(&old, directory)?;
+        }
+        return Err(e);
+    }
+    // It has moved: there is nothing left to clean up under the temporary name.
+    let _ = new.keep();
+    if replaced { fs::remove_dir_all(&old) } else { Ok(()) }
+}
+
+/// Writes one diagram and notes its hash and size.
+fn fill(
+    file: &mut manifest::File,
+    diagram: &Diagram,
+    directory: &Path,
+    observer: &dyn Observer,
+) -> io::Result<()> {
+    let out = fs::File::create(directory.join(&file.path))?;
+    let mut out = BufWriter::with_capacity(1 << 16, Hashing { inner: out, hash: Sha256::new(), observer });
+    dddmp::write(diagram, &mut out)?;
+    let hashing = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    hashing.inner.sync_all()?;
+    file.sha256 = hex(hashing.hash.finalize().as_slice());
+    file.nodes = diagram.nodes.len() + 1;
+    Ok(())
+}
+
+/// Hashes what passes through, and ends where the observer wants it.
+struct Hashing<'o, T> {
+    inner: T,
+    hash: Sha256,
+    observer: &'o dyn Observer,
+}
+
+impl<T> Hashing<'_, T> {
+    fn go_on(&self) -> io::Result<()> {
+        if self.observer.stop().is_some() { Err(io::Error::other("stopped")) } else { Ok(()) }
+    }
+}
+
+impl<W: Write> Write for Hashing<'_, W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.go_on()?;
+        let written = self.inner.write(bytes)?;
+        self.hash.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+impl<R: Read> Read for Hashing<'_, R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.go_on()?;
+        let read = self.inner.read(bytes)?;
+        self.hash.update(&bytes[..read]);
+        Ok(read)
+    }
+}
+
+/// Reads the manifest of a directory.
+///
+/// # Errors
+/// It cannot be read, or is no manifest.
+pub fn read_manifest(directory: &Path) -> Result<Manifest> {
+    let path = directory.join(manifest::FILE);
+    let name = path.display().to_string();
+    let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
+    let mut text = String::new();
+    let input = fs::File::open(&path).map_err(failed)?;
+    let length = input.take(LARGEST_MANIFEST + 1).read_to_string(&mut text).map_err(failed)?;
+    if length as u64 > LARGEST_MANIFEST {
+        let message = format!("the manifest is larger than {} MiB", LARGEST_MANIFEST >> 20);
+        return Err(Error::Dump { file: name, line: 0, message });
+    }
+    Manifest::parse(&name, &text)
+}
+
+/// Reads a dump: the manifest, the regions, and the certificate where asked for.
+///
+/// # Errors
+/// A file cannot be read, is garbled, has another hash than the manifest says, or does not fit it.
+pub fn read_directory(directory: &Path, certificate: bool, observer: &dyn Observer) -> Result<Dump> {
+    let manifest = read_manifest(directory)?;
+    let regions = read_file(directory, &manifest, &manifest.regions, observer)?;
+    let certificate = match &manifest.certificate {
+        Some(file) if certificate => Some(read_file(directory, &manifest, file, observer)?),
+        _ => None,
+    };
+    Ok(Dump { manifest, regions, certificate })
+}
+
+fn read_file(
+    directory: &Path,
+    manifest: &Manifest,
+    file: &manifest::File,
+    observer: &dyn Observer,
+) -> Result<Diagram> {
+    let manifest_name = directory.join(manifest::FILE).display().to_string();
+    let plain = Path::new(&file.path).file_name().is_some_and(|n| n == file.path.as_str());
+    if !plain {
+        let message = format!("`{}` is no name of a file in this directory", file.path.escape_debug());
+        return Err(Error::Dump { file: manifest_name, line: 0, message });
+    }
+    let path = directory.join(&file.path);
+    let name = path.display().to_string();
+    let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
+    let input = Hashing { inner: fs::File::open(&path).map_err(failed)?, hash: Sha256::new(), observer };
+    let mut input = BufReader::with_capacity(1 << 16, input);
+    let diagram = dddmp::read(&name, &mut input).map_err(|e| observer.stop().map_or(e, Error::from))?;
+    let found = hex(input.into_inner().hash.finalize().as_slice());
+    if found != file.sha256 {
+        let message =
+            format!("the file has changed: its SHA-256 is {found}, the manifest says {}", file.sha256);
+        return Err(Error::Dump { file: name, line: 0, message });
+    }
+    manifest.check_file(&manifest_name, file, &diagram)?;
+    Ok(diagram)
+}

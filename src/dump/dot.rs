@@ -1,0 +1,65 @@
+//! Regions as pictures: one DOT file each.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use super::{Diagram, Edge, manifest};
+
+/// Writes one file a root into the directory and notes the names.
+///
+/// # Errors
+/// The directory cannot be written.
+pub fn write_all(file: &mut manifest::File, diagram: &Diagram, directory: &Path) -> io::Result<()> {
+    let mut taken = BTreeSet::new();
+    for root in &mut file.roots {
+        let name = file_name(&root.name, &mut taken);
+        let mut out = BufWriter::new(fs::File::create(directory.join(&name))?);
+        let edge = Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE);
+        write(diagram, edge, &root.name, &mut out)?;
+        out.flush()?;
+        root.dot = Some(name);
+    }
+    Ok(())
+}
+
+/// A name that every file system takes: `almost-sure_A.dot`.
+fn file_name(region: &str, taken: &mut BTreeSet<String>) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '+' { c } else { '_' };
+    let stem: String = region.chars().map(safe).take(100).collect();
+    let mut name = format!("{stem}.dot");
+    let mut copy = 2;
+    // Compared without case: some file systems do.
+    while !taken.insert(name.to_lowercase()) {
+        name = format!("{stem}-{copy}.dot");
+        copy += 1;
+    }
+    name
+}
+
+/// Writes one function: then arcs solid, else arcs dashed, complemented ones with a dot at the end.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write(diagram: &Diagram, root: Edge, title: &str, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "digraph \"{}\" {{", title.escape_default())?;
+    writeln!(out, "  node [shape=circle];")?;
+    writeln!(out, "  root [label=\"{}\", shape=plaintext];", title.escape_default())?;
+    writeln!(out, "  n1 [label=\"1\", shape=box];")?;
+    arc(out, "root", root, "solid")?;
+    let seen = diagram.below(&[root]);
+    for (index, node) in diagram.nodes.iter().enumerate().filter(|(index, _)| seen[*index]) {
+        let name = format!("n{}", index + 2);
+        let label = diagram.variables.get(node.level as usize).map_or("?", String::as_str);
+        writeln!(out, "  {name} [label=\"{}\"];", label.escape_default())?;
+        arc(out, &name, node.then, "solid")?;
+        arc(out, &name, node.otherwise, "dashed")?;
+    }
+    writeln!(out, "}}")
+}
+
+fn arc(out: &mut impl Write, from: &str, to: Edge, style: &str) -> io::Result<()> {
+    let end = if to.is_complemented() { ", arrowhead=dot" } else { "" };
+    writeln!(out, "  {from} -> n{} [style={style}{end}];", to.id())
+}

@@ -1,0 +1,296 @@
+//! Diagrams as plain data: out of the store, and back into it.
+
+use ahash::{AHashMap, AHashSet};
+use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
+use oxidd_core::function::EdgeOfFunc;
+use oxidd_core::util::Ref;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::encoding::Encoding;
+use super::store::{Bdd, Store};
+use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build};
+use crate::dump::{Diagram, Edge};
+use crate::engine::Settings;
+use crate::error::Result;
+use crate::model::{CommandId, ModelKind, Program};
+
+/// A set to be dumped.
+#[derive(Clone)]
+pub enum Set {
+    /// Of states.
+    States(StateSet),
+    /// Of choices.
+    Choices(ChoiceSet),
+}
+
+/// The choices that have one number in a dump.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Numbered {
+    /// Combinations of a synchronisation: of each factor one of these commands.
+    Combinations {
+        /// The position in [`Program::synchronisations`].
+        synchronisation: usize,
+        /// For each factor the commands.
+        commands: Vec<Vec<CommandId>>,
+    },
+    /// The only choice of the states of a `dtmc`.
+    Uniform,
+    /// The self-loop of deadlock states.
+    Deadlock,
+}
+
+impl SymbolicEngine {
+    /// An engine whose scope is a set of states given as a diagram over the bits of `order`: the
+    /// commands become relations, but nothing is explored. Patterns that are no values are left out.
+    ///
+    /// # Errors
+    /// As [`SymbolicEngine::new`], for the states given.
+    pub fn with_states(
+        program: Arc<Program>,
+        order: Vec<Bit>,
+        settings: Settings,
+        diagram: &Diagram,
+        states: Edge,
+    ) -> Result<Self> {
+        let offset = diagram.variables.len().saturating_sub(order.len()) as u32;
+        let given = |store: &Store| {
+            let mut loaded = load(store, diagram, offset, &[states])?;
+            Ok(loaded.pop().unwrap_or_else(|| store.zero()))
+        };
+        build::build(program, order, 1, settings, Some(&given))
+    }
+
+    /// All valuations of the declared variables.
+    pub fn valuations(&self) -> StateSet {
+        StateSet(self.domain.clone())
+    }
+
+    /// How many bits number the choices.
+    pub fn choice_bits(&self) -> u32 {
+        usize::BITS - (self.enabled.len() - 1).leading_zeros()
+    }
+
+    /// What the numbers of choices mean, from 0.
+    pub fn numbered_choices(&self) -> Vec<Numbered> {
+        let mut all = match self.program.kind {
+            ModelKind::Dtmc => vec![Numbered::Uniform; self.enabled.len() - 1],
+            ModelKind::Mdp => self.transitions.combinations(&self.program),
+        };
+        all.push(Numbered::Deadlock);
+        all
+    }
+
+    /// The sets as one diagram, a root each. With `choice_bits` of them, the first variables number
+    /// the choices (most significant bit first); then follow the bits of the states in their order.
+    ///
+    /// # Errors
+    /// More nodes than the format numbers.
+    pub fn diagram(&self, sets: &[Set], choice_bits: &[String]) -> Result<Diagram> {
+        let variables = choice_bits.iter().cloned().chain(self.encoding.names()).collect();
+        let mut diagram = Diagram { variables, ..Diagram::default() };
+        let functions: Vec<&Bdd> = sets.iter().flat_map(functions).collect();
+        let edges = store_in(&mut diagram, choice_bits.len() as u32, self.encoding.width(), &functions)?;
+        let mut edges = edges.into_iter();
+        let mut leaves: Vec<Vec<Edge>> =
+            sets.iter().map(|set| edges.by_ref().take(functions_of(set)).collect()).collect();
+        for level in (0..choice_bits.len() as u32).rev() {
+            let mut unique = AHashMap::new();
+            for (set, row) in sets.iter().zip(&mut leaves) {
+                if matches!(set, Set::Choices(_)) {
+                    *row = paired(&mut diagram, &mut unique, level, row)?;
+                }
+            }
+        }
+        diagram.roots = leaves.iter().map(|row| row.first().copied().unwrap_or(Edge::FALSE)).collect();
+        Ok(diagram)
+    }
+
+    /// Sets of states out of a diagram whose last variables are the bits of the states in their order.
+    ///
+    /// # Errors
+    /// A limit.
+    pub fn load_states(&self, diagram: &Diagram, edges: &[Edge]) -> Result<Vec<StateSet>> {
+        let offset = diagram.variables.len().saturating_sub(self.encoding.width()) as u32;
+        Ok(load(&self.store, diagram, offset, edges)?.into_iter().map(StateSet).collect())
+    }
+
+    /// A set of choices with the first `numbers` numbers; none where it has members with others.
+    ///
+    /// # Errors
+    /// A limit.
+    pub fn load_choices(&self, diagram: &Diagram, edge: Edge, numbers: usize) -> Result<Option<ChoiceSet>> {
+        let offset = diagram.variables.len().saturating_sub(self.encoding.width()) as u32;
+        let leaf = |number: usize| {
+            (0..offset).fold(edge, |at, level| {
+                let (then, otherwise) = diagram.cofactors(at, level);
+                if number >> (offset - 1 - level) & 1 == 1 { then } else { otherwise }
+            })
+        };
+        let numbered = 1usize.checked_shl(offset).unwrap_or(usize::MAX);
+        if (numbers..numbered).any(|number| leaf(number) != Edge::FALSE) {
+            return Ok(None);
+        }
+        let leaves: Vec<Edge> = (0..numbers).map(leaf).collect();
+        Ok(Some(ChoiceSet(Rc::new(load(&self.store, diagram, offset, &leaves)?))))
+    }
+
+    /// The states with the choice of this number; empty where there is no such number.
+    pub fn numbered(&self, choices: &ChoiceSet, number: usize) -> StateSet {
+        StateSet(choices.0.get(number).cloned().unwrap_or_else(|| self.store.zero()))
+    }
+
+    /// For each number the same states.
+    pub fn repeated(&self, x: &StateSet, numbers: usize) -> ChoiceSet {
+        ChoiceSet(Rc::new(vec![x.0.clone(); numbers]))
+    }
+}
+
+fn functions(set: &Set) -> Vec<&Bdd> {
+    match set {
+        Set::States(x) => vec![&x.0],
+        Set::Choices(c) => c.0.iter().collect(),
+    }
+}
+
+fn functions_of(set: &Set) -> usize {
+    functions(set).len()
+}
+
+type Unique = AHashMap<(Edge, Edge), Edge>;
+
+/// One level of the tree over the bits of choices: neighbours become one; a last one alone gets a
+/// neighbour that is never there.
+fn paired(diagram: &mut Diagram, unique: &mut Unique, level: u32, row: &[Edge]) -> Result<Vec<Edge>> {
+    let pair = |pair: &[Edge]| {
+        let (even, odd) = (pair[0], pair.get(1).copied().unwrap_or(Edge::FALSE));
+        make(diagram, unique, level, odd, even)
+    };
+    row.chunks(2).map(pair).collect()
+}
+
+/// The function `level ? then : otherwise`, each once.
+fn make(diagram: &mut Diagram, unique: &mut Unique, level: u32, then: Edge, otherwise: Edge) -> Result<Edge> {
+    if then == otherwise {
+        return Ok(then);
+    }
+    let flip = then.is_complemented();
+    let key = (then.complement_if(flip), otherwise.complement_if(flip));
+    let edge = match unique.get(&key) {
+        Some(&edge) => edge,
+        None => *unique.entry(key).or_insert(diagram.push(level, key.0, key.1)?),
+    };
+    Ok(edge.complement_if(flip))
+}
+
+type ManagerOf<'id> = <Bdd as Function>::Manager<'id>;
+type EdgeIn<'id> = EdgeOfFunc<'id, Bdd>;
+
+/// Adds functions over the present bits to a diagram, level by level from the deepest.
+fn store_in(diagram: &mut Diagram, offset: u32, width: usize, functions: &[&Bdd]) -> Result<Vec<Edge>> {
+    let Some(first) = functions.first() else { return Ok(Vec::new()) };
+    first.with_manager_shared(|m, _| {
+        let roots: Vec<Ref<'_, EdgeIn<'_>>> = functions.iter().map(|f| f.as_edge(m)).collect();
+        let levels = by_level(m, &roots, width);
+        let mut known = AHashMap::new();
+        for (level, nodes) in levels.iter().enumerate().rev() {
+            let mut unique = AHashMap::new();
+            for &node in nodes {
+                let Node::Inner(inner) = m.get_node(node) else { continue };
+                let (then, otherwise) = (arc(m, &known, inner.child(0)), arc(m, &known, inner.child(1)));
+                let edge = make(diagram, &mut unique, offset + level as u32, then, otherwise)?;
+                known.insert(node.node_id(), edge);
+            }
+        }
+        Ok(roots.iter().map(|&root| arc(m, &known, root)).collect())
+    })
+}
+
+/// The inner nodes below some roots by the position of their bit.
+fn by_level<'a, 'id>(
+    m: &'a ManagerOf<'id>,
+    roots: &[Ref<'a, EdgeIn<'id>>],
+    width: usize,
+) -> Vec<Vec<Ref<'a, EdgeIn<'id>>>> {
+    let mut levels = vec![Vec::new(); width];
+    let mut seen = AHashSet::new();
+    let mut stack = roots.to_vec();
+    stack.reverse();
+    while let Some(edge) = stack.pop() {
+        let Node::Inner(inner) = m.get_node(edge) else { continue };
+        if seen.insert(edge.node_id()) {
+            levels[inner.level() as usize / 2].push(edge);
+            stack.extend([inner.child(1), inner.child(0)]);
+        }
+    }
+    levels
+}
+
+/// The arc for an edge whose node is known or a terminal.
+fn arc<'id>(m: &ManagerOf<'id>, known: &AHashMap<usize, Edge>, edge: Ref<'_, EdgeIn<'id>>) -> Edge {
+    use oxidd_rules_bdd::simple::BDDTerminal;
+    use std::borrow::Borrow;
+    match m.get_node(edge) {
+        Node::Terminal(t) if *t.borrow() == BDDTerminal::True => Edge::TRUE,
+        Node::Terminal(_) => Edge::FALSE,
+        Node::Inner(_) => known.get(&edge.node_id()).copied().unwrap_or(Edge::FALSE),
+    }
+}
+
+/// Functions out of a diagram; `offset` variables stand above the bits of the states.
+fn load(store: &Store, diagram: &Diagram, offset: u32, edges: &[Edge]) -> Result<Vec<Bdd>> {
+    let wanted = wanted(diagram, edges);
+    let mut built: Vec<[Option<Bdd>; 2]> = Vec::with_capacity(diagram.nodes.len());
+    let get = |built: &[[Option<Bdd>; 2]], edge: Edge| match edge.id().checked_sub(2) {
+        None if edge.is_complemented() => store.zero(),
+        None => store.one(),
+        Some(n) => {
+            let both = built.get(n).and_then(|b| b[usize::from(edge.is_complemented())].clone());
+            both.unwrap_or_else(|| store.zero())
+        }
+    };
+    for (node, wanted) in diagram.nodes.iter().zip(&wanted) {
+        let mut both = [None, None];
+        for (flip, slot) in both.iter_mut().enumerate().filter(|(flip, _)| wanted[*flip]) {
+            let Some(position) = node.level.checked_sub(offset) else { continue };
+            let bit = store.literal(2 * position, true)?;
+            let then = get(&built, node.then.complement_if(flip == 1));
+            let otherwise = get(&built, node.otherwise.complement_if(flip == 1));
+            *slot = Some(store.ite(&bit, &then, &otherwise)?);
+        }
+        built.push(both);
+    }
+    Ok(edges.iter().map(|&edge| get(&built, edge)).collect())
+}
+
+/// For each node whether its function and whether its complement is part of one of these.
+fn wanted(diagram: &Diagram, edges: &[Edge]) -> Vec<[bool; 2]> {
+    let mut wanted = vec![[false; 2]; diagram.nodes.len()];
+    let mark = |wanted: &mut Vec<[bool; 2]>, edge: Edge| {
+        if let Some(flags) = edge.id().checked_sub(2).and_then(|n| wanted.get_mut(n)) {
+            flags[usize::from(edge.is_complemented())] = true;
+        }
+    };
+    edges.iter().for_each(|&edge| mark(&mut wanted, edge));
+    for (index, node) in diagram.nodes.iter().enumerate().rev() {
+        for flip in [false, true] {
+            if wanted[index][usize::from(flip)] {
+                mark(&mut wanted, node.then.complement_if(flip));
+                mark(&mut wanted, node.otherwise.complement_if(flip));
+            }
+        }
+    }
+    wanted
+}
+
+impl Encoding {
+    /// The bits with these names in this order; none unless each bit is there once.
+    pub fn order_of(program: &Program, names: &[String]) -> Option<Vec<Bit>> {
+        let declared = super::order::declared(program);
+        let known = Encoding::new(program, declared.clone()).names();
+        let of: AHashMap<&String, Bit> = known.iter().zip(declared).collect();
+        let order: Vec<Bit> = names.iter().map(|n| of.get(n).copied()).collect::<Option<_>>()?;
+        let each: AHashSet<Bit> = order.iter().copied().collect();
+        (each.len() == order.len() && order.len() == known.len()).then_some(order)
+    }
+}

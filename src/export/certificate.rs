@@ -1,0 +1,229 @@
+//! The sets that let a checker see, by one step at a time, that regions are what they are said to be:
+//! layers for those inside (each has a step to an earlier one) and rounds for those outside (each can
+//! only go on to states lost before, or never gets there).
+
+use super::Named;
+use super::regions::{class_name, kind_name, numbered};
+use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::engine::{Engine, Scope};
+use crate::error::Result;
+use crate::planning::improvement::{Arena, pairs_into};
+use crate::planning::levels::{End, Level, goal_choices};
+use crate::planning::outcomes::Outcome;
+use crate::planning::{Analysis, Kind, Safety, strategy};
+
+type Of<'a> = Analysis<'a, SymbolicEngine>;
+
+/// All roots of the certificate.
+pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
+    let mut named = Vec::new();
+    if engine.settings().scope == Scope::Reachable {
+        number(&mut named, "layers:reachable", &forward(engine)?);
+    }
+    for (index, objective) in analysis.preferences().objectives.iter().enumerate() {
+        if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
+            outcome_layers(engine, &objective.name, outcome, &mut named)?;
+        }
+    }
+    if analysis.improvement().is_some_and(|i| i.safety == Safety::Prefix) {
+        safe_regions(engine, analysis, &mut named)?;
+    }
+    for kind in [Kind::Sasi, Kind::Spi] {
+        levels(engine, analysis, kind, &mut named)?;
+    }
+    Ok(named)
+}
+
+/// `prefix:0`, `prefix:1`, …
+fn number(named: &mut Vec<Named>, prefix: &str, sets: &[StateSet]) {
+    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(format!("{prefix}:{j}"), x)));
+}
+
+fn outcome_layers(
+    engine: &SymbolicEngine,
+    name: &str,
+    outcome: &Outcome<SymbolicEngine>,
+    named: &mut Vec<Named>,
+) -> Result<()> {
+    let positive = backward(engine, &outcome.target, &engine.all_choices())?;
+    number(named, &format!("layers:positive:{name}"), &positive);
+    let staying = engine.every_successor_in(&outcome.almost_sure)?;
+    let staying = engine.choices_in(&staying, &outcome.almost_sure)?;
+    let almost_sure = backward(engine, &outcome.target, &staying)?;
+    number(named, &format!("layers:almost-sure:{name}"), &almost_sure);
+    number(named, &format!("refuted:almost-sure:{name}"), &lost_rounds(engine, &outcome.target)?);
+    Ok(())
+}
+
+/// The reachable states by their distance from the initial ones.
+fn forward(engine: &SymbolicEngine) -> Result<Vec<StateSet>> {
+    let mut layer = engine.initial_states();
+    let mut open = engine.difference(&engine.all_states(), &layer)?;
+    let mut layers = Vec::new();
+    while !engine.is_empty(&layer) {
+        let moving = engine.choices_in(&engine.all_choices(), &layer)?;
+        let next = engine.intersection(&engine.successors(&moving)?, &open)?;
+        layers.push(layer);
+        open = engine.difference(&open, &next)?;
+        layer = next;
+    }
+    Ok(layers)
+}
+
+/// The states that reach a target with some choices by their distance from it.
+fn backward(engine: &SymbolicEngine, target: &StateSet, within: &ChoiceSet) -> Result<Vec<StateSet>> {
+    let mut layer = target.clone();
+    let mut open = engine.difference(&engine.all_states(), target)?;
+    let mut layers = Vec::new();
+    while !engine.is_empty(&layer) {
+        let closer = engine.common_choices(&engine.some_successor_in(&layer)?, within)?;
+        let next = engine.intersection(&engine.sources(&closer)?, &open)?;
+        layers.push(layer);
+        open = engine.difference(&open, &next)?;
+        layer = next;
+    }
+    Ok(layers)
+}
+
+/// The states that do not reach a target almost surely, in the rounds in which they are lost: with
+/// the choices that cannot step into states lost before, the target cannot be reached.
+fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSet>> {
+    let (mut left, mut choices, mut rounds) = (engine.all_states(), engine.all_choices(), Vec::new());
+    loop {
+        let reaching = engine.can_reach(target, &choices, &Vec::new())?;
+        let lost = engine.difference(&left, &reaching)?;
+        if engine.is_empty(&lost) {
+            return Ok(rounds);
+        }
+        choices = engine.without_choices(&choices, &engine.some_successor_in(&lost)?)?;
+        left = engine.difference(&left, &lost)?;
+        rounds.push(lost);
+    }
+}
+
+/// Under `prefix`: where each class need never be weakened, and why not elsewhere.
+fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Named>) -> Result<()> {
+    for class in analysis.classes().iter().flat_map(|c| &c.list) {
+        let name = class_name(analysis.preferences(), &class.most_preferred);
+        let mut rounds = vec![class.worse.clone()];
+        let mut left = engine.difference(&engine.all_states(), &class.worse)?;
+        let mut choices = engine.all_choices();
+        while let Some(lost) = rounds.last().filter(|lost| !engine.is_empty(lost)) {
+            choices = engine.without_choices(&choices, &engine.some_successor_in(lost)?)?;
+            let next = engine.difference(&left, &engine.sources(&choices)?)?;
+            left = engine.difference(&left, &next)?;
+            rounds.push(next);
+        }
+        rounds.pop();
+        named.push(Named::states(format!("safe:{name}"), &left));
+        number(named, &format!("refuted:safe:{name}"), &rounds);
+    }
+    Ok(())
+}
+
+fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Vec<Named>) -> Result<()> {
+    let Some(improvement) = analysis.improvement() else { return Ok(()) };
+    let all = numbered(analysis, kind);
+    let found = analysis.levels(kind).found.len();
+    for (index, arena) in improvement.arenas.iter().enumerate() {
+        let suffix = suffix(analysis, arena);
+        let mut before = arena.states.clone();
+        for (position, (label, level)) in all.iter().enumerate() {
+            let Some(game) = level.games.get(index) else { continue };
+            let name = format!("{}:{label}{suffix}", kind_name(kind));
+            let strategy = strategy::strategy(engine, kind, arena, game)?;
+            if arena.reference.is_some() {
+                named.push(Named::states(&name, &game.states));
+                named.push(Named::choices(format!("strategy:{name}"), &strategy.permissive));
+            }
+            number(named, &format!("layers:{name}"), &strategy.layers);
+            if kind == Kind::Sasi && position < found {
+                let rounds = level_rounds(engine, arena, &game.goals, &before)?;
+                number(named, &format!("refuted:{name}"), &rounds);
+                before = game.states.clone();
+            }
+        }
+        if matches!(analysis.levels(kind).end, Some(End::Empty)) {
+            last_level(engine, analysis, kind, arena, &before, named)?;
+        }
+    }
+    Ok(())
+}
+
+/// Why the level after the last one is empty. Under `prefix` states that do not count, of other
+/// classes, may win it: they have a root of their own.
+fn last_level(
+    engine: &SymbolicEngine,
+    analysis: &Of<'_>,
+    kind: Kind,
+    arena: &Arena<SymbolicEngine>,
+    before: &StateSet,
+    named: &mut Vec<Named>,
+) -> Result<()> {
+    let found = &analysis.levels(kind).found;
+    let name = format!("{}:{}{}", kind_name(kind), found.len() + 1, suffix(analysis, arena));
+    let goals = next_goals(engine, arena, found.last())?;
+    let left = match kind {
+        Kind::Sasi => {
+            let rounds = level_rounds(engine, arena, &goals, before)?;
+            number(named, &format!("refuted:{name}"), &rounds);
+            rounds.iter().try_fold(before.clone(), |x, lost| engine.difference(&x, lost))?
+        }
+        Kind::Spi => {
+            let winning = goal_choices(engine, arena, &goals)?;
+            let seeds = engine.sources(&engine.common_choices(&arena.choices, &winning)?)?;
+            engine.can_reach(&seeds, &arena.choices, &arena.dropped)?
+        }
+    };
+    if arena.reference.is_some() {
+        named.push(Named::states(name, &left));
+    }
+    Ok(())
+}
+
+/// `@A+B` for an arena with a reference class.
+fn suffix(analysis: &Of<'_>, arena: &Arena<SymbolicEngine>) -> String {
+    let class = arena.reference.and_then(|c| analysis.classes()?.list.get(c));
+    class.map_or_else(String::new, |c| format!("@{}", class_name(analysis.preferences(), &c.most_preferred)))
+}
+
+/// The goals of the level after the last one.
+fn next_goals(
+    engine: &SymbolicEngine,
+    arena: &Arena<SymbolicEngine>,
+    last: Option<&Level<SymbolicEngine>>,
+) -> Result<Vec<StateSet>> {
+    let entered = last.map_or_else(|| engine.all_states(), |level| level.states.clone());
+    arena.parts.iter().map(|part| engine.intersection(&part.better, &entered)).collect()
+}
+
+/// The states of `before` that do not win a SASI level, in the rounds in which they are lost; what is
+/// outside of `before` is lost already.
+fn level_rounds(
+    engine: &SymbolicEngine,
+    arena: &Arena<SymbolicEngine>,
+    goals: &[StateSet],
+    before: &StateSet,
+) -> Result<Vec<StateSet>> {
+    let winning = goal_choices(engine, arena, goals)?;
+    let (mut left, mut rounds) = (before.clone(), Vec::new());
+    let mut lost = engine.difference(&engine.all_states(), before)?;
+    let mut choices = arena.choices.clone();
+    loop {
+        let mut edges = Vec::new();
+        for (part, goal) in arena.parts.iter().zip(goals) {
+            let into = engine.difference(&engine.difference(&lost, goal)?, &part.dropped)?;
+            edges.push((part.from.clone(), into));
+        }
+        choices = engine.without_choices(&choices, &pairs_into(engine, edges)?)?;
+        choices = engine.choices_in(&choices, &left)?;
+        let seeds = engine.sources(&engine.common_choices(&choices, &winning)?)?;
+        let reaching = engine.can_reach(&seeds, &choices, &arena.dropped)?;
+        lost = engine.difference(&left, &reaching)?;
+        if engine.is_empty(&lost) {
+            return Ok(rounds);
+        }
+        left = engine.difference(&left, &lost)?;
+        rounds.push(lost.clone());
+    }
+}

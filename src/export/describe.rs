@@ -1,0 +1,123 @@
+//! The manifest of an analysis.
+
+use serde_json::Value as Json;
+
+use super::Inputs;
+use crate::dump::Manifest;
+use crate::dump::manifest::{self, ChoiceNumber, Choices, Encoding, File, Source, Tool, Variable};
+use crate::engine::symbolic::{Numbered, SymbolicEngine};
+use crate::engine::{Engine, Scope};
+use crate::model::value::{Type, Value};
+use crate::model::{CommandId, Program};
+use crate::planning::levels::End;
+use crate::planning::{Analysis, Kind};
+
+/// How choices are numbered; with names for the bits only where some set needs them.
+pub(super) fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
+    let bits = if paired { engine.choice_bits() } else { 0 };
+    // No name in a model has an `@`, so these are new.
+    let order = (0..bits).rev().map(|bit| format!("choice@{bit}")).collect();
+    let program = engine.program();
+    let all = engine.numbered_choices();
+    let labels: Vec<Option<&String>> = all.iter().map(|n| label(program, n)).collect();
+    let number = |(number, choice): (usize, &Numbered)| {
+        let action = labels[number].cloned();
+        let several = labels.iter().filter(|l| l.is_some() && **l == labels[number]).count() > 1;
+        let commands = commands(program, choice);
+        let name = match (&action, choice) {
+            (_, Numbered::Deadlock) => "deadlock".to_owned(),
+            (_, Numbered::Uniform) => "uniform".to_owned(),
+            (Some(action), _) if !several => action.clone(),
+            (Some(action), _) => format!("{action}({})", alternatives(&commands)),
+            (None, _) => alternatives(&commands),
+        };
+        ChoiceNumber { number, name, action, commands }
+    };
+    Choices { order, numbers: all.iter().enumerate().map(number).collect() }
+}
+
+fn label<'a>(program: &'a Program, choice: &Numbered) -> Option<&'a String> {
+    let Numbered::Combinations { synchronisation, .. } = choice else { return None };
+    program.actions.get(program.synchronisations[*synchronisation].action?)
+}
+
+fn commands(program: &Program, choice: &Numbered) -> Vec<Vec<String>> {
+    let name = |id: &CommandId| {
+        let command = &program.commands[id.index()];
+        format!("{}#{}", program.modules[command.module], command.number)
+    };
+    match choice {
+        Numbered::Combinations { commands, .. } => {
+            commands.iter().map(|factor| factor.iter().map(name).collect()).collect()
+        }
+        Numbered::Uniform | Numbered::Deadlock => Vec::new(),
+    }
+}
+
+/// `m1#1|m1#2,m2#1`
+fn alternatives(commands: &[Vec<String>]) -> String {
+    commands.iter().map(|factor| factor.join("|")).collect::<Vec<_>>().join(",")
+}
+
+/// The manifest, all but the hashes of the files.
+pub(super) fn manifest(
+    engine: &SymbolicEngine,
+    analysis: &Analysis<'_, SymbolicEngine>,
+    inputs: &Inputs,
+    choices: Choices,
+    regions: File,
+    certificate: Option<File>,
+) -> Manifest {
+    let source = |(path, sha256): &(String, String)| Source { path: path.clone(), sha256: sha256.clone() };
+    let (program, preferences) = (engine.program(), analysis.preferences());
+    let cut = [Kind::Sasi, Kind::Spi].iter().any(|&k| matches!(analysis.levels(k).end, Some(End::Cut)));
+    Manifest {
+        schema: manifest::SCHEMA.to_owned(),
+        tool: Tool { name: "meliora".to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() },
+        model: source(&inputs.model),
+        constants: program.constants.iter().map(|(name, value)| (name.clone(), json(*value))).collect(),
+        given: program.given_constants.clone(),
+        preferences: source(&inputs.preferences),
+        objectives: preferences.objectives.iter().map(|o| o.name.clone()).collect(),
+        empty: preferences.empty.to_string(),
+        scope: match engine.settings().scope {
+            Scope::Reachable => "reachable".to_owned(),
+            Scope::All => "all".to_owned(),
+        },
+        safety: analysis.options().safety.to_string(),
+        max_level: analysis.options().max_level.filter(|_| cut),
+        encoding: encoding(engine),
+        choices,
+        regions,
+        certificate,
+    }
+}
+
+/// A constant's value; what JSON has no number for as text.
+fn json(value: Value) -> Json {
+    match value {
+        Value::Bool(b) => Json::from(b),
+        Value::Int(i) => Json::from(i),
+        Value::Real(x) => {
+            serde_json::Number::from_f64(x).map_or_else(|| Json::from(x.to_string()), Json::Number)
+        }
+    }
+}
+
+fn encoding(engine: &SymbolicEngine) -> Encoding {
+    let variable = |v: &crate::model::Variable| {
+        let boolean = v.ty == Type::Bool;
+        let bit = |k: u32| if boolean { v.name.clone() } else { format!("{}.{k}", v.name) };
+        Variable {
+            name: v.name.clone(),
+            ty: if boolean { "bool".to_owned() } else { "int".to_owned() },
+            low: v.low,
+            high: v.high,
+            bits: v.bits(),
+            names: (0..v.bits()).map(bit).collect(),
+            initial: v.initial,
+        }
+    };
+    let encoding = engine.encoding();
+    Encoding { variables: encoding.variables().iter().map(variable).collect(), order: encoding.names() }
+}

@@ -1,0 +1,86 @@
+//! The regions of a finished analysis, by the names that `meliora query` knows.
+
+use super::Named;
+use crate::engine::Engine;
+use crate::engine::symbolic::SymbolicEngine;
+use crate::error::Result;
+use crate::model::preference::{ObjectiveSet, Preferences};
+use crate::planning::levels::{End, Level};
+use crate::planning::{Analysis, Kind, strategy};
+
+type Of<'a> = Analysis<'a, SymbolicEngine>;
+
+/// All regions and strategies.
+pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
+    let mut named = vec![
+        Named::states("reachable", &engine.all_states()),
+        Named::states("initial", &engine.initial_states()),
+        Named::states("deadlock", &engine.deadlock_states()),
+        Named::choices("choices", &engine.all_choices()),
+    ];
+    let preferences = analysis.preferences();
+    if let Some(outcomes) = analysis.outcomes() {
+        for (index, objective) in preferences.objectives.iter().enumerate() {
+            let Some(outcome) = outcomes.get(index) else { continue };
+            let name = &objective.name;
+            let outside = engine.difference(&outcome.almost_sure, &outcome.target)?;
+            let staying = engine.every_successor_in(&outcome.almost_sure)?;
+            named.push(Named::states(format!("target:{name}"), &outcome.target));
+            named.push(Named::states(format!("almost-sure:{name}"), &outcome.almost_sure));
+            named.push(Named::states(format!("positive:{name}"), &outcome.positive));
+            let strategy = engine.choices_in(&staying, &outside)?;
+            named.push(Named::choices(format!("strategy:almost-sure:{name}"), &strategy));
+        }
+    }
+    for class in analysis.classes().iter().flat_map(|c| &c.list) {
+        let name = class_name(preferences, &class.most_preferred);
+        named.push(Named::states(format!("class:{name}"), &class.states));
+    }
+    let complete = analysis.classes().is_some();
+    if complete && !named.iter().any(|n| n.name == "class:nothing") {
+        // Scripts ask for it by name: it is there, even where no state is in it.
+        named.push(Named::states("class:nothing", &engine.no_states()));
+    }
+    for kind in [Kind::Sasi, Kind::Spi] {
+        levels(engine, analysis, kind, &mut named)?;
+    }
+    Ok(named)
+}
+
+/// `A+B`, or `nothing`.
+pub(super) fn class_name(preferences: &Preferences, class: &ObjectiveSet) -> String {
+    if class.is_empty() { "nothing".to_owned() } else { preferences.names(class).join("+") }
+}
+
+/// `sasi` or `spi`.
+pub(super) fn kind_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Sasi => "sasi",
+        Kind::Spi => "spi",
+    }
+}
+
+fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Vec<Named>) -> Result<()> {
+    let (Some(classes), Some(improvement)) = (analysis.classes(), analysis.improvement()) else {
+        return Ok(());
+    };
+    for (number, level) in numbered(analysis, kind) {
+        let name = format!("{}:{number}", kind_name(kind));
+        named.push(Named::states(&name, &level.states));
+        let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
+        named.push(Named::choices(format!("strategy:{name}"), &permitted));
+    }
+    if matches!(analysis.levels(kind).end, Some(End::Empty)) {
+        let name = format!("{}:unbounded", kind_name(kind));
+        named.push(Named::states(&name, &engine.no_states()));
+        named.push(Named::choices(format!("strategy:{name}"), &engine.no_choices()));
+    }
+    Ok(())
+}
+
+/// The levels with their numbers, and the fixpoint as `unbounded`.
+pub(super) fn numbered<'a>(analysis: &'a Of<'_>, kind: Kind) -> Vec<(String, &'a Level<SymbolicEngine>)> {
+    let levels = analysis.levels(kind);
+    let found = levels.found.iter().enumerate().map(|(k, level)| ((k + 1).to_string(), level));
+    found.chain(levels.unbounded().map(|level| ("unbounded".to_owned(), level))).collect()
+}

@@ -1,0 +1,257 @@
+//! Families of models with preferences, from a few numbers or from a drawing.
+//!
+//! # The grid world
+//! Robots move [north, south, east or west](Direction) over a grid, pick up items and spend their
+//! battery. A move into a wall, off the grid or against a one-way cell leaves the robot where it was;
+//! a move onto a slippery cell may slide one step further. A move costs one unit of battery, also
+//! where it is blocked; at 0 the robot stays where it is for ever. Ending a move in the cell of a
+//! charger fills the battery. An item (or the chargers) that others *open* is available only once one
+//! of those was picked up, that is, once a robot has ended a move in its cell while it was available.
+//! The objective `A` is to be in the cell of the available item A.
+//!
+//! Several robots act in turns, in any order; they share what they opened and do not block each other.
+//! A moving obstacle takes a random step along its track whenever a robot acts, and blocks the cell
+//! where it stands as the robot sets out; a slide does not notice it.
+//!
+//! # Map files
+//! ```text
+//! // A comment.
+//! map
+//! C.+.E
+//! #~.!#
+//! B.R.D
+//! #~F~#
+//! A.#.*
+//! end
+//! battery 8                      // or none, which is the default
+//! cell + no east west            // what a sign means
+//! cell R start no east west
+//! cell ! slip north south west
+//! open A B -> D E charger        // A and B make these available
+//! open C -> E F charger
+//! patrol 1,1 3,1                 // a moving obstacle between two cells, as row,column
+//! prefer D>A, E>A, D>B, E>B, E>C, F>C
+//! empty gain                     // bottom, gain or incomparable
+//! ```
+//! The rows of the map stand from north to south, one character a cell; the last row is row 0. Signs
+//! with a meaning of their own: `.` and blank free, `#` wall, `A`-`Z` items, `*` charger, `@` start of
+//! a robot, `~` slippery (north and south), `^` `v` `>` `<` one-way. `cell SIGN KIND…` gives a sign a
+//! new one; kinds are `free`, `wall`, `charger`, `start`, `item X`, `slip DIRECTION…`, `no DIRECTION…` (those
+//! actions are disabled) and `oneway DIRECTION`, and several may be joined. Without a `prefer` the order is drawn at
+//! random.
+
+mod cells;
+mod draw;
+mod map;
+mod picture;
+mod preference;
+mod random;
+mod world;
+mod write;
+
+use std::sync::Arc;
+
+pub use preference::Empty;
+pub use world::{Direction, Directions};
+
+use crate::error::{Error, Result, SourceFile};
+use draw::Draw;
+use world::World;
+
+/// The most rows or columns.
+pub const LARGEST_SIDE: usize = 1024;
+/// The most that a battery holds.
+pub const LARGEST_BATTERY: u32 = 100_000;
+/// The most items: one for each capital letter.
+pub const MOST_ITEMS: usize = 26;
+/// The most robots.
+pub const MOST_ROBOTS: usize = 9;
+
+/// What a random grid world is drawn from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parameters {
+    /// Number of rows.
+    pub rows: usize,
+    /// Number of columns.
+    pub cols: usize,
+    /// What the battery holds; `None`: there is none.
+    pub battery: Option<u32>,
+    /// Number of items.
+    pub items: usize,
+    /// How many of the items others must open.
+    pub locked: usize,
+    /// Number of chargers.
+    pub chargers: usize,
+    /// Whether an item must open the chargers.
+    pub locked_charger: bool,
+    /// Walls, in per cent of the cells.
+    pub walls: usize,
+    /// Slippery cells, in per cent of the cells.
+    pub slippery: usize,
+    /// Where slippery cells may slide to: each draws one of these.
+    pub drifts: Vec<Directions>,
+    /// Number of one-way cells.
+    pub one_way: usize,
+    /// Number of cells in which two opposite actions are disabled.
+    pub disabled: usize,
+    /// Number of robots.
+    pub robots: usize,
+    /// Number of moving obstacles.
+    pub patrols: usize,
+}
+
+impl Parameters {
+    /// The standing benchmark family: a tenth each of walls and ice, half of the items locked, one
+    /// locked charger, and a battery of three times the longer side.
+    pub fn new(rows: usize, cols: usize, items: usize) -> Self {
+        use Direction::{East, North, South, West};
+        let drifts = [&[North, South][..], &[East, West], &[North, South, West]];
+        Parameters {
+            rows,
+            cols,
+            battery: u32::try_from(3 * rows.max(cols)).ok(),
+            items,
+            locked: items / 2,
+            chargers: 1,
+            locked_charger: items > 0,
+            walls: 10,
+            slippery: 10,
+            drifts: drifts.map(|drift| drift.iter().copied().collect()).to_vec(),
+            one_way: 0,
+            disabled: 0,
+            robots: 1,
+            patrols: 0,
+        }
+    }
+
+    /// The command that draws this world, for the files' first lines; order and worth of nothing stand
+    /// in the preference file itself.
+    fn command(&self, choices: &Choices) -> String {
+        let battery = self.battery.map_or("none".to_owned(), |full| full.to_string());
+        let drift = |drift: &Directions| drift.iter().map(Direction::letter).collect::<String>();
+        let drifts: Vec<String> = self.drifts.iter().map(drift).collect();
+        let numbers = [
+            ("rows", self.rows),
+            ("cols", self.cols),
+            ("items", self.items),
+            ("locked", self.locked),
+            ("chargers", self.chargers),
+            ("walls", self.walls),
+            ("slippery", self.slippery),
+            ("one-way", self.one_way),
+            ("disabled", self.disabled),
+            ("robots", self.robots),
+            ("patrols", self.patrols),
+        ];
+        let numbers = numbers
+            .iter()
+            .filter(|(name, n)| *n != 0 || matches!(*name, "locked" | "chargers" | "walls" | "slippery"));
+        let mut command = "meliora generate gridworld".to_owned();
+        numbers.for_each(|(name, number)| command += &format!(" --{name} {number}"));
+        command += if self.locked_charger { "" } else { " --open-chargers" };
+        command += &if drifts.is_empty() { String::new() } else { format!(" --drift {}", drifts.join(",")) };
+        command + &format!(" --battery {battery} --seed {}", choices.seed)
+    }
+
+    /// Refuses what makes no model.
+    fn validate(&self) -> Result<()> {
+        let usage = |message: String| Err(Error::Usage(message));
+        if let Err(message) = check_size(self.rows, self.cols) {
+            return usage(message);
+        }
+        match self {
+            p if p.battery.is_some_and(|b| b == 0 || b > LARGEST_BATTERY) => usage(format!(
+                "a battery holds 1 to {LARGEST_BATTERY} units; `none` is the battery that never ends"
+            )),
+            p if p.items == 0 || p.items > MOST_ITEMS => {
+                usage(format!("there must be 1 to {MOST_ITEMS} items, not {}", p.items))
+            }
+            p if p.locked >= p.items => usage(format!(
+                "{} of {} items are locked: at least one must be there to open the others",
+                p.locked, p.items
+            )),
+            p if p.robots == 0 || p.robots > MOST_ROBOTS => {
+                usage(format!("there must be 1 to {MOST_ROBOTS} robots, not {}", p.robots))
+            }
+            p if p.walls > 90 || p.slippery > 100 => {
+                usage("at most 90 per cent of the cells can be walls, at most 100 slippery".to_owned())
+            }
+            p if p.slippery > 0 && (p.drifts.is_empty() || p.drifts.iter().any(|d| d.is_empty())) => {
+                usage("a slippery cell needs a direction to slide to".to_owned())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Where a drawn preference order can be replaced by a given one.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Choices {
+    /// Statements such as `D>A, E>=A, B~C`; `None`: those of the map, or a random order.
+    pub prefer: Option<String>,
+    /// The worth of nothing; `None`: that of the map, or `bottom`.
+    pub empty: Option<Empty>,
+    /// What the random draws start from.
+    pub seed: u64,
+}
+
+/// A model and preferences over it, as texts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Generated {
+    /// The model, in PRISM's language.
+    pub model: String,
+    /// The preference file.
+    pub preferences: String,
+}
+
+/// A random grid world. The same arguments give the same texts in every version and on every machine.
+///
+/// # Errors
+/// [`Error::Usage`]: the parameters contradict each other, or there is not enough room.
+pub fn gridworld(parameters: &Parameters, choices: &Choices) -> Result<Generated> {
+    let mut draw = Draw::new(choices.seed);
+    let world = random::world(parameters, &mut draw)?;
+    let title =
+        format!("A random {} x {} grid world.\n// {}", world.rows, world.cols, parameters.command(choices));
+    finish(&world, &title, choices, None, None)
+}
+
+/// The grid world that a map file shows.
+///
+/// # Errors
+/// [`Error::Input`]: the map is wrong, with the place; [`Error::Usage`]: the given preferences are.
+pub fn from_map(source: &Arc<SourceFile>, choices: &Choices) -> Result<Generated> {
+    let map = map::read(source)?;
+    let name = source.name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let title = format!("A grid world, drawn in {name:?}.");
+    finish(&map.world, &title, choices, map.prefer, map.empty)
+}
+
+fn finish(
+    world: &World,
+    title: &str,
+    choices: &Choices,
+    prefer: Option<Vec<preference::Statement>>,
+    empty: Option<Empty>,
+) -> Result<Generated> {
+    let statements = match (&choices.prefer, prefer) {
+        (Some(text), _) => preference::parse(text, world)
+            .map_err(|(_, message)| Error::Usage(format!("the preferences `{text}`: {message}")))?,
+        (None, Some(statements)) => statements,
+        // A stream of its own: the same world whether the order is drawn or given.
+        (None, None) => preference::random(world, &mut Draw::new(!choices.seed)),
+    };
+    let empty = choices.empty.or(empty).unwrap_or_default();
+    Ok(Generated {
+        model: write::write(world, title),
+        preferences: preference::write(world, &statements, empty, title),
+    })
+}
+
+/// Whether a grid of this size is neither empty nor beyond what is sensible.
+fn check_size(rows: usize, cols: usize) -> Result<(), String> {
+    match (1..=LARGEST_SIDE).contains(&rows) && (1..=LARGEST_SIDE).contains(&cols) {
+        true => Ok(()),
+        false => Err(format!("a grid has 1 to {LARGEST_SIDE} rows and columns, not {rows} x {cols}")),
+    }
+}

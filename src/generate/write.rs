@@ -1,0 +1,411 @@
+//! A world as a model in PRISM's language.
+
+use super::cells::{condition, wrap};
+use super::picture;
+use super::world::{Branch, CellSet, Direction, Effect, Lock, Patrol, Place, Shift, World};
+
+/// The model's text; `title` is its first line of comment.
+pub(super) fn write(world: &World, title: &str) -> String {
+    let robots: Vec<Robot> = (0..world.starts.len()).map(|number| Robot::new(world, number)).collect();
+    let mut text = format!("// {title}\n{}\nmdp\n", picture::comment(world));
+    if let Some(full) = world.battery {
+        text += &format!("\nconst int full = {full};  // the battery\n");
+    }
+    if let [first, _, ..] = &robots[..] {
+        let starts = robots.iter().map(|r| {
+            format!("const int row{0} = {1}; const int col{0} = {2};\n", r.suffix, r.start.row, r.start.col)
+        });
+        text += &format!("\n// Where the robots start.\n{}", starts.collect::<String>());
+        text += &first.shared_locks(robots.len());
+    }
+    if let Some(robot) = robots.first() {
+        let moves: Vec<Move> = Direction::ALL.into_iter().map(|d| Move::new(robot, d)).collect();
+        moves.iter().for_each(|m| text += &m.formulas());
+        text += &robot.module(&moves);
+        robots.iter().skip(1).for_each(|other| text += &other.renamed(robot));
+    }
+    for (number, patrol) in world.patrols.iter().enumerate() {
+        text += &patrol_module(number + 1, patrol, &robots);
+    }
+    text + &labels(world, &robots)
+}
+
+/// The names that belong to one robot, with its number where there are several.
+struct Robot<'a> {
+    world: &'a World,
+    start: Place,
+    suffix: String,
+    others: usize,
+}
+
+impl<'a> Robot<'a> {
+    fn new(world: &'a World, number: usize) -> Self {
+        let others = world.starts.len() - 1;
+        let suffix = if others == 0 { String::new() } else { (number + 1).to_string() };
+        Robot { world, start: world.starts[number], suffix, others }
+    }
+
+    fn name(&self, stem: &str) -> String {
+        format!("{stem}{}", self.suffix)
+    }
+
+    /// The flag by which this robot has made something available.
+    fn flag(&self, lock: Lock) -> String {
+        self.name(&self.lock(lock))
+    }
+
+    /// What says that something is available, whoever made it so.
+    fn lock(&self, lock: Lock) -> String {
+        match lock {
+            Lock::Item(i) => format!("open_{}", self.world.items[i].name),
+            Lock::Charger => "open_charger".to_owned(),
+        }
+    }
+
+    fn place(&self, place: Place) -> String {
+        format!("{}={} & {}={}", self.name("r"), place.row, self.name("c"), place.col)
+    }
+
+    fn condition(&self, set: &CellSet) -> Vec<String> {
+        condition(set, &self.name("r"), &self.name("c"))
+    }
+
+    /// With several robots: something is available as soon as one of them has seen to it.
+    fn shared_locks(&self, robots: usize) -> String {
+        let locks = self.world.locks();
+        let formula = |&lock: &Lock| {
+            let name = self.lock(lock);
+            let flags: Vec<String> = (1..=robots).map(|n| format!("{name}{n}")).collect();
+            format!("formula {name} = {};\n", flags.join(" | "))
+        };
+        let formulas: String = locks.iter().map(formula).collect();
+        if formulas.is_empty() {
+            formulas
+        } else {
+            format!("\n// What a robot has made available, all may use.\n{formulas}")
+        }
+    }
+
+    fn variables(&self) -> String {
+        let (r, c, world) = (self.name("r"), self.name("c"), self.world);
+        let starts = match self.others {
+            0 => (self.start.row.to_string(), self.start.col.to_string()),
+            _ => (self.name("row"), self.name("col")),
+        };
+        let mut text = format!("  {r} : [0..{}] init {};  // row\n", world.rows - 1, starts.0);
+        text += &format!("  {c} : [0..{}] init {};  // column\n", world.cols - 1, starts.1);
+        if world.battery.is_some() {
+            text += &format!("  {} : [0..full] init full;  // battery\n", self.name("b"));
+        }
+        for lock in world.locks() {
+            text += &format!("  {} : bool init false;\n", self.flag(lock));
+        }
+        text
+    }
+
+    fn module(&self, moves: &[Move]) -> String {
+        let mut text = format!("\nmodule {}\n\n{}", self.name("robot"), self.variables());
+        moves.iter().for_each(|m| text += &m.commands());
+        if self.world.battery.is_some() {
+            text += "\n  // An empty battery: no move leads anywhere.\n";
+            for direction in Direction::ALL {
+                text += &format!("  [{}] {}=0 -> true;\n", self.name(direction.name()), self.name("b"));
+            }
+        }
+        text + "\nendmodule\n"
+    }
+
+    /// The module of a further robot: the first one's, with the two robots' names exchanged.
+    fn renamed(&self, first: &Robot) -> String {
+        let mut stems: Vec<String> = ["r", "c", "row", "col"].map(str::to_owned).to_vec();
+        stems.extend(self.world.battery.map(|_| "b".to_owned()));
+        stems.extend(Direction::ALL.map(|d| d.name().to_owned()));
+        let mut pairs: Vec<String> =
+            stems.iter().map(|s| format!("{}={}", first.name(s), self.name(s))).collect();
+        for lock in self.world.locks() {
+            let (one, other) = (first.flag(lock), self.flag(lock));
+            // Both ways: a robot must still see the flags that the first one has set.
+            pairs.extend([format!("{one}={other}"), format!("{other}={one}")]);
+        }
+        let list = wrap_list(&pairs);
+        format!("\nmodule {} = {} [{list}] endmodule\n", self.name("robot"), first.name("robot"))
+    }
+}
+
+fn wrap_list(items: &[String]) -> String {
+    let lines: Vec<String> = items.chunks(8).map(|chunk| chunk.join(", ")).collect();
+    lines.join(",\n  ")
+}
+
+/// All that one direction needs: named conditions, and commands under them.
+struct Move<'a> {
+    robot: &'a Robot<'a>,
+    direction: Direction,
+    disabled: CellSet,
+    cases: Vec<Case>,
+}
+
+/// Cells from which the move has the same results.
+struct Case {
+    name: String,
+    branches: Vec<Branch>,
+    origins: CellSet,
+}
+
+impl<'a> Move<'a> {
+    fn new(robot: &'a Robot<'a>, direction: Direction) -> Self {
+        let world = robot.world;
+        let disabled = CellSet::new(world, |place| world.cell(place).disabled.contains(direction));
+        let mut slips = 0;
+        let mut cases: Vec<Case> = Vec::new();
+        for group in world.groups(direction) {
+            let name = describe(world, direction, &group.branches, &mut slips);
+            let name = robot.name(&format!("{}_{name}", direction.name()));
+            cases.push(Case { name, branches: group.branches, origins: group.origins });
+        }
+        cases.sort_by_key(|case| order(&case.branches, direction));
+        Move { robot, direction, disabled, cases }
+    }
+
+    fn prefix(&self) -> String {
+        self.robot.name(self.direction.name())
+    }
+
+    fn met(&self) -> Option<String> {
+        (!self.robot.world.patrols.is_empty())
+            .then(|| self.robot.name(&format!("{}_met", self.direction.name())))
+    }
+
+    fn formulas(&self) -> String {
+        let mut text = format!("\n// Moves {}.\n", self.direction.name());
+        let mut named: Vec<String> = Vec::new();
+        if !self.disabled.is_empty() {
+            let name = self.robot.name(&format!("{}_disabled", self.direction.name()));
+            text += &formula(&name, &self.robot.condition(&self.disabled));
+            named.push(name);
+        }
+        let is_free = |case: &&Case| order(&case.branches, self.direction) == 0;
+        for case in self.cases.iter().filter(|case| !is_free(case)) {
+            text += &formula(&case.name, &self.robot.condition(&case.origins));
+            named.push(case.name.clone());
+        }
+        // The plain step is what the others leave.
+        if let Some(case) = self.cases.iter().find(is_free) {
+            let rest = if named.is_empty() { "false".to_owned() } else { named.join(" | ") };
+            text += &wrap(&format!("formula {} = !({rest});\n", case.name), "    ");
+        }
+        if let Some(met) = self.met() {
+            text += &self.met_formula(&met);
+        }
+        text
+    }
+
+    /// Whether a moving obstacle stands where the move would lead.
+    fn met_formula(&self, name: &str) -> String {
+        let Shift { rows, cols } = self.direction.shift();
+        let world = self.robot.world;
+        let meets = world.patrols.iter().enumerate().filter_map(|(number, patrol)| {
+            let (fixed, along) = if patrol.is_vertical() {
+                (("c", patrol.from.col, cols), ("r", rows))
+            } else {
+                (("r", patrol.from.row, rows), ("c", cols))
+            };
+            // The coordinate across the track must be one step off, or on it for a move along it.
+            let across = i64::try_from(fixed.1).ok()? - fixed.2;
+            let end = if fixed.0 == "c" { world.cols } else { world.rows };
+            let across = usize::try_from(across).ok().filter(|&a| a < end)?;
+            let position = offset(&self.robot.name(along.0), along.1);
+            Some(format!("{}={across} & p{}={position}", self.robot.name(fixed.0), number + 1))
+        });
+        let meets: Vec<String> = meets.collect();
+        formula(name, &if meets.is_empty() { vec!["false".to_owned()] } else { meets })
+    }
+
+    fn commands(&self) -> String {
+        let battery =
+            self.robot.world.battery.map(|_| format!("{}>0 & ", self.robot.name("b"))).unwrap_or_default();
+        let unmet = self.met().map(|met| format!("!{met} & ")).unwrap_or_default();
+        let mut text = "\n".to_owned();
+        for case in &self.cases {
+            let updates = self.branches(&case.branches);
+            let command = format!("  [{}] {battery}{unmet}{} ->{updates};", self.prefix(), case.name);
+            text += &format!("{command}\n");
+        }
+        if let Some(met) = self.met() {
+            text += &self.met_commands(&format!("{battery}{met}"));
+        }
+        text
+    }
+
+    /// What a move into a moving obstacle does: it stays, as before a wall.
+    fn met_commands(&self, guard: &str) -> String {
+        let world = self.robot.world;
+        let near = |place: Place| {
+            let Shift { rows, cols } = self.direction.shift();
+            let to = place_of(place.row as i64 + rows, place.col as i64 + cols);
+            to.is_some_and(|to| world.patrols.iter().any(|patrol| patrol.covers(to)))
+        };
+        let mut stays: std::collections::BTreeMap<Option<Effect>, Vec<Place>> =
+            std::collections::BTreeMap::new();
+        for place in world.places().filter(|&p| near(p) && !world.cell(p).disabled.contains(self.direction)) {
+            stays.entry(world.effect(place)).or_default().push(place);
+        }
+        let plain = stays.len() == 1 && self.disabled.is_empty();
+        let mut text = String::new();
+        for (effect, places) in stays {
+            let set = CellSet::new(world, |place| places.contains(&place));
+            let here = if plain {
+                String::new()
+            } else {
+                format!(" & ({})", self.robot.condition(&set).join(" | "))
+            };
+            let branch = Branch { shift: Shift::default(), effect, weight: 1 };
+            let command = format!("  [{}] {guard}{here} ->{};", self.prefix(), self.branches(&[branch]));
+            text += &format!("{}\n", wrap(&command, "        "));
+        }
+        text
+    }
+
+    fn branches(&self, branches: &[Branch]) -> String {
+        let total: u32 = branches.iter().map(|branch| branch.weight).sum();
+        match branches {
+            [only] => format!(" {}", self.updates(only)),
+            _ => {
+                let branch = |b: &Branch| format!("\n        {}/{total} : {}", b.weight, self.updates(b));
+                branches.iter().map(branch).collect::<Vec<_>>().join(" +")
+            }
+        }
+    }
+
+    fn updates(&self, branch: &Branch) -> String {
+        let robot = self.robot;
+        let mut updates = Vec::new();
+        for (stem, by) in [("r", branch.shift.rows), ("c", branch.shift.cols)] {
+            if by != 0 {
+                let name = robot.name(stem);
+                updates.push(format!("({name}'={})", offset(&name, by)));
+            }
+        }
+        let effect = branch.effect.as_ref();
+        if robot.world.battery.is_some() {
+            let b = robot.name("b");
+            let charges = effect.is_some_and(|e| e.charges);
+            updates.push(match (charges, robot.world.is_locked(Lock::Charger)) {
+                (false, _) => format!("({b}'={b}-1)"),
+                (true, false) => format!("({b}'=full)"),
+                (true, true) => format!("({b}'={} ? full : {b}-1)", robot.lock(Lock::Charger)),
+            });
+        }
+        for &lock in effect.map(|e| &e.opens[..]).unwrap_or_default() {
+            let flag = robot.flag(lock);
+            updates.push(match effect.and_then(|e| e.needs) {
+                None => format!("({flag}'=true)"),
+                Some(item) => format!("({flag}'={flag} | {})", robot.lock(Lock::Item(item))),
+            });
+        }
+        if updates.is_empty() { "true".to_owned() } else { updates.join(" & ") }
+    }
+}
+
+fn place_of(row: i64, col: i64) -> Option<Place> {
+    Some(Place { row: usize::try_from(row).ok()?, col: usize::try_from(col).ok()? })
+}
+
+/// A short name for what a move does.
+fn describe(world: &World, direction: Direction, branches: &[Branch], slips: &mut usize) -> String {
+    let [only] = branches else {
+        *slips += 1;
+        return format!("slip_{slips}");
+    };
+    let moved = only.shift == direction.shift();
+    match (&only.effect, moved) {
+        (None, true) => "free".to_owned(),
+        (None, false) => "blocked".to_owned(),
+        (Some(effect), _) => format!("{}_{}", if moved { "to" } else { "at" }, places_with(world, effect)),
+    }
+}
+
+/// The order of the cases: the plain step first, then what stays, then what matters.
+fn order(branches: &[Branch], direction: Direction) -> usize {
+    match branches {
+        [only] if only.effect.is_none() => usize::from(only.shift != direction.shift()),
+        [only] => 2 + usize::from(only.shift != direction.shift()),
+        _ => 4,
+    }
+}
+
+/// The items (or the charger) that have an effect: `A_B`.
+fn places_with(world: &World, effect: &Effect) -> String {
+    let has = |place: &Place| world.effect(*place).as_ref() == Some(effect);
+    let mut names: Vec<String> = Vec::new();
+    for place in world.places().filter(has) {
+        let cell = world.cell(place);
+        let item = cell.item.filter(|_| !effect.opens.is_empty()).map(|i| world.items[i].name.to_string());
+        let charger = (effect.charges).then(|| "charger".to_owned());
+        let parts: Vec<String> = item.into_iter().chain(charger).collect();
+        names.push(parts.join("_"));
+    }
+    names.sort();
+    names.dedup();
+    names.join("_")
+}
+
+fn offset(name: &str, by: i64) -> String {
+    match by {
+        0 => name.to_owned(),
+        _ => format!("{name}{by:+}"),
+    }
+}
+
+fn formula(name: &str, parts: &[String]) -> String {
+    let line = format!("formula {name} = {};\n", parts.join(" | "));
+    if line.len() <= 100 {
+        return line;
+    }
+    let wrapped: Vec<String> = parts.iter().map(|part| wrap(part, "        ")).collect();
+    format!("formula {name} =\n    {};\n", wrapped.join("\n  | "))
+}
+
+/// A moving obstacle, which takes a random step whenever a robot acts.
+fn patrol_module(number: usize, patrol: &Patrol, robots: &[Robot]) -> String {
+    let p = format!("p{number}");
+    let (first, last, where_) = match patrol.is_vertical() {
+        true => {
+            (patrol.from.row, patrol.to.row, format!("the row of an obstacle in column {}", patrol.from.col))
+        }
+        false => {
+            (patrol.from.col, patrol.to.col, format!("the column of an obstacle in row {}", patrol.from.row))
+        }
+    };
+    let mut text =
+        format!("\nmodule patrol{number}\n\n  {p} : [{first}..{last}] init {first};  // {where_}\n\n");
+    for robot in robots {
+        for direction in Direction::ALL {
+            let action = robot.name(direction.name());
+            text += &format!(
+                "  [{action}] true -> 1/2 : ({p}'=max({p}-1,{first})) + 1/2 : ({p}'=min({p}+1,{last}));\n"
+            );
+        }
+    }
+    text + "\nendmodule\n"
+}
+
+/// `"at_A"`: a robot is where A can be picked up.
+fn labels(world: &World, robots: &[Robot]) -> String {
+    let mut text = "\n".to_owned();
+    for (number, item) in world.items.iter().enumerate() {
+        let cells = CellSet::new(world, |place| world.cell(place).item == Some(number));
+        let mut places: Vec<String> = Vec::new();
+        for robot in robots {
+            let all = cells.members.iter().zip(world.places()).filter(|(member, _)| **member);
+            places.extend(all.map(|(_, place)| robot.place(place)));
+        }
+        let places = places.join(" | ");
+        let condition = match robots.first().filter(|_| world.is_locked(Lock::Item(number))) {
+            Some(robot) => format!("({places}) & {}", robot.lock(Lock::Item(number))),
+            None => places,
+        };
+        text += &wrap(&format!("label \"at_{}\" = {condition};\n", item.name), "    ");
+    }
+    text
+}

@@ -1,0 +1,172 @@
+//! Preference files over a finished program: targets, known names, the preorder.
+
+use std::sync::Arc;
+
+use ahash::AHashMap;
+
+use super::target::lower_target;
+use crate::error::{Diagnostic, Error, Result, SourceFile};
+use crate::lang::ast::{Ident, Span};
+use crate::lang::pref::{self, Chain};
+use crate::model::Program;
+use crate::model::preference::{Contradiction, Empty, Objective, Preferences, Preorder, Relation, Statement};
+
+/// Reads a preference file and puts its targets into the pool of the program.
+///
+/// # Errors
+/// All errors of the text that could be told apart: of syntax first, then of meaning.
+pub fn load_preferences(source: &Arc<SourceFile>, program: &mut Program) -> Result<Preferences> {
+    lower_preferences(&pref::parse_preferences(source)?, source, program)
+}
+
+/// Checks a preference file: targets over the names of the model, objectives known and declared
+/// once, no contradiction in the order.
+///
+/// # Errors
+/// What is wrong, each with its place; a contradiction with the statements around its cycle.
+pub fn lower_preferences(
+    tree: &pref::Preferences,
+    source: &Arc<SourceFile>,
+    program: &mut Program,
+) -> Result<Preferences> {
+    let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
+    let objectives = checker.objectives(tree, program)?;
+    let (statements, spans) = checker.statements(tree);
+    if !checker.diagnostics.is_empty() {
+        return Err(Error::Input(checker.diagnostics));
+    }
+    let order = Preorder::new(objectives.len(), &statements)
+        .map_err(|found| contradiction(source, &objectives, &found, &statements, &spans))?;
+    let empty = match tree.empty {
+        None | Some((pref::Empty::Bottom, _)) => Empty::Bottom,
+        Some((pref::Empty::Gain, _)) => Empty::Gain,
+        Some((pref::Empty::Incomparable, _)) => Empty::Incomparable,
+    };
+    Ok(Preferences { objectives, order, empty })
+}
+
+struct Checker<'a> {
+    source: &'a Arc<SourceFile>,
+    /// Position and place of each objective.
+    known: AHashMap<&'a str, (usize, Span)>,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl<'a> Checker<'a> {
+    /// The objectives with their targets; what is wrong with them is noted.
+    fn objectives(&mut self, tree: &'a pref::Preferences, program: &mut Program) -> Result<Vec<Objective>> {
+        let mut objectives = Vec::new();
+        for (index, objective) in tree.objectives.iter().enumerate() {
+            let Ident { name, span } = &objective.name;
+            if let Some((_, first)) = self.known.get(name.as_str()) {
+                let message = format!("the objective `{name}` is declared twice");
+                let diagnostic = Diagnostic::new(self.source, span.range(), message).label("declared again");
+                self.diagnostics.push(diagnostic.related(first.range(), "declared here first"));
+            } else {
+                self.known.insert(name, (index, *span));
+            }
+            match lower_target(program, self.source, &objective.target) {
+                Ok(target) => {
+                    let span = Some(objective.span.range());
+                    objectives.push(Objective { name: name.clone(), target, span });
+                }
+                Err(Error::Input(wrong)) => self.diagnostics.extend(wrong),
+                Err(other) => return Err(other),
+            }
+        }
+        if tree.objectives.is_empty() {
+            let diagnostic = Diagnostic::new(self.source, 0..0, "there is no objective");
+            self.diagnostics.push(diagnostic.help("write `objective NAME = F (condition);`"));
+        }
+        Ok(objectives)
+    }
+
+    /// Every pair of neighbouring sides of every chain, with the place of its chain.
+    fn statements(&mut self, tree: &'a pref::Preferences) -> (Vec<Statement>, Vec<Span>) {
+        let (mut statements, mut spans) = (Vec::new(), Vec::new());
+        for chain in &tree.statements {
+            for (left, relation, right) in self.pairs(chain) {
+                statements.push(Statement { left, relation, right });
+                spans.push(chain.span);
+            }
+        }
+        (statements, spans)
+    }
+
+    fn pairs(&mut self, chain: &'a Chain) -> Vec<(usize, Relation, usize)> {
+        let mut pairs = Vec::new();
+        let mut left = self.side(&chain.first);
+        for (relation, names) in &chain.links {
+            let right = self.side(names);
+            let relation = match relation {
+                pref::Relation::Strict => Relation::Strict,
+                pref::Relation::Weak => Relation::Weak,
+                pref::Relation::Indifferent => Relation::Indifferent,
+            };
+            for &x in &left {
+                pairs.extend(right.iter().map(|&y| (x, relation, y)));
+            }
+            left = right;
+        }
+        pairs
+    }
+
+    fn side(&mut self, names: &'a [Ident]) -> Vec<usize> {
+        let mut side = Vec::new();
+        for Ident { name, span } in names {
+            match self.known.get(name.as_str()) {
+                Some((index, _)) => side.push(*index),
+                None => {
+                    let message = format!("there is no objective `{name}`");
+                    let diagnostic =
+                        Diagnostic::new(self.source, span.range(), message).label("not declared");
+                    self.diagnostics.push(diagnostic.help(format!("the objectives are {}", self.names())));
+                }
+            }
+        }
+        side
+    }
+
+    fn names(&self) -> String {
+        let mut known: Vec<(usize, &str)> = self.known.iter().map(|(name, (i, _))| (*i, *name)).collect();
+        known.sort_unstable();
+        known.iter().map(|(_, name)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// The cycle in words, `B > A >= C > B`, at the statement that cannot hold.
+fn contradiction(
+    source: &Arc<SourceFile>,
+    objectives: &[Objective],
+    found: &Contradiction,
+    statements: &[Statement],
+    spans: &[Span],
+) -> Error {
+    let name = |i: usize| objectives.get(i).map_or("?", |o| o.name.as_str());
+    let mut cycle = String::new();
+    for (&objective, &statement) in found.cycle.iter().zip(&found.statements) {
+        let relation = statements.get(statement).map_or(">=", |s| symbol(s.relation));
+        cycle.push_str(&format!("{} {relation} ", name(objective)));
+    }
+    let first = found.cycle.first().map_or("?", |&i| name(i));
+    let message = format!("the preferences contradict each other: {cycle}{first}");
+    let place = |s: &usize| spans.get(*s).map_or(0..0, |span| span.range());
+    let strict = found.statements.first().map_or(0..0, place);
+    let mut diagnostic = Diagnostic::new(source, strict.clone(), message)
+        .label(format!("`{first}` cannot be strictly better than itself"))
+        .help("take one of these statements out, or make all of them `>=` or `~`");
+    for span in found.statements.iter().map(place) {
+        if span != strict && !diagnostic.related.iter().any(|(other, _)| *other == span) {
+            diagnostic = diagnostic.related(span, "together with this");
+        }
+    }
+    diagnostic.into()
+}
+
+fn symbol(relation: Relation) -> &'static str {
+    match relation {
+        Relation::Strict => ">",
+        Relation::Weak => ">=",
+        Relation::Indifferent => "~",
+    }
+}

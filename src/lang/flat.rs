@@ -1,0 +1,310 @@
+//! A flat program as text of the modelling language: what `info --flat` shows.
+
+use std::fmt::Write as _;
+
+use ahash::{AHashMap, AHashSet};
+
+use super::ast::{BinaryOp, Expr, ExprKind, Ident, Span};
+use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use crate::model::value::{Type, Value};
+use crate::model::{Command, CommandId, ModelKind, Program, Synchronisation, Variable};
+
+/// An expression that occurs twice gets a name of its own from this many nodes on.
+const LARGE: u64 = 40;
+/// Expressions of heights that this divides get names too, so that nothing nests too deeply.
+const TALL: u32 = 64;
+
+/// The program as a model file: constants and formulas are put in, renamings carried out. It reads
+/// back as the same program, unless a `system` block composed it: then a comment lists what moves
+/// together.
+pub fn flat(program: &Program) -> String {
+    let mut text = String::new();
+    text.push_str(match program.kind {
+        ModelKind::Mdp => "mdp\n",
+        ModelKind::Dtmc => "dtmc\n",
+    });
+    for (name, value) in &program.constants {
+        let _ = write!(text, "\nconst {} {name} = {value};", value.ty());
+    }
+    let printer = Printer::new(program);
+    printer.shared(&mut text);
+    for variable in program.variables.iter().filter(|v| v.module.is_none()) {
+        let _ = write!(text, "\nglobal {}", declaration(variable));
+    }
+    for module in 0..program.modules.len() {
+        printer.module(module, &mut text);
+    }
+    if !composed_in_full(program) {
+        synchronisations(program, &mut text);
+    }
+    if program.variables.iter().any(|v| v.initial.is_none()) {
+        let _ = writeln!(text, "\ninit {} endinit", printer.expr(program.initial));
+    }
+    for (name, body) in &program.labels {
+        let _ = write!(text, "\nlabel \"{name}\" = {};", printer.expr(*body));
+    }
+    text.push('\n');
+    text
+}
+
+fn declaration(variable: &Variable) -> String {
+    let range = match variable.ty {
+        Type::Bool => "bool".to_owned(),
+        _ => format!("[{}..{}]", variable.low, variable.high),
+    };
+    let init = variable.initial.map_or(String::new(), |value| format!(" init {}", variable.show(value)));
+    format!("{} : {range}{init};", variable.name)
+}
+
+/// Writes expressions, with names for those that occur again and again.
+struct Printer<'a> {
+    program: &'a Program,
+    /// Expressions with a name, in the order in which they may be defined.
+    names: Vec<(ExprId, String)>,
+    by_id: AHashMap<ExprId, String>,
+}
+
+impl<'a> Printer<'a> {
+    fn new(program: &'a Program) -> Self {
+        let mut prefix = "e".to_owned();
+        let taken = |p: &str| {
+            let names =
+                program.variables.iter().map(|v| &v.name).chain(program.constants.iter().map(|c| &c.0));
+            names.into_iter().any(|n| n.starts_with(p))
+        };
+        while taken(&format!("{prefix}_")) {
+            prefix.push('e');
+        }
+        let names: Vec<_> = shared_nodes(&program.pool, &roots(program))
+            .into_iter()
+            .enumerate()
+            .map(|(i, id)| (id, format!("{prefix}_{i}")))
+            .collect();
+        let by_id = names.iter().cloned().collect();
+        Printer { program, names, by_id }
+    }
+
+    fn shared(&self, text: &mut String) {
+        for (id, name) in &self.names {
+            let _ = write!(text, "\nformula {name} = {};", self.body(*id));
+        }
+        text.push('\n');
+    }
+
+    fn module(&self, module: usize, text: &mut String) {
+        let _ = writeln!(text, "\nmodule {}", self.program.modules[module]);
+        for variable in self.program.variables.iter().filter(|v| v.module == Some(module)) {
+            let _ = writeln!(text, "    {}", declaration(variable));
+        }
+        for command in self.program.commands.iter().filter(|c| c.module == module) {
+            let _ = writeln!(text, "    {}", self.command(command));
+        }
+        text.push_str("endmodule\n");
+    }
+
+    fn command(&self, command: &Command) -> String {
+        let action = command.action.map_or("", |a| self.program.actions[a].as_str());
+        let mut text = format!("[{action}] {} -> ", self.expr(command.guard));
+        for (i, branch) in command.branches.iter().enumerate() {
+            let plus = if i > 0 { " + " } else { "" };
+            let _ = write!(text, "{plus}{} : ", self.expr(branch.probability));
+            if branch.updates.is_empty() {
+                text.push_str("true");
+            }
+            for (j, (variable, value)) in branch.updates.iter().enumerate() {
+                let and = if j > 0 { " & " } else { "" };
+                let name = &self.program.variables[variable.index()].name;
+                let _ = write!(text, "{and}({name}' = {})", self.expr(*value));
+            }
+        }
+        text.push(';');
+        text
+    }
+
+    /// An expression, by its name if it has one.
+    fn expr(&self, id: ExprId) -> Expr {
+        match self.by_id.get(&id) {
+            Some(name) => at(ExprKind::Name(name.clone())),
+            None => self.body(id),
+        }
+    }
+
+    fn body(&self, id: ExprId) -> Expr {
+        match self.program.pool.node(id) {
+            Node::Literal(value) => literal(value),
+            Node::Var(v) => at(ExprKind::Name(self.program.variables[v.index()].name.clone())),
+            Node::Unary(op, a) => self.unary(op, a),
+            Node::Binary(op, a, b) => self.binary(op, a, b),
+            Node::Ite(c, a, b) => {
+                at(ExprKind::Ite(vec![(self.expr(c), self.expr(a))], Box::new(self.expr(b))))
+            }
+        }
+    }
+
+    fn unary(&self, op: Unary, a: ExprId) -> Expr {
+        let a = self.expr(a);
+        match op {
+            Unary::Not => at(ExprKind::Not(Box::new(a))),
+            Unary::Neg => at(ExprKind::Neg(Box::new(a))),
+            // Integers become real by themselves where a real is wanted.
+            Unary::ToReal => a,
+            Unary::Floor => call("floor", vec![a]),
+            Unary::Ceil => call("ceil", vec![a]),
+            Unary::Round => call("round", vec![a]),
+        }
+    }
+
+    fn binary(&self, op: Binary, a: ExprId, b: ExprId) -> Expr {
+        let (a, b) = (self.expr(a), self.expr(b));
+        let op = match op {
+            Binary::And => BinaryOp::And,
+            Binary::Or => BinaryOp::Or,
+            Binary::Eq => BinaryOp::Eq,
+            Binary::Lt => BinaryOp::Lt,
+            Binary::Le => BinaryOp::Le,
+            Binary::Add => BinaryOp::Add,
+            Binary::Sub => BinaryOp::Sub,
+            Binary::Mul => BinaryOp::Mul,
+            Binary::Div => BinaryOp::Div,
+            Binary::Min => return call("min", vec![a, b]),
+            Binary::Max => return call("max", vec![a, b]),
+            Binary::Pow => return call("pow", vec![a, b]),
+            Binary::Mod => return call("mod", vec![a, b]),
+            Binary::Log => return call("log", vec![a, b]),
+        };
+        join(a, op, b)
+    }
+}
+
+/// `a op b`; rows of one associative operator are written without brackets.
+fn join(a: Expr, op: BinaryOp, b: Expr) -> Expr {
+    let associative = matches!(op, BinaryOp::And | BinaryOp::Or);
+    let flatten = |e: Expr| match e.kind {
+        ExprKind::Chain(first, rest) if associative && rest.iter().all(|(o, _)| *o == op) => (*first, rest),
+        kind => (at(kind), Vec::new()),
+    };
+    let (first, mut rest) = flatten(a);
+    let (second, more) = flatten(b);
+    rest.push((op, second));
+    rest.extend(more);
+    at(ExprKind::Chain(Box::new(first), rest))
+}
+
+fn at(kind: ExprKind) -> Expr {
+    Expr { kind, span: Span::default() }
+}
+
+fn call(name: &str, arguments: Vec<Expr>) -> Expr {
+    at(ExprKind::Call(Ident { name: name.to_owned(), span: Span::default() }, arguments))
+}
+
+fn literal(value: Value) -> Expr {
+    let negative = |e: ExprKind| at(ExprKind::Neg(Box::new(at(e))));
+    match value {
+        Value::Bool(b) => at(ExprKind::Bool(b)),
+        Value::Int(i) if i < 0 => negative(ExprKind::Int(i.checked_neg().unwrap_or(i64::MAX))),
+        Value::Int(i) => at(ExprKind::Int(i)),
+        Value::Real(x) if !x.is_finite() => {
+            let over = if x.is_nan() { 0 } else { 1 };
+            let quotient = join(at(ExprKind::Int(over)), BinaryOp::Div, at(ExprKind::Int(0)));
+            if x < 0.0 { negative(quotient.kind) } else { quotient }
+        }
+        Value::Real(x) if x.is_sign_negative() => negative(ExprKind::Real(-x)),
+        Value::Real(x) => at(ExprKind::Real(x)),
+    }
+}
+
+/// All expressions that the text shows.
+fn roots(program: &Program) -> Vec<ExprId> {
+    let mut roots = vec![program.initial];
+    for command in &program.commands {
+        roots.push(command.guard);
+        for branch in &command.branches {
+            roots.push(branch.probability);
+            roots.extend(branch.updates.iter().map(|u| u.1));
+        }
+    }
+    roots.extend(program.labels.iter().map(|l| l.1));
+    roots
+}
+
+/// Expressions that get names: large ones that occur more than once, and some of the tall ones.
+fn shared_nodes(pool: &ExprPool, roots: &[ExprId]) -> Vec<ExprId> {
+    let mut uses: AHashMap<ExprId, u32> = AHashMap::new();
+    let (mut pending, mut seen) = (roots.to_vec(), AHashSet::new());
+    let mut reachable = Vec::new();
+    while let Some(id) = pending.pop() {
+        *uses.entry(id).or_default() += 1;
+        if seen.insert(id) {
+            reachable.push(id);
+            pending.extend(operands(pool, id));
+        }
+    }
+    // Operands come before the nodes that use them.
+    reachable.sort_unstable();
+    let mut sizes: AHashMap<ExprId, (u64, u32)> = AHashMap::new();
+    let mut shared = Vec::new();
+    for id in reachable {
+        let (mut size, mut height) = (1u64, 0u32);
+        for (s, h) in operands(pool, id).iter().filter_map(|o| sizes.get(o)) {
+            (size, height) = (size.saturating_add(*s), height.max(h + 1));
+        }
+        let tall = height > 0 && height.is_multiple_of(TALL);
+        if tall || (uses[&id] > 1 && size >= LARGE) {
+            shared.push(id);
+            size = 1;
+        }
+        sizes.insert(id, (size, height));
+    }
+    shared
+}
+
+fn operands(pool: &ExprPool, id: ExprId) -> Vec<ExprId> {
+    match pool.node(id) {
+        Node::Literal(_) | Node::Var(_) => Vec::new(),
+        Node::Unary(_, a) => vec![a],
+        Node::Binary(_, a, b) => vec![a, b],
+        Node::Ite(c, a, b) => vec![c, a, b],
+    }
+}
+
+/// Whether the program is what all its modules do in parallel, synchronised on common actions.
+fn composed_in_full(program: &Program) -> bool {
+    let mut expected: Vec<(Option<usize>, Vec<Vec<CommandId>>)> = Vec::new();
+    for (index, command) in program.commands.iter().enumerate() {
+        let id = CommandId(u32::try_from(index).unwrap_or(u32::MAX));
+        let module = |factor: &Vec<CommandId>| program.commands[factor[0].index()].module;
+        let joint = expected.iter_mut().find(|(action, factors)| {
+            *action == command.action && (action.is_some() || module(&factors[0]) == command.module)
+        });
+        match joint {
+            None => expected.push((command.action, vec![vec![id]])),
+            Some((_, factors)) => match factors.iter_mut().find(|f| module(f) == command.module) {
+                Some(factor) => factor.push(id),
+                None => factors.push(vec![id]),
+            },
+        }
+    }
+    expected.sort();
+    let mut found: Vec<_> = program.synchronisations.iter().map(|s| (s.action, s.factors.clone())).collect();
+    found.sort();
+    found == expected
+}
+
+/// What moves together, as a comment.
+fn synchronisations(program: &Program, text: &mut String) {
+    text.push_str("\n// The modules are composed as follows, not in full parallel.\n");
+    for Synchronisation { action, factors } in &program.synchronisations {
+        let action = action.map_or("", |a| program.actions[a].as_str());
+        let factor = |f: &Vec<CommandId>| {
+            let number = |c: &CommandId| {
+                let command = &program.commands[c.index()];
+                let label = command.action.map_or("", |a| program.actions[a].as_str());
+                format!("{}[{label}]#{}", program.modules[command.module], command.number)
+            };
+            f.iter().map(number).collect::<Vec<_>>().join(" or ")
+        };
+        let factors = factors.iter().map(factor).collect::<Vec<_>>().join(" with ");
+        let _ = writeln!(text, "// [{action}] {factors}");
+    }
+}

@@ -1,0 +1,283 @@
+//! The report of `meliora check`.
+
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value as Json};
+
+use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, json_state, scope_name};
+use super::{Number, Style, check_text};
+use crate::engine::{Count, Scope};
+use crate::model::Program;
+use crate::model::preference::{ObjectiveSet, Preferences};
+use crate::planning::result::{ClassCount, LevelCounts, LevelsEnd, ObjectiveCounts, Plan, Prospects};
+use crate::planning::{self, AnalysisResult, Kind};
+
+/// What `check` found, in the order in which JSON has it.
+#[derive(Debug, Clone, Serialize)]
+pub struct CheckReport {
+    /// `meliora.check/1`
+    pub schema: &'static str,
+    /// Whether the work ran to its end; written only where it did not.
+    #[serde(skip_serializing_if = "is_true")]
+    pub complete: bool,
+    /// The model.
+    pub model: ModelSummary,
+    /// The preference file as the user named it.
+    #[serde(skip)]
+    pub preferences: String,
+    /// The name of the engine.
+    pub engine: &'static str,
+    /// Which valuations are states.
+    #[serde(serialize_with = "scope_name")]
+    pub scope: Scope,
+    /// The name of the safety filter.
+    pub safety: &'static str,
+    /// What an empty set of outcomes is worth.
+    pub empty: Option<&'static str>,
+    /// Sizes of the model.
+    pub counts: Option<Counts>,
+    /// One entry an objective, in the order of declaration, as far as decided.
+    pub objectives: Vec<ObjectiveReport>,
+    /// The classes that occur.
+    pub classes: Option<Vec<ClassReport>>,
+    /// Sizes of the improvement MDP; none with `--safety prefix`.
+    pub improvement: Option<ImprovementReport>,
+    /// Almost-sure improvements.
+    pub sasi: Option<LevelsReport>,
+    /// Improvements of positive probability.
+    pub spi: Option<LevelsReport>,
+    /// The first initial states.
+    pub initial: Vec<InitialReport>,
+    /// Seconds by phase.
+    pub time: CheckTime,
+    /// What was used.
+    pub memory: Memory,
+    /// Why the work ended early.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<Failure>,
+}
+
+/// The regions of one objective.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ObjectiveReport {
+    /// Its name.
+    pub name: String,
+    /// States of the target.
+    pub target: Number,
+    /// States that reach it almost surely under some strategy.
+    pub almost_sure: Number,
+    /// States that reach it with positive probability under some strategy.
+    pub positive: Number,
+}
+
+/// One class of states.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ClassReport {
+    /// The most preferred outcomes, in the order of declaration; none for `nothing`.
+    pub most_preferred: Vec<String>,
+    /// How many states have them.
+    pub states: Number,
+}
+
+/// Sizes of the improvement MDP.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ImprovementReport {
+    /// Twice the states of the scope.
+    pub states: Number,
+    /// Twice the kept transitions.
+    pub transitions: Number,
+    /// The transitions of the model that were not kept.
+    pub dropped: Number,
+}
+
+/// The sizes of the winning regions.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct LevelsReport {
+    /// The sizes, strictly decreasing; the last is that of the fixpoint where it is not empty.
+    pub levels: Vec<Number>,
+    /// The size of the fixpoint; none where `--max-level` or a limit ended the work before it.
+    pub unbounded: Option<Number>,
+}
+
+/// How often a state can improve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rank {
+    /// So many times and no more.
+    Exactly(u64),
+    /// At least so many times: `--max-level` ended the search.
+    AtLeast(u64),
+    /// Any number of times.
+    Unbounded,
+}
+
+impl Serialize for Rank {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Rank::Exactly(k) | Rank::AtLeast(k) => serializer.serialize_u64(*k),
+            Rank::Unbounded => serializer.serialize_str("unbounded"),
+        }
+    }
+}
+
+/// What holds in one initial state.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InitialReport {
+    /// Its values by variable.
+    pub state: Map<String, Json>,
+    /// The most preferred outcomes it has already.
+    pub most_preferred: Vec<String>,
+    /// How often it improves almost surely.
+    pub sasi_rank: Option<Rank>,
+    /// How often it improves with positive probability.
+    pub spi_rank: Option<Rank>,
+    /// What the permissive SASI strategy allows there.
+    pub sasi_actions: Option<Vec<String>>,
+    /// What the permissive SPI strategy allows there.
+    pub spi_actions: Option<Vec<String>>,
+}
+
+/// Seconds by phase; none for a phase that was not finished.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct CheckTime {
+    /// Reading the model and the preferences.
+    pub parse: Option<f64>,
+    /// Encoding the model and finding the reachable states.
+    pub build: Option<f64>,
+    /// The regions of the objectives.
+    pub outcomes: Option<f64>,
+    /// Classes and improvement MDP.
+    pub improvement: Option<f64>,
+    /// The SASI levels.
+    pub sasi: Option<f64>,
+    /// The SPI levels.
+    pub spi: Option<f64>,
+    /// Everything.
+    pub total: f64,
+}
+
+impl CheckReport {
+    /// A report of which nothing but the question is known.
+    pub fn new(
+        model: &str,
+        preferences: &str,
+        engine: &'static str,
+        scope: Scope,
+        safety: &'static str,
+    ) -> Self {
+        CheckReport {
+            schema: "meliora.check/1",
+            complete: true,
+            model: ModelSummary::of_path(model),
+            preferences: preferences.to_owned(),
+            engine,
+            scope,
+            safety,
+            empty: None,
+            counts: None,
+            objectives: Vec::new(),
+            classes: None,
+            improvement: None,
+            sasi: None,
+            spi: None,
+            initial: Vec::new(),
+            time: CheckTime::default(),
+            memory: Memory::default(),
+            error: None,
+        }
+    }
+}
+
+impl CheckReport {
+    /// Adds an objective that is decided, in its place by declaration.
+    pub fn add_objective(&mut self, preferences: &Preferences, counts: &ObjectiveCounts) {
+        let position = |name: &str| preferences.objectives.iter().position(|o| o.name == name);
+        let new = objective(preferences, counts);
+        let place = self.objectives.iter().position(|o| position(&o.name) > Some(counts.objective));
+        self.objectives.insert(place.unwrap_or(self.objectives.len()), new);
+    }
+
+    /// Adds a level that is decided.
+    pub fn add_level(&mut self, kind: Kind, count: &Count) {
+        let levels = match kind {
+            Kind::Sasi => &mut self.sasi,
+            Kind::Spi => &mut self.spi,
+        };
+        levels.get_or_insert_default().levels.push(count.clone().into());
+    }
+
+    /// Takes over all that an analysis knows.
+    pub fn fill(&mut self, preferences: &Preferences, result: &AnalysisResult) {
+        self.counts = result.counts.as_ref().map(Counts::from);
+        self.objectives = result.objectives.iter().map(|o| objective(preferences, o)).collect();
+        let class = |c: &ClassCount| ClassReport {
+            most_preferred: names(preferences, &c.most_preferred),
+            states: c.states.clone().into(),
+        };
+        self.classes = result.classes.as_ref().map(|list| list.iter().map(class).collect());
+        self.improvement = result.improvement.as_ref().map(|sizes| ImprovementReport {
+            states: sizes.states.clone().into(),
+            transitions: sizes.transitions.clone().into(),
+            dropped: sizes.dropped.clone().into(),
+        });
+        self.sasi = levels(&result.sasi);
+        self.spi = levels(&result.spi);
+    }
+
+    /// Takes over what is known of the first initial states.
+    pub fn set_initial(&mut self, program: &Program, preferences: &Preferences, prospects: &[Prospects]) {
+        let rank = |plan: &Plan| match plan.rank {
+            planning::Rank::Finite(k) => Rank::Exactly(k as u64),
+            planning::Rank::AtLeast(k) => Rank::AtLeast(k as u64),
+            planning::Rank::Unbounded => Rank::Unbounded,
+        };
+        let one = |p: &Prospects| InitialReport {
+            state: json_state(program, &p.state),
+            most_preferred: names(preferences, &p.most_preferred),
+            sasi_rank: p.sasi.as_ref().map(rank),
+            spi_rank: p.spi.as_ref().map(rank),
+            sasi_actions: p.sasi.as_ref().map(|plan| plan.actions.clone()),
+            spi_actions: p.spi.as_ref().map(|plan| plan.actions.clone()),
+        };
+        self.initial = prospects.iter().map(one).collect();
+    }
+}
+
+fn objective(preferences: &Preferences, counts: &ObjectiveCounts) -> ObjectiveReport {
+    let declared = preferences.objectives.get(counts.objective);
+    ObjectiveReport {
+        name: declared.map(|o| o.name.clone()).unwrap_or_default(),
+        target: counts.target.clone().into(),
+        almost_sure: counts.almost_sure.clone().into(),
+        positive: counts.positive.clone().into(),
+    }
+}
+
+fn names(preferences: &Preferences, set: &ObjectiveSet) -> Vec<String> {
+    preferences.names(set).into_iter().map(str::to_owned).collect()
+}
+
+/// The levels of one kind; none where they were not begun.
+fn levels(counts: &LevelCounts) -> Option<LevelsReport> {
+    if counts.levels.is_empty() && counts.end == LevelsEnd::Open {
+        return None;
+    }
+    Some(LevelsReport {
+        levels: counts.levels.iter().cloned().map(Number::from).collect(),
+        unbounded: counts.unbounded().map(Number::from),
+    })
+}
+
+impl Report for CheckReport {
+    fn fail(&mut self, failure: Failure) {
+        self.complete = false;
+        self.error = Some(failure);
+    }
+
+    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
+        self.time.total = seconds;
+        self.memory.peak_rss_bytes = peak_rss_bytes;
+    }
+
+    fn text(&self, style: Style) -> String {
+        check_text::render(self, style)
+    }
+}

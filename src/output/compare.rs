@@ -1,0 +1,175 @@
+//! The report of `meliora compare`.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::check::CheckTime;
+use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, scope_name, scope_word};
+use super::text::{self, Grid};
+use super::{Number, Style};
+use crate::engine::Scope;
+
+/// What `compare` found, in the order in which JSON has it.
+#[derive(Debug, Clone, Serialize)]
+pub struct CompareReport {
+    /// `meliora.compare/1`
+    pub schema: &'static str,
+    /// Whether the work ran to its end; written only where it did not.
+    #[serde(skip_serializing_if = "is_true")]
+    pub complete: bool,
+    /// The model.
+    pub model: ModelSummary,
+    /// The preference file as the user named it.
+    #[serde(skip)]
+    pub preferences: String,
+    /// Which valuations are states.
+    #[serde(serialize_with = "scope_name")]
+    pub scope: Scope,
+    /// The name of the safety filter.
+    pub safety: &'static str,
+    /// What an empty set of outcomes is worth.
+    pub empty: Option<&'static str>,
+    /// Sizes of the model.
+    pub counts: Option<Counts>,
+    /// Whether both engines say the same; none where that is not known.
+    pub equal: Option<bool>,
+    /// The first difference.
+    pub difference: Option<String>,
+    /// How many numbers, classes, levels and ranks were compared.
+    pub compared: u64,
+    /// The states that were looked up in every region of both; none where there were too many.
+    pub membership: Option<Number>,
+    /// What each engine took.
+    pub engines: Vec<EngineReport>,
+    /// The engine to prefer here, and why.
+    pub prefer: Option<Preference>,
+    /// Seconds for everything.
+    pub time: Total,
+    /// What the whole process used.
+    pub memory: Memory,
+    /// Why the work ended early.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<Failure>,
+}
+
+/// What one engine took.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EngineReport {
+    /// Its name.
+    pub engine: &'static str,
+    /// Seconds by phase.
+    pub time: CheckTime,
+    /// The largest number of diagram nodes alive at once; 0 without diagrams.
+    pub peak_nodes: u64,
+    /// The bytes of its own tables.
+    pub table_bytes: u64,
+}
+
+/// Which engine to use for this input.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Preference {
+    /// Its name.
+    pub engine: &'static str,
+    /// Why.
+    pub reason: String,
+}
+
+/// Seconds for everything.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Total {
+    /// Seconds.
+    pub total: f64,
+}
+
+impl CompareReport {
+    /// A report of which nothing but the question is known.
+    pub fn new(model: &str, preferences: &str, scope: Scope, safety: &'static str) -> Self {
+        CompareReport {
+            schema: "meliora.compare/1",
+            complete: true,
+            model: ModelSummary::of_path(model),
+            preferences: preferences.to_owned(),
+            scope,
+            safety,
+            empty: None,
+            counts: None,
+            equal: None,
+            difference: None,
+            compared: 0,
+            membership: None,
+            engines: Vec::new(),
+            prefer: None,
+            time: Total::default(),
+            memory: Memory::default(),
+            error: None,
+        }
+    }
+
+    fn verdict(&self, style: Style) -> String {
+        match (self.equal, &self.difference) {
+            (Some(true), _) => {
+                let states = match &self.membership {
+                    Some(n) => format!(" and the membership of {} states in every region", n.grouped()),
+                    None => String::new(),
+                };
+                format!("\n{}: {} numbers{states}\n", style.good("The engines agree"), self.compared)
+            }
+            (_, Some(difference)) => format!("\n{}: {difference}\n", style.bad("The engines differ")),
+            _ => String::new(),
+        }
+    }
+
+    fn table(&self, style: Style) -> String {
+        if self.engines.is_empty() {
+            return String::new();
+        }
+        let headings = ["", "build", "outcomes", "improvement", "SASI", "SPI", "all", "tables", "nodes"];
+        let mut grid = Grid::new(&headings, style);
+        let time = |t: Option<f64>| t.map_or_else(|| "–".to_owned(), text::seconds);
+        for e in &self.engines {
+            let t = &e.time;
+            let mut row = vec![e.engine.to_owned()];
+            row.extend([t.build, t.outcomes, t.improvement, t.sasi, t.spi, Some(t.total)].map(time));
+            row.push(text::bytes(e.table_bytes));
+            row.push(Number::from(e.peak_nodes).grouped());
+            grid.row(row);
+        }
+        format!("\n{}\n{}", style.bold("Time and memory"), grid.text(style))
+    }
+}
+
+impl Report for CompareReport {
+    fn fail(&mut self, failure: Failure) {
+        self.complete = false;
+        self.error = Some(failure);
+    }
+
+    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
+        self.time.total = seconds;
+        self.memory.peak_rss_bytes = peak_rss_bytes;
+    }
+
+    fn is_no(&self) -> bool {
+        self.equal == Some(false)
+    }
+
+    fn text(&self, style: Style) -> String {
+        let mut settings = vec![("scope", scope_word(self.scope)), ("safety", self.safety)];
+        if let Some(empty) = self.empty {
+            settings.push(("empty", empty));
+        }
+        let mut out = text::title(&[&self.model.path, &self.preferences], &settings, style);
+        if self.model.kind.is_some() {
+            out.push_str(&text::model(&self.model, self.counts.as_ref(), style));
+        }
+        out.push_str(&self.verdict(style));
+        out.push_str(&self.table(style));
+        if let Some(prefer) = &self.prefer {
+            let _ = write!(out, "\nPrefer {} here: {}.\n", style.bold(prefer.engine), prefer.reason);
+        }
+        out.push_str(&text::incomplete(self.error.as_ref(), style));
+        out.push_str(&text::footer(self.time.total, &[], self.memory, style));
+        out
+    }
+}

@@ -1,0 +1,168 @@
+//! The report of `meliora info`.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::Style;
+use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, scope_word};
+use super::text::{self, Grid};
+use crate::engine::Scope;
+
+/// What `info` found, in the order in which JSON has it.
+#[derive(Debug, Clone, Serialize)]
+pub struct InfoReport {
+    /// `meliora.info/1`
+    pub schema: &'static str,
+    /// Whether the work ran to its end; written only where it did not.
+    #[serde(skip_serializing_if = "is_true")]
+    pub complete: bool,
+    /// The model.
+    pub model: ModelSummary,
+    /// The name of the engine.
+    #[serde(skip)]
+    pub engine: &'static str,
+    /// Which valuations are states.
+    #[serde(skip)]
+    pub scope: Scope,
+    /// Sizes of the model.
+    pub counts: Option<Counts>,
+    /// The variables of the diagram from the top; none for the explicit engine.
+    pub order: Option<Vec<String>>,
+    /// Sizes of diagrams; none for the explicit engine.
+    pub nodes: Option<Nodes>,
+    /// Seconds by phase.
+    pub time: InfoTime,
+    /// What was used.
+    pub memory: Memory,
+    /// Why the work ended early.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<Failure>,
+}
+
+/// Sizes of diagrams.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Nodes {
+    /// Of the transition relations together.
+    pub transition: u64,
+    /// Of the set of states.
+    pub reachable: u64,
+}
+
+/// Seconds by phase; none for a phase that was not finished.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct InfoTime {
+    /// Reading the model.
+    pub parse: Option<f64>,
+    /// Encoding the model and finding the reachable states.
+    pub build: Option<f64>,
+    /// Counting.
+    pub count: Option<f64>,
+    /// Everything.
+    pub total: f64,
+}
+
+impl InfoReport {
+    /// A report of which nothing but the question is known.
+    pub fn new(model: &str, engine: &'static str, scope: Scope) -> Self {
+        InfoReport {
+            schema: "meliora.info/1",
+            complete: true,
+            model: ModelSummary::of_path(model),
+            engine,
+            scope,
+            counts: None,
+            order: None,
+            nodes: None,
+            time: InfoTime::default(),
+            memory: Memory::default(),
+            error: None,
+        }
+    }
+
+    fn variables(&self, style: Style) -> String {
+        let mut grid = Grid::new(&["variable", "range", "bits"], style);
+        for v in &self.model.variables {
+            let range = match v.ty {
+                "bool" => "bool".to_owned(),
+                _ => format!("[{}..{}]", v.low, v.high),
+            };
+            grid.row(vec![v.name.clone(), range, v.bits.to_string()]);
+        }
+        format!("\n{}\n{}", style.bold("Variables"), grid.text(style))
+    }
+
+    fn diagrams(&self, style: Style) -> String {
+        let mut out = String::new();
+        if let Some(nodes) = self.nodes {
+            let numbers = [("transition relations", nodes.transition), ("states", nodes.reachable)];
+            let numbers = numbers.map(|(name, n)| (name, n.into()));
+            let numbers = numbers.each_ref().map(|(name, n)| (*name, n));
+            let _ = write!(out, "\n{}\n{}", style.bold("Nodes"), text::aligned(&numbers));
+        }
+        if let Some(order) = &self.order {
+            let width = usize::from(style.width.unwrap_or(100)).saturating_sub(2).max(20);
+            let _ = write!(out, "\n{}\n{}", style.bold("Order of the BDD variables"), wrapped(order, width));
+        }
+        out
+    }
+}
+
+/// Words in lines of at most `width` columns, indented.
+fn wrapped(words: &[String], width: usize) -> String {
+    let (mut out, mut line) = (String::new(), String::new());
+    for word in words {
+        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
+            let _ = writeln!(out, "  {line}");
+            line.clear();
+        }
+        if !line.is_empty() {
+            line.push(' ');
+        }
+        line.push_str(word);
+    }
+    if !line.is_empty() {
+        let _ = writeln!(out, "  {line}");
+    }
+    out
+}
+
+impl Report for InfoReport {
+    fn fail(&mut self, failure: Failure) {
+        self.complete = false;
+        self.error = Some(failure);
+    }
+
+    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
+        self.time.total = seconds;
+        self.memory.peak_rss_bytes = peak_rss_bytes;
+    }
+
+    fn text(&self, style: Style) -> String {
+        let settings = [("engine", self.engine), ("scope", scope_word(self.scope))];
+        let mut out = text::title(&[&self.model.path], &settings, style);
+        if self.model.kind.is_some() {
+            out.push_str(&text::model(&self.model, self.counts.as_ref(), style));
+            out.push_str(&self.variables(style));
+        }
+        out.push_str(&self.diagrams(style));
+        out.push_str(&text::incomplete(self.error.as_ref(), style));
+        let phases = [("parse", self.time.parse), ("build", self.time.build), ("count", self.time.count)];
+        out.push_str(&text::footer(self.time.total, &phases, self.memory, style));
+        out
+    }
+}
+
+/// A flat program as text: a report without numbers.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct FlatReport(pub String);
+
+impl Report for FlatReport {
+    fn fail(&mut self, _: Failure) {}
+
+    fn finish(&mut self, _: f64, _: u64) {}
+
+    fn text(&self, _: Style) -> String {
+        self.0.clone()
+    }
+}

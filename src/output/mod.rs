@@ -1,0 +1,37 @@
+//! Results as plain data, and the two ways to write them: JSON for programs, text for people.
+//!
+//! A report is filled in as the work goes on: what is not known yet is `None` (JSON `null`), so that
+//! a run that hits a limit still says what it found. Nothing here prints.
+
+pub mod check;
+pub mod compare;
+pub mod export;
+pub mod info;
+pub mod number;
+pub mod query;
+pub mod reach;
+pub mod report;
+pub mod simulate;
+pub mod strategy;
+pub mod strategy_table;
+pub mod style;
+pub mod verify;
+
+mod check_text;
+mod reason;
+mod simulate_text;
+mod strategy_text;
+mod text;
+
+pub use check::CheckReport;
+pub use compare::CompareReport;
+pub use export::ExportReport;
+pub use info::InfoReport;
+pub use number::Number;
+pub use query::QueryReport;
+pub use reach::ReachReport;
+pub use report::{Failure, Kind, Report};
+pub use simulate::SimulateReport;
+pub use strategy::StrategyReport;
+pub use style::Style;
+pub use verify::VerifyReport;

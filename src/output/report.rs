@@ -1,0 +1,270 @@
+//! What all reports have in common.
+
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value as Json};
+
+use super::Number;
+use super::style::Style;
+use crate::engine::{Engine, Scope};
+use crate::error::{Error, Limit, Result};
+use crate::model::value::{Type, Value};
+use crate::model::{ModelKind, Program};
+use crate::planning::result::ModelCounts;
+
+/// The result of a command as plain data.
+pub trait Report: Serialize {
+    /// Notes that the work ended early, and why: the report is then incomplete.
+    fn fail(&mut self, failure: Failure);
+    /// Notes what the whole run took: seconds and the largest resident set in bytes.
+    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64);
+    /// The report for people.
+    fn text(&self, style: Style) -> String;
+
+    /// Whether the question asked for a yes or a no, and the answer is no.
+    fn is_no(&self) -> bool {
+        false
+    }
+}
+
+/// The sort of an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// The model, the preferences, an expression or a file is wrong.
+    Input,
+    /// A limit of memory, nodes or time.
+    Resource,
+    /// The command line is wrong.
+    Usage,
+    /// A mistake of this program.
+    Internal,
+}
+
+/// An error as programs read it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Failure {
+    /// `meliora.error/1`
+    pub schema: &'static str,
+    /// The sort of error.
+    pub kind: Kind,
+    /// What is wrong.
+    pub message: String,
+    /// The file that is wrong.
+    pub file: Option<String>,
+    /// The line, from 1.
+    pub line: Option<usize>,
+    /// The column in characters, from 1.
+    pub column: Option<usize>,
+    /// The limit was the user's interruption.
+    #[serde(skip)]
+    pub interrupted: bool,
+}
+
+impl Failure {
+    /// A failure that points nowhere.
+    pub fn new(kind: Kind, message: impl Into<String>) -> Self {
+        let message = message.into();
+        let schema = "meliora.error/1";
+        Failure { schema, kind, message, file: None, line: None, column: None, interrupted: false }
+    }
+}
+
+impl From<&Error> for Failure {
+    fn from(error: &Error) -> Self {
+        let mut failure = match error {
+            Error::Limit(_) => Failure::new(Kind::Resource, error.to_string()),
+            Error::Usage(_) => Failure::new(Kind::Usage, error.to_string()),
+            Error::Input(_) | Error::Dump { .. } | Error::Io { .. } => {
+                Failure::new(Kind::Input, error.to_string())
+            }
+        };
+        match error {
+            Error::Input(diagnostics) => {
+                if let Some(first) = diagnostics.first() {
+                    failure.message.clone_from(&first.message);
+                    failure.file = Some(first.source.name.clone());
+                    let (line, column) = first.position();
+                    (failure.line, failure.column) = (Some(line), Some(column));
+                }
+            }
+            Error::Dump { file, line, message } => {
+                failure.message.clone_from(message);
+                failure.file = Some(file.clone());
+                failure.line = Some(*line);
+            }
+            Error::Io { path, .. } => failure.file = Some(path.clone()),
+            Error::Limit(limit) => failure.interrupted = *limit == Limit::Interrupted,
+            Error::Usage(_) => {}
+        }
+        failure
+    }
+}
+
+/// The model that a report speaks of.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct ModelSummary {
+    /// The file as the user named it.
+    pub path: String,
+    /// `mdp` or `dtmc`.
+    #[serde(rename = "type")]
+    pub kind: Option<&'static str>,
+    /// The constants given by `--const`.
+    pub constants: Map<String, Json>,
+    /// The variables in the order of declaration.
+    pub variables: Vec<VariableSummary>,
+}
+
+/// A variable of the model.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct VariableSummary {
+    /// Its name.
+    pub name: String,
+    /// `bool` or `int`.
+    #[serde(rename = "type")]
+    pub ty: &'static str,
+    /// The smallest value.
+    pub low: i64,
+    /// The largest value.
+    pub high: i64,
+    /// How many bits hold it.
+    pub bits: u32,
+}
+
+impl ModelSummary {
+    /// A model of which only the path is known yet.
+    pub fn of_path(path: &str) -> Self {
+        ModelSummary { path: path.to_owned(), ..ModelSummary::default() }
+    }
+
+    /// A model that has been read.
+    pub fn of(path: &str, program: &Program) -> Self {
+        let constant = |name: &String| {
+            let value = program.constants.iter().find(|(n, _)| n == name)?.1;
+            Some((name.clone(), json_value(value)))
+        };
+        let variable = |v: &crate::model::Variable| VariableSummary {
+            name: v.name.clone(),
+            ty: if v.ty == Type::Bool { "bool" } else { "int" },
+            low: v.low,
+            high: v.high,
+            bits: v.bits(),
+        };
+        ModelSummary {
+            path: path.to_owned(),
+            kind: Some(match program.kind {
+                ModelKind::Mdp => "mdp",
+                ModelKind::Dtmc => "dtmc",
+            }),
+            constants: program.given_constants.iter().filter_map(constant).collect(),
+            variables: program.variables.iter().map(variable).collect(),
+        }
+    }
+
+    /// The bits of all variables together.
+    pub fn bits(&self) -> u64 {
+        self.variables.iter().map(|v| u64::from(v.bits)).sum()
+    }
+}
+
+/// A value of a constant in JSON; what JSON cannot say (an infinity) is a string.
+fn json_value(value: Value) -> Json {
+    match value {
+        Value::Bool(b) => Json::Bool(b),
+        Value::Int(i) => Json::from(i),
+        Value::Real(x) => {
+            serde_json::Number::from_f64(x).map_or_else(|| value.to_string().into(), Json::Number)
+        }
+    }
+}
+
+/// A state as an object from variables to values.
+pub fn json_state(program: &Program, state: &[i64]) -> Map<String, Json> {
+    let value = |v: &crate::model::Variable, x: i64| match v.ty {
+        Type::Bool => Json::Bool(x != 0),
+        _ => Json::from(x),
+    };
+    program.variables.iter().zip(state).map(|(v, &x)| (v.name.clone(), value(v, x))).collect()
+}
+
+/// `x=1,b=false` for a state in a report.
+pub fn show_state(state: &Map<String, Json>) -> String {
+    state.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(",")
+}
+
+/// How many states, choices and transitions a model has.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// States of the scope.
+    pub states: Number,
+    /// Pairs of a state and a choice enabled there.
+    pub choices: Number,
+    /// Triples (s, a, s').
+    pub transitions: Number,
+    /// States without an enabled command.
+    pub deadlocks: Number,
+    /// Initial states.
+    pub initial: Number,
+}
+
+impl Counts {
+    /// Counts the model of an engine.
+    ///
+    /// # Errors
+    /// A limit of the engine.
+    pub fn of<E: Engine>(engine: &E) -> Result<Self> {
+        let (states, choices) = (engine.all_states(), engine.all_choices());
+        Ok(Counts {
+            states: engine.count_states(&states)?.into(),
+            choices: engine.count_choices(&choices)?.into(),
+            transitions: engine.count_transitions(&choices, &states)?.into(),
+            deadlocks: engine.count_states(&engine.deadlock_states())?.into(),
+            initial: engine.count_states(&engine.initial_states())?.into(),
+        })
+    }
+}
+
+impl From<&ModelCounts> for Counts {
+    fn from(counts: &ModelCounts) -> Self {
+        Counts {
+            states: counts.states.clone().into(),
+            choices: counts.choices.clone().into(),
+            transitions: counts.transitions.clone().into(),
+            deadlocks: counts.deadlocks.clone().into(),
+            initial: counts.initial.clone().into(),
+        }
+    }
+}
+
+/// What was used.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// The largest number of diagram nodes alive at once; 0 for the explicit engine.
+    pub peak_nodes: u64,
+    /// The largest resident set of the process, in bytes.
+    pub peak_rss_bytes: u64,
+}
+
+/// Writes a scope by its name on the command line.
+///
+/// # Errors
+/// Those of the serializer.
+pub(super) fn scope_name<S: Serializer>(
+    scope: &Scope,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_str(scope_word(*scope))
+}
+
+/// The name of a scope on the command line.
+pub(super) fn scope_word(scope: Scope) -> &'static str {
+    match scope {
+        Scope::Reachable => "reachable",
+        Scope::All => "all",
+    }
+}
+
+/// For `complete`, which is written only where it is false.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands out references")]
+pub(super) fn is_true(flag: &bool) -> bool {
+    *flag
+}

@@ -1,0 +1,167 @@
+//! The report of `simulate` for people.
+
+use std::fmt::Write;
+
+use super::Style;
+use super::check::Rank;
+use super::number::group;
+use super::report::{scope_word, show_state};
+use super::simulate::{PlaysReport, SimulateReport, TurnReport, picks_word};
+use super::strategy_text::{columns, rank, times_of};
+use super::text::{self, Grid};
+use crate::planning::Kind;
+
+/// At most so many steps of the trace are shown.
+const SHOWN: usize = 60;
+
+/// The whole report.
+pub(super) fn render(report: &SimulateReport, style: Style) -> String {
+    let kind = format!("{} {}", picks_word(report.strategy), report.kind);
+    let seed = report.seed.to_string();
+    let mut settings = vec![
+        ("strategy", kind.as_str()),
+        ("seed", &seed),
+        ("engine", report.engine),
+        ("scope", scope_word(report.scope)),
+        ("safety", report.safety),
+    ];
+    if let Some(empty) = report.empty {
+        settings.push(("empty", empty));
+    }
+    let mut out = text::title(&[&report.model.path, &report.preferences], &settings, style);
+    for plays in &report.plays {
+        out.push_str(&one(report, plays, style));
+    }
+    out.push_str(&text::incomplete(report.error.as_ref(), style));
+    let time = &report.time;
+    let phases =
+        [("parse", time.parse), ("build", time.build), ("levels", time.levels), ("plays", time.answer)];
+    out.push_str(&text::footer(time.total, &phases, report.memory, style));
+    out
+}
+
+fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+    let runs = group(&report.runs.to_string());
+    let title = format!("{runs} plays from {}", show_state(&plays.state));
+    let mut out = format!("\n{}\n", style.bold(&title));
+    out.push_str(&promise(report, plays, style));
+    out.push_str(&distribution(report, plays, style));
+    out.push_str(&weakening(report, plays, style));
+    if plays.given_up > 0 {
+        let (count, steps) = (group(&plays.given_up.to_string()), group(&report.steps.to_string()));
+        let _ = writeln!(
+            out,
+            "  {count} plays were still under way after {steps} steps; `--steps` lets them go on."
+        );
+    }
+    out.push_str(&trace(plays, style));
+    out
+}
+
+/// What the rank promises, and whether the plays kept it.
+fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+    let how = match report.kind {
+        Kind::Sasi => "surely",
+        Kind::Spi => "possibly",
+    };
+    let mut out = format!("  Promised: improves {} {how} ({}). ", times_of(plays.rank), report.kind);
+    let kept = match (plays.rank, plays.fewer_than_rank) {
+        (Rank::Exactly(0), _) => style.dim("There is nothing to play for."),
+        (_, Some(0)) => style.good("Every play did."),
+        (_, Some(fewer)) => {
+            let text = format!("{} did not.", plural_plays(fewer));
+            if report.kind == Kind::Sasi { style.warn(&text) } else { text }
+        }
+        (_, None) => String::new(),
+    };
+    let _ = writeln!(out, "{kept}");
+    out.lines().map(|l| format!("{}\n", l.trim_end())).collect()
+}
+
+fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+    let mut grid = Grid::new(&["improvements", "plays", "share"], style);
+    for entry in &plays.improvements {
+        let share = 100.0 * entry.plays as f64 / report.runs as f64;
+        grid.row(vec![entry.times.to_string(), group(&entry.plays.to_string()), format!("{share:.1} %")]);
+    }
+    let mut out = format!("\n{}", grid.text(style));
+    if !plays.steps_to.is_empty() {
+        let mut grid = Grid::new(&["steps to improvement", "least", "mean", "most", "plays"], style);
+        for (index, steps) in plays.steps_to.iter().enumerate() {
+            grid.row(vec![
+                (index + 1).to_string(),
+                steps.least.to_string(),
+                format!("{:.2}", steps.mean),
+                steps.most.to_string(),
+                group(&steps.plays.to_string()),
+            ]);
+        }
+        let _ = write!(out, "\n{}", grid.text(style));
+    }
+    out.push('\n');
+    out
+}
+
+fn weakening(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+    let told = |count: u64, what: &str| match count {
+        0 => format!("  {} {what}.\n", style.good("No play ever weakened")),
+        n => format!("  {} {what}.\n", style.warn(&format!("{} weakened", plural_plays(n)))),
+    };
+    let mut out = told(plays.weakened_step, "the state of the step before");
+    if report.safety == "prefix" {
+        out += &told(plays.weakened_reference, "its last improvement (before the first: the start)");
+    }
+    out + &told(plays.weakened_start, "the state where it started")
+}
+
+fn plural_plays(count: u64) -> String {
+    text::plural(usize::try_from(count).unwrap_or(usize::MAX), "play")
+}
+
+fn trace(plays: &PlaysReport, style: Style) -> String {
+    let trace = &plays.trace;
+    let mut out = format!("\n  {}\n", style.bold(&format!("Play {} in full", trace.play)));
+    if trace.turns.is_empty() {
+        out.push_str("    It ends where it begins.\n");
+        return out;
+    }
+    let mut rows =
+        vec![["step", "action", "to", "chance", "sure of", "rank", ""].map(str::to_owned).to_vec()];
+    for (index, turn) in trace.turns.iter().take(SHOWN).enumerate() {
+        rows.push(vec![
+            (index + 1).to_string(),
+            turn.action.clone(),
+            turn.changed.clone(),
+            format!("{}", super::strategy_text::Probability(turn.probability)),
+            text::names(&turn.most_preferred),
+            rank(turn.rank),
+            remark(turn),
+        ]);
+    }
+    for (index, line) in columns(&rows).into_iter().enumerate() {
+        let line = if index == 0 { style.dim(&line) } else { line };
+        let _ = writeln!(out, "    {line}");
+    }
+    if let Some(more) = trace.turns.len().checked_sub(SHOWN).filter(|&n| n > 0) {
+        let _ = writeln!(out, "    … and {} more, which `--json` has", text::plural(more, "step"));
+    }
+    out
+}
+
+/// What a step did.
+fn remark(turn: &TurnReport) -> String {
+    let mut remarks = Vec::new();
+    if turn.improves {
+        remarks.push(format!("improves: {} gained", text::names(&turn.gained)));
+    }
+    if !turn.improves && turn.change == "improving" {
+        let gained = text::names(&turn.gained);
+        remarks.push(format!("{gained} gained, but not taken for an improvement: too few could follow"));
+    }
+    if turn.weakens_step {
+        remarks.push(format!("weakens: {} lost", text::names(&turn.lost)));
+    } else if turn.weakens_start {
+        remarks.push("weakens the start".to_owned());
+    }
+    remarks.join("; ")
+}

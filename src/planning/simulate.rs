@@ -1,0 +1,315 @@
+//! Random plays under a strategy: how often they improve, how soon, and whether they weaken.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use ahash::AHashMap;
+
+use super::course::Picks;
+use super::explain::{Explanation, lost};
+use super::levels::Rank;
+use super::playbook::{Memory, Playbook};
+use crate::engine::Engine;
+use crate::error::Result;
+use crate::model::State;
+use crate::model::preference::{Change, ObjectiveSet};
+
+/// How many explained states are kept for plays that come by again.
+const REMEMBERED: usize = 1 << 16;
+
+/// Which plays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Setup {
+    /// Under which strategy.
+    pub picks: Picks,
+    /// How many.
+    pub runs: u64,
+    /// A play is given up after so many steps.
+    pub steps: u64,
+    /// The same seed gives the same plays, with any engine and on any machine.
+    pub seed: u64,
+}
+
+/// What came of the plays from one state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tally {
+    /// Where they started.
+    pub start: State,
+    /// rank(s), and with it what the strategy promises.
+    pub rank: Rank,
+    /// How many plays there were.
+    pub plays: u64,
+    /// How many plays improved how often.
+    pub improvements: BTreeMap<usize, u64>,
+    /// For the first, the second, … improvement the steps that it took, counted from the start.
+    pub waits: Vec<Wait>,
+    /// Plays that ended where no improvement is left.
+    pub settled: u64,
+    /// Plays that were given up.
+    pub given_up: u64,
+    /// Plays with a step that weakens the state before it.
+    pub weakened_step: u64,
+    /// Plays with a step that weakens what the strategy measures against: under `prefix` the state
+    /// where planning started or the last improvement after it, else the state before.
+    pub weakened_reference: u64,
+    /// Plays with a state that weakens the state they started in.
+    pub weakened_start: u64,
+    /// The first play that weakened, or else the first play.
+    pub trace: Trace,
+}
+
+/// How many steps something took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wait {
+    /// In how many plays it came.
+    pub plays: u64,
+    /// The fewest steps.
+    pub least: u64,
+    /// The most steps.
+    pub most: u64,
+    /// The steps of all these plays together.
+    pub total: u64,
+}
+
+impl Wait {
+    fn add(&mut self, steps: u64) {
+        self.plays += 1;
+        self.least = self.least.min(steps);
+        self.most = self.most.max(steps);
+        self.total += steps;
+    }
+
+    /// The average.
+    pub fn mean(&self) -> f64 {
+        self.total as f64 / self.plays as f64
+    }
+}
+
+/// A play in full.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trace {
+    /// Which play, from 1.
+    pub play: u64,
+    /// Its steps.
+    pub turns: Vec<Turn>,
+}
+
+/// A step of a play.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Turn {
+    /// The action taken.
+    pub action: String,
+    /// The state entered.
+    pub state: State,
+    /// How likely that was under the action.
+    pub probability: f64,
+    /// MP of the state entered.
+    pub most_preferred: ObjectiveSet,
+    /// The rank of the state entered.
+    pub rank: Rank,
+    /// Whether the step was an improvement.
+    pub improves: bool,
+    /// What was gained against the reference.
+    pub gained: ObjectiveSet,
+    /// What the step is, measured against the reference. An improving step that is no improvement
+    /// of the play is one after which the others that were promised could not follow.
+    pub change: Change,
+    /// What was lost against the state before.
+    pub lost: ObjectiveSet,
+    /// Whether it weakens the state before.
+    pub weakens_step: bool,
+    /// Whether it weakens the state that the play started in.
+    pub weakens_start: bool,
+}
+
+impl Tally {
+    fn new(start: &[i64], rank: Rank) -> Self {
+        Tally {
+            start: start.to_vec(),
+            rank,
+            plays: 0,
+            improvements: BTreeMap::new(),
+            waits: Vec::new(),
+            settled: 0,
+            given_up: 0,
+            weakened_step: 0,
+            weakened_reference: 0,
+            weakened_start: 0,
+            trace: Trace::default(),
+        }
+    }
+
+    /// How many plays improved less often than `times`.
+    pub fn fewer_than(&self, times: usize) -> u64 {
+        self.improvements.range(..times).map(|(_, plays)| plays).sum()
+    }
+
+    fn add(&mut self, trace: Trace, settled: bool) {
+        self.plays += 1;
+        let mut improved = 0;
+        for (step, turn) in (1..).zip(&trace.turns) {
+            if !turn.improves {
+                continue;
+            }
+            if improved == self.waits.len() {
+                self.waits.push(Wait { plays: 0, least: u64::MAX, most: 0, total: 0 });
+            }
+            self.waits[improved].add(step);
+            improved += 1;
+        }
+        *self.improvements.entry(improved).or_default() += 1;
+        if settled {
+            self.settled += 1;
+        } else {
+            self.given_up += 1;
+        }
+        let step = trace.turns.iter().any(|t| t.weakens_step);
+        let start = trace.turns.iter().any(|t| t.weakens_start);
+        let first_to_weaken = (step || start) && self.weakened_step + self.weakened_start == 0;
+        self.weakened_step += u64::from(step);
+        let reference = trace.turns.iter().any(|t| t.change == Change::Weakening);
+        self.weakened_reference += u64::from(reference);
+        self.weakened_start += u64::from(start);
+        if first_to_weaken || self.plays == 1 {
+            self.trace = trace;
+        }
+    }
+}
+
+/// Plays under the strategies of a playbook.
+pub struct Simulation<'b, 'a, E: Engine> {
+    book: &'b mut Playbook<'a, E>,
+    setup: Setup,
+    seen: AHashMap<(State, Memory), Rc<Explanation>>,
+}
+
+impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
+    /// A simulation without plays yet.
+    pub fn new(book: &'b mut Playbook<'a, E>, setup: Setup) -> Self {
+        Simulation { book, setup, seen: AHashMap::new() }
+    }
+
+    /// All plays from one state of the scope.
+    ///
+    /// # Errors
+    /// As [`Playbook::explain`]. Cost: that for each state and memory visited.
+    pub fn run(&mut self, start: &[i64]) -> Result<Tally> {
+        let mut tally = Tally::new(start, self.book.rank(start));
+        for play in 1..=self.setup.runs {
+            let (turns, settled) = self.play(start, &mut Random::new(self.setup.seed, play))?;
+            tally.add(Trace { play, turns }, settled);
+        }
+        Ok(tally)
+    }
+
+    /// One play, and whether it ended where nothing is left to improve.
+    fn play(&mut self, start: &[i64], random: &mut Random) -> Result<(Vec<Turn>, bool)> {
+        let first = self.book.most_preferred(start);
+        let (mut state, mut memory) = (start.to_vec(), self.book.start(start));
+        let mut turns = Vec::new();
+        for _ in 0..self.setup.steps {
+            let at = self.explained(&state, memory)?;
+            let Some((turn, next)) = self.turn(&at, &first, random) else { return Ok((turns, true)) };
+            (state, memory) = (turn.state.clone(), next);
+            turns.push(turn);
+        }
+        let settled = self.book.game(memory).is_none();
+        Ok((turns, settled))
+    }
+
+    /// One step; none where the strategy has no action.
+    fn turn(&self, at: &Explanation, first: &ObjectiveSet, random: &mut Random) -> Option<(Turn, Memory)> {
+        let played: Vec<usize> = (0..at.actions.len()).filter(|&a| self.setup.picks.plays(at, a)).collect();
+        let action = &at.actions[*played.get(random.below(played.len()))?];
+        let drawn = random.unit();
+        let mut sum = 0.0;
+        let reached = action.successors.iter().find(|s| {
+            sum += s.probability;
+            drawn < sum
+        });
+        // Rounding may leave the sum a little below 1.
+        let to = reached.or(action.successors.last())?;
+        let weakens = |from| self.book.preferences.change(from, &to.most_preferred) == Change::Weakening;
+        let turn = Turn {
+            action: action.name.clone(),
+            state: to.state.clone(),
+            probability: to.probability,
+            most_preferred: to.most_preferred.clone(),
+            rank: to.rank,
+            improves: to.improves,
+            gained: to.gained.clone(),
+            change: to.change,
+            lost: lost(self.book.preferences, &at.most_preferred, &to.most_preferred),
+            weakens_step: weakens(&at.most_preferred),
+            weakens_start: weakens(first),
+        };
+        Some((turn, to.next))
+    }
+
+    fn explained(&mut self, state: &[i64], memory: Memory) -> Result<Rc<Explanation>> {
+        let key = (state.to_vec(), memory);
+        if let Some(found) = self.seen.get(&key) {
+            if let Some(limit) = self.book.engine.settings().observer.stop() {
+                return Err(limit.into());
+            }
+            return Ok(Rc::clone(found));
+        }
+        let found = Rc::new(self.book.explain(state, memory)?);
+        if self.seen.len() >= REMEMBERED {
+            self.seen.clear();
+        }
+        self.seen.insert(key, Rc::clone(&found));
+        Ok(found)
+    }
+}
+
+/// SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): written out here so that a seed means the same
+/// plays in every version of every library.
+struct Random(u64);
+
+impl Random {
+    /// The numbers of one play: they do not depend on how long the plays before it were.
+    fn new(seed: u64, play: u64) -> Self {
+        let (mut by_seed, mut by_play) = (Random(seed), Random(!play));
+        Random(by_seed.next() ^ by_play.next())
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// A number below `n`, 0 where n is 0.
+    fn below(&mut self, n: usize) -> usize {
+        ((u128::from(self.next()) * n as u128) >> 64) as usize
+    }
+
+    /// A number in [0, 1) with 53 bits.
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Random;
+
+    #[test]
+    fn the_generator_is_the_published_one() {
+        let mut random = Random(1_234_567);
+        let first: Vec<u64> = (0..3).map(|_| random.next()).collect();
+        assert_eq!(first, [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423]);
+    }
+
+    #[test]
+    fn numbers_stay_in_their_ranges() {
+        let mut random = Random::new(1, 1);
+        for n in 1..200 {
+            assert!(random.below(n) < n);
+            assert!((0.0..1.0).contains(&random.unit()));
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Questions to a dump alone: no model, no preferences.
+
+mod program;
+mod region;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::dump::manifest::{FILE, Kind, Root};
+use crate::dump::{Dump, Edge, Manifest, read_directory};
+use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
+use crate::engine::{Count, Engine, Settings};
+use crate::error::{Diagnostic, Error, Result, SourceFile};
+use crate::lang;
+use crate::model::expr::ExprId;
+use crate::model::{Program, State};
+use region::Region;
+
+/// A dump that answers.
+pub struct Archive {
+    name: String,
+    dump: Dump,
+    engine: SymbolicEngine,
+    condition: Option<ExprId>,
+}
+
+/// What a region expression stands for.
+#[derive(Clone)]
+pub enum Selected {
+    /// States.
+    States(StateSet),
+    /// Pairs of states and choices, by the numbers of the choices.
+    Choices(ChoiceSet),
+}
+
+/// A state of a selection.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Member {
+    /// The state.
+    pub state: State,
+    /// The names of its choices, where the selection has choices.
+    pub choices: Option<Vec<String>>,
+}
+
+impl Archive {
+    /// Opens the dump in a directory. `condition` is an expression over its variables and constants
+    /// that all answers are confined to.
+    ///
+    /// # Errors
+    /// The dump or the condition is wrong; a limit. Cost: linear in the nodes of `reachable`.
+    pub fn open(directory: &Path, condition: Option<&str>, settings: Settings) -> Result<Self> {
+        let name = directory.join(FILE).display().to_string();
+        let dump = read_directory(directory, false, settings.observer.as_ref())?;
+        let mut program = program::rebuild(&name, &dump.manifest)?;
+        let condition = condition.map(|text| lower(&mut program, text)).transpose()?;
+        let program = Arc::new(program);
+        let order = Encoding::order_of(&program, &dump.manifest.encoding.order);
+        let order =
+            order.ok_or_else(|| wrong(&name, "the names of the bits are not those of the variables"))?;
+        let all = dump.manifest.regions.root("reachable");
+        let all = all.ok_or_else(|| wrong(&name, "there is no region `reachable`"))?;
+        let engine = SymbolicEngine::with_states(program, order, settings, &dump.regions, edge(all))?;
+        Ok(Archive { name, dump, engine, condition })
+    }
+
+    /// The manifest.
+    pub fn manifest(&self) -> &Manifest {
+        &self.dump.manifest
+    }
+
+    /// The variables, as a program without commands.
+    pub fn program(&self) -> &Program {
+        self.engine.program()
+    }
+
+    /// What an expression of regions stands for: names joined by `&`, `|`, `!` and brackets. `!` is
+    /// taken within `reachable`, of choices within `choices`; a set of states among choices stands for
+    /// all enabled choices of its states.
+    ///
+    /// # Errors
+    /// A syntax error or an unknown name, with its place; a limit.
+    pub fn select(&self, expression: &str) -> Result<Selected> {
+        let source = SourceFile::new("the region", expression);
+        let names: Vec<&str> = self.dump.manifest.regions.roots.iter().map(|r| r.name.as_str()).collect();
+        let selected = self.evaluate(&region::parse(&source, &names)?)?;
+        match self.condition {
+            None => Ok(selected),
+            Some(condition) => {
+                let states = Selected::States(self.engine.states_where(condition)?);
+                self.both(&selected, &states)
+            }
+        }
+    }
+
+    fn evaluate(&self, region: &Region) -> Result<Selected> {
+        match region {
+            Region::Name(position) => match self.dump.manifest.regions.roots.get(*position) {
+                Some(root) => self.load(root),
+                None => Ok(Selected::States(self.engine.no_states())),
+            },
+            Region::Not(of) => self.complement(&self.evaluate(of)?),
+            Region::And(a, b) => self.both(&self.evaluate(a)?, &self.evaluate(b)?),
+            Region::Or(a, b) => self.either(&self.evaluate(a)?, &self.evaluate(b)?),
+        }
+    }
+
+    fn load(&self, root: &Root) -> Result<Selected> {
+        match root.kind {
+            Kind::States => {
+                let mut sets = self.engine.load_states(&self.dump.regions, &[edge(root)])?;
+                let set = sets.pop().unwrap_or_else(|| self.engine.no_states());
+                // Patterns that are no values, or states out of scope, are no members of anything.
+                Ok(Selected::States(self.engine.intersection(&set, &self.engine.all_states())?))
+            }
+            Kind::Choices => {
+                let numbers = self.dump.manifest.choices.numbers.len();
+                let set = self.engine.load_choices(&self.dump.regions, edge(root), numbers)?;
+                let set = set.ok_or_else(|| {
+                    wrong(
+                        &self.name,
+                        &format!("`{}` has choices that the manifest does not number", root.name),
+                    )
+                })?;
+                Ok(Selected::Choices(self.engine.choices_in(&set, &self.engine.all_states())?))
+            }
+        }
+    }
+
+    fn complement(&self, of: &Selected) -> Result<Selected> {
+        Ok(match of {
+            Selected::States(x) => Selected::States(self.engine.difference(&self.engine.all_states(), x)?),
+            Selected::Choices(c) => Selected::Choices(self.engine.without_choices(&self.enabled()?, c)?),
+        })
+    }
+
+    fn both(&self, a: &Selected, b: &Selected) -> Result<Selected> {
+        Ok(match (a, b) {
+            (Selected::States(x), Selected::States(y)) => Selected::States(self.engine.intersection(x, y)?),
+            (Selected::Choices(c), Selected::States(x)) | (Selected::States(x), Selected::Choices(c)) => {
+                Selected::Choices(self.engine.choices_in(c, x)?)
+            }
+            (Selected::Choices(c), Selected::Choices(d)) => {
+                Selected::Choices(self.engine.common_choices(c, d)?)
+            }
+        })
+    }
+
+    fn either(&self, a: &Selected, b: &Selected) -> Result<Selected> {
+        Ok(match (a, b) {
+            (Selected::States(x), Selected::States(y)) => Selected::States(self.engine.union(x, y)?),
+            (Selected::Choices(c), Selected::States(x)) | (Selected::States(x), Selected::Choices(c)) => {
+                let all = self.engine.choices_in(&self.enabled()?, x)?;
+                Selected::Choices(self.engine.union_choices(c, &all)?)
+            }
+            (Selected::Choices(c), Selected::Choices(d)) => {
+                Selected::Choices(self.engine.union_choices(c, d)?)
+            }
+        })
+    }
+
+    /// All enabled choices, which a dump with strategies has.
+    fn enabled(&self) -> Result<ChoiceSet> {
+        let root = self.dump.manifest.regions.root("choices");
+        let root = root.ok_or_else(|| wrong(&self.name, "there is no region `choices`, which this needs"))?;
+        match self.load(root)? {
+            Selected::Choices(c) => Ok(c),
+            Selected::States(_) => Err(wrong(&self.name, "`choices` is a set of states")),
+        }
+    }
+
+    /// How many states, or pairs of states and choices, there are.
+    ///
+    /// # Errors
+    /// A limit.
+    pub fn count(&self, selected: &Selected) -> Result<Count> {
+        match selected {
+            Selected::States(x) => self.engine.count_states(x),
+            Selected::Choices(c) => self.engine.count_choices(c),
+        }
+    }
+
+    /// A state written as `x=1,b=true`; variables left out take their initial value.
+    ///
+    /// # Errors
+    /// A syntax error, an unknown variable, a value out of range.
+    pub fn state(&self, text: &str) -> Result<State> {
+        lang::parse_state(&SourceFile::new("the state", text), self.engine.program())
+    }
+
+    /// The state as a member; none where it is none.
+    ///
+    /// # Errors
+    /// A limit.
+    pub fn member(&self, selected: &Selected, state: &[i64]) -> Result<Option<Member>> {
+        let choices = match selected {
+            Selected::States(x) => return Ok(self.engine.contains(x, state).then(|| self.plain(state))),
+            Selected::Choices(c) => c,
+        };
+        let numbers = self.dump.manifest.choices.numbers.iter();
+        let here = numbers.filter(|n| self.engine.contains(&self.engine.numbered(choices, n.number), state));
+        let names: Vec<String> = here.map(|n| n.name.clone()).collect();
+        Ok((!names.is_empty()).then(|| Member { state: state.to_vec(), choices: Some(names) }))
+    }
+
+    fn plain(&self, state: &[i64]) -> Member {
+        Member { state: state.to_vec(), choices: None }
+    }
+
+    /// Up to `limit` states in the order of their values.
+    ///
+    /// # Errors
+    /// A limit.
+    pub fn list(&self, selected: &Selected, limit: usize) -> Result<Vec<Member>> {
+        let states = match selected {
+            Selected::States(x) => x.clone(),
+            Selected::Choices(c) => self.engine.sources(c)?,
+        };
+        let listed = self.engine.list_states(&states, limit)?;
+        let members = listed.iter().map(|state| self.member(selected, state));
+        Ok(members.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+    }
+}
+
+fn edge(root: &Root) -> Edge {
+    Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE)
+}
+
+fn wrong(file: &str, message: &str) -> Error {
+    Error::Dump { file: file.to_owned(), line: 0, message: message.to_owned() }
+}
+
+/// The condition in the pool of the program.
+fn lower(program: &mut Program, text: &str) -> Result<ExprId> {
+    let source = SourceFile::new("--where", text);
+    if let Some(at) = text.find('"') {
+        let diagnostic = Diagnostic::new(&source, at..text.len(), "a dump knows no labels of the model");
+        return Err(diagnostic.help("name a region instead, such as `initial` or `deadlock`").into());
+    }
+    let tree = lang::parse_expression(&source)?;
+    lang::lower_target(program, &source, &tree)
+}

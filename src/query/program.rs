@@ -1,0 +1,60 @@
+//! The variables and constants of a manifest as a program without commands.
+
+use serde_json::Value as Json;
+
+use crate::dump::Manifest;
+use crate::error::{Error, Result, SourceFile};
+use crate::model::expr::ExprPool;
+use crate::model::value::{Type, Value};
+use crate::model::{ModelKind, Program, Variable};
+
+/// The program; `name` is the manifest's name in messages.
+///
+/// # Errors
+/// A constant that is no value, or a variable that the language could not declare.
+pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
+    let mut pool = ExprPool::default();
+    let initial = pool.value(Value::Bool(true));
+    let mut constants = Vec::new();
+    for (constant, json) in &manifest.constants {
+        let Some(value) = value(json) else {
+            let message = format!("the constant `{constant}` has the value {json}, which is none");
+            return Err(Error::Dump { file: name.to_owned(), line: 0, message });
+        };
+        constants.push((constant.clone(), value));
+    }
+    let variable = |v: &crate::dump::manifest::Variable| Variable {
+        name: v.name.clone(),
+        ty: if v.is_bool() { Type::Bool } else { Type::Int },
+        low: v.low,
+        high: v.high,
+        module: None,
+        initial: v.initial.filter(|i| (v.low..=v.high).contains(i)),
+        span: 0..0,
+    };
+    Ok(Program {
+        source: SourceFile::new(name, ""),
+        kind: ModelKind::Mdp,
+        constants,
+        given_constants: Vec::new(),
+        pool,
+        variables: manifest.encoding.variables.iter().map(variable).collect(),
+        modules: Vec::new(),
+        initial,
+        actions: Vec::new(),
+        commands: Vec::new(),
+        synchronisations: Vec::new(),
+        labels: Vec::new(),
+        formulas: Vec::new(),
+    })
+}
+
+/// A constant as `export` writes it.
+fn value(json: &Json) -> Option<Value> {
+    match json {
+        Json::Bool(b) => Some(Value::Bool(*b)),
+        Json::Number(n) => n.as_i64().map(Value::Int).or_else(|| n.as_f64().map(Value::Real)),
+        Json::String(text) => text.parse().ok().map(Value::Real),
+        _ => None,
+    }
+}

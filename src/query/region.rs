@@ -1,0 +1,121 @@
+//! Expressions of regions: `sasi:1 & !(sasi:2 | class:nothing)`.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::error::{Diagnostic, Result, SourceFile};
+
+/// Deeper nesting than this is refused, since reading it takes stack.
+const DEEPEST: usize = 500;
+
+/// An expression; names by their position.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Region {
+    Name(usize),
+    Not(Box<Region>),
+    And(Box<Region>, Box<Region>),
+    Or(Box<Region>, Box<Region>),
+}
+
+/// Reads an expression over the given names. `!` binds tightest, then `&`, then `|`.
+pub(super) fn parse(source: &Arc<SourceFile>, names: &[&str]) -> Result<Region> {
+    let mut parser = Parser { source, names, at: 0, depth: 0 };
+    let region = parser.or()?;
+    parser.space();
+    match parser.peek() {
+        None => Ok(region),
+        Some(_) => Err(parser.wrong(parser.rest(), "the expression has ended here").into()),
+    }
+}
+
+struct Parser<'a> {
+    source: &'a Arc<SourceFile>,
+    names: &'a [&'a str],
+    at: usize,
+    depth: usize,
+}
+
+impl Parser<'_> {
+    fn or(&mut self) -> Result<Region> {
+        let mut left = self.and()?;
+        while self.eat('|') {
+            left = Region::Or(Box::new(left), Box::new(self.and()?));
+        }
+        Ok(left)
+    }
+
+    fn and(&mut self) -> Result<Region> {
+        let mut left = self.not()?;
+        while self.eat('&') {
+            left = Region::And(Box::new(left), Box::new(self.not()?));
+        }
+        Ok(left)
+    }
+
+    fn not(&mut self) -> Result<Region> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err(self.wrong(self.rest(), format!("more than {DEEPEST} levels of brackets")).into());
+        }
+        let region = if self.eat('!') {
+            Region::Not(Box::new(self.not()?))
+        } else if self.eat('(') {
+            let inner = self.or()?;
+            if !self.eat(')') {
+                return Err(self.wrong(self.rest(), "a bracket is not closed").label("expected `)`").into());
+            }
+            inner
+        } else {
+            self.name()?
+        };
+        self.depth -= 1;
+        Ok(region)
+    }
+
+    fn name(&mut self) -> Result<Region> {
+        self.space();
+        let text = &self.source.text[self.at..];
+        let end = text.find(|c: char| c.is_whitespace() || "&|!()".contains(c)).unwrap_or(text.len());
+        let (name, span) = (&text[..end], self.at..self.at + end);
+        if name.is_empty() {
+            return Err(self.wrong(self.rest(), "the name of a region was expected").into());
+        }
+        self.at += end;
+        match self.names.iter().position(|n| *n == name) {
+            Some(position) => Ok(Region::Name(position)),
+            None => Err(self.unknown(name, span).into()),
+        }
+    }
+
+    fn unknown(&self, name: &str, span: Range<usize>) -> Diagnostic {
+        let help = format!("the dump has {}", self.names.join(", "));
+        self.wrong(span, format!("there is no region `{name}`")).help(help)
+    }
+
+    fn eat(&mut self, token: char) -> bool {
+        self.space();
+        let found = self.peek() == Some(token);
+        if found {
+            self.at += token.len_utf8();
+        }
+        found
+    }
+
+    fn space(&mut self) {
+        let rest = &self.source.text[self.at..];
+        self.at += rest.len() - rest.trim_start().len();
+    }
+
+    fn peek(&self) -> Option<char> {
+        self.source.text[self.at..].chars().next()
+    }
+
+    /// From here to the end.
+    fn rest(&self) -> Range<usize> {
+        self.at..self.source.text.len()
+    }
+
+    fn wrong(&self, span: Range<usize>, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.source, span, message)
+    }
+}

@@ -1,0 +1,200 @@
+//! The checker accepts every dump that is written, and refuses what was changed in one.
+
+use std::fs;
+use std::sync::Arc;
+
+use meliora::certify::{Verdict, verify};
+use meliora::dump::{Dump, Edge};
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Scope, Settings};
+use meliora::error::{Result, SourceFile};
+use meliora::export::{Inputs, Selection, export};
+use meliora::lang;
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
+use meliora::planning::{Analysis, Options, Safety};
+
+const HASHES: (&str, &str) = ("m", "p");
+const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
+
+/// A dump with what it was made from.
+struct Case {
+    program: Arc<Program>,
+    preferences: Preferences,
+    dump: Dump,
+}
+
+fn settings(scope: Scope) -> Settings {
+    Settings { scope, memory: 64 << 20, ..Settings::default() }
+}
+
+fn case(model: &str, scope: Scope, safety: Safety) -> Case {
+    let read = |path: String| SourceFile::new(path.clone(), fs::read_to_string(path).unwrap());
+    let source = read(format!("models/{model}.prism"));
+    let mut program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
+    let preferences = lang::load_preferences(&read(format!("models/{model}.pref")), &mut program).unwrap();
+    let program = Arc::new(program);
+    let order = order::auto(&program);
+    let engine = SymbolicEngine::new(Arc::clone(&program), order, 1, settings(scope)).unwrap();
+    let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
+    analysis.run(&mut |_| ()).unwrap();
+    let inputs = Inputs {
+        model: (model.to_owned(), HASHES.0.to_owned()),
+        preferences: (model.to_owned(), HASHES.1.to_owned()),
+    };
+    let selection = Selection { wanted: &|_| true, certificate: true };
+    let dump = export(&engine, &analysis, &inputs, &selection).unwrap();
+    drop(analysis);
+    drop(engine);
+    Case { program, preferences, dump }
+}
+
+impl Case {
+    fn verify(&self, dump: &Dump) -> Result<Verdict> {
+        let scope = if dump.manifest.scope == "all" { Scope::All } else { Scope::Reachable };
+        verify(&self.program, &self.preferences, HASHES, dump, settings(scope))
+    }
+
+    /// The condition that a changed dump violates.
+    #[track_caller]
+    fn refused(&self, change: impl FnOnce(&mut Dump)) -> String {
+        let mut dump = self.dump.clone();
+        change(&mut dump);
+        let verdict = self.verify(&dump).unwrap();
+        let violation = verdict.violation.expect("a changed dump was accepted");
+        violation.condition
+    }
+}
+
+fn root(dump: &Dump, name: &str) -> Edge {
+    let in_regions = dump.manifest.regions.root(name).map(|r| dump.regions.roots[r.root]);
+    in_regions.unwrap_or_else(|| {
+        let file = dump.manifest.certificate.as_ref().unwrap();
+        dump.certificate.as_ref().unwrap().roots[file.root(name).unwrap().root]
+    })
+}
+
+/// Makes a region the function of an arc.
+fn set(dump: &mut Dump, name: &str, edge: Edge) {
+    let certificate = dump.manifest.certificate.as_mut().unwrap();
+    for file in [&mut dump.manifest.regions, certificate] {
+        if let Some(root) = file.roots.iter_mut().find(|r| r.name == name) {
+            root.node = edge.number();
+        }
+    }
+}
+
+/// Makes a region another one, with its count.
+fn replace(dump: &mut Dump, name: &str, by: &str) {
+    let edge = root(dump, by);
+    let count = dump.manifest.regions.root(by).map(|r| r.count.clone());
+    set(dump, name, edge);
+    if let (Some(count), Some(root)) =
+        (count, dump.manifest.regions.roots.iter_mut().find(|r| r.name == name))
+    {
+        root.count = count;
+    }
+}
+
+#[test]
+fn every_dump_is_accepted() {
+    for model in ["toy", "lateral", "lateral_prefix", "robot5x5"] {
+        for scope in [Scope::Reachable, Scope::All] {
+            for safety in SAFETIES {
+                let case = case(model, scope, safety);
+                let verdict = case.verify(&case.dump).unwrap();
+                assert_eq!(verdict.violation, None, "{model} {scope:?} {safety}");
+                assert!(verdict.checked.iter().all(|c| c.inside && c.outside), "{verdict:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_region_in_the_place_of_another_is_refused() {
+    let case = case("robot5x5", Scope::All, Safety::Transition);
+    for (name, by, word) in [
+        ("reachable", "positive:F", "one of `reachable`"),
+        ("initial", "target:A", "initial states"),
+        ("deadlock", "initial", "nothing is enabled"),
+        ("choices", "strategy:spi:1", "enabled"),
+        ("target:A", "target:B", "target"),
+        ("positive:D", "reachable", "layers"),
+        ("positive:D", "almost-sure:D", "step into"),
+        ("almost-sure:D", "positive:D", "strategy"),
+        ("almost-sure:F", "target:F", "strategy"),
+        ("strategy:almost-sure:D", "choices", "strategy"),
+        ("class:A", "class:B", "most preferred"),
+        ("class:nothing", "class:D+F", "most preferred"),
+        ("sasi:2", "sasi:1", "strategy"),
+        ("sasi:1", "sasi:2", "strategy"),
+        ("strategy:sasi:1", "strategy:sasi:2", "keep winning"),
+        ("sasi:unbounded", "sasi:2", "strategy"),
+        ("spi:1", "reachable", "strategy"),
+        ("spi:2", "spi:3", "strategy"),
+        ("strategy:spi:1", "choices", "keep winning"),
+        ("spi:unbounded", "sasi:unbounded", "step towards"),
+    ] {
+        let condition = case.refused(|dump| replace(dump, name, by));
+        assert!(condition.contains(word), "{name} := {by}: {condition}");
+    }
+}
+
+#[test]
+fn layers_and_rounds_out_of_place_are_refused() {
+    let case = case("robot5x5", Scope::Reachable, Safety::Action);
+    for (name, by) in [
+        ("layers:reachable:1", "layers:reachable:2"),
+        ("layers:reachable:3", "initial"),
+        ("layers:positive:D:1", "layers:positive:D:2"),
+        ("layers:almost-sure:D:0", "layers:almost-sure:D:1"),
+        ("layers:sasi:1:0", "layers:sasi:1:1"),
+        ("refuted:almost-sure:D:0", "almost-sure:D"),
+        ("refuted:sasi:1:0", "sasi:1"),
+    ] {
+        let condition = case.refused(|dump| {
+            // Both files must know the node: take it from the certificate.
+            let file = dump.manifest.certificate.as_ref().unwrap();
+            let edge = file.root(by).map_or(Edge::TRUE, |r| dump.certificate.as_ref().unwrap().roots[r.root]);
+            set(dump, name, edge);
+        });
+        assert!(
+            condition.contains("layer") || condition.contains("round") || condition.contains("reachable"),
+            "{name}: {condition}"
+        );
+    }
+}
+
+#[test]
+fn a_changed_manifest_is_refused() {
+    let case = case("robot5x5", Scope::All, Safety::Transition);
+    let refused = |change: fn(&mut Dump)| case.refused(change);
+    assert!(refused(|d| d.manifest.model.sha256 = "x".into()).contains("SHA-256 of the model"));
+    assert!(refused(|d| d.manifest.preferences.sha256 = "x".into()).contains("SHA-256 of the preferences"));
+    assert!(refused(|d| d.manifest.empty = "bottom".into()).contains("`empty`"));
+    assert!(refused(|d| d.manifest.objectives.swap(0, 1)).contains("objectives"));
+    assert!(refused(|d| d.manifest.encoding.variables[0].low = -1).contains("variables"));
+    assert!(refused(|d| d.manifest.regions.roots[3].count = "1".into()).contains("members"));
+    assert!(!refused(|d| d.manifest.safety = "action".into()).is_empty());
+    assert!(refused(|d| d.manifest.safety = "none".into()).contains("safety"));
+    assert!(refused(|d| d.manifest.encoding.order.swap(0, 5)).contains("reachable"));
+    assert!(refused(|d| d.manifest.regions.roots.retain(|r| r.name != "class:A")).contains("class"));
+    assert!(refused(|d| d.manifest.regions.roots.retain(|r| r.name != "sasi:2")).contains("sasi"));
+}
+
+/// All regions are determined by the model, so that any change of any function must be seen.
+#[test]
+fn every_single_complemented_arc_is_refused() {
+    for (model, safety) in [("toy", Safety::Action), ("lateral_prefix", Safety::Prefix)] {
+        let case = case(model, Scope::Reachable, safety);
+        for index in 0..case.dump.regions.nodes.len() {
+            let mut dump = case.dump.clone();
+            let node = &mut dump.regions.nodes[index];
+            node.otherwise = node.otherwise.complement();
+            // A larger set of states may have some in which the model has no meaning: an error.
+            if let Ok(verdict) = case.verify(&dump) {
+                assert!(verdict.violation.is_some(), "{model}: node {}", index + 2);
+            }
+        }
+    }
+}

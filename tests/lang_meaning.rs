@@ -1,0 +1,285 @@
+//! What models mean once they are flat: precedence, renaming, constants, composition.
+
+use meliora::error::SourceFile;
+use meliora::lang::property::{Bound, Strategies};
+use meliora::lang::{flat, load, lower_target, parse_expression, parse_property, parse_state};
+use meliora::model::Program;
+use meliora::model::value::Value;
+
+fn program_with(text: &str, constants: &str) -> Program {
+    let loaded = load(&SourceFile::new("m.prism", text), &SourceFile::new("--const", constants));
+    match loaded {
+        Ok(checked) => checked.program,
+        Err(error) => panic!("{error}\n{text}"),
+    }
+}
+
+fn program(text: &str) -> Program {
+    program_with(text, "")
+}
+
+/// The value of an expression in the initial state of a model; conditions only.
+fn holds(model: &str, condition: &str) -> bool {
+    let mut program = program(model);
+    let source = SourceFile::new("--target", condition);
+    let target = parse_expression(&source).expect("it parses");
+    let id = lower_target(&mut program, &source, &target).expect("it is a condition");
+    let state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
+    program.pool.eval(id, &state) == Ok(Value::Bool(true))
+}
+
+/// The tree of an expression, with brackets everywhere.
+fn tree(text: &str) -> String {
+    use meliora::lang::ast::{Expr, ExprKind};
+    fn show(e: &Expr) -> String {
+        match &e.kind {
+            ExprKind::Not(a) => format!("(!{})", show(a)),
+            ExprKind::Neg(a) => format!("(-{})", show(a)),
+            ExprKind::Chain(first, rest) => {
+                rest.iter().fold(show(first), |left, (op, e)| format!("({left}{}{})", op.symbol(), show(e)))
+            }
+            ExprKind::Ite(cases, otherwise) => cases
+                .iter()
+                .rev()
+                .fold(show(otherwise), |rest, (c, a)| format!("({}?{}:{rest})", show(c), show(a))),
+            _ => e.to_string(),
+        }
+    }
+    show(&parse_expression(&SourceFile::new("e", text)).expect("it parses"))
+}
+
+#[test]
+fn precedence_is_that_of_prism() {
+    for (text, expected) in [
+        ("!a=b", "(!(a=b))"),
+        ("!a&b", "((!a)&b)"),
+        ("!!a|b", "((!(!a))|b)"),
+        ("a|b&c", "(a|(b&c))"),
+        ("a=>b<=>c", "(a=>(b<=>c))"),
+        ("a=>b=>c", "((a=>b)=>c)"),
+        ("a<=>b<=>c", "((a<=>b)<=>c)"),
+        ("a<=>b|c", "(a<=>(b|c))"),
+        ("a=b!=c", "((a=b)!=c)"),
+        ("a=b<c", "(a=(b<c))"),
+        ("a+b<c*d", "((a+b)<(c*d))"),
+        ("a-b-c", "((a-b)-c)"),
+        ("a-b+c", "((a-b)+c)"),
+        ("a/b*c", "((a/b)*c)"),
+        ("-a*b", "((-a)*b)"),
+        ("-a^b", "(-(a^b))"),
+        ("a^-b*c", "((a^(-b))*c)"),
+        ("a*b^c", "(a*(b^c))"),
+        ("--a", "(-(-a))"),
+        ("a--b", "(a-(-b))"),
+        ("a?b:c?d:e", "(a?b:(c?d:e))"),
+        ("a=>b?c:d+e", "((a=>b)?c:(d+e))"),
+        ("a?b?c:d:e", "(a?(b?c:d):e)"),
+        ("a&b=c|!d<e", "((a&(b=c))|(!(d<e)))"),
+    ] {
+        assert_eq!(tree(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn functions_and_arithmetic() {
+    let model = "mdp\nmodule m\n x : [-3..8] init -3; y : [0..8] init 4;\nendmodule\n";
+    for condition in [
+        "mod(x-1,3)=2",
+        "y/3 > 1.3 & y/3 < 1.4",
+        "floor(y/3)=1 & ceil(y/3)=2 & round(y/8)=1 & round(-1.5)=-1",
+        "min(x,y,2)=-3 & max(x,y,2)=4 & max(y,4.5)=4.5",
+        "pow(2,3)=8 & pow(2,-1.0)=0.5 & 2^3=8 & 1-2^2=-3",
+        "log(8,2) > 2.999 & log(8,2) < 3.001",
+        "func(min,x,y)=x & func(floor,2.5)=2",
+        "floor(y)=y",
+        "y=4.0",
+        "(x<0 ? 1 : 2.5) = 1",
+        "true = (y=4)",
+        "(false => true) & (y=4 <=> x=-3)",
+    ] {
+        assert!(holds(model, condition), "{condition}");
+    }
+}
+
+#[test]
+fn constants_depend_on_each_other_in_any_order() {
+    let text = "mdp\nconst int a = b*2;\nconst b = c+1;\nconst int c;\nconst double d = a/4;\nformula f = a;\n\
+                const int e = f;\nmodule m\n x : [0..a];\nendmodule";
+    let program = program_with(text, "c=2");
+    let values: Vec<String> = program.constants.iter().map(|(n, v)| format!("{n}={v}")).collect();
+    assert_eq!(values, ["a=6", "b=3", "c=2", "d=1.5", "e=6"]);
+    assert_eq!(program.given_constants, ["c"]);
+    assert_eq!(program.variables[0].high, 6);
+}
+
+#[test]
+fn a_long_row_of_constants_and_formulas_is_no_problem() {
+    let mut text = String::from("mdp\nconst int k0 = 1;\nformula f0 = x;\n");
+    for i in 1..20_000 {
+        text.push_str(&format!("const int k{i} = k{};\nformula f{i} = f{} & true;\n", i - 1, i - 1));
+    }
+    text.push_str("module m\n x : bool;\n [] f19999 -> (x'=k19999=1);\nendmodule");
+    assert_eq!(program(&text).commands.len(), 1);
+}
+
+#[test]
+fn formulas_that_double_stay_small() {
+    let mut text = String::from("mdp\nformula f0 = x;\n");
+    for i in 1..200 {
+        text.push_str(&format!("formula f{i} = (f{0} ? y : f{0}) | (f{0} & y);\n", i - 1));
+    }
+    text.push_str("module m\n x : bool; y : bool;\n [] f199 -> true;\nendmodule");
+    let program = program(&text);
+    assert!(program.pool.len() < 2000);
+    let again = flat(&program);
+    assert!(again.len() < 100_000);
+    load(&SourceFile::new("flat", again), &SourceFile::new("--const", "")).expect("it reads back");
+}
+
+#[test]
+fn a_long_disjunction_is_no_problem() {
+    let many: Vec<String> = (0..50_000).map(|i| format!("x={i}")).collect();
+    let text = format!("mdp\nmodule m\n x : [0..50000];\n [] {} -> true;\nendmodule", many.join("|"));
+    assert_eq!(program(&text).commands.len(), 1);
+}
+
+#[test]
+fn renaming_reaches_into_formulas_and_swaps() {
+    let program = program(
+        "mdp\nconst int lo = 1; const int hi = 2;\nformula f = x=lo & g;\nformula g = y=1;\nmodule m\n x : [0..3];\n \
+         [go] f -> (x'=max(x,lo));\nendmodule\nmodule n = m [x=y, y=x, go=run, lo=hi, max=min] endmodule\n",
+    );
+    assert_eq!(program.actions, ["go", "run"]);
+    let text = flat(&program);
+    assert!(text.contains("[go] x = 1 & y = 1 -> 1.0 : (x' = max(x, 1));"), "{text}");
+    assert!(text.contains("[run] y = 2 & x = 1 -> 1.0 : (y' = min(y, 2));"), "{text}");
+}
+
+#[test]
+fn a_formula_renamed_by_name_is_read_as_it_stands() {
+    let program = program(
+        "mdp\nformula f = x=1;\nformula g = x=2;\nmodule m\n x : [0..3];\n [] f -> true;\nendmodule\n\
+         module n = m [x=y, f=g] endmodule\nmodule o = n [y=z] endmodule\n",
+    );
+    let text = flat(&program);
+    assert_eq!(text.matches("[] x = 2 -> 1.0 : true;").count(), 2, "{text}");
+}
+
+#[test]
+fn copies_of_copies() {
+    let program = program(
+        "mdp\nmodule o = n [y=z, b=c] endmodule\nmodule n = m [x=y, a=b] endmodule\nmodule m\n x : [0..3];\n \
+         [a] x<3 -> (x'=x+1);\nendmodule\n",
+    );
+    let names: Vec<_> = program.variables.iter().map(|v| v.name.as_str()).collect();
+    assert_eq!(names, ["z", "y", "x"]);
+    assert_eq!(program.actions, ["c", "b", "a"]);
+}
+
+/// Each synchronisation as `action: factors`, a factor as the numbers of its commands.
+fn moves(system: &str) -> Vec<String> {
+    let program = program(&format!(
+        "mdp\nmodule a\n x : bool;\n [s] x -> true;\n [s] !x -> true;\n [t] x -> true;\n [] x -> true;\nendmodule\n\
+         module b\n y : bool;\n [s] y -> true;\n [u] y -> true;\nendmodule\nmodule c\n z : bool;\n [t] z -> true;\n \
+         [] z -> true;\nendmodule\n{system}"
+    ));
+    let show = |s: &meliora::model::Synchronisation| {
+        let factor = |f: &Vec<meliora::model::CommandId>| {
+            f.iter().map(|c| c.0.to_string()).collect::<Vec<_>>().join("|")
+        };
+        let action = s.action.map_or("", |a| program.actions[a].as_str());
+        format!("{action}: {}", s.factors.iter().map(factor).collect::<Vec<_>>().join(" "))
+    };
+    program.synchronisations.iter().map(show).collect()
+}
+
+#[test]
+fn composition() {
+    let all = [": 3", ": 7", "s: 0|1 4", "t: 2 6", "u: 5"];
+    assert_eq!(moves(""), all);
+    assert_eq!(moves("system a || b || c endsystem"), all);
+    assert_eq!(moves("system (a || b) || c endsystem"), all);
+    assert_eq!(
+        moves("system a |[s]| b ||| c endsystem".replace("a |[s]| b", "(a |[s]| b)").as_str()),
+        [": 3", ": 7", "s: 0|1 4", "t: 2", "t: 6", "u: 5"]
+    );
+    assert_eq!(moves("system a ||| b ||| c endsystem").len(), 8 - 1);
+    assert_eq!(
+        moves("system (a / {s}) || b || c endsystem"),
+        [": 0|1", ": 3", ": 7", "s: 4", "t: 2 6", "u: 5"]
+    );
+    assert_eq!(moves("system (a || b {u<-t}) || c endsystem"), [": 3", ": 7", "s: 0|1 4", "t: 2 5 6"]);
+    assert_eq!(moves("system (a |[t]| b) || c endsystem"), [": 3", ": 7", "s: 0|1", "s: 4", "u: 5"]);
+    assert_eq!(
+        moves("system (a || b || c) {s<-v, t<-w} endsystem"),
+        [": 3", ": 7", "u: 5", "v: 0|1 4", "w: 2 6"]
+    );
+}
+
+#[test]
+fn commands_are_numbered_by_label() {
+    let program =
+        program("mdp\nmodule a\n [s] true -> true;\n [] true -> true;\n [s] true -> true;\nendmodule");
+    let numbers: Vec<_> = program.commands.iter().map(|c| c.number).collect();
+    assert_eq!(numbers, [1, 1, 2]);
+}
+
+#[test]
+fn the_model_type_may_come_late_or_not_at_all() {
+    use meliora::model::ModelKind;
+    let of = |text: &str| program(text).kind;
+    assert_eq!(of("module m endmodule"), ModelKind::Mdp);
+    assert_eq!(of("const int N = 1;\ndtmc\nmodule m endmodule"), ModelKind::Dtmc);
+    assert_eq!(of("probabilistic module m endmodule"), ModelKind::Dtmc);
+    assert_eq!(of("nondeterministic module m endmodule"), ModelKind::Mdp);
+}
+
+#[test]
+fn built_in_labels_can_be_targets() {
+    let model = "mdp\nmodule m\n x : [0..2];\n [] x=0 -> (x'=1);\nendmodule\n";
+    assert!(holds(model, "\"init\" & !\"deadlock\""));
+    assert!(holds("mdp\nmodule m endmodule", "\"deadlock\" & \"init\""));
+}
+
+#[test]
+fn rewards_are_ignored() {
+    let text =
+        "mdp\nmodule m endmodule\nrewards \"r\" [a] true : 1; true : unknown; endrewards\nrewards endrewards";
+    let checked = load(&SourceFile::new("m", text), &SourceFile::new("--const", "")).expect("it is right");
+    assert_eq!(checked.ignored_rewards, 2);
+}
+
+#[test]
+fn a_state_takes_what_is_left_out_from_the_initial_state() {
+    let program = program("mdp\nmodule m\n x : [-3..3] init 1; b : bool init true;\nendmodule");
+    let state = |text: &str| parse_state(&SourceFile::new("--at", text), &program).ok();
+    assert_eq!(state("x=-2"), Some(vec![-2, 1]));
+    assert_eq!(state(" b = false "), Some(vec![1, 0]));
+    assert_eq!(state(""), Some(vec![1, 1]));
+}
+
+#[test]
+fn properties_speak_of_all_or_some_strategies() {
+    let of = |text: &str| {
+        let property = parse_property(&SourceFile::new("--property", text)).expect("it is qualitative");
+        (property.strategies, property.bound)
+    };
+    assert_eq!(of("P>=1 [ F \"done\" ]"), (Strategies::All, Bound::One));
+    assert_eq!(of("P>0 [ F x=1 ]"), (Strategies::All, Bound::Positive));
+    assert_eq!(of("P<1 [ F x=1 ];"), (Strategies::All, Bound::BelowOne));
+    assert_eq!(of("P<=0 [ F x=1 ]"), (Strategies::All, Bound::Zero));
+    assert_eq!(of("Pmax>=1.0 [ F x=1 ]"), (Strategies::Some, Bound::One));
+    assert_eq!(of("P max > 0 [ F x=1 ]"), (Strategies::Some, Bound::Positive));
+    assert_eq!(of("Pmin>=1 [ F x=1 ]"), (Strategies::All, Bound::One));
+    assert_eq!(of("Pmin<1 [ F x=1 ]"), (Strategies::Some, Bound::BelowOne));
+    assert_eq!(of("Pmax<=0 [ F x=1 ]"), (Strategies::All, Bound::Zero));
+}
+
+#[test]
+fn actions_may_be_called_like_operators_of_properties() {
+    let program = program(
+        "mdp\nmodule m\n x : bool;\n [E] x -> true;\nendmodule\nmodule n = m [x=y, E=W] endmodule\n\
+         system m ||| n {W<-S} endsystem",
+    );
+    assert_eq!(program.actions, ["E", "W", "S"]);
+}

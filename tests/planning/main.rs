@@ -1,0 +1,53 @@
+//! The planning algorithms against literal definitions, on an engine of plain vectors.
+
+mod examples;
+mod generate;
+mod literal;
+mod preorder;
+mod regions;
+mod robot;
+mod strategies;
+mod tiny;
+mod versus_literal;
+
+use meliora::model::preference::{Empty, Objective, Preferences, Preorder, Statement};
+use meliora::planning::{Analysis, Options, Safety};
+
+use tiny::{Mdp, Tiny};
+
+pub(crate) const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
+pub(crate) const EMPTIES: [Empty; 3] = [Empty::Bottom, Empty::Gain, Empty::Incomparable];
+
+/// A model, targets and preferences.
+#[derive(Debug, Clone)]
+pub(crate) struct Case {
+    pub(crate) mdp: Mdp,
+    pub(crate) targets: Vec<Vec<usize>>,
+    pub(crate) statements: Vec<Statement>,
+}
+
+impl Case {
+    pub(crate) fn engine(&self) -> Tiny {
+        Tiny::new(self.mdp.clone(), &self.targets)
+    }
+
+    pub(crate) fn preferences(&self, engine: &Tiny, empty: Empty) -> Preferences {
+        let objective = |i: usize| Objective { name: format!("o{i}"), target: engine.target(i), span: None };
+        Preferences {
+            objectives: (0..self.targets.len()).map(objective).collect(),
+            order: Preorder::new(self.targets.len(), &self.statements).unwrap(),
+            empty,
+        }
+    }
+}
+
+/// The finished analysis.
+pub(crate) fn analyse<'a>(
+    engine: &'a Tiny,
+    preferences: &'a Preferences,
+    safety: Safety,
+) -> Analysis<'a, Tiny> {
+    let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
+    analysis.run(&mut |_| ()).unwrap();
+    analysis
+}

@@ -1,0 +1,107 @@
+//! The four regions against all memoryless strategies, each an induced Markov chain.
+
+use meliora::engine::Engine;
+use meliora::engine::regions::regions;
+use meliora::model::preference::Empty;
+use meliora::planning::Safety;
+use proptest::prelude::*;
+
+use crate::generate::case;
+use crate::literal::Set;
+use crate::tiny::Mdp;
+use crate::{Case, analyse};
+
+/// The states reached from `s` in a chain, `s` among them; none beyond `absorbing`.
+pub(crate) fn reached(chain: &[Vec<usize>], s: usize, absorbing: &Set) -> Set {
+    let (mut seen, mut stack) = (Set::from([s]), vec![s]);
+    while let Some(at) = stack.pop() {
+        if !absorbing.contains(&at) {
+            stack.extend(chain[at].iter().filter(|&&t| seen.insert(t)));
+        }
+    }
+    seen
+}
+
+/// The bottom components reached from `s`: each as its set of states.
+pub(crate) fn bottom_components(chain: &[Vec<usize>], s: usize, absorbing: &Set) -> Vec<Set> {
+    let mut bottoms = Vec::new();
+    for t in reached(chain, s, absorbing) {
+        let component = reached(chain, t, absorbing);
+        let is_bottom = component.iter().all(|&u| reached(chain, u, absorbing) == component);
+        if is_bottom && !bottoms.contains(&component) {
+            bottoms.push(component);
+        }
+    }
+    bottoms
+}
+
+/// All ways to fix one choice a state.
+fn memoryless(mdp: &Mdp) -> Vec<Vec<Vec<usize>>> {
+    let mut chains: Vec<Vec<Vec<usize>>> = vec![Vec::new()];
+    for choices in &mdp.0 {
+        let longer = |chain: &Vec<Vec<usize>>| {
+            let chain = chain.clone();
+            choices.iter().map(move |c| chain.iter().cloned().chain([c.clone()]).collect::<Vec<_>>())
+        };
+        chains = chains.iter().flat_map(longer).collect();
+    }
+    chains
+}
+
+/// (Pmax = 1, Pmax > 0, Pmin = 1, Pmin > 0) by enumeration.
+fn enumerated(mdp: &Mdp, target: &Set) -> [Set; 4] {
+    let mut result = [Set::new(), Set::new(), (0..mdp.0.len()).collect(), (0..mdp.0.len()).collect()];
+    for chain in memoryless(mdp) {
+        for s in 0..mdp.0.len() {
+            let possible = reached(&chain, s, target).iter().any(|t| target.contains(t));
+            let ends = bottom_components(&chain, s, target);
+            let sure = ends.iter().all(|end| end.iter().any(|t| target.contains(t)));
+            for (region, holds) in result[..2].iter_mut().zip([sure, possible]) {
+                if holds {
+                    region.insert(s);
+                }
+            }
+            for (region, holds) in result[2..].iter_mut().zip([sure, possible]) {
+                if !holds {
+                    region.remove(&s);
+                }
+            }
+        }
+    }
+    result
+}
+
+fn set(x: &[bool]) -> Set {
+    (0..x.len()).filter(|&s| x[s]).collect()
+}
+
+fn compare(case: &Case) {
+    let engine = case.engine();
+    let preferences = case.preferences(&engine, Empty::Bottom);
+    let analysis = analyse(&engine, &preferences, Safety::Action);
+    for (i, target) in case.targets.iter().enumerate() {
+        let expected = enumerated(&case.mdp, &target.iter().copied().collect());
+        let r = regions(&engine, &engine.states_where(engine.target(i)).unwrap()).unwrap();
+        let found = [&r.pmax_one, &r.pmax_positive, &r.pmin_one, &r.pmin_positive].map(|x| set(x));
+        assert_eq!(found, expected);
+        let outcome = analysis.outcomes().unwrap().get(i).unwrap();
+        assert_eq!([set(&outcome.almost_sure), set(&outcome.positive)], expected[..2]);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+
+    #[test]
+    fn regions_are_those_of_all_memoryless_strategies(case in case(5)) {
+        compare(&case);
+    }
+}
+
+#[test]
+fn a_smaller_target_starts_from_the_larger_ones_region() {
+    // 0 -> {1, 2}; 1 and 2 are sinks: the larger target is sure, the smaller is not.
+    let mdp = Mdp::new(vec![vec![vec![1, 2]], vec![], vec![]]);
+    let case = Case { mdp, targets: vec![vec![1], vec![1, 2], vec![1], vec![]], statements: Vec::new() };
+    compare(&case);
+}

@@ -1,0 +1,201 @@
+//! Strategies, re-checked on the Markov chains that they induce.
+
+use meliora::engine::Engine;
+use meliora::model::preference::Empty;
+use meliora::planning::improvement::Arena;
+use meliora::planning::levels::{Game, Level};
+use meliora::planning::strategy::{Strategy, is_goal, permitted_at_start, strategies};
+use meliora::planning::{Analysis, Kind, Safety};
+use proptest::prelude::*;
+
+use crate::generate::case;
+use crate::literal::{Literal, Set};
+use crate::regions::{bottom_components, reached};
+use crate::tiny::Tiny;
+use crate::{Case, EMPTIES, SAFETIES, analyse};
+
+/// One arena at one level, with what the definitions say of its edges.
+struct Play<'a> {
+    literal: &'a Literal<'a>,
+    safety: Safety,
+    /// MP of the reference class under `prefix`, with its safe states.
+    reference: Option<(Set, Set)>,
+    /// W_{k-1}
+    entered: Set,
+}
+
+impl Play<'_> {
+    fn kept(&self, s: usize, a: usize) -> Vec<usize> {
+        let successors = &self.literal.case.mdp.0[s][a];
+        match &self.reference {
+            Some((_, safe)) if safe.contains(&s) && successors.iter().all(|t| safe.contains(t)) => {
+                successors.clone()
+            }
+            Some(_) => Vec::new(),
+            None => self.literal.kept(self.safety, s, a),
+        }
+    }
+
+    fn is_goal(&self, s: usize, t: usize) -> bool {
+        let from = self.reference.as_ref().map_or(&self.literal.mp[s], |(class, _)| class);
+        let to = &self.literal.mp[t];
+        self.entered.contains(&t) && self.literal.improves(from, to) && !self.literal.weakens(from, to)
+    }
+
+    /// The chain of these choices; state |S| is the goal.
+    fn chain(&self, picks: &[Vec<usize>]) -> Vec<Vec<usize>> {
+        let goal = picks.len();
+        let node = |s: usize, t: usize| if self.is_goal(s, t) { goal } else { t };
+        let row = |s: usize| {
+            let kept = picks[s].iter().flat_map(|&a| self.kept(s, a));
+            kept.map(|t| node(s, t)).collect::<Vec<_>>()
+        };
+        (0..goal).map(row).chain([vec![goal]]).collect()
+    }
+
+    /// The permitted choices of a state by the definition, given the winning states.
+    fn permits(&self, kind: Kind, won: &Set, s: usize, a: usize) -> bool {
+        let kept = self.kept(s, a);
+        let good = |t: &usize| won.contains(t) || self.is_goal(s, *t);
+        won.contains(&s)
+            && match kind {
+                Kind::Sasi => !kept.is_empty() && kept.iter().all(good),
+                Kind::Spi => kept.iter().any(good),
+            }
+    }
+}
+
+fn wins(kind: Kind, chain: &[Vec<usize>], s: usize) -> bool {
+    let goal = chain.len() - 1;
+    let absorbing = Set::from([goal]);
+    match kind {
+        Kind::Sasi => bottom_components(chain, s, &absorbing) == [absorbing.clone()],
+        Kind::Spi => reached(chain, s, &absorbing).contains(&goal),
+    }
+}
+
+fn set(x: &[bool]) -> Set {
+    (0..x.len()).filter(|&s| x[s]).collect()
+}
+
+fn check_strategy(kind: Kind, play: &Play<'_>, strategy: &Strategy<Tiny>) {
+    let won = set(&strategy.states);
+    let chosen = |pairs: &Vec<Vec<bool>>| -> Vec<Vec<usize>> {
+        pairs.iter().map(|row| (0..row.len()).filter(|&a| row[a]).collect()).collect()
+    };
+    let permitted = chosen(&strategy.permissive);
+    for (s, chosen) in permitted.iter().enumerate() {
+        let by_definition: Vec<usize> =
+            (0..strategy.permissive[s].len()).filter(|&a| play.permits(kind, &won, s, a)).collect();
+        assert_eq!(*chosen, by_definition, "permitted in {s}");
+    }
+    let progress = chosen(&strategy.progress);
+    let first: Vec<Vec<usize>> = progress.iter().map(|p| p.iter().copied().take(1).collect()).collect();
+    let last: Vec<Vec<usize>> =
+        progress.iter().map(|p| p.iter().copied().last().into_iter().collect()).collect();
+    for picks in [&permitted, &first, &last] {
+        let chain = play.chain(picks);
+        for &s in &won {
+            assert!(wins(kind, &chain, s), "{kind} does not win from {s}");
+        }
+    }
+    let mut layered = Set::new();
+    for layer in &strategy.layers {
+        let layer = set(layer);
+        assert!(!layer.is_empty() && layered.is_disjoint(&layer));
+        layered.extend(layer);
+    }
+    assert_eq!(layered, won);
+}
+
+fn check_goals(engine: &Tiny, play: &Play<'_>, arena: &Arena<Tiny>, game: &Game<Tiny>) {
+    for s in set(&arena.states) {
+        for t in (0..arena.choices[s].len()).flat_map(|a| play.kept(s, a)) {
+            let found = is_goal(engine, arena, game, &[s as i64], &[t as i64]);
+            assert_eq!(found, play.is_goal(s, t), "goal edge {s} -> {t}");
+        }
+    }
+}
+
+fn check_level(
+    analysis: &Analysis<'_, Tiny>,
+    literal: &Literal<'_>,
+    kind: Kind,
+    level: &Level<Tiny>,
+    entered: &Set,
+) {
+    let engine = analysis.engine();
+    let (improvement, classes) = (analysis.improvement().unwrap(), analysis.classes().unwrap());
+    let all = strategies(engine, kind, improvement, level).unwrap();
+    let start = permitted_at_start(engine, kind, classes, improvement, level).unwrap();
+    for ((strategy, arena), game) in all.iter().zip(&improvement.arenas).zip(&level.games) {
+        let reference = strategy.reference.map(|c| {
+            let mp: Set = classes.list[c].most_preferred.iter().collect();
+            (mp.clone(), literal.safe(&mp))
+        });
+        let play = Play { literal, safety: improvement.safety, reference, entered: entered.clone() };
+        check_strategy(kind, &play, strategy);
+        check_goals(engine, &play, arena, game);
+        for (s, permitted) in strategy.permissive.iter().enumerate() {
+            let own = play.reference.as_ref().is_none_or(|(class, _)| *class == literal.mp[s]);
+            assert!(!own || start[s] == *permitted);
+        }
+    }
+    assert_eq!(engine.sources(&start).unwrap(), level.states);
+}
+
+fn check(case: &Case) {
+    let engine = case.engine();
+    for empty in EMPTIES {
+        let preferences = case.preferences(&engine, empty);
+        let literal = Literal::new(case, empty);
+        for safety in SAFETIES {
+            let analysis = analyse(&engine, &preferences, safety);
+            for kind in [Kind::Sasi, Kind::Spi] {
+                let mut entered: Set = (0..case.mdp.0.len()).collect();
+                let levels = analysis.levels(kind);
+                for level in levels.found.iter().chain(levels.unbounded()) {
+                    check_level(&analysis, &literal, kind, level, &entered);
+                    entered = set(&level.states);
+                }
+            }
+        }
+    }
+}
+
+/// No state that a play can be in weakens what the safety promises to keep.
+fn check_safety(case: &Case) {
+    let engine = case.engine();
+    let preferences = case.preferences(&engine, Empty::Bottom);
+    let literal = Literal::new(case, Empty::Bottom);
+    for safety in [Safety::Action, Safety::Prefix] {
+        let analysis = analyse(&engine, &preferences, safety);
+        let classes = analysis.classes().unwrap();
+        for arena in &analysis.improvement().unwrap().arenas {
+            for s in set(&arena.states) {
+                let from = match arena.reference {
+                    Some(c) => classes.list[c].most_preferred.iter().collect(),
+                    None => literal.mp[s].clone(),
+                };
+                for (a, successors) in case.mdp.0[s].iter().enumerate() {
+                    let safe = successors.iter().all(|&t| !literal.weakens(&from, &literal.mp[t]));
+                    assert!(!arena.choices[s][a] || safe, "{safety}: {s} by {a}");
+                }
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(800))]
+
+    #[test]
+    fn strategies_win_on_their_induced_chains(case in case(7)) {
+        check(&case);
+    }
+
+    #[test]
+    fn no_kept_choice_weakens(case in case(7)) {
+        check_safety(&case);
+    }
+}

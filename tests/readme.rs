@@ -1,0 +1,51 @@
+//! The output shown in the README is what the program writes, but for times and memory.
+
+mod common;
+
+use common::{Finished, meliora};
+
+/// The blocks of the README that start with `$ meliora …`: the arguments and what is shown.
+fn shown() -> Vec<(String, Vec<String>)> {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap();
+    let mut blocks = Vec::new();
+    for block in text.split("```text\n").skip(1) {
+        let block = block.split("```").next().unwrap();
+        if let Some((command, output)) = block.split_once('\n')
+            && let Some(arguments) = command.strip_prefix("$ meliora ")
+        {
+            blocks.push((arguments.to_owned(), stable(output)));
+        }
+    }
+    blocks
+}
+
+/// The lines that do not speak of times or memory.
+fn stable(text: &str) -> Vec<String> {
+    let varies = |line: &&str| {
+        [" in all", " at most", " ms", " s ", " µs", "Prefer "].iter().any(|part| line.contains(part))
+    };
+    text.lines().filter(|l| !varies(l)).map(|l| l.trim_end().to_owned()).collect()
+}
+
+/// Arguments as a shell would split them; single quotes keep blanks.
+fn split(arguments: &str) -> Vec<String> {
+    let parts = arguments.split('\'').enumerate();
+    parts
+        .flat_map(|(index, part)| match index % 2 {
+            0 => part.split_whitespace().map(str::to_owned).collect::<Vec<_>>(),
+            _ => vec![part.to_owned()],
+        })
+        .collect()
+}
+
+#[test]
+fn the_readme_shows_what_the_program_writes() {
+    let blocks = shown();
+    assert!(blocks.len() >= 4, "{blocks:?}");
+    for (arguments, expected) in blocks {
+        let finished = Finished::of(meliora().args(split(&arguments)));
+        let found = stable(&format!("{}{}", finished.stdout, finished.stderr));
+        let trimmed = |lines: Vec<String>| lines.join("\n").trim().to_owned();
+        assert_eq!(trimmed(found), trimmed(expected), "meliora {arguments}");
+    }
+}

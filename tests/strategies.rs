@@ -1,0 +1,431 @@
+//! Strategies and plays: the paper's text on its robot, and what is promised on random models.
+
+mod common;
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use common::{Scratch, keys, run};
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Engine, Scope, Settings};
+use meliora::error::SourceFile;
+use meliora::lang;
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
+use meliora::planning::{Analysis, Course, Kind, Options, Picks, Playbook, Rank, Safety, Setup, Simulation};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use serde_json::{Value, json};
+
+const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
+
+fn permitted(state: &Value) -> Vec<&str> {
+    let actions = state["actions"].as_array().unwrap().iter();
+    actions.filter(|a| a["permitted"] == true).map(|a| a["name"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn the_paper_s_story_is_told_on_the_robot() {
+    let at = "--at r=2,c=2,b=8 --at r=3,c=2,b=7 --at r=3,c=1,b=6";
+    let sasi = run(&format!("strategy {ROBOT} --safety transition --kind sasi --json {at}")).expect(0).json();
+    let spi = run(&format!("strategy {ROBOT} --safety transition --kind spi --json {at}")).expect(0).json();
+    let start = &sasi["states"][0];
+    assert_eq!((&start["sasi_rank"], &start["spi_rank"]), (&json!(2), &json!("unbounded")));
+    assert_eq!(start["most_preferred"], json!([]));
+    assert_eq!(permitted(start), ["N"]);
+    assert_eq!(permitted(&spi["states"][0]), ["N", "S"]);
+    assert_eq!(start["actions"][1]["verdict"], "strays");
+    let north = &sasi["states"][1];
+    assert_eq!(start["actions"][0]["successors"][0]["state"], north["state"]);
+    assert_eq!(permitted(north), ["W"]);
+    let west = north["actions"][3]["successors"].as_array().unwrap();
+    assert!(west.iter().all(|s| s["change"] == "improving" && s["goal"] == true), "{west:?}");
+    // B and C are incomparable: on the ice between them, both ways are as good.
+    let ice = permitted(&sasi["states"][2]);
+    assert!(ice.contains(&"N") && ice.contains(&"S"), "{ice:?}");
+}
+
+#[test]
+fn the_second_improvement_of_the_robot_is_not_the_one_of_the_paper_s_text() {
+    let arguments = format!("strategy {ROBOT} --safety transition --at r=2,c=2,b=8 --dot");
+    let dot = run(&arguments).expect(0).stdout;
+    let gained =
+        |line: &str| line.split("\\n").nth(1)?.split_once(" gained").map(|(names, _)| names.to_owned());
+    let gains: std::collections::BTreeSet<String> = dot.lines().filter_map(gained).collect();
+    assert_eq!(gains.into_iter().collect::<Vec<_>>(), ["A", "A, B", "B", "B, C", "C", "F"]);
+}
+
+#[test]
+fn every_play_of_the_robot_improves_twice_before_its_longest_play_ends() {
+    let at = "--at r=2,c=2,b=8 --json";
+    let strategy = run(&format!("strategy {ROBOT} --safety action {at}")).expect(0).json();
+    let bound = strategy["states"][0]["longest_play"].as_u64().unwrap();
+    let options = format!("--safety action --strategy progress --runs 500 --steps {bound}");
+    let plays = &run(&format!("simulate {ROBOT} {options} {at}")).expect(0).json()["plays"][0];
+    assert_eq!((&plays["given_up"], &plays["fewer_than_rank"]), (&json!(0), &json!(0)));
+    assert_eq!((&plays["weakened_step"], &plays["weakened_start"]), (&json!(0), &json!(0)));
+    assert!(plays["steps_to"][1]["most"].as_u64().unwrap() <= bound);
+    assert_eq!(plays["steps_to"][1]["plays"], 500);
+}
+
+#[test]
+fn transition_plays_take_the_branch_that_the_construction_drops() {
+    let lateral = "models/lateral.prism models/lateral.pref --safety transition --json";
+    let action = &run(&format!("strategy {lateral}")).expect(0).json()["states"][0]["actions"][1];
+    assert_eq!((&action["name"], &action["permitted"]), (&json!("gamble"), &json!(true)));
+    assert_eq!(action["successors"][1]["dropped"], true);
+    let plays = &run(&format!("simulate {lateral} --runs 200")).expect(0).json()["plays"][0];
+    let (weakened, fewer) = (plays["weakened_step"].as_u64().unwrap(), &plays["fewer_than_rank"]);
+    assert!((50..150).contains(&weakened), "{weakened}");
+    assert_eq!(fewer, weakened);
+    assert_eq!(plays["trace"]["turns"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn the_reasons_are_told() {
+    let of = |safety: &str| {
+        let text = format!("strategy models/lateral.prism models/lateral.pref --safety {safety}");
+        run(&text).expect(0).stdout
+    };
+    assert!(of("action").contains("may weaken: Bronze lost in s=3"), "{}", of("action"));
+    assert!(of("transition").contains("ends in s=1, where 1 improvement is not sure"));
+    let trader = "models/lateral_prefix.prism models/lateral_prefix.pref";
+    let action = run(&format!("strategy {trader}")).expect(0).stdout;
+    assert!(action.contains("stays, but makes no progress"), "{action}");
+    let unsafe_swap = run(&format!("strategy {trader} --scope all --safety prefix --at good=3")).expect(0);
+    assert!(unsafe_swap.stdout.contains("Improves not surely"), "{}", unsafe_swap.stdout);
+}
+
+#[test]
+fn the_reports_have_their_keys_in_order() {
+    let report = run("strategy models/toy.prism models/toy.pref --json").expect(0).json();
+    assert_eq!(report["schema"], "meliora.strategy/1");
+    assert_eq!(
+        keys(&report),
+        [
+            "schema", "model", "engine", "scope", "safety", "empty", "kind", "asked", "states", "time",
+            "memory"
+        ]
+    );
+    let state = &report["states"][0];
+    assert_eq!(
+        keys(state),
+        ["state", "most_preferred", "sasi_rank", "spi_rank", "progress_action", "actions", "longest_play"]
+    );
+    let action = &state["actions"][0];
+    assert_eq!(keys(action), ["name", "kept", "permitted", "progress", "verdict", "reason", "successors"]);
+    assert_eq!(
+        keys(&action["successors"][0]),
+        ["state", "probability", "most_preferred", "change", "gained", "lost", "rank", "dropped", "goal"]
+    );
+    let report = run("simulate models/toy.prism models/toy.pref --json --runs 3").expect(0).json();
+    assert_eq!(report["schema"], "meliora.simulate/1");
+    assert_eq!((&report["kind"], &report["strategy"]), (&json!("sasi"), &json!("permissive")));
+    assert_eq!(report["plays"][0]["improvements"], json!([{"times": 1, "plays": 3}]));
+}
+
+#[test]
+fn csv_has_a_line_for_each_state_and_action_of_a_rank() {
+    let csv =
+        run(&format!("strategy {ROBOT} --safety transition --rank 2 --limit 98 --csv")).expect(0).stdout;
+    let states: std::collections::BTreeSet<&str> =
+        csv.lines().skip(1).map(|l| l.split(",,").next().unwrap()).collect();
+    assert!(csv.starts_with("r,c,b,d,e,f,ch,most_preferred,sasi_rank,spi_rank,action,"));
+    assert!(csv.contains("2,2,8,false,false,false,false,,2,unbounded,N,true,true,true,true,"), "{csv}");
+    assert!(states.len() >= 98, "{}", states.len());
+    let few =
+        run(&format!("strategy {ROBOT} --safety transition --rank 2 --limit 2 --json")).expect(0).json();
+    assert_eq!((&few["asked"], few["states"].as_array().unwrap().len()), (&json!("98"), 2));
+    let none = run("strategy models/toy.prism models/toy.pref --rank unbounded").expect(0).stdout;
+    assert!(none.contains("No state has this rank"), "{none}");
+}
+
+#[test]
+fn dot_draws_what_the_strategy_may_reach() {
+    let dot = run("strategy models/toy.prism models/toy.pref --dot").expect(0).stdout;
+    assert!(dot.starts_with("digraph strategy {") && dot.ends_with("}\n"), "{dot}");
+    assert!(
+        dot.contains("label=\"b\"") && dot.contains("label=\"c\"") && !dot.contains("label=\"a\""),
+        "{dot}"
+    );
+    assert!(dot.contains("Second gained"), "{dot}");
+    let cut = run("strategy models/toy.prism models/toy.pref --dot --limit 1").expect(0);
+    assert!(cut.stdout.contains('…') && cut.stderr.contains("--limit"), "{cut:?}");
+}
+
+#[test]
+fn wrong_states_are_shown_where_they_are_wrong() {
+    let toy = "models/toy.prism models/toy.pref";
+    for (command, part) in [("strategy", "range"), ("simulate", "range")] {
+        let error = run(&format!("{command} {toy} --at s=7")).expect(3).stderr;
+        assert!(error.contains(part) && error.contains("--at"), "{error}");
+    }
+    let scratch = Scratch::new(&[
+        ("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [a] x<1 -> (x'=x+1);\nendmodule\n"),
+        ("m.pref", "objective A = F x=1;\n"),
+    ]);
+    let files = format!("{} {}", scratch.show("m.prism"), scratch.show("m.pref"));
+    let error = run(&format!("strategy {files} --at x=2 -q")).expect(3).stderr;
+    assert!(error.contains("--scope all"), "{error}");
+    run(&format!("strategy {files} --at x=2 -q --scope all")).expect(0);
+    run(&format!("strategy {files} --rank most")).expect(2);
+    run(&format!("strategy {files} --rank 1 --at x=1")).expect(2);
+}
+
+/// A report without what may differ from run to run.
+fn lasting(arguments: &str) -> Value {
+    let mut report = run(arguments).expect(0).json();
+    let object = report.as_object_mut().unwrap();
+    for key in ["engine", "time", "memory"] {
+        object.remove(key);
+    }
+    report
+}
+
+#[test]
+fn the_same_seed_gives_the_same_plays_and_another_one_others() {
+    let plays = format!("simulate {ROBOT} --kind spi --runs 50 --json");
+    let [first, again, other] =
+        ["--seed 7", "--seed 7", "--seed 8"].map(|seed| lasting(&format!("{plays} {seed}"))["plays"].take());
+    assert_eq!(first, again);
+    assert_ne!(first, other);
+}
+
+#[test]
+fn both_engines_explain_and_play_alike() {
+    for kind in ["sasi", "spi"] {
+        for safety in ["action", "transition", "prefix"] {
+            for command in ["strategy --rank 1 --limit 60", "simulate --runs 30"] {
+                let ask = |engine| {
+                    lasting(&format!(
+                        "{command} {ROBOT} --kind {kind} --safety {safety} --json --engine {engine}"
+                    ))
+                };
+                assert_eq!(ask("symbolic"), ask("explicit"), "{command} {kind} {safety}");
+            }
+        }
+    }
+}
+
+/// A model of one variable: for each state its choices, for each choice where it leads.
+fn program(
+    choices: &[Vec<Vec<usize>>],
+    targets: &[usize],
+    above: &[(usize, usize)],
+    empty: &str,
+) -> (Program, Preferences) {
+    let mut text = format!("mdp\nmodule m\n  s : [0..{}] init 0;\n", choices.len() - 1);
+    for (s, choices) in choices.iter().enumerate() {
+        for to in choices {
+            let share = format!("1/{}", to.len());
+            let branches: Vec<String> = to.iter().map(|t| format!("{share}: (s'={t})")).collect();
+            text += &format!("  [] s={s} -> {};\n", branches.join(" + "));
+        }
+    }
+    text += "endmodule\n";
+    let mut preferences = String::new();
+    for (i, target) in targets.iter().enumerate() {
+        preferences += &format!("objective o{i} = F s={target};\n");
+    }
+    for (i, j) in above.iter().filter(|(i, j)| i > j && *i < targets.len()) {
+        preferences += &format!("prefer o{i} > o{j};\n");
+    }
+    preferences += &format!("empty = {empty};\n");
+    let mut program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
+    let preferences = lang::load_preferences(&SourceFile::new("p", preferences), &mut program).unwrap();
+    (program, preferences)
+}
+
+/// For each node the nodes it may lead to, each with whether the step is an improvement.
+fn edges(course: &Course) -> Vec<Vec<(usize, bool)>> {
+    let of = |node: &meliora::planning::course::Node| {
+        let pairs = node.at.actions.iter().zip(&node.next);
+        pairs
+            .flat_map(|(a, next)| a.successors.iter().zip(next))
+            .filter_map(|(s, to)| to.map(|to| (to, s.improves)))
+            .collect()
+    };
+    course.nodes.iter().map(of).collect()
+}
+
+/// The fewest improvements on the way from node 0 to each node; none where there is no way.
+fn fewest(edges: &[Vec<(usize, bool)>]) -> Vec<Option<usize>> {
+    let mut found = vec![None; edges.len()];
+    found[0] = Some(0);
+    let mut queue = VecDeque::from([0]);
+    while let Some(node) = queue.pop_front() {
+        for &(to, improves) in &edges[node] {
+            let count = found[node].unwrap() + usize::from(improves);
+            if found[to].is_none_or(|known| count < known) {
+                found[to] = Some(count);
+                queue.push_back(to);
+            }
+        }
+    }
+    found
+}
+
+/// Whether some way from node 0 has so many improvements.
+fn can_improve(edges: &[Vec<(usize, bool)>], times: usize) -> bool {
+    let mut seen = std::collections::BTreeSet::from([(0, 0)]);
+    let mut queue = VecDeque::from([(0, 0)]);
+    while let Some((node, count)) = queue.pop_front() {
+        if count >= times {
+            return true;
+        }
+        for &(to, improves) in &edges[node] {
+            let next = (to, count + usize::from(improves));
+            if seen.insert(next) {
+                queue.push_back(next);
+            }
+        }
+    }
+    false
+}
+
+/// The Markov chain of a play keeps its promise: under SASI it almost surely comes to an end, and
+/// every end lies behind at least rank improvements; under SPI so many are possible.
+fn check_course(kind: Kind, course: &Course, rank: Rank, label: &str) {
+    assert!(course.complete);
+    let edges = edges(course);
+    let ends = |n: usize| course.nodes[n].at.memory.level == Rank::Finite(0);
+    let promised = match rank {
+        Rank::Finite(k) => k,
+        _ => 12,
+    };
+    if kind == Kind::Spi {
+        assert!(can_improve(&edges, promised), "{label}: {promised} are possible");
+        return;
+    }
+    let reached = fewest(&edges);
+    for node in 0..edges.len() {
+        if ends(node) {
+            assert!(edges[node].is_empty() && reached[node] >= Some(promised), "{label}: too few");
+        }
+    }
+    // In a finite chain, to be able to end from everywhere is to end almost surely.
+    let mut ending: Vec<bool> = (0..edges.len()).map(ends).collect();
+    for _ in 0..edges.len() {
+        for node in 0..edges.len() {
+            ending[node] |= edges[node].iter().any(|&(to, _)| ending[to]);
+        }
+    }
+    assert!(ending.iter().all(|&e| e), "{label}: a play may go on for ever");
+}
+
+fn check_plays(
+    book: &mut Playbook<'_, SymbolicEngine>,
+    safety: Safety,
+    start: &[i64],
+    picks: Picks,
+    bound: Option<usize>,
+) {
+    let steps = bound.map_or(60, |b| b as u64);
+    let tally = Simulation::new(book, Setup { picks, runs: 10, steps, seed: 3 }).run(start).unwrap();
+    assert_eq!(tally.plays, 10);
+    match safety {
+        Safety::Action => assert_eq!(tally.weakened_step, 0),
+        Safety::Prefix => assert_eq!(tally.weakened_reference, 0),
+        Safety::Transition => return,
+    }
+    if bound.is_some() {
+        assert_eq!(tally.given_up, 0);
+    }
+    if let (Kind::Sasi, Some(_), Rank::Finite(k)) = (book.kind(), bound, tally.rank) {
+        assert_eq!(tally.fewer_than(k), 0);
+    }
+}
+
+fn check(program: Program, preferences: &Preferences, ranks: &mut Ranks) {
+    let settings = Settings { scope: Scope::All, memory: 16 << 20, ..Settings::default() };
+    let program = Arc::new(program);
+    let engine = SymbolicEngine::new(Arc::clone(&program), order::auto(&program), 1, settings).unwrap();
+    for safety in [Safety::Action, Safety::Prefix, Safety::Transition] {
+        let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
+        analysis.run(&mut |_| ()).unwrap();
+        for kind in [Kind::Sasi, Kind::Spi] {
+            let mut book = Playbook::new(&analysis, &program, kind).unwrap();
+            for start in engine.list_states(&engine.all_states(), 10).unwrap() {
+                ranks.note(kind, safety, book.rank(&start));
+                for picks in [Picks::Permissive, Picks::Progress] {
+                    let course =
+                        Course::unfold(&mut book, std::slice::from_ref(&start), picks, 10_000).unwrap();
+                    // `transition` promises what the real system, which the course follows, need not keep.
+                    if safety != Safety::Transition {
+                        check_course(kind, &course, book.rank(&start), &format!("{kind} {safety} {start:?}"));
+                    }
+                    check_plays(&mut book, safety, &start, picks, course.longest_play());
+                }
+            }
+        }
+    }
+}
+
+/// How many starting states had which rank: a promise of nothing is easily kept.
+#[derive(Debug, Default)]
+struct Ranks(BTreeMap<(&'static str, &'static str), [usize; 3]>);
+
+impl Ranks {
+    fn note(&mut self, kind: Kind, safety: Safety, rank: Rank) {
+        let kind = if kind == Kind::Sasi { "SASI" } else { "SPI" };
+        let safety = match safety {
+            Safety::Action => "action",
+            Safety::Prefix => "prefix",
+            Safety::Transition => "transition",
+        };
+        let slot = match rank {
+            Rank::Finite(k) => k.min(2),
+            _ => 2,
+        };
+        self.0.entry((kind, safety)).or_default()[slot] += 1;
+    }
+}
+
+/// A random model with its preferences, as [`program`] takes it.
+type Drawn = (Vec<Vec<Vec<usize>>>, Vec<usize>, Vec<(usize, usize)>, &'static str);
+
+/// Layers of three states; most choices leave to chance where in the next layer they lead, and what
+/// lies a layer further on is mostly preferred. Others hardly ever have something to improve for sure.
+fn layered() -> impl Strategy<Value = Drawn> {
+    const WIDTH: usize = 3;
+    let stray = prop::option::weighted(0.15, 0..12usize);
+    let choice = (prop::collection::vec(prop::bool::weighted(0.75), WIDTH), stray);
+    let choices = prop::collection::vec(prop::collection::vec(choice, 1..=2), WIDTH..=4 * WIDTH);
+    let is_target = prop::collection::vec(prop::bool::weighted(0.9), 4 * WIDTH);
+    let preferred = prop::collection::vec(prop::bool::weighted(0.85), 16 * WIDTH * WIDTH);
+    let empty = prop::sample::select(vec!["bottom", "gain", "incomparable"]);
+    (choices, is_target, preferred, empty).prop_map(|(drawn, is_target, preferred, empty)| {
+        let n = drawn.len();
+        let leads = |s: usize, (next, stray): &(Vec<bool>, Option<usize>)| {
+            let first = (s / WIDTH + 1) * WIDTH;
+            let onwards = (0..WIDTH).filter(|&i| next[i]).map(|i| first + i);
+            let mut to: Vec<usize> = onwards.chain(*stray).map(|t| if t < n { t } else { s }).collect();
+            if to.is_empty() {
+                to.push(s);
+            }
+            to
+        };
+        let choices = drawn.iter().enumerate().map(|(s, all)| all.iter().map(|c| leads(s, c)).collect());
+        let targets: Vec<usize> = (0..n).filter(|&s| s == 0 || is_target[s]).collect();
+        let pairs = (0..targets.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let further = |i: usize, j: usize| targets[i] / WIDTH > targets[j] / WIDTH;
+        let above = pairs.filter(|&(i, j)| further(i, j) && preferred[4 * WIDTH * i + j]).collect();
+        (choices.collect(), targets, above, empty)
+    })
+}
+
+#[test]
+fn plays_on_random_models_keep_their_promise() {
+    let config = Config { cases: 300, failure_persistence: None, ..Config::default() };
+    let ranks = RefCell::new(Ranks::default());
+    let outcome = TestRunner::new(config).run(&layered(), |(choices, targets, above, empty)| {
+        let (program, preferences) = program(&choices, &targets, &above, empty);
+        check(program, &preferences, &mut ranks.borrow_mut());
+        Ok(())
+    });
+    outcome.unwrap_or_else(|e| panic!("{e}"));
+    for (what, [_, one, more]) in &ranks.borrow().0 {
+        assert!(*one > 50 && *more > 10, "too few states have something to improve: {what:?} {one} {more}");
+    }
+}
