@@ -184,7 +184,7 @@ pub(super) fn symbolic(
 /// The explicit engine.
 ///
 /// # Errors
-/// A limit, or a model without a meaning in some state of the scope.
+/// The model has no meaning in some state; a limit.
 pub(super) fn explicit(program: &Arc<Program>, settings: Settings) -> Result<ExplicitEngine, Error> {
     ExplicitEngine::new(Arc::clone(program), settings)
 }

@@ -79,7 +79,9 @@ fn translate(
     let commands = CommandBuilder { store, encoding, translator: &translator, domain };
     let transitions = Builder::build(program, store, encoding, &commands)?;
     let (initial, fails) = translator.condition(program.initial)?;
-    Ok((transitions, store.and(&initial, domain)?, store.and(&fails, domain)?))
+    // Where the expression has no value, its diagram may say anything.
+    let initial = store.minus(&store.and(&initial, domain)?, &fails)?;
+    Ok((transitions, initial, store.and(&fails, domain)?))
 }
 
 /// For each group, and last for the self-loops of deadlocks, where it is enabled; and the deadlocks.

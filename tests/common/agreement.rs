@@ -1,0 +1,130 @@
+//! Every operation of an engine against the same one by the book.
+
+use meliora::engine::Engine;
+use meliora::model::Program;
+use meliora::model::expr::ExprId;
+
+use super::brute::{Brute, Set};
+
+/// Compares an engine with the reference, on sets drawn from `predicates`.
+pub fn check<E: Engine>(engine: &E, program: &Program, brute: &Brute, predicates: &[ExprId]) {
+    let both = Both { engine, brute };
+    both.states("all", &engine.all_states(), &brute.all_states());
+    both.states("none", &engine.no_states(), &Set::new());
+    both.states("initial", &engine.initial_states(), &brute.initial);
+    both.states("deadlocks", &engine.deadlock_states(), &brute.deadlocks);
+    both.choices("all", &engine.all_choices(), &brute.all_choices());
+    both.choices("none", &engine.no_choices(), &Set::new());
+    let sets: Vec<(E::States, Set)> = predicates
+        .iter()
+        .map(|&e| (engine.states_where(e).unwrap(), brute.states_where(program, e)))
+        .collect();
+    for (x, brute_x) in &sets {
+        both.states("where", x, brute_x);
+        both.images(x, brute_x);
+        for y in &sets {
+            both.pair((x, brute_x), (&y.0, &y.1));
+        }
+    }
+}
+
+struct Both<'a, E: Engine> {
+    engine: &'a E,
+    brute: &'a Brute,
+}
+
+impl<E: Engine> Both<'_, E> {
+    fn states(&self, what: &str, x: &E::States, expected: &Set) {
+        let (engine, brute) = (self.engine, self.brute);
+        let listed: Vec<_> = expected.iter().map(|&s| brute.states[s].clone()).collect();
+        assert_eq!(engine.list_states(x, usize::MAX).unwrap(), listed, "states: {what}");
+        let some = listed.len() / 2;
+        assert_eq!(engine.list_states(x, some).unwrap(), listed[..some], "first states: {what}");
+        assert_eq!(engine.count_states(x).unwrap(), expected.len().into(), "{what}");
+        assert_eq!(engine.is_empty(x), expected.is_empty(), "{what}");
+        let mut union = engine.no_states();
+        for (number, state) in brute.states.iter().enumerate() {
+            let is_in = expected.contains(&number);
+            assert_eq!(engine.contains(x, state), is_in, "{what}: {state:?}");
+            if is_in {
+                union = engine.union(&union, &engine.singleton(state).unwrap()).unwrap();
+            }
+        }
+        assert!(engine.same_states(x, &union), "{what}");
+    }
+
+    fn choices(&self, what: &str, c: &E::Choices, expected: &Set) {
+        let (engine, brute) = (self.engine, self.brute);
+        for (number, pair) in brute.pairs.iter().enumerate() {
+            let state = &brute.states[pair.state];
+            let found = engine.contains_choice(c, state, &pair.choice);
+            assert_eq!(found, expected.contains(&number), "choices: {what}: {state:?} {:?}", pair.choice);
+        }
+        assert_eq!(engine.count_choices(c).unwrap(), expected.len().into(), "choices: {what}");
+        assert_eq!(engine.has_no_choices(c), expected.is_empty(), "choices: {what}");
+        self.states(what, &engine.sources(c).unwrap(), &brute.sources(expected));
+        self.states(what, &engine.successors(c).unwrap(), &brute.successors(expected));
+        let all = (engine.all_states(), brute.all_states());
+        let count = engine.count_transitions(c, &all.0).unwrap();
+        assert_eq!(count, brute.count_transitions(expected, &all.1).into(), "transitions: {what}");
+    }
+
+    fn images(&self, x: &E::States, brute_x: &Set) {
+        let (engine, brute) = (self.engine, self.brute);
+        let some = engine.some_successor_in(x).unwrap();
+        self.choices("some successor", &some, &brute.some_successor_in(brute_x));
+        let every = engine.every_successor_in(x).unwrap();
+        self.choices("every successor", &every, &brute.every_successor_in(brute_x));
+        let within = engine.choices_in(&engine.all_choices(), x).unwrap();
+        self.choices("in", &within, &brute.choices_in(&brute.all_choices(), brute_x));
+    }
+
+    fn pair(&self, (x, brute_x): (&E::States, &Set), (y, brute_y): (&E::States, &Set)) {
+        let (engine, brute) = (self.engine, self.brute);
+        self.states("union", &engine.union(x, y).unwrap(), &(brute_x | brute_y));
+        self.states("intersection", &engine.intersection(x, y).unwrap(), &(brute_x & brute_y));
+        self.states("difference", &engine.difference(x, y).unwrap(), &(brute_x - brute_y));
+        assert_eq!(engine.same_states(x, y), brute_x == brute_y);
+        // Two sets of choices of some variety.
+        let c = engine.some_successor_in(x).unwrap();
+        let d = engine.choices_in(&engine.all_choices(), y).unwrap();
+        let brute_c = brute.some_successor_in(brute_x);
+        let brute_d = brute.choices_in(&brute.all_choices(), brute_y);
+        let within = engine.union_choices(&c, &d).unwrap();
+        let brute_within = &brute_c | &brute_d;
+        self.choices("union", &within, &brute_within);
+        self.choices("common", &engine.common_choices(&c, &d).unwrap(), &(&brute_c & &brute_d));
+        self.choices("without", &engine.without_choices(&c, &d).unwrap(), &(&brute_c - &brute_d));
+        assert_eq!(engine.same_choices(&c, &d), brute_c == brute_d);
+        let count = engine.count_transitions(&within, x).unwrap();
+        assert_eq!(count, brute.count_transitions(&brute_within, brute_x).into(), "transitions into x");
+        self.fixpoints((x, brute_x), (y, brute_y), (&within, &brute_within));
+    }
+
+    fn fixpoints(
+        &self,
+        (x, brute_x): (&E::States, &Set),
+        (y, brute_y): (&E::States, &Set),
+        (within, brute_within): (&E::Choices, &Set),
+    ) {
+        let (engine, brute) = (self.engine, self.brute);
+        let rest = engine.difference(&engine.all_states(), y).unwrap();
+        let brute_rest = &brute.all_states() - brute_y;
+        let dropped = vec![(y.clone(), x.clone()), (rest, y.clone())];
+        let brute_dropped = [(brute_y.clone(), brute_x.clone()), (brute_rest, brute_y.clone())];
+        for (c, brute_c) in [(within, brute_within), (&engine.all_choices(), &brute.all_choices())] {
+            let reach = engine.can_reach(x, c, &Vec::new()).unwrap();
+            self.states("can reach", &reach, &brute.can_reach(brute_x, brute_c, &[]));
+            let reach = engine.can_reach(x, c, &dropped).unwrap();
+            self.states("can reach, dropped", &reach, &brute.can_reach(brute_x, brute_c, &brute_dropped));
+            let region = engine.stay_within(x, c).unwrap();
+            let (states, choices) = brute.stay_within(brute_x, brute_c);
+            self.states("stay", &region.states, &states);
+            self.choices("stay", &region.choices, &choices);
+            let region = engine.almost_surely_reach(x, c).unwrap();
+            let (states, choices) = brute.almost_surely_reach(brute_x, brute_c);
+            self.states("almost surely", &region.states, &states);
+            self.choices("almost surely", &region.choices, &choices);
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! The engine interface by the book: sets as ordered sets of numbers, nested fixpoints.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use meliora::engine::Scope;
+use meliora::model::expr::ExprId;
+use meliora::model::step::{Choice, StepError};
+use meliora::model::value::{EvalError, Value};
+use meliora::model::{Program, State};
+
+/// A set of states or of choices, by number.
+pub type Set = BTreeSet<usize>;
+
+/// A choice of a state.
+pub struct Pair {
+    pub state: usize,
+    pub choice: Choice,
+    pub successors: Set,
+}
+
+/// All states of a scope in the order of their values, all their choices, nothing clever.
+pub struct Brute {
+    pub states: Vec<State>,
+    pub pairs: Vec<Pair>,
+    pub initial: Set,
+    pub deadlocks: Set,
+}
+
+/// A state in which something has no meaning.
+#[derive(Debug)]
+pub enum Fault {
+    Step(State, StepError),
+    Initial(State, EvalError),
+}
+
+/// All valuations, the first variable slowest.
+pub fn valuations(program: &Program) -> Vec<State> {
+    let mut states = vec![vec![]];
+    for v in &program.variables {
+        let longer = |s: &State| (v.low..=v.high).map(|x| [s.clone(), vec![x]].concat()).collect::<Vec<_>>();
+        states = states.iter().flat_map(longer).collect();
+    }
+    states
+}
+
+impl Brute {
+    /// Explores a scope by [`Program::steps`].
+    pub fn new(program: &Program, scope: Scope) -> Result<Self, Fault> {
+        let everywhere = valuations(program);
+        let starts = |s: &&State| program.pool.eval(program.initial, s) == Ok(Value::Bool(true));
+        let initial: BTreeSet<State> = everywhere.iter().filter(starts).cloned().collect();
+        let mut work: Vec<State> = match scope {
+            Scope::Reachable => initial.iter().cloned().collect(),
+            Scope::All => everywhere,
+        };
+        let mut seen: BTreeSet<State> = work.iter().cloned().collect();
+        let mut steps = BTreeMap::new();
+        while let Some(state) = work.pop() {
+            program.pool.eval(program.initial, &state).map_err(|e| Fault::Initial(state.clone(), e))?;
+            let found = program.steps(&state).map_err(|e| Fault::Step(state.clone(), e))?;
+            for (successor, _) in found.iter().flat_map(|s| &s.successors) {
+                if seen.insert(successor.clone()) {
+                    work.push(successor.clone());
+                }
+            }
+            steps.insert(state, found);
+        }
+        let states: Vec<State> = seen.into_iter().collect();
+        let number = |s: &State| states.binary_search(s).unwrap();
+        let mut pairs = Vec::new();
+        for (state, found) in &steps {
+            for step in found {
+                let successors = step.successors.iter().map(|(s, _)| number(s)).collect();
+                pairs.push(Pair { state: number(state), choice: step.choice.clone(), successors });
+            }
+        }
+        let deadlocks = pairs.iter().filter(|p| p.choice == Choice::Deadlock).map(|p| p.state).collect();
+        Ok(Brute { initial: initial.iter().map(number).collect(), deadlocks, pairs, states })
+    }
+
+    pub fn all_states(&self) -> Set {
+        (0..self.states.len()).collect()
+    }
+
+    pub fn all_choices(&self) -> Set {
+        (0..self.pairs.len()).collect()
+    }
+
+    pub fn states_where(&self, program: &Program, e: ExprId) -> Set {
+        let holds = |&s: &usize| program.pool.eval(e, &self.states[s]) == Ok(Value::Bool(true));
+        self.all_states().into_iter().filter(holds).collect()
+    }
+
+    fn pairs_where(&self, c: &Set, holds: impl Fn(&Pair) -> bool) -> Set {
+        c.iter().copied().filter(|&p| holds(&self.pairs[p])).collect()
+    }
+
+    pub fn choices_in(&self, c: &Set, x: &Set) -> Set {
+        self.pairs_where(c, |p| x.contains(&p.state))
+    }
+
+    pub fn sources(&self, c: &Set) -> Set {
+        c.iter().map(|&p| self.pairs[p].state).collect()
+    }
+
+    pub fn some_successor_in(&self, x: &Set) -> Set {
+        self.pairs_where(&self.all_choices(), |p| !p.successors.is_disjoint(x))
+    }
+
+    pub fn every_successor_in(&self, y: &Set) -> Set {
+        self.pairs_where(&self.all_choices(), |p| p.successors.is_subset(y))
+    }
+
+    pub fn successors(&self, c: &Set) -> Set {
+        c.iter().flat_map(|&p| self.pairs[p].successors.iter().copied()).collect()
+    }
+
+    pub fn count_transitions(&self, c: &Set, x: &Set) -> usize {
+        c.iter().map(|&p| self.pairs[p].successors.intersection(x).count()).sum()
+    }
+
+    /// The limit of `f`, f(f), … from `x`.
+    fn fixpoint(mut x: Set, f: impl Fn(&Set) -> Set) -> Set {
+        loop {
+            let next = f(&x);
+            if next == x {
+                return x;
+            }
+            x = next;
+        }
+    }
+
+    /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }
+    pub fn can_reach(&self, target: &Set, within: &Set, dropped: &[(Set, Set)]) -> Set {
+        let enters = |p: &Pair, x: &Set| {
+            let is_dropped =
+                |to: &usize| dropped.iter().any(|(from, into)| from.contains(&p.state) && into.contains(to));
+            p.successors.intersection(x).any(|to| !is_dropped(to))
+        };
+        Self::fixpoint(Set::new(), |x| &self.sources(&self.pairs_where(within, |p| enters(p, x))) | target)
+    }
+
+    /// νZ. X ∩ { s : some (s,a) ∈ C has all successors in Z }, with those pairs.
+    pub fn stay_within(&self, x: &Set, within: &Set) -> (Set, Set) {
+        let good = |z: &Set| self.choices_in(&(within & &self.every_successor_in(z)), z);
+        let states = Self::fixpoint(x.clone(), |z| &self.sources(&good(z)) & x);
+        let choices = good(&states);
+        (states, choices)
+    }
+
+    /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, with the pairs of C
+    /// outside T that stay inside.
+    pub fn almost_surely_reach(&self, target: &Set, within: &Set) -> (Set, Set) {
+        let step = |y: &Set, x: &Set| {
+            let good = &(&self.every_successor_in(y) & &self.some_successor_in(x)) & within;
+            &self.sources(&good) | target
+        };
+        let states = Self::fixpoint(self.all_states(), |y| Self::fixpoint(Set::new(), |x| step(y, x)));
+        let staying = within & &self.every_successor_in(&states);
+        let choices = self.choices_in(&staying, &(&states - target));
+        (states, choices)
+    }
+}

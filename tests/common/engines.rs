@@ -1,0 +1,7 @@
+//! What tests of engines share.
+
+#![allow(dead_code, unreachable_pub, reason = "each test file uses a part")]
+
+pub mod agreement;
+pub mod brute;
+pub mod random_program;
