@@ -48,6 +48,8 @@ mod picture;
 mod preference;
 mod random;
 mod world;
+#[cfg(test)]
+mod tests;
 mod write;
 
 use std::sync::Arc;
