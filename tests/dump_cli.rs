@@ -156,6 +156,7 @@ fn regions_are_chosen_by_globs() {
     assert_eq!(
         files,
         [
+            "class_nothing.dot",
             "initial.dot",
             "manifest.json",
             "reachable.dot",

@@ -126,7 +126,8 @@ fn tall(levels: usize, width: usize) -> Diagram {
     let mut below = vec![Edge::TRUE, Edge::FALSE];
     for level in (0..levels as u32).rev() {
         let at = |k: usize| below[k % below.len()];
-        let pair = |k: usize| (at(k), at(k * 7 + k / below.len() + 1));
+        let mixed = |k: usize| (k.wrapping_mul(2_654_435_761) + level as usize * 40_503) >> 7;
+        let pair = |k: usize| (at(k), at(mixed(k)));
         let row = (0..width).map(pair).filter(|(t, e)| t != e).collect::<Vec<_>>();
         below = row.iter().map(|&(t, e)| diagram.push(level, t, e).unwrap()).collect();
     }
@@ -142,6 +143,42 @@ fn a_million_nodes_are_read_in_seconds() {
     let start = std::time::Instant::now();
     assert!(read(&text).unwrap() == diagram);
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_dump_of_a_million_nodes_answers_in_seconds() {
+    let mut diagram = tall(600, 2000);
+    diagram.roots.truncate(1);
+    let nodes = diagram.size(diagram.roots[0]);
+    assert!(nodes > 1_000_000, "{nodes}");
+    let names: Vec<String> = diagram.variables.clone();
+    let variables: Vec<serde_json::Value> = names
+        .iter()
+        .map(|n| serde_json::json!({"name": n, "type": "bool", "low": 0, "high": 1, "bits": 1, "names": [n], "initial": 0}))
+        .collect();
+    let source = serde_json::json!({"path": "m", "sha256": ""});
+    let manifest = serde_json::json!({"schema": "meliora.dump/1", "tool": {"name": "meliora", "version": "0"},
+        "model": source, "constants": {}, "given": [], "preferences": source, "objectives": [], "empty": "bottom",
+        "scope": "all", "safety": "action", "max_level": null, "encoding": {"variables": variables, "order": names},
+        "choices": {"order": [], "numbers": []}, "certificate": null,
+        "regions": {"path": "regions.dddmp", "sha256": "", "nodes": 1, "roots": [{"name": "reachable",
+            "kind": "states", "root": 0, "node": diagram.roots[0].number(), "nodes": nodes, "count": "0"}]}});
+    let manifest = meliora::dump::Manifest::parse("m", &manifest.to_string()).unwrap();
+    let scratch = tempfile::tempdir().unwrap();
+    let directory = scratch.path().join("dump");
+    let root = diagram.roots[0];
+    let expected = diagram.eval(root, |_| false);
+    let dump = meliora::dump::Dump { manifest, regions: diagram, certificate: None };
+    let watch = meliora::engine::Unobserved;
+    meliora::dump::write_directory(dump, &directory, false, &watch).unwrap();
+    let start = std::time::Instant::now();
+    let settings = meliora::engine::Settings { memory: 512 << 20, ..Default::default() };
+    let archive = meliora::query::Archive::open(&directory, None, settings).unwrap();
+    let all = archive.select("reachable").unwrap();
+    let state = archive.state("").unwrap();
+    assert_eq!(archive.member(&all, &state).unwrap().is_some(), expected);
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+    eprintln!("{nodes} nodes: {:?}", start.elapsed());
 }
 
 #[test]

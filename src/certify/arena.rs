@@ -92,6 +92,9 @@ fn single(checker: &Checker<'_>, classes: Vec<Class>, drops: bool) -> Check<Aren
 fn prefix(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Arena>> {
     let mut arenas = Vec::new();
     for class in classes {
+        if checker.engine.is_empty(&class.states) {
+            continue;
+        }
         let name = format!("safe:{}", class.name);
         let safe = checker.states(&name)?;
         let engine = &checker.engine;

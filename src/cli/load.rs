@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
+use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{SymbolicEngine, order};
 use meliora::engine::{Count, Engine, Settings};
 use meliora::error::{Error, Limit, SourceFile};
@@ -180,15 +181,12 @@ pub(super) fn symbolic(
     SymbolicEngine::new(Arc::clone(program), order, u32::from(args.threads), settings)
 }
 
-/// The explicit engine, in whose place the symbolic one stands until it is there.
-pub(super) type ExplicitEngine = SymbolicEngine;
-
 /// The explicit engine.
 ///
 /// # Errors
-/// It is not there yet.
-pub(super) fn explicit(_: &Arc<Program>, _: Settings) -> Result<ExplicitEngine, Error> {
-    Err(Error::Usage("`--engine explicit` is not supported yet".to_owned()))
+/// A limit, or a model without a meaning in some state of the scope.
+pub(super) fn explicit(program: &Arc<Program>, settings: Settings) -> Result<ExplicitEngine, Error> {
+    ExplicitEngine::new(Arc::clone(program), settings)
 }
 
 /// The name in reports.

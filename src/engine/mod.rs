@@ -4,6 +4,7 @@
 //! state s of the scope and a choice a enabled in s. All algorithms of [`crate::planning`] are
 //! written over these; iterating over states is not part of the interface.
 
+pub mod explicit;
 pub mod regions;
 pub mod symbolic;
 

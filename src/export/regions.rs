@@ -36,6 +36,11 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Name
         let name = class_name(preferences, &class.most_preferred);
         named.push(Named::states(format!("class:{name}"), &class.states));
     }
+    let complete = analysis.classes().is_some();
+    if complete && !named.iter().any(|n| n.name == "class:nothing") {
+        // Scripts ask for it by name: it is there, even where no state is in it.
+        named.push(Named::states("class:nothing", &engine.no_states()));
+    }
     for kind in [Kind::Sasi, Kind::Spi] {
         levels(engine, analysis, kind, &mut named)?;
     }

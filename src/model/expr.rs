@@ -107,6 +107,11 @@ impl ExprPool {
         self.nodes.len()
     }
 
+    /// All nodes, operands before the nodes that use them.
+    pub fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
+        (0..self.nodes.len() as u32).map(ExprId)
+    }
+
     /// Whether there is no node.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()

@@ -92,7 +92,7 @@ impl Clusters {
     }
 
     /// The same with the sources of all steps confined to a set of states.
-    pub(super) fn from_states(&self, store: &Store, states: &Bdd) -> Result<Self> {
+    pub(super) fn confined_to(&self, store: &Store, states: &Bdd) -> Result<Self> {
         let mut clusters = self.clusters.clone();
         for cluster in &mut clusters {
             cluster.relation = store.and(&cluster.relation, states)?;

@@ -1,0 +1,85 @@
+//! Which expressions certainly have a value in every state.
+
+use crate::model::Program;
+use crate::model::expr::{Binary, ExprId, Node, Unary};
+use crate::model::value::{Type, Value};
+
+/// The least and the greatest value of an integer expression; of others nothing is said.
+type Interval = (i128, i128);
+
+/// For each node of the pool `None` where it may have no value, else its bounds.
+pub(super) struct Bounds(Vec<Option<Interval>>);
+
+impl Bounds {
+    /// Bounds from the ranges of the variables, operands before the nodes that use them.
+    ///
+    /// Sufficient, not necessary: what is not seen to be total counts as partial.
+    pub(super) fn new(program: &Program) -> Self {
+        let mut bounds = Bounds(Vec::with_capacity(program.pool.len()));
+        for e in program.pool.ids() {
+            let found = bounds.of(program, e).filter(|&(low, high)| fits(low) && fits(high));
+            bounds.0.push(found);
+        }
+        bounds
+    }
+
+    /// Whether `e` has a value in every state.
+    pub(super) fn is_total(&self, e: ExprId) -> bool {
+        self.get(e).is_some()
+    }
+
+    fn get(&self, e: ExprId) -> Option<Interval> {
+        self.0.get(e.index()).copied().flatten()
+    }
+
+    fn of(&self, program: &Program, e: ExprId) -> Option<Interval> {
+        let pool = &program.pool;
+        match pool.node(e) {
+            Node::Literal(Value::Int(i)) => Some((i.into(), i.into())),
+            Node::Literal(_) => Some((0, 1)),
+            Node::Var(v) => {
+                let declared = &program.variables[v.index()];
+                Some((declared.low.into(), declared.high.into()))
+            }
+            Node::Unary(op, a) => {
+                let (low, high) = self.get(a)?;
+                match op {
+                    Unary::Not | Unary::ToReal => Some((0, 1)),
+                    Unary::Neg if pool.ty(a) == Type::Int => Some((-high, -low)),
+                    Unary::Neg => Some((0, 1)),
+                    Unary::Floor | Unary::Ceil | Unary::Round => None,
+                }
+            }
+            Node::Binary(op, a, b) => {
+                let (x, y) = (self.get(a)?, self.get(b)?);
+                if pool.ty(a) == Type::Int { whole(op, x, y) } else { Some((0, 1)) }
+            }
+            Node::Ite(c, a, b) => {
+                let (_, x, y) = (self.get(c)?, self.get(a)?, self.get(b)?);
+                Some((x.0.min(y.0), x.1.max(y.1)))
+            }
+        }
+    }
+}
+
+/// The bounds of an operation on integers; both operands fit 64 bits.
+fn whole(op: Binary, x: Interval, y: Interval) -> Option<Interval> {
+    match op {
+        Binary::Add => Some((x.0 + y.0, x.1 + y.1)),
+        Binary::Sub => Some((x.0 - y.1, x.1 - y.0)),
+        Binary::Mul => {
+            let corners = [x.0 * y.0, x.0 * y.1, x.1 * y.0, x.1 * y.1];
+            Some((corners.into_iter().min()?, corners.into_iter().max()?))
+        }
+        Binary::Min => Some((x.0.min(y.0), x.1.min(y.1))),
+        Binary::Max => Some((x.0.max(y.0), x.1.max(y.1))),
+        Binary::Mod => (y.0 > 0).then_some((0, y.1 - 1)),
+        Binary::Pow => None,
+        Binary::And | Binary::Or | Binary::Eq | Binary::Lt | Binary::Le => Some((0, 1)),
+        Binary::Div | Binary::Log => Some((0, 1)),
+    }
+}
+
+fn fits(x: i128) -> bool {
+    i64::try_from(x).is_ok()
+}

@@ -1,0 +1,314 @@
+//! From expressions to code for the [`super::machine`].
+//!
+//! Conditions become jumps, so that `&`, `|` and `?:` evaluate only what they need, in the order in
+//! which [`ExprPool::eval`] does. A larger node with several uses becomes a routine that is run at
+//! most once a state, so that nested formulas are neither copied nor computed again.
+
+use ahash::AHashMap;
+
+use super::machine::{Code, Entry, Op, Reg, Routine, word};
+use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use crate::model::value::Type;
+
+/// Nodes with at least this many operators below them are worth a routine.
+const WORTH_SHARING: u32 = 3;
+
+/// Translates the expressions of one pool.
+pub(super) struct Compiler<'a> {
+    pool: &'a ExprPool,
+    code: Code,
+    /// How often a node occurs as an operand or a root.
+    uses: AHashMap<ExprId, u32>,
+    /// How many operators a node has, shared ones counted as one.
+    sizes: AHashMap<ExprId, u32>,
+    constants: AHashMap<i64, Reg>,
+    /// For each shared node its routine and its register.
+    shared: AHashMap<ExprId, (u32, Reg)>,
+}
+
+/// A jump whose goal is not known yet.
+type Hole = usize;
+
+impl<'a> Compiler<'a> {
+    /// A compiler for states of `variables` values; `roots` are all expressions to be compiled.
+    pub(super) fn new(pool: &'a ExprPool, variables: usize, roots: &[ExprId]) -> Self {
+        let code = Code { initial: vec![0; variables], ..Code::default() };
+        let mut compiler = Compiler {
+            pool,
+            code,
+            uses: AHashMap::new(),
+            sizes: AHashMap::new(),
+            constants: AHashMap::new(),
+            shared: AHashMap::new(),
+        };
+        compiler.count_uses(roots);
+        compiler.compile_shared();
+        compiler
+    }
+
+    /// The code of everything that was compiled.
+    pub(super) fn finish(self) -> Code {
+        self.code
+    }
+
+    /// Code that ends with the value of a Boolean expression.
+    pub(super) fn condition(&mut self, e: ExprId) -> Entry {
+        let start = self.here();
+        let mut fails = Vec::new();
+        self.jump_if(e, false, &mut fails);
+        self.emit(Op::Return(true));
+        self.land(fails);
+        self.emit(Op::Return(false));
+        Entry { start, result: 0 }
+    }
+
+    /// Code that leaves the value of an expression in a register.
+    pub(super) fn value(&mut self, e: ExprId) -> Entry {
+        let start = self.here();
+        let result = self.reg(e);
+        self.emit(Op::Return(true));
+        Entry { start, result }
+    }
+
+    /// The same for a real: an integer is converted.
+    pub(super) fn real(&mut self, e: ExprId) -> Entry {
+        let start = self.here();
+        let result = self.real_reg(e);
+        self.emit(Op::Return(true));
+        Entry { start, result }
+    }
+
+    fn count_uses(&mut self, roots: &[ExprId]) {
+        let mut stack = roots.to_vec();
+        while let Some(e) = stack.pop() {
+            let uses = self.uses.entry(e).or_insert(0);
+            *uses += 1;
+            if *uses == 1 {
+                stack.extend(operands(self.pool.node(e)));
+            }
+        }
+    }
+
+    /// Finds the shared nodes and compiles them; operands come before the nodes that use them.
+    fn compile_shared(&mut self) {
+        let mut order: Vec<ExprId> = self.uses.keys().copied().collect();
+        order.sort_unstable();
+        for e in order {
+            let mut size = u32::from(!matches!(self.pool.node(e), Node::Literal(_) | Node::Var(_)));
+            for operand in operands(self.pool.node(e)) {
+                let below = self.sizes.get(&operand).copied().unwrap_or(0);
+                size = size.saturating_add(if self.shared.contains_key(&operand) { 1 } else { below });
+            }
+            self.sizes.insert(e, size);
+            if size >= WORTH_SHARING && self.uses.get(&e).is_some_and(|&n| n > 1) {
+                let start = self.here();
+                let result = self.compute(e);
+                self.emit(Op::Return(true));
+                self.shared.insert(e, (self.code.routines.len() as u32, result));
+                self.code.routines.push(Routine { start });
+            }
+        }
+    }
+
+    /// Emits code after which the register holds the value of `e`.
+    fn reg(&mut self, e: ExprId) -> Reg {
+        match self.shared.get(&e) {
+            Some(&(routine, result)) => {
+                self.emit(Op::Share { routine });
+                result
+            }
+            None => self.compute(e),
+        }
+    }
+
+    fn compute(&mut self, e: ExprId) -> Reg {
+        match self.pool.node(e) {
+            Node::Literal(v) => self.constant(word(v)),
+            Node::Var(v) => v.0,
+            Node::Unary(Unary::Not, _) => self.truth(e),
+            Node::Unary(op, a) => {
+                let (ty, a) = (self.pool.ty(a), self.reg(a));
+                let dst = self.fresh();
+                self.emit(Op::Unary { op, ty, dst, a });
+                dst
+            }
+            Node::Binary(op, a, b) => self.binary(e, op, a, b),
+            Node::Ite(condition, then, otherwise) => {
+                let mut fails = Vec::new();
+                self.jump_if(condition, false, &mut fails);
+                let dst = self.fresh();
+                let a = self.reg(then);
+                self.emit(Op::Copy { dst, a });
+                let end = self.emit(Op::Jump { to: 0 });
+                self.land(fails);
+                let a = self.reg(otherwise);
+                self.emit(Op::Copy { dst, a });
+                self.land(vec![end]);
+                dst
+            }
+        }
+    }
+
+    fn binary(&mut self, e: ExprId, op: Binary, a: ExprId, b: ExprId) -> Reg {
+        let (left, right) = (self.pool.ty(a), self.pool.ty(b));
+        let whole = left == right && left != Type::Real;
+        let compares = match op {
+            Binary::Eq | Binary::Lt | Binary::Le => true,
+            Binary::And | Binary::Or => left == Type::Bool,
+            _ => false,
+        };
+        if whole && compares {
+            return self.truth(e);
+        }
+        if !whole {
+            let (a, b) = (self.real_reg(a), self.real_reg(b));
+            let dst = self.fresh();
+            self.emit(Op::Real { op, dst, a, b });
+            return dst;
+        }
+        let (a, b) = (self.reg(a), self.reg(b));
+        let dst = self.fresh();
+        self.emit(match (op, left) {
+            (Binary::Add, Type::Int) => Op::Add { dst, a, b },
+            (Binary::Sub, Type::Int) => Op::Sub { dst, a, b },
+            (Binary::Mul, Type::Int) => Op::Mul { dst, a, b },
+            (Binary::Min, Type::Int) => Op::Min { dst, a, b },
+            (Binary::Max, Type::Int) => Op::Max { dst, a, b },
+            _ => Op::Whole { op, ty: left, dst, a, b },
+        });
+        dst
+    }
+
+    /// A register with the value as a real: integers are converted.
+    fn real_reg(&mut self, e: ExprId) -> Reg {
+        let (ty, a) = (self.pool.ty(e), self.reg(e));
+        if ty == Type::Real {
+            return a;
+        }
+        let dst = self.fresh();
+        self.emit(Op::Unary { op: Unary::ToReal, ty, dst, a });
+        dst
+    }
+
+    /// A register with 1 where a condition holds and 0 where not.
+    fn truth(&mut self, e: ExprId) -> Reg {
+        let (one, zero) = (self.constant(1), self.constant(0));
+        let mut fails = Vec::new();
+        self.branch(e, false, &mut fails);
+        let dst = self.fresh();
+        self.emit(Op::Copy { dst, a: one });
+        let end = self.emit(Op::Jump { to: 0 });
+        self.land(fails);
+        self.emit(Op::Copy { dst, a: zero });
+        self.land(vec![end]);
+        dst
+    }
+
+    /// Emits jumps that are taken where `e` is `value`; elsewhere the code goes on behind them.
+    fn jump_if(&mut self, e: ExprId, value: bool, holes: &mut Vec<Hole>) {
+        if self.shared.contains_key(&e) { self.test(e, value, holes) } else { self.branch(e, value, holes) }
+    }
+
+    fn branch(&mut self, e: ExprId, value: bool, holes: &mut Vec<Hole>) {
+        match self.pool.node(e) {
+            Node::Unary(Unary::Not, a) if self.pool.ty(a) == Type::Bool => self.jump_if(a, !value, holes),
+            Node::Binary(op @ (Binary::And | Binary::Or), a, b) if self.pool.ty(a) == Type::Bool => {
+                if value == (op == Binary::Or) {
+                    self.jump_if(a, value, holes);
+                    self.jump_if(b, value, holes);
+                } else {
+                    let mut past = Vec::new();
+                    self.jump_if(a, !value, &mut past);
+                    self.jump_if(b, value, holes);
+                    self.land(past);
+                }
+            }
+            Node::Binary(op @ (Binary::Eq | Binary::Lt | Binary::Le), a, b)
+                if self.pool.ty(a) == self.pool.ty(b) && self.pool.ty(a) != Type::Real =>
+            {
+                let (a, b) = (self.reg(a), self.reg(b));
+                let jump = compare(op, value, a, b);
+                holes.push(self.emit(jump));
+            }
+            Node::Unary(Unary::Not, a) => {
+                let (ty, a) = (self.pool.ty(a), self.reg(a));
+                let dst = self.fresh();
+                self.emit(Op::Unary { op: Unary::Not, ty, dst, a });
+                self.test_reg(dst, value, holes);
+            }
+            _ => self.test(e, value, holes),
+        }
+    }
+
+    /// Computes a truth value and jumps on it.
+    fn test(&mut self, e: ExprId, value: bool, holes: &mut Vec<Hole>) {
+        let a = self.reg(e);
+        self.test_reg(a, value, holes);
+    }
+
+    fn test_reg(&mut self, a: Reg, value: bool, holes: &mut Vec<Hole>) {
+        let b = self.constant(0);
+        let jump = if value { Op::JumpNe { a, b, to: 0 } } else { Op::JumpEq { a, b, to: 0 } };
+        holes.push(self.emit(jump));
+    }
+
+    fn constant(&mut self, word: i64) -> Reg {
+        let registers = &mut self.code.initial;
+        *self.constants.entry(word).or_insert_with(|| {
+            registers.push(word);
+            registers.len() as Reg - 1
+        })
+    }
+
+    fn fresh(&mut self) -> Reg {
+        self.code.initial.push(0);
+        self.code.initial.len() as Reg - 1
+    }
+
+    fn here(&self) -> u32 {
+        self.code.ops.len() as u32
+    }
+
+    fn emit(&mut self, op: Op) -> Hole {
+        self.code.ops.push(op);
+        self.code.ops.len() - 1
+    }
+
+    /// Makes jumps lead to what is emitted next.
+    fn land(&mut self, holes: Vec<Hole>) {
+        let here = self.here();
+        for hole in holes {
+            match &mut self.code.ops[hole] {
+                Op::Jump { to }
+                | Op::JumpEq { to, .. }
+                | Op::JumpNe { to, .. }
+                | Op::JumpLt { to, .. }
+                | Op::JumpLe { to, .. } => *to = here,
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The jump that is taken where `a op b` is `value`.
+fn compare(op: Binary, value: bool, a: Reg, b: Reg) -> Op {
+    match (op, value) {
+        (Binary::Lt, true) => Op::JumpLt { a, b, to: 0 },
+        (Binary::Lt, false) => Op::JumpLe { a: b, b: a, to: 0 },
+        (Binary::Le, true) => Op::JumpLe { a, b, to: 0 },
+        (Binary::Le, false) => Op::JumpLt { a: b, b: a, to: 0 },
+        (_, true) => Op::JumpEq { a, b, to: 0 },
+        (_, false) => Op::JumpNe { a, b, to: 0 },
+    }
+}
+
+/// The operands of a node, in the order of evaluation.
+fn operands(node: Node) -> impl Iterator<Item = ExprId> {
+    let (a, b, c) = match node {
+        Node::Literal(_) | Node::Var(_) => (None, None, None),
+        Node::Unary(_, a) => (Some(a), None, None),
+        Node::Binary(_, a, b) => (Some(a), Some(b), None),
+        Node::Ite(c, a, b) => (Some(c), Some(a), Some(b)),
+    };
+    [a, b, c].into_iter().flatten()
+}

@@ -1,0 +1,223 @@
+//! From a program to its states and their choices, breadth first.
+
+use std::sync::Arc;
+
+use num_bigint::BigUint;
+
+use super::graph::Graph;
+use super::index::Index;
+use super::initial::Search;
+use super::layout::{Layout, width};
+use super::meter::Meter;
+use super::program::Prepared;
+use super::set::{self, Bits};
+use super::stepper::{Broken, Stepper, sum};
+use crate::engine::{Scope, Settings};
+use crate::error::{Error, Limit, Result};
+use crate::model::{Program, fault};
+
+/// How many states are visited between two looks at the observer.
+const PATIENCE: usize = 1 << 12;
+/// Every state takes this many bytes at the very least: its place in the rows.
+const LEAST_BYTES: u64 = 12;
+
+/// Which states there are.
+#[derive(Debug)]
+pub(super) enum Space {
+    /// Those met, numbered in this order.
+    Met(Index),
+    /// Every valuation, numbered in the order of values.
+    Every(usize),
+}
+
+/// The states of a scope and what leads from one to another.
+pub(super) struct Explored {
+    pub(super) space: Space,
+    pub(super) graph: Graph,
+    pub(super) initial: Bits,
+    pub(super) deadlocks: Bits,
+}
+
+/// What an exploration works with.
+pub(super) struct Task<'a> {
+    pub(super) program: &'a Arc<Program>,
+    pub(super) settings: &'a Settings,
+    pub(super) layout: &'a Layout,
+    pub(super) prepared: &'a Prepared,
+    pub(super) meter: &'a Meter,
+}
+
+/// How the states of the scope are codes.
+///
+/// # Errors
+/// There are too many valuations, or variables.
+pub(super) fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
+    if settings.scope == Scope::Reachable {
+        return Layout::packed(program);
+    }
+    let layout = Layout::radix(program);
+    match layout.filter(|l| l.valuations().is_some_and(|n| n <= settings.memory / LEAST_BYTES)) {
+        Some(layout) => Ok(layout),
+        None => {
+            let sizes = program.variables.iter().map(|v| BigUint::from(width(v)) + 1u32);
+            let states: BigUint = sizes.product();
+            let what = format!(
+                "the scope `all` has {states} states, too many for {} bytes of the explicit engine",
+                settings.memory
+            );
+            Err(Limit::Memory { what }.into())
+        }
+    }
+}
+
+impl Task<'_> {
+    /// Explores the scope.
+    ///
+    /// # Errors
+    /// A limit, or a command without a meaning in some state.
+    pub(super) fn run(&self) -> Result<Explored> {
+        match self.layout.words() {
+            1 => self.explore::<1>(),
+            2 => self.explore::<2>(),
+            3 => self.explore::<3>(),
+            4 => self.explore::<4>(),
+            5..=8 => self.explore::<8>(),
+            9..=16 => self.explore::<16>(),
+            _ => self.explore::<32>(),
+        }
+    }
+
+    fn explore<const W: usize>(&self) -> Result<Explored> {
+        let mut space = match self.layout.valuations() {
+            Some(n) => Space::Every(n as usize),
+            None => Space::Met(self.initial_states::<W>()?),
+        };
+        let started = space.len();
+        let mut stepper = Stepper::<W>::new(self.prepared);
+        let mut graph = Graph::new(self.meter)?;
+        let (mut deadlocks, mut initial) = (Vec::new(), Vec::new());
+        let mut state = 0;
+        while state < space.len() {
+            if state % PATIENCE == 0 {
+                self.report(state, space.len())?;
+            }
+            let code = space.code::<W>(state);
+            stepper.enter(self.layout, &code);
+            if matches!(space, Space::Every(_)) || self.prepared.initial_is_partial {
+                let holds = stepper.is_initial().map_err(|_| self.fault(&code))?;
+                if holds && matches!(space, Space::Every(_)) {
+                    initial.push(state);
+                }
+            }
+            stepper.expand().map_err(|broken| self.broken(broken, &code))?;
+            if stepper.ends.is_empty() {
+                deadlocks.push(state);
+                graph.add(state as u32)?;
+                graph.end_choice()?;
+            }
+            let mut at = 0;
+            for &end in &stepper.ends {
+                for step in &stepper.steps[at..end as usize] {
+                    graph.add(space.number(&sum(&code, step))?)?;
+                }
+                graph.end_choice()?;
+                at = end as usize;
+            }
+            graph.end_state()?;
+            state += 1;
+        }
+        if let Space::Met(index) = &mut space {
+            index.shrink();
+            initial.extend(0..started);
+        }
+        graph.shrink();
+        let bits = |states: Vec<usize>| {
+            let mut bits = Bits::empty(self.meter, state);
+            states.into_iter().for_each(|s| set::set(bits.words_mut(), s));
+            bits
+        };
+        Ok(Explored { initial: bits(initial), deadlocks: bits(deadlocks), space, graph })
+    }
+
+    fn initial_states<const W: usize>(&self) -> Result<Index> {
+        let mut index = Index::new(W, self.meter)?;
+        let mut search = Search::new(self.program, &*self.settings.observer);
+        search.run(&mut |values| {
+            if let Some(code) = self.layout.encode(values) {
+                index.intern::<W>(&fixed(&code))?;
+            }
+            Ok(())
+        })?;
+        Ok(index)
+    }
+
+    fn report(&self, explored: usize, reached: usize) -> Result<()> {
+        self.meter.reached(reached);
+        let detail = || format!("{explored} states explored, {reached} reached");
+        self.settings.observer.progress("reachable states", &detail);
+        match self.settings.observer.stop() {
+            Some(limit) => Err(limit.into()),
+            None => Ok(()),
+        }
+    }
+
+    fn broken(&self, broken: Broken, code: &[u64]) -> Error {
+        match broken {
+            Broken::Fault => self.fault(code),
+            Broken::Limit(limit) => limit.into(),
+        }
+    }
+
+    fn fault(&self, code: &[u64]) -> Error {
+        let mut values = vec![0; self.program.variables.len()];
+        self.layout.decode(code, &mut values);
+        fault::in_state(self.program, &values)
+    }
+}
+
+impl Space {
+    /// How many states there are.
+    #[inline]
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Space::Met(index) => index.len(),
+            Space::Every(n) => *n,
+        }
+    }
+
+    /// The code of a state.
+    #[inline]
+    fn code<const W: usize>(&self, state: usize) -> [u64; W] {
+        match self {
+            Space::Met(index) => fixed(index.code(state)),
+            Space::Every(_) => fixed(&[state as u64]),
+        }
+    }
+
+    /// The number of the state with a code, a new one if need be.
+    #[inline]
+    fn number<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
+        match self {
+            Space::Met(index) => index.intern::<W>(code),
+            Space::Every(_) => Ok(code[0] as u32),
+        }
+    }
+
+    /// The number of the state with a code, if it is one of the scope.
+    pub(super) fn find(&self, code: &[u64]) -> Option<usize> {
+        match self {
+            Space::Met(index) => index.find(code).map(|id| id as usize),
+            Space::Every(_) => code.first().map(|&c| c as usize),
+        }
+    }
+}
+
+/// A code of known length; missing words are 0.
+#[inline]
+pub(super) fn fixed<const W: usize>(words: &[u64]) -> [u64; W] {
+    let mut code = [0; W];
+    for (to, from) in code.iter_mut().zip(words) {
+        *to = *from;
+    }
+    code
+}

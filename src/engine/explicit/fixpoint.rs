@@ -1,0 +1,188 @@
+//! Fixpoints by work lists: each edge is looked at once a fixpoint.
+
+use super::ExplicitEngine;
+use super::graph::Predecessors;
+use super::meter::Array;
+use super::set::{self, Bits, clear, set, test};
+use crate::engine::{Dropped, Region};
+use crate::error::Result;
+
+/// How many states are taken from a work list between two looks at the observer.
+const PATIENCE: usize = 1 << 14;
+
+/// For each state which entry of the list of dropped edges it is a source of.
+struct DroppedEdges<'a> {
+    entry: Array<u16>,
+    into: Vec<&'a [u64]>,
+}
+
+/// No entry has this number.
+const NONE: u16 = u16::MAX;
+
+impl DroppedEdges<'_> {
+    #[inline]
+    fn has(&self, from: usize, to: usize) -> bool {
+        let entry = self.entry[from];
+        entry != NONE && test(self.into[entry as usize], to)
+    }
+}
+
+impl ExplicitEngine {
+    /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }
+    pub(super) fn attract(&self, target: &Bits, within: &Bits, dropped: &Dropped<Bits>) -> Result<Bits> {
+        match dropped.is_empty() {
+            true => self.backward(target, within, |_, _| true),
+            false => {
+                let edges = self.dropped_edges(dropped)?;
+                self.backward(target, within, |from, to| !edges.has(from, to))
+            }
+        }
+    }
+
+    fn dropped_edges<'a>(&self, dropped: &'a Dropped<Bits>) -> Result<DroppedEdges<'a>> {
+        let mut entry = Array::filled(&self.meter, self.graph.states(), NONE)?;
+        let mut into = Vec::new();
+        for (from, to) in dropped {
+            // The first sets are disjoint and not empty in what counts: more than 65534 of them
+            // would need as many classes.
+            let number = u16::try_from(into.len()).unwrap_or(NONE);
+            from.iter().for_each(|s| entry[s] = number);
+            into.push(to.words());
+        }
+        Ok(DroppedEdges { entry, into })
+    }
+
+    fn backward(&self, target: &Bits, within: &Bits, keeps: impl Fn(usize, usize) -> bool) -> Result<Bits> {
+        let graph = self.graph.predecessors()?;
+        let mut found = target.copy()?;
+        let (x, within) = (found.words_mut(), within.words());
+        let mut work = Array::new(&self.meter);
+        // What was found is expanded before the next state of the target is taken, so that the
+        // list holds few of the target's states.
+        for start in target.iter() {
+            work.push(start as u32)?;
+            while let Some(state) = work.pop() {
+                self.tick()?;
+                for &choice in graph.of(state as usize) {
+                    let from = graph.owner(choice) as usize;
+                    if !test(x, from) && test(within, choice as usize) && keeps(from, state as usize) {
+                        set(x, from);
+                        work.push(from as u32)?;
+                    }
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// The greatest Z ⊆ X in which every state has a pair of C with all successors in Z.
+    pub(super) fn remain(&self, x: &Bits, within: &Bits) -> Result<Region<Bits, Bits>> {
+        let graph = self.graph.predecessors()?;
+        let mut removal = Removal::new(self, graph, x.copy()?, self.choices_of_states(within, x)?)?;
+        let outside = self.every_state.zip(x, |all, x| all & !x)?;
+        for state in outside.iter() {
+            removal.lose(state, |_| true)?;
+        }
+        for state in x.iter() {
+            if test(removal.states.words(), state) && removal.left[state] == 0 {
+                clear(removal.states.words_mut(), state);
+                removal.lose(state, |_| true)?;
+            }
+        }
+        Ok(Region { states: removal.states, choices: removal.choices })
+    }
+
+    /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }
+    ///
+    /// Loses what cannot reach T, and at once what then has no choice left; then looks again.
+    pub(super) fn reach_almost_surely(&self, target: &Bits, within: &Bits) -> Result<Region<Bits, Bits>> {
+        let graph = self.graph.predecessors()?;
+        let outside = self.every_state.zip(target, |all, t| all & !t)?;
+        let choices = self.choices_of_states(within, &outside)?;
+        let mut removal = Removal::new(self, graph, self.every_state.copy()?, choices)?;
+        loop {
+            let reaching = self.attract(target, &removal.choices, &Vec::new())?;
+            let lost = removal.states.zip(&reaching, |s, r| s & !r)?;
+            if lost.is_empty() {
+                return Ok(Region { states: removal.states, choices: removal.choices });
+            }
+            removal.take_away(&lost)?;
+            for state in lost.iter() {
+                removal.lose(state, |s| !target.has(s))?;
+            }
+        }
+    }
+
+    /// Looks at the observer now and then.
+    #[inline]
+    pub(super) fn tick(&self) -> Result<()> {
+        let ticks = self.ticks.get().wrapping_add(1);
+        self.ticks.set(ticks);
+        if ticks.is_multiple_of(PATIENCE) { self.poll() } else { Ok(()) }
+    }
+
+    #[cold]
+    fn poll(&self) -> Result<()> {
+        self.settings.observer.progress("fixpoints", &|| format!("{} steps", self.ticks.get()));
+        match self.settings.observer.stop() {
+            Some(limit) => Err(limit.into()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// States and choices that are left, while states are lost one after the other.
+struct Removal<'a> {
+    engine: &'a ExplicitEngine,
+    graph: &'a Predecessors,
+    states: Bits,
+    choices: Bits,
+    /// For each state how many of its choices are left.
+    left: Array<u32>,
+    work: Array<u32>,
+}
+
+impl<'a> Removal<'a> {
+    fn new(engine: &'a ExplicitEngine, graph: &'a Predecessors, states: Bits, choices: Bits) -> Result<Self> {
+        let mut left = Array::filled(&engine.meter, engine.graph.states(), 0u32)?;
+        for choice in choices.iter() {
+            left[graph.owner(choice as u32) as usize] += 1;
+        }
+        Ok(Removal { engine, graph, states, choices, left, work: Array::new(&engine.meter) })
+    }
+
+    /// Takes states away with all their choices.
+    fn take_away(&mut self, lost: &Bits) -> Result<()> {
+        let own = self.engine.choices_of_states(&self.choices, lost)?;
+        for (c, l) in self.choices.words_mut().iter_mut().zip(own.words()) {
+            *c &= !l;
+        }
+        for (s, l) in self.states.words_mut().iter_mut().zip(lost.words()) {
+            *s &= !l;
+        }
+        Ok(())
+    }
+
+    /// Disallows the choices that may step into a state, which is not among those left any more,
+    /// and so on where no choice is left and `may_lose` holds.
+    fn lose(&mut self, state: usize, may_lose: impl Fn(usize) -> bool) -> Result<()> {
+        let (states, choices) = (self.states.words_mut(), self.choices.words_mut());
+        self.work.push(state as u32)?;
+        while let Some(state) = self.work.pop() {
+            self.engine.tick()?;
+            for &choice in self.graph.of(state as usize) {
+                if !test(choices, choice as usize) {
+                    continue;
+                }
+                clear(choices, choice as usize);
+                let from = self.graph.owner(choice) as usize;
+                self.left[from] -= 1;
+                if self.left[from] == 0 && test(states, from) && may_lose(from) {
+                    set::clear(states, from);
+                    self.work.push(from as u32)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

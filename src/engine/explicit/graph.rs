@@ -1,0 +1,182 @@
+//! Choices and successors in compressed sparse rows.
+
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use super::meter::{Array, Meter};
+use crate::error::{Limit, Result};
+
+/// Which choices a state has, and which successors a choice.
+#[derive(Debug)]
+pub(super) struct Graph {
+    /// Where the choices of each state start; one more at the end.
+    choices: Array<u32>,
+    /// Where the successors of each choice start; one more at the end.
+    rows: Array<u32>,
+    /// The successors, each once a choice.
+    successors: Array<u32>,
+    meter: Meter,
+    predecessors: OnceLock<Predecessors>,
+}
+
+/// The graph backwards.
+#[derive(Debug)]
+pub(super) struct Predecessors {
+    /// Where the predecessors of each state start; one more at the end.
+    rows: Array<u32>,
+    /// The choices that may lead to it.
+    choices: Array<u32>,
+    /// The state of each choice; none where every state has one choice, its own number.
+    owners: Option<Array<u32>>,
+}
+
+impl Graph {
+    /// A graph without states.
+    pub(super) fn new(meter: &Meter) -> Result<Self> {
+        let mut graph = Graph {
+            choices: Array::new(meter),
+            rows: Array::new(meter),
+            successors: Array::new(meter),
+            meter: meter.clone(),
+            predecessors: OnceLock::new(),
+        };
+        graph.choices.push(0)?;
+        graph.rows.push(0)?;
+        Ok(graph)
+    }
+
+    /// Adds a successor to the choice being built.
+    #[inline]
+    pub(super) fn add(&mut self, state: u32) -> Result<()> {
+        self.successors.push(state)
+    }
+
+    /// Ends the choice being built; successors met twice count once.
+    pub(super) fn end_choice(&mut self) -> Result<()> {
+        let start = self.rows.last().copied().unwrap_or(0) as usize;
+        let own = &mut self.successors[start..];
+        if own.len() > 1 {
+            own.sort_unstable();
+            let kept = start + keep_once(own);
+            self.successors.truncate(kept);
+        }
+        let end = u32::try_from(self.successors.len()).map_err(|_| Limit::Size {
+            what: "more than 4294967295 transitions for the explicit engine".into(),
+        })?;
+        self.rows.push(end)
+    }
+
+    /// Ends the state being built.
+    #[inline]
+    pub(super) fn end_state(&mut self) -> Result<()> {
+        self.choices.push(self.rows.len() as u32 - 1)
+    }
+
+    /// Gives back what is not used.
+    pub(super) fn shrink(&mut self) {
+        self.choices.shrink();
+        self.rows.shrink();
+        self.successors.shrink();
+    }
+
+    /// How many states there are.
+    pub(super) fn states(&self) -> usize {
+        self.choices.len() - 1
+    }
+
+    /// How many choices there are.
+    pub(super) fn choices(&self) -> usize {
+        self.rows.len() - 1
+    }
+
+    /// The choices of a state.
+    #[inline]
+    pub(super) fn choices_of(&self, state: usize) -> Range<usize> {
+        self.choices[state] as usize..self.choices[state + 1] as usize
+    }
+
+    /// The successors of a choice.
+    #[inline]
+    pub(super) fn successors_of(&self, choice: usize) -> &[u32] {
+        &self.successors[self.rows[choice] as usize..self.rows[choice + 1] as usize]
+    }
+
+    /// The graph backwards if it has been built.
+    pub(super) fn known_predecessors(&self) -> Option<&Predecessors> {
+        self.predecessors.get()
+    }
+
+    /// The graph backwards, built when it is needed first.
+    ///
+    /// # Errors
+    /// The memory limit would be passed.
+    pub(super) fn predecessors(&self) -> Result<&Predecessors> {
+        if let Some(known) = self.predecessors.get() {
+            return Ok(known);
+        }
+        let built = self.reverse()?;
+        Ok(self.predecessors.get_or_init(|| built))
+    }
+
+    fn reverse(&self) -> Result<Predecessors> {
+        let mut rows = Array::filled(&self.meter, self.states() + 1, 0u32)?;
+        for &state in self.successors.iter() {
+            rows[state as usize] += 1;
+        }
+        let mut end = 0;
+        for row in rows.iter_mut() {
+            end += *row;
+            *row = end;
+        }
+        let mut choices = Array::filled(&self.meter, self.successors.len(), 0u32)?;
+        // From the last to the first, so that predecessors stand in order.
+        for choice in (0..self.choices()).rev() {
+            for &state in self.successors_of(choice) {
+                let row = &mut rows[state as usize];
+                *row -= 1;
+                choices[*row as usize] = choice as u32;
+            }
+        }
+        Ok(Predecessors { rows, choices, owners: self.owners()? })
+    }
+
+    fn owners(&self) -> Result<Option<Array<u32>>> {
+        if self.choices() == self.states() {
+            return Ok(None);
+        }
+        let mut owners = Array::filled(&self.meter, self.choices(), 0u32)?;
+        for state in 0..self.states() {
+            owners[self.choices_of(state)].fill(state as u32);
+        }
+        Ok(Some(owners))
+    }
+}
+
+impl Predecessors {
+    /// The choices that may lead to a state, in order.
+    #[inline]
+    pub(super) fn of(&self, state: usize) -> &[u32] {
+        &self.choices[self.rows[state] as usize..self.rows[state + 1] as usize]
+    }
+
+    /// The state of a choice.
+    #[inline]
+    pub(super) fn owner(&self, choice: u32) -> u32 {
+        match &self.owners {
+            Some(owners) => owners[choice as usize],
+            None => choice,
+        }
+    }
+}
+
+/// Moves each number of a sorted list to the front once; how many there are.
+fn keep_once(sorted: &mut [u32]) -> usize {
+    let mut kept = 1;
+    for at in 1..sorted.len() {
+        if sorted[at] != sorted[kept - 1] {
+            sorted[kept] = sorted[at];
+            kept += 1;
+        }
+    }
+    kept
+}

@@ -1,0 +1,133 @@
+//! The initial states, found without trying all valuations.
+
+use super::compile::Compiler;
+use super::machine::{Code, Machine};
+use crate::engine::Observer;
+use crate::error::Result;
+use crate::model::expr::{Binary, ExprId, Node};
+use crate::model::{Program, State};
+
+/// How many partial valuations are tried between two looks at the observer.
+const PATIENCE: u64 = 1 << 16;
+
+/// Searches the valuations in which all conjuncts of `program.initial` hold, variable by variable.
+pub(super) struct Search<'a> {
+    program: &'a Program,
+    observer: &'a dyn Observer,
+    code: Code,
+    machine: Machine,
+    /// For each variable the conjuncts that can be tested once it and all before it have values.
+    tests: Vec<Vec<u32>>,
+    /// The order in which variables get values, with the first and last to be tried.
+    order: Vec<(usize, i64, i64)>,
+    tried: u64,
+}
+
+impl<'a> Search<'a> {
+    /// A search for the initial states; conjuncts that fix a variable cut its range.
+    pub(super) fn new(program: &'a Program, observer: &'a dyn Observer) -> Self {
+        let mut conjuncts = Vec::new();
+        split(program, program.initial, &mut conjuncts);
+        let mut order: Vec<(usize, i64, i64)> =
+            program.variables.iter().enumerate().map(|(i, v)| (i, v.low, v.high)).collect();
+        for &e in &conjuncts {
+            if let Some((variable, value)) = fixed(program, e) {
+                let (_, low, high) = &mut order[variable];
+                (*low, *high) = ((*low).max(value), (*high).min(value));
+            }
+        }
+        // Variables with few values first: they cost nothing, and let more conjuncts be tested.
+        order.sort_by_key(|&(variable, low, high)| (high > low, variable));
+        let mut compiler = Compiler::new(&program.pool, program.variables.len(), &conjuncts);
+        let mut tests = vec![Vec::new(); order.len() + 1];
+        for &e in &conjuncts {
+            let support = program.pool.support(e);
+            let last = order.iter().rposition(|(v, ..)| support.iter().any(|s| s.index() == *v));
+            tests[last.map_or(0, |at| at + 1)].push(compiler.condition(e).start);
+        }
+        let code = compiler.finish();
+        let machine = Machine::new(&code);
+        Search { program, observer, code, machine, tests, order, tried: 0 }
+    }
+
+    /// Calls `found` with every initial state.
+    ///
+    /// A conjunct without a value counts as false here: it matters only in states of the scope,
+    /// where the whole expression is evaluated again.
+    pub(super) fn run(&mut self, found: &mut dyn FnMut(&[i64]) -> Result<()>) -> Result<()> {
+        if !self.passes(0) {
+            return Ok(());
+        }
+        let depth = self.order.len();
+        // For each variable that has a value the value to try next.
+        let mut next: Vec<i128> = self.order.iter().map(|&(_, low, _)| low.into()).collect();
+        let mut at = 0;
+        loop {
+            if at == depth {
+                let state: State = self.machine.regs[..self.program.variables.len()].to_vec();
+                found(&state)?;
+            } else {
+                let (variable, low, high) = self.order[at];
+                if next[at] <= i128::from(high) {
+                    self.machine.regs[variable] = next[at] as i64;
+                    next[at] += 1;
+                    self.poll()?;
+                    at += usize::from(self.passes(at + 1));
+                    continue;
+                }
+                next[at] = low.into();
+            }
+            match at.checked_sub(1) {
+                Some(before) => at = before,
+                None => return Ok(()),
+            }
+        }
+    }
+
+    fn passes(&mut self, at: usize) -> bool {
+        self.machine.next_state();
+        let (machine, code) = (&mut self.machine, &self.code);
+        self.tests[at].iter().all(|&start| machine.run(code, start) == Ok(true))
+    }
+
+    fn poll(&mut self) -> Result<()> {
+        self.tried += 1;
+        if self.tried.is_multiple_of(PATIENCE)
+            && let Some(limit) = self.observer.stop()
+        {
+            return Err(limit.into());
+        }
+        Ok(())
+    }
+}
+
+/// The conjuncts of an expression.
+fn split(program: &Program, e: ExprId, conjuncts: &mut Vec<ExprId>) {
+    let mut stack = vec![e];
+    while let Some(e) = stack.pop() {
+        match program.pool.node(e) {
+            Node::Binary(Binary::And, a, b) => stack.extend([b, a]),
+            _ => conjuncts.push(e),
+        }
+    }
+}
+
+/// The variable and the value of a conjunct `variable = constant`.
+fn fixed(program: &Program, e: ExprId) -> Option<(usize, i64)> {
+    use crate::model::value::Value;
+    let pool = &program.pool;
+    match pool.node(e) {
+        Node::Var(v) => Some((v.index(), 1)),
+        Node::Unary(crate::model::expr::Unary::Not, a) => match pool.node(a) {
+            Node::Var(v) => Some((v.index(), 0)),
+            _ => None,
+        },
+        Node::Binary(Binary::Eq, a, b) => match (pool.node(a), pool.node(b)) {
+            (Node::Var(v), Node::Literal(Value::Int(c))) | (Node::Literal(Value::Int(c)), Node::Var(v)) => {
+                Some((v.index(), c))
+            }
+            _ => None,
+        },
+        _ => None,
+    }
+}

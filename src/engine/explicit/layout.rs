@@ -1,0 +1,178 @@
+//! States as numbers.
+//!
+//! A state is a short vector of words, its *code*. Each variable has a weight in one of them, and
+//! to change a variable is to add (new - old) · weight, whatever else changes: so the code of a
+//! successor is that of its source plus one difference a command. There are two such layouts:
+//! `packed`, whose weights are powers of two, and `radix`, which numbers all valuations without a
+//! gap. Codes compare as the values do, first variable first.
+
+use crate::error::{Limit, Result};
+use crate::model::{Program, Variable};
+
+/// More words than this in a code are refused.
+pub(super) const MOST_WORDS: usize = 32;
+
+/// Where a variable is kept.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Field {
+    word: u32,
+    shift: u32,
+    /// What one more of the variable adds to its word.
+    weight: u64,
+    low: i64,
+    /// How many values, less one.
+    width: u64,
+}
+
+/// How states are codes.
+#[derive(Debug, Clone)]
+pub(super) struct Layout {
+    fields: Vec<Field>,
+    words: usize,
+    /// With `radix` how many valuations there are.
+    valuations: Option<u64>,
+}
+
+impl Layout {
+    /// Each variable its own bits, none of them across two words.
+    pub(super) fn packed(program: &Program) -> Result<Self> {
+        let mut sizes: Vec<u32> = program.variables.iter().map(|v| v.bits()).collect();
+        let mut places = Vec::new();
+        let (mut word, mut used) = (0, 0);
+        for bits in &mut sizes {
+            if used + *bits > 64 {
+                (word, used) = (word + 1, 0);
+            }
+            used += *bits;
+            places.push((word, 64 - used));
+        }
+        let words = match word as usize + 1 {
+            n @ 1..=4 => n,
+            n => n.next_power_of_two(),
+        };
+        if words > MOST_WORDS {
+            let bits: u32 = sizes.iter().sum();
+            let what = format!("states of {bits} bits for the explicit engine, which takes 2048");
+            return Err(Limit::Size { what }.into());
+        }
+        // A variable of one value may stand behind the last bit of a word: its weight is not used.
+        let field = |(v, (word, shift)): (&Variable, (u32, u32))| Field {
+            word,
+            shift: shift & 63,
+            weight: 1 << (shift & 63),
+            low: v.low,
+            width: width(v),
+        };
+        let fields = program.variables.iter().zip(places).map(field).collect();
+        Ok(Layout { fields, words, valuations: None })
+    }
+
+    /// All valuations, numbered in the order of their values; none where there are 2^32 or more.
+    pub(super) fn radix(program: &Program) -> Option<Self> {
+        let mut fields = Vec::new();
+        let mut weight: u64 = 1;
+        for v in program.variables.iter().rev() {
+            let width = width(v);
+            fields.push(Field { word: 0, shift: 0, weight, low: v.low, width });
+            weight = weight.checked_mul(width.checked_add(1)?)?;
+            u32::try_from(weight).ok()?;
+        }
+        fields.reverse();
+        Some(Layout { fields, words: 1, valuations: Some(weight) })
+    }
+
+    /// How many words a code has: 1 to 4, 8, 16 or 32.
+    pub(super) fn words(&self) -> usize {
+        self.words
+    }
+
+    /// With [`Layout::radix`] how many states there are.
+    pub(super) fn valuations(&self) -> Option<u64> {
+        self.valuations
+    }
+
+    /// The field of a variable.
+    pub(super) fn field(&self, variable: usize) -> Field {
+        self.fields[variable]
+    }
+
+    /// The values of a state, into the first registers.
+    #[inline]
+    pub(super) fn decode(&self, code: &[u64], values: &mut [i64]) {
+        if self.valuations.is_some() {
+            for (field, value) in self.fields.iter().zip(values) {
+                *value = field.radix_value(code);
+            }
+        } else {
+            for (field, value) in self.fields.iter().zip(values) {
+                *value = field.packed_value(code);
+            }
+        }
+    }
+
+    /// The value of one variable.
+    #[inline]
+    pub(super) fn value(&self, code: &[u64], variable: usize) -> i64 {
+        let field = &self.fields[variable];
+        if self.valuations.is_some() { field.radix_value(code) } else { field.packed_value(code) }
+    }
+
+    /// The code of a valuation; none where a value is out of its range or the length is wrong.
+    pub(super) fn encode(&self, values: &[i64]) -> Option<Vec<u64>> {
+        if values.len() != self.fields.len() {
+            return None;
+        }
+        let mut code = vec![0u64; self.words];
+        for (field, &value) in self.fields.iter().zip(values) {
+            if !field.holds(value) {
+                return None;
+            }
+            field.add(&mut code, field.low, value);
+        }
+        Some(code)
+    }
+}
+
+impl Field {
+    /// Whether a value lies in the variable's range.
+    #[inline]
+    pub(super) fn holds(&self, value: i64) -> bool {
+        value >= self.low && value.wrapping_sub(self.low) as u64 <= self.width
+    }
+
+    /// Adds (new - old) · weight.
+    #[inline]
+    pub(super) fn add(&self, code: &mut [u64], old: i64, new: i64) {
+        let difference = (new.wrapping_sub(old) as u64).wrapping_mul(self.weight);
+        let word = &mut code[self.word as usize];
+        *word = word.wrapping_add(difference);
+    }
+
+    #[inline]
+    fn packed_value(&self, code: &[u64]) -> i64 {
+        let mask = u64::MAX.checked_shr(self.width.leading_zeros()).unwrap_or(0);
+        self.low.wrapping_add(((code[self.word as usize] >> self.shift) & mask) as i64)
+    }
+
+    #[inline]
+    fn radix_value(&self, code: &[u64]) -> i64 {
+        self.low.wrapping_add((code[0] / self.weight % (self.width + 1)) as i64)
+    }
+}
+
+/// How many values a variable has, less one.
+pub(super) fn width(variable: &Variable) -> u64 {
+    variable.high.wrapping_sub(variable.low) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_field_of_one_value_takes_no_bits() {
+        let field = Field { word: 0, shift: 0, weight: 1, low: 7, width: 0 };
+        assert_eq!(field.packed_value(&[u64::MAX]), 7);
+        assert!(field.holds(7) && !field.holds(8) && !field.holds(6));
+    }
+}

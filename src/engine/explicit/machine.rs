@@ -1,0 +1,220 @@
+//! Compiled expressions: a register machine.
+//!
+//! The first registers are the values of the variables, then come constants, then results. So
+//! `x < 5` is one instruction. Integers and Booleans (0 and 1) stand for themselves, reals for
+//! their bits.
+
+use crate::model::expr::{Binary, Unary};
+use crate::model::value::{self, EvalError, Type, Value};
+
+/// A register.
+pub(super) type Reg = u32;
+
+/// One instruction; `to` is the position in the code to go on from where the condition holds.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Op {
+    Add {
+        dst: Reg,
+        a: Reg,
+        b: Reg,
+    },
+    Sub {
+        dst: Reg,
+        a: Reg,
+        b: Reg,
+    },
+    Mul {
+        dst: Reg,
+        a: Reg,
+        b: Reg,
+    },
+    Min {
+        dst: Reg,
+        a: Reg,
+        b: Reg,
+    },
+    Max {
+        dst: Reg,
+        a: Reg,
+        b: Reg,
+    },
+    Copy {
+        dst: Reg,
+        a: Reg,
+    },
+    /// Any operator, on integers or Booleans as they are.
+    Whole {
+        op: Binary,
+        ty: Type,
+        dst: Reg,
+        a: Reg,
+        b: Reg,
+    },
+    /// Any operator, on reals.
+    Real {
+        op: Binary,
+        dst: Reg,
+        a: Reg,
+        b: Reg,
+    },
+    Unary {
+        op: Unary,
+        ty: Type,
+        dst: Reg,
+        a: Reg,
+    },
+    Jump {
+        to: u32,
+    },
+    JumpEq {
+        a: Reg,
+        b: Reg,
+        to: u32,
+    },
+    JumpNe {
+        a: Reg,
+        b: Reg,
+        to: u32,
+    },
+    JumpLt {
+        a: Reg,
+        b: Reg,
+        to: u32,
+    },
+    JumpLe {
+        a: Reg,
+        b: Reg,
+        to: u32,
+    },
+    /// Makes sure that a shared node has its value in this state.
+    Share {
+        routine: u32,
+    },
+    /// The end: of a condition with its value, of a value with `true`.
+    Return(bool),
+}
+
+/// Code that computes a condition or a value.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    /// Where it starts.
+    pub(super) start: u32,
+    /// Where a value is found afterwards.
+    pub(super) result: Reg,
+}
+
+/// A node that several expressions use: it is computed at most once a state.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Routine {
+    /// Its code.
+    pub(super) start: u32,
+}
+
+/// The code of all expressions of a program.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Code {
+    pub(super) ops: Vec<Op>,
+    pub(super) routines: Vec<Routine>,
+    /// What the registers hold before anything is computed.
+    pub(super) initial: Vec<i64>,
+}
+
+/// The registers of one evaluation.
+#[derive(Debug, Clone)]
+pub(super) struct Machine {
+    /// Variables first.
+    pub(super) regs: Vec<i64>,
+    /// For each routine the state (by number) for which its register holds.
+    stamps: Vec<u64>,
+    now: u64,
+}
+
+impl Machine {
+    /// A machine for the given code.
+    pub(super) fn new(code: &Code) -> Self {
+        Machine { regs: code.initial.clone(), stamps: vec![0; code.routines.len()], now: 0 }
+    }
+
+    /// Forgets what was computed: the variables have new values.
+    pub(super) fn next_state(&mut self) {
+        self.now += 1;
+    }
+
+    /// Runs a condition to its value, or a value into its register.
+    pub(super) fn run(&mut self, code: &Code, start: u32) -> Result<bool, EvalError> {
+        let mut at = start as usize;
+        loop {
+            match code.ops[at] {
+                Op::Jump { to } => at = to as usize,
+                Op::JumpEq { a, b, to } => at = self.branch(at, to, self.get(a) == self.get(b)),
+                Op::JumpNe { a, b, to } => at = self.branch(at, to, self.get(a) != self.get(b)),
+                Op::JumpLt { a, b, to } => at = self.branch(at, to, self.get(a) < self.get(b)),
+                Op::JumpLe { a, b, to } => at = self.branch(at, to, self.get(a) <= self.get(b)),
+                Op::Share { routine } => {
+                    let index = routine as usize;
+                    if self.stamps[index] != self.now {
+                        self.run(code, code.routines[index].start)?;
+                        self.stamps[index] = self.now;
+                    }
+                    at += 1;
+                }
+                Op::Return(value) => return Ok(value),
+                op => {
+                    self.compute(op)?;
+                    at += 1;
+                }
+            }
+        }
+    }
+
+    fn compute(&mut self, op: Op) -> Result<(), EvalError> {
+        let overflow = EvalError::Overflow;
+        let (dst, value) = match op {
+            Op::Add { dst, a, b } => (dst, self.get(a).checked_add(self.get(b)).ok_or(overflow)?),
+            Op::Sub { dst, a, b } => (dst, self.get(a).checked_sub(self.get(b)).ok_or(overflow)?),
+            Op::Mul { dst, a, b } => (dst, self.get(a).checked_mul(self.get(b)).ok_or(overflow)?),
+            Op::Min { dst, a, b } => (dst, self.get(a).min(self.get(b))),
+            Op::Max { dst, a, b } => (dst, self.get(a).max(self.get(b))),
+            Op::Copy { dst, a } => (dst, self.get(a)),
+            Op::Whole { op, ty, dst, a, b } => {
+                (dst, word(value::binary(op, self.typed(ty, a), self.typed(ty, b))?))
+            }
+            Op::Real { op, dst, a, b } => {
+                (dst, word(value::binary(op, self.typed(Type::Real, a), self.typed(Type::Real, b))?))
+            }
+            Op::Unary { op, ty, dst, a } => (dst, word(value::unary(op, self.typed(ty, a))?)),
+            _ => return Ok(()),
+        };
+        self.regs[dst as usize] = value;
+        Ok(())
+    }
+
+    #[inline]
+    fn branch(&self, at: usize, to: u32, taken: bool) -> usize {
+        if taken { to as usize } else { at + 1 }
+    }
+
+    #[inline]
+    fn get(&self, reg: Reg) -> i64 {
+        self.regs[reg as usize]
+    }
+
+    /// A register as a value of a type.
+    pub(super) fn typed(&self, ty: Type, reg: Reg) -> Value {
+        let word = self.get(reg);
+        match ty {
+            Type::Bool => Value::Bool(word != 0),
+            Type::Int => Value::Int(word),
+            Type::Real => Value::Real(f64::from_bits(word as u64)),
+        }
+    }
+}
+
+/// A value as a register holds it.
+pub(super) fn word(value: Value) -> i64 {
+    match value {
+        Value::Bool(b) => i64::from(b),
+        Value::Int(i) => i,
+        Value::Real(x) => x.to_bits() as i64,
+    }
+}

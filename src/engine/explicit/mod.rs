@@ -1,0 +1,105 @@
+//! The explicit engine: every state stored, choices and successors in sparse rows, sets as bits.
+//!
+//! States are codes of a few words ([`layout`]). The program is compiled ([`compile`], [`machine`],
+//! [`program`]) and stepped through state by state ([`stepper`], [`explore`]); codes are numbered by
+//! an open-addressing index ([`index`]). Fixpoints are work lists over a reversed graph
+//! ([`fixpoint`], [`graph`]).
+
+mod bounds;
+mod compile;
+mod dispatch;
+mod explore;
+mod fixpoint;
+mod graph;
+mod index;
+mod initial;
+mod layout;
+mod machine;
+mod meter;
+mod operators;
+mod program;
+mod set;
+mod stepper;
+
+use std::cell::Cell;
+use std::sync::Arc;
+
+use super::Settings;
+use crate::error::Result;
+use crate::model::Program;
+use explore::{Explored, Space, Task};
+use graph::Graph;
+use layout::Layout;
+use meter::Meter;
+use program::Prepared;
+use set::Bits;
+
+/// A set of states: one bit a state.
+#[derive(Debug, Clone)]
+pub struct StateSet(Bits);
+
+/// A set of (state, choice) pairs: one bit a pair.
+#[derive(Debug, Clone)]
+pub struct ChoiceSet(Bits);
+
+/// The explicit engine.
+pub struct ExplicitEngine {
+    program: Arc<Program>,
+    settings: Settings,
+    layout: Layout,
+    prepared: Prepared,
+    meter: Meter,
+    space: Space,
+    graph: Graph,
+    every_state: Bits,
+    every_choice: Bits,
+    initial: Bits,
+    deadlocks: Bits,
+    /// Counts steps of work lists, to look at the observer now and then.
+    ticks: Cell<usize>,
+}
+
+impl ExplicitEngine {
+    /// Explores the scope and checks that every command has a meaning in every state of it.
+    ///
+    /// # Errors
+    /// A limit, with the number of states reached so far; or, as input errors with an example state
+    /// of the scope, an update that leaves its range, probabilities that are no distribution, an
+    /// expression without a value.
+    ///
+    /// Cost: all guards in every state once, one look-up a transition.
+    pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
+        let layout = explore::layout(&program, &settings)?;
+        let prepared = Prepared::new(&program, &layout);
+        let meter = Meter::new(settings.memory);
+        let task = Task {
+            program: &program,
+            settings: &settings,
+            layout: &layout,
+            prepared: &prepared,
+            meter: &meter,
+        };
+        let Explored { space, graph, initial, deadlocks } = task.run()?;
+        let every_state = Bits::full(&meter, graph.states());
+        let every_choice = Bits::full(&meter, graph.choices());
+        Ok(ExplicitEngine {
+            program,
+            settings,
+            layout,
+            prepared,
+            meter,
+            space,
+            graph,
+            every_state,
+            every_choice,
+            initial,
+            deadlocks,
+            ticks: Cell::new(0),
+        })
+    }
+
+    /// The program.
+    pub fn program(&self) -> &Arc<Program> {
+        &self.program
+    }
+}

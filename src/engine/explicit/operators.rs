@@ -1,0 +1,344 @@
+//! The operators of the engine interface on bits.
+
+use std::ops::Range;
+
+use super::compile::Compiler;
+use super::machine::Machine;
+use super::set::{Bits, set, test};
+use super::stepper::Stepper;
+use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
+use crate::engine::{Count, Dropped, Engine, Region, Settings, Usage};
+use crate::error::Result;
+use crate::model::expr::ExprId;
+use crate::model::step::Choice;
+use crate::model::{State, fault};
+
+impl Engine for ExplicitEngine {
+    type States = StateSet;
+    type Choices = ChoiceSet;
+
+    fn all_states(&self) -> StateSet {
+        StateSet(self.every_state.clone())
+    }
+
+    fn no_states(&self) -> StateSet {
+        StateSet(Bits::empty(&self.meter, self.graph.states()))
+    }
+
+    fn initial_states(&self) -> StateSet {
+        StateSet(self.initial.clone())
+    }
+
+    fn deadlock_states(&self) -> StateSet {
+        StateSet(self.deadlocks.clone())
+    }
+
+    fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
+        let pool = &self.program.pool;
+        let mut compiler = Compiler::new(pool, self.program.variables.len(), &[predicate]);
+        let start = compiler.condition(predicate).start;
+        let code = compiler.finish();
+        let mut machine = Machine::new(&code);
+        let support = pool.support(predicate);
+        let mut holds = Bits::empty(&self.meter, self.graph.states());
+        let words = holds.words_mut();
+        for state in 0..self.graph.states() {
+            self.tick()?;
+            self.with_code(state, |packed| {
+                for v in &support {
+                    machine.regs[v.index()] = self.layout.value(packed, v.index());
+                }
+            });
+            machine.next_state();
+            match machine.run(&code, start) {
+                Ok(true) => set(words, state),
+                Ok(false) => {}
+                Err(_) => return Err(fault::in_predicate(&self.program, predicate, &self.values(state))),
+            }
+        }
+        Ok(StateSet(holds))
+    }
+
+    fn all_choices(&self) -> ChoiceSet {
+        ChoiceSet(self.every_choice.clone())
+    }
+
+    fn no_choices(&self) -> ChoiceSet {
+        ChoiceSet(Bits::empty(&self.meter, self.graph.choices()))
+    }
+
+    fn union(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
+        Ok(StateSet(x.0.zip(&y.0, |a, b| a | b)?))
+    }
+
+    fn intersection(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
+        Ok(StateSet(x.0.zip(&y.0, |a, b| a & b)?))
+    }
+
+    fn difference(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
+        Ok(StateSet(x.0.zip(&y.0, |a, b| a & !b)?))
+    }
+
+    fn is_empty(&self, x: &StateSet) -> bool {
+        x.0.is_empty()
+    }
+
+    fn same_states(&self, x: &StateSet, y: &StateSet) -> bool {
+        x.0.same(&y.0)
+    }
+
+    fn union_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
+        Ok(ChoiceSet(c.0.zip(&d.0, |a, b| a | b)?))
+    }
+
+    fn common_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
+        Ok(ChoiceSet(c.0.zip(&d.0, |a, b| a & b)?))
+    }
+
+    fn without_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
+        Ok(ChoiceSet(c.0.zip(&d.0, |a, b| a & !b)?))
+    }
+
+    fn has_no_choices(&self, c: &ChoiceSet) -> bool {
+        c.0.is_empty()
+    }
+
+    fn same_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> bool {
+        c.0.same(&d.0)
+    }
+
+    fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
+        Ok(ChoiceSet(self.choices_of_states(&c.0, &x.0)?))
+    }
+
+    fn sources(&self, c: &ChoiceSet) -> Result<StateSet> {
+        let mut found = Bits::empty(&self.meter, self.graph.states());
+        let words = found.words_mut();
+        // Choices are numbered state by state.
+        let mut state = 0;
+        for choice in c.0.iter() {
+            while choice >= self.graph.choices_of(state).end {
+                state += 1;
+            }
+            set(words, state);
+        }
+        Ok(StateSet(found))
+    }
+
+    fn some_successor_in(&self, x: &StateSet) -> Result<ChoiceSet> {
+        Ok(ChoiceSet(self.choices_into(&x.0)?))
+    }
+
+    fn every_successor_in(&self, y: &StateSet) -> Result<ChoiceSet> {
+        // Every choice has a successor, so what never leaves Y stays in it.
+        let outside = self.every_state.zip(&y.0, |all, y| all & !y)?;
+        let leaving = self.choices_into(&outside)?;
+        Ok(ChoiceSet(self.every_choice.zip(&leaving, |all, c| all & !c)?))
+    }
+
+    fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
+        let mut found = Bits::empty(&self.meter, self.graph.states());
+        let words = found.words_mut();
+        for choice in c.0.iter() {
+            self.tick()?;
+            for &s in self.graph.successors_of(choice) {
+                set(words, s as usize);
+            }
+        }
+        Ok(StateSet(found))
+    }
+
+    fn can_reach(
+        &self,
+        target: &StateSet,
+        within: &ChoiceSet,
+        dropped: &Dropped<StateSet>,
+    ) -> Result<StateSet> {
+        let dropped = dropped.iter().map(|(from, into)| (from.0.clone(), into.0.clone())).collect();
+        Ok(StateSet(self.attract(&target.0, &within.0, &dropped)?))
+    }
+
+    fn stay_within(&self, x: &StateSet, within: &ChoiceSet) -> Result<Region<StateSet, ChoiceSet>> {
+        let Region { states, choices } = self.remain(&x.0, &within.0)?;
+        Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
+    }
+
+    fn almost_surely_reach(
+        &self,
+        target: &StateSet,
+        within: &ChoiceSet,
+    ) -> Result<Region<StateSet, ChoiceSet>> {
+        let Region { states, choices } = self.reach_almost_surely(&target.0, &within.0)?;
+        Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
+    }
+
+    fn count_states(&self, x: &StateSet) -> Result<Count> {
+        Ok(x.0.count().into())
+    }
+
+    fn count_choices(&self, c: &ChoiceSet) -> Result<Count> {
+        Ok(c.0.count().into())
+    }
+
+    fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {
+        let words = x.0.words();
+        let mut total: u64 = 0;
+        for choice in c.0.iter() {
+            self.tick()?;
+            let inside = self.graph.successors_of(choice).iter().filter(|&&s| test(words, s as usize));
+            total += inside.count() as u64;
+        }
+        Ok(total.into())
+    }
+
+    fn list_states(&self, x: &StateSet, limit: usize) -> Result<Vec<State>> {
+        if limit == 0 {
+            return Ok(Vec::new());
+        }
+        let ordered: Vec<usize> = match &self.space {
+            Space::Every(_) => x.0.iter().take(limit).collect(),
+            Space::Met(index) => {
+                let mut all: Vec<usize> = x.0.iter().collect();
+                // Codes compare as the values do.
+                if let Some(last) = limit.checked_sub(1).filter(|&last| last < all.len()) {
+                    all.select_nth_unstable_by_key(last, |&s| index.code(s));
+                    all.truncate(limit);
+                }
+                all.sort_unstable_by_key(|&s| index.code(s));
+                all
+            }
+        };
+        Ok(ordered.into_iter().map(|s| self.values(s)).collect())
+    }
+
+    fn singleton(&self, state: &[i64]) -> Result<StateSet> {
+        let mut only = Bits::empty(&self.meter, self.graph.states());
+        if let Some(state) = self.number(state) {
+            set(only.words_mut(), state);
+        }
+        Ok(StateSet(only))
+    }
+
+    fn contains(&self, x: &StateSet, state: &[i64]) -> bool {
+        self.number(state).is_some_and(|s| x.0.has(s))
+    }
+
+    fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> bool {
+        let Some(state) = self.number(state) else { return false };
+        let position = self.position(state, choice);
+        position.is_some_and(|p| c.0.has(self.graph.choices_of(state).start + p))
+    }
+
+    fn usage(&self) -> Usage {
+        Usage { peak_nodes: 0, bytes: self.meter.peak() }
+    }
+
+    fn settings(&self) -> &Settings {
+        &self.settings
+    }
+}
+
+impl ExplicitEngine {
+    /// The number of a state of the scope.
+    fn number(&self, values: &[i64]) -> Option<usize> {
+        self.space.find(&self.layout.encode(values)?)
+    }
+
+    /// The values of a state.
+    fn values(&self, state: usize) -> State {
+        let mut values = vec![0; self.program.variables.len()];
+        self.with_code(state, |code| self.layout.decode(code, &mut values));
+        values
+    }
+
+    #[inline]
+    fn with_code(&self, state: usize, read: impl FnOnce(&[u64])) {
+        match &self.space {
+            Space::Met(index) => read(index.code(state)),
+            Space::Every(_) => read(&[state as u64]),
+        }
+    }
+
+    /// The how-manieth choice of a state it is, from 0; none where it is not enabled.
+    fn position(&self, state: usize, choice: &Choice) -> Option<usize> {
+        let deadlock = self.deadlocks.has(state);
+        let (wanted, commands) = match choice {
+            Choice::Deadlock => return deadlock.then_some(0),
+            Choice::Uniform => return (self.prepared.uniform && !deadlock).then_some(0),
+            Choice::Combination { synchronisation, commands } => (*synchronisation, commands),
+        };
+        if self.prepared.uniform || deadlock || wanted >= self.prepared.synchronisations.len() {
+            return None;
+        }
+        let mut stepper = Stepper::<1>::new(&self.prepared);
+        self.with_code(state, |code| stepper.enter(&self.layout, code));
+        let mut before = 0;
+        for index in 0..wanted {
+            before += stepper.alternatives(index).ok()?.iter().map(Vec::len).product::<usize>();
+        }
+        let factors = stepper.alternatives(wanted).ok()?;
+        if factors.len() != commands.len() {
+            return None;
+        }
+        let mut rank = 0;
+        for (enabled, command) in factors.iter().zip(commands) {
+            rank = rank * enabled.len() + enabled.iter().position(|&c| c == command.0)?;
+        }
+        Some(before + rank)
+    }
+
+    /// { (s,a) ∈ C : s ∈ X }
+    pub(super) fn choices_of_states(&self, c: &Bits, x: &Bits) -> Result<Bits> {
+        if self.graph.choices() == self.graph.states() {
+            return c.zip(x, |c, x| c & x);
+        }
+        if x.same(&self.every_state) {
+            return Ok(c.clone());
+        }
+        let mut found = Bits::empty(&self.meter, self.graph.choices());
+        let words = found.words_mut();
+        for state in x.iter() {
+            set_range(words, self.graph.choices_of(state));
+        }
+        for (found, &c) in words.iter_mut().zip(c.words()) {
+            *found &= c;
+        }
+        Ok(found)
+    }
+
+    /// { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }
+    fn choices_into(&self, x: &Bits) -> Result<Bits> {
+        let mut found = Bits::empty(&self.meter, self.graph.choices());
+        let words = found.words_mut();
+        match self.graph.known_predecessors() {
+            // A small set is better left backwards.
+            Some(graph) if x.count() < self.graph.states() as u64 / 4 => {
+                for state in x.iter() {
+                    self.tick()?;
+                    graph.of(state).iter().for_each(|&choice| set(words, choice as usize));
+                }
+            }
+            _ => {
+                let inside = x.words();
+                for choice in 0..self.graph.choices() {
+                    self.tick()?;
+                    if self.graph.successors_of(choice).iter().any(|&s| test(inside, s as usize)) {
+                        set(words, choice);
+                    }
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// Sets the bits of a range.
+fn set_range(words: &mut [u64], range: Range<usize>) {
+    let mut at = range.start;
+    while at < range.end {
+        let bit = at & 63;
+        let n = (64 - bit).min(range.end - at);
+        words[at >> 6] |= (u64::MAX >> (64 - n)) << bit;
+        at += n;
+    }
+}

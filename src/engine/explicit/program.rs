@@ -1,0 +1,171 @@
+//! A program made ready for fast steps: compiled expressions, commands by factor.
+
+use ahash::AHashMap;
+
+use super::bounds::Bounds;
+use super::compile::Compiler;
+use super::dispatch::Dispatch;
+use super::layout::{Field, Layout};
+use super::machine::{Code, Entry};
+use crate::model::expr::{ExprId, Node};
+use crate::model::{Branch, Command, ModelKind, Program};
+
+/// A program over the codes of one layout.
+pub(super) struct Prepared {
+    pub(super) code: Code,
+    pub(super) commands: Vec<Ready>,
+    /// The alternatives of participants, each once, whatever synchronisations they stand in.
+    pub(super) factors: Vec<Factor>,
+    /// For each synchronisation its factors.
+    pub(super) synchronisations: Vec<Vec<usize>>,
+    /// All combinations make one choice.
+    pub(super) uniform: bool,
+    pub(super) initial: Entry,
+    /// The expression for the initial states may have no value in some state.
+    pub(super) initial_is_partial: bool,
+}
+
+/// The commands of a participant.
+pub(super) struct Factor {
+    /// Which of them may be enabled.
+    pub(super) dispatch: Dispatch,
+    /// No command of it can be at fault in any state before its updates are looked at.
+    pub(super) is_sound: bool,
+}
+
+/// A command.
+pub(super) struct Ready {
+    pub(super) guard: Entry,
+    pub(super) chances: Chances,
+    /// Those whose probability is not 0 everywhere.
+    pub(super) branches: Vec<ReadyBranch>,
+}
+
+/// What is known of the probabilities of a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Chances {
+    /// They are constants and a distribution.
+    Sound,
+    /// They are constants and no distribution.
+    Broken,
+    /// They depend on the state.
+    Vary,
+}
+
+/// A branch of a command.
+pub(super) struct ReadyBranch {
+    /// Its probability, where it depends on the state.
+    pub(super) probability: Option<Entry>,
+    pub(super) updates: Vec<Update>,
+}
+
+/// A new value of a variable.
+pub(super) struct Update {
+    pub(super) variable: usize,
+    pub(super) field: Field,
+    pub(super) value: Entry,
+    /// The value stands in its register without being computed.
+    pub(super) is_given: bool,
+}
+
+impl Prepared {
+    /// Compiles all expressions of `program`.
+    pub(super) fn new(program: &Program, layout: &Layout) -> Self {
+        let bounds = Bounds::new(program);
+        let mut compiler = Compiler::new(&program.pool, program.variables.len(), &roots(program));
+        let commands: Vec<Ready> =
+            program.commands.iter().map(|c| ready(program, layout, c, &mut compiler)).collect();
+        let initial = compiler.condition(program.initial);
+        let mut prepared = Prepared {
+            code: compiler.finish(),
+            commands,
+            factors: Vec::new(),
+            synchronisations: Vec::new(),
+            uniform: program.kind == ModelKind::Dtmc,
+            initial,
+            initial_is_partial: !bounds.is_total(program.initial),
+        };
+        prepared.add_factors(program, &bounds);
+        prepared
+    }
+
+    fn add_factors(&mut self, program: &Program, bounds: &Bounds) {
+        let mut known: AHashMap<&[crate::model::CommandId], usize> = AHashMap::new();
+        for synchronisation in &program.synchronisations {
+            let mut own = Vec::new();
+            for commands in &synchronisation.factors {
+                let index = *known.entry(commands).or_insert_with(|| {
+                    let sound = |c: &crate::model::CommandId| {
+                        bounds.is_total(program.commands[c.index()].guard)
+                            && self.commands[c.index()].chances == Chances::Sound
+                    };
+                    let is_sound = commands.iter().all(sound);
+                    self.factors
+                        .push(Factor { dispatch: Dispatch::new(program, bounds, commands), is_sound });
+                    self.factors.len() - 1
+                });
+                own.push(index);
+            }
+            self.synchronisations.push(own);
+        }
+    }
+}
+
+/// Every expression of the commands, and that of the initial states, as often as it is used.
+fn roots(program: &Program) -> Vec<ExprId> {
+    let mut roots = vec![program.initial];
+    for command in &program.commands {
+        roots.push(command.guard);
+        for branch in &command.branches {
+            roots.push(branch.probability);
+            roots.extend(branch.updates.iter().map(|(_, e)| *e));
+        }
+    }
+    roots
+}
+
+fn ready(program: &Program, layout: &Layout, command: &Command, compiler: &mut Compiler<'_>) -> Ready {
+    let guard = compiler.condition(command.guard);
+    let chances = chances(program, command);
+    let mut branches = Vec::new();
+    for branch in &command.branches {
+        let constant = program.pool.literal(branch.probability).map(|p| p.to_f64());
+        // A sum that depends on the state needs all probabilities, those of 0 too.
+        if chances == Chances::Vary || constant.is_some_and(|p| p > 0.0) {
+            let probability = (chances == Chances::Vary).then(|| compiler.real(branch.probability));
+            branches.push(ReadyBranch { probability, updates: updates(program, layout, branch, compiler) });
+        }
+    }
+    Ready { guard, chances, branches }
+}
+
+fn updates(program: &Program, layout: &Layout, branch: &Branch, compiler: &mut Compiler<'_>) -> Vec<Update> {
+    let mut updates = Vec::new();
+    for &(variable, e) in &branch.updates {
+        let node = program.pool.node(e);
+        if node != Node::Var(variable) {
+            let is_given = matches!(node, Node::Literal(_) | Node::Var(_));
+            let index = variable.index();
+            let value = compiler.value(e);
+            updates.push(Update { variable: index, field: layout.field(index), value, is_given });
+        }
+    }
+    updates
+}
+
+fn chances(program: &Program, command: &Command) -> Chances {
+    let mut sum = 0.0;
+    for branch in &command.branches {
+        let Some(p) = program.pool.literal(branch.probability) else { return Chances::Vary };
+        if !(0.0..=1.0).contains(&p.to_f64()) {
+            return Chances::Broken;
+        }
+        sum += p.to_f64();
+    }
+    if is_one(sum) { Chances::Sound } else { Chances::Broken }
+}
+
+/// Whether probabilities sum to 1, as [`Program::steps`] has it.
+pub(super) fn is_one(sum: f64) -> bool {
+    (sum - 1.0).abs() <= 1e-9
+}

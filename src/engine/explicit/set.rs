@@ -1,0 +1,132 @@
+//! Sets of states and of choices: bits, one a number.
+
+use std::sync::Arc;
+
+use bitvec::prelude::{BitVec, Lsb0};
+
+use super::meter::{Charge, Meter};
+use crate::error::Result;
+
+/// A set of numbers below a fixed size. Bits past the size are always 0.
+///
+/// Clones share their bits until one is changed.
+#[derive(Debug, Clone)]
+pub(super) struct Bits(Arc<Charged>);
+
+#[derive(Debug)]
+struct Charged {
+    bits: BitVec<u64, Lsb0>,
+    _charge: Charge,
+    meter: Meter,
+}
+
+impl Clone for Charged {
+    fn clone(&self) -> Self {
+        let charge = self.meter.note(self.bits.as_raw_slice().len() * 8);
+        Charged { bits: self.bits.clone(), _charge: charge, meter: self.meter.clone() }
+    }
+}
+
+impl Bits {
+    /// No number.
+    pub(super) fn empty(meter: &Meter, size: usize) -> Self {
+        Self::filled(meter, size, false)
+    }
+
+    /// All numbers below `size`.
+    pub(super) fn full(meter: &Meter, size: usize) -> Self {
+        Self::filled(meter, size, true)
+    }
+
+    fn filled(meter: &Meter, size: usize, value: bool) -> Self {
+        let mut bits: BitVec<u64, Lsb0> = BitVec::repeat(value, size);
+        bits.set_uninitialized(false);
+        let charge = meter.note(bits.as_raw_slice().len() * 8);
+        Bits(Arc::new(Charged { bits, _charge: charge, meter: meter.clone() }))
+    }
+
+    /// The bits as words, the first number lowest.
+    #[inline]
+    pub(super) fn words(&self) -> &[u64] {
+        self.0.bits.as_raw_slice()
+    }
+
+    /// The words, to be changed; a shared set is copied first.
+    #[inline]
+    pub(super) fn words_mut(&mut self) -> &mut [u64] {
+        Arc::make_mut(&mut self.0).bits.as_raw_mut_slice()
+    }
+
+    /// i ∈ X
+    #[inline]
+    pub(super) fn has(&self, i: usize) -> bool {
+        test(self.words(), i)
+    }
+
+    /// X = ∅
+    pub(super) fn is_empty(&self) -> bool {
+        self.words().iter().all(|&w| w == 0)
+    }
+
+    /// X = Y
+    pub(super) fn same(&self, other: &Bits) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.words() == other.words()
+    }
+
+    /// |X|
+    pub(super) fn count(&self) -> u64 {
+        self.words().iter().map(|w| u64::from(w.count_ones())).sum()
+    }
+
+    /// Word by word `op(X, Y)`.
+    ///
+    /// # Errors
+    /// The memory limit would be passed.
+    pub(super) fn zip(&self, other: &Bits, op: impl Fn(u64, u64) -> u64) -> Result<Bits> {
+        let mut result = self.copy()?;
+        for (x, &y) in result.words_mut().iter_mut().zip(other.words()) {
+            *x = op(*x, y);
+        }
+        Ok(result)
+    }
+
+    /// The same numbers in a set of their own.
+    ///
+    /// # Errors
+    /// The memory limit would be passed.
+    pub(super) fn copy(&self) -> Result<Bits> {
+        self.0.meter.charge(self.words().len() * 8)?;
+        Ok(Bits(Arc::new(Charged::clone(&self.0))))
+    }
+
+    /// The numbers of the set, from the smallest.
+    pub(super) fn iter(&self) -> impl Iterator<Item = usize> {
+        ones(self.words())
+    }
+}
+
+/// Whether bit `i` is set.
+#[inline]
+pub(super) fn test(words: &[u64], i: usize) -> bool {
+    words[i >> 6] >> (i & 63) & 1 != 0
+}
+
+/// Sets bit `i`.
+#[inline]
+pub(super) fn set(words: &mut [u64], i: usize) {
+    words[i >> 6] |= 1 << (i & 63);
+}
+
+/// Clears bit `i`.
+#[inline]
+pub(super) fn clear(words: &mut [u64], i: usize) {
+    words[i >> 6] &= !(1 << (i & 63));
+}
+
+/// The positions of the bits that are set.
+pub(super) fn ones(words: &[u64]) -> impl Iterator<Item = usize> {
+    words.iter().enumerate().flat_map(|(index, &word)| {
+        std::iter::successors((word != 0).then_some(word), |&w| Some(w & (w - 1)).filter(|&w| w != 0))
+            .map(move |w| index * 64 + w.trailing_zeros() as usize)
+    })
+}

@@ -1,0 +1,263 @@
+//! The choices of one state, as differences of codes.
+
+use super::layout::Layout;
+use super::machine::Machine;
+use super::program::{Chances, Prepared, Ready, Update, is_one};
+use crate::error::Limit;
+use crate::model::value::{EvalError, Type};
+
+/// A state with more successors than this, counted with every combination, is refused.
+const MOST_SUCCESSORS: usize = 1 << 22;
+
+/// Why a state has no choices that could be listed.
+#[derive(Debug)]
+pub(super) enum Broken {
+    /// A command has no meaning there; [`crate::model::fault`] finds out which.
+    Fault,
+    /// There are too many.
+    Limit(Limit),
+}
+
+impl From<EvalError> for Broken {
+    fn from(_: EvalError) -> Self {
+        Broken::Fault
+    }
+}
+
+/// A part of a list.
+#[derive(Debug, Clone, Copy, Default)]
+struct Slice {
+    /// For which state it holds.
+    stamp: u64,
+    start: u32,
+    end: u32,
+}
+
+/// Computes the choices of states with codes of `W` words.
+pub(super) struct Stepper<'a, const W: usize> {
+    prepared: &'a Prepared,
+    machine: Machine,
+    now: u64,
+    /// For each factor its enabled commands, in `enabled`.
+    factors: Vec<Slice>,
+    enabled: Vec<u32>,
+    /// For each command what its branches add to the code, in `effects`.
+    commands: Vec<Slice>,
+    effects: Vec<[u64; W]>,
+    /// What the choices add to the code, one after the other.
+    pub(super) steps: Vec<[u64; W]>,
+    /// Where each choice ends in `steps`.
+    pub(super) ends: Vec<u32>,
+}
+
+impl<'a, const W: usize> Stepper<'a, W> {
+    /// A stepper for a program.
+    pub(super) fn new(prepared: &'a Prepared) -> Self {
+        Stepper {
+            prepared,
+            machine: Machine::new(&prepared.code),
+            now: 0,
+            factors: vec![Slice::default(); prepared.factors.len()],
+            enabled: Vec::new(),
+            commands: vec![Slice::default(); prepared.commands.len()],
+            effects: Vec::new(),
+            steps: Vec::new(),
+            ends: Vec::new(),
+        }
+    }
+
+    /// Goes to a state: nothing known of the last one holds any more.
+    pub(super) fn enter(&mut self, layout: &Layout, code: &[u64]) {
+        self.machine.next_state();
+        self.now += 1;
+        self.enabled.clear();
+        self.effects.clear();
+        layout.decode(code, &mut self.machine.regs);
+    }
+
+    /// Whether the state entered is an initial one.
+    pub(super) fn is_initial(&mut self) -> Result<bool, EvalError> {
+        self.machine.run(&self.prepared.code, self.prepared.initial.start)
+    }
+
+    /// Lists the choices of the state entered in the order of [`crate::model::Program::steps`];
+    /// none for a deadlock.
+    pub(super) fn expand(&mut self) -> Result<(), Broken> {
+        self.steps.clear();
+        self.ends.clear();
+        for index in 0..self.prepared.synchronisations.len() {
+            self.synchronise(index)?;
+        }
+        if self.prepared.uniform && !self.ends.is_empty() {
+            self.ends.clear();
+            self.ends.push(self.steps.len() as u32);
+        }
+        Ok(())
+    }
+
+    /// The commands of each factor of a synchronisation that are enabled in the state entered.
+    pub(super) fn alternatives(&mut self, index: usize) -> Result<Vec<Vec<u32>>, Broken> {
+        let mut all = Vec::new();
+        for &factor in &self.prepared.synchronisations[index] {
+            let found = self.factor(factor)?;
+            all.push(self.enabled[found.start as usize..found.end as usize].to_vec());
+        }
+        Ok(all)
+    }
+
+    fn synchronise(&mut self, index: usize) -> Result<(), Broken> {
+        let factors: &'a [usize] = &self.prepared.synchronisations[index];
+        if let &[factor] = factors {
+            let found = self.factor(factor)?;
+            for at in found.start..found.end {
+                let effects = self.command(self.enabled[at as usize])?;
+                self.steps.extend_from_slice(&self.effects[effects.start as usize..effects.end as usize]);
+                self.end_choice()?;
+            }
+            return Ok(());
+        }
+        let mut count: usize = 1;
+        for &factor in factors {
+            // Where nothing can be wrong, there is nothing to see once a partner is not ready.
+            if count > 0 || !self.prepared.factors[factor].is_sound {
+                let found = self.factor(factor)?;
+                count = count.saturating_mul((found.end - found.start) as usize);
+            }
+        }
+        if count > MOST_SUCCESSORS {
+            return Err(too_many(count));
+        }
+        for number in 0..count {
+            self.combine(factors, number)?;
+        }
+        Ok(())
+    }
+
+    /// The combination with a number, the last factor fastest: all ways to take a branch of each.
+    fn combine(&mut self, factors: &[usize], number: usize) -> Result<(), Broken> {
+        let start = self.steps.len();
+        self.steps.push([0; W]);
+        let mut rest = number;
+        for &factor in factors.iter().rev() {
+            let Slice { start: from, end, .. } = self.factors[factor];
+            let alternatives = (end - from) as usize;
+            let command = self.enabled[from as usize + rest % alternatives];
+            rest /= alternatives;
+            let effects = self.command(command)?;
+            let effects = &self.effects[effects.start as usize..effects.end as usize];
+            let until = self.steps.len();
+            if (until - start).saturating_mul(effects.len()) > MOST_SUCCESSORS {
+                return Err(too_many((until - start).saturating_mul(effects.len())));
+            }
+            let Some((first, others)) = effects.split_first() else { continue };
+            for effect in others {
+                for at in start..until {
+                    self.steps.push(sum(&self.steps[at], effect));
+                }
+            }
+            for step in &mut self.steps[start..until] {
+                *step = sum(step, first);
+            }
+        }
+        self.end_choice()
+    }
+
+    fn end_choice(&mut self) -> Result<(), Broken> {
+        if self.steps.len() > MOST_SUCCESSORS {
+            return Err(too_many(self.steps.len()));
+        }
+        self.ends.push(self.steps.len() as u32);
+        Ok(())
+    }
+
+    /// The enabled commands of a factor, their probabilities checked.
+    fn factor(&mut self, index: usize) -> Result<Slice, Broken> {
+        if self.factors[index].stamp == self.now {
+            return Ok(self.factors[index]);
+        }
+        let prepared = self.prepared;
+        let start = self.enabled.len() as u32;
+        for &command in prepared.factors[index].dispatch.candidates(&self.machine.regs) {
+            let ready = &prepared.commands[command as usize];
+            if self.machine.run(&prepared.code, ready.guard.start)? {
+                match ready.chances {
+                    Chances::Sound => {}
+                    Chances::Broken => return Err(Broken::Fault),
+                    Chances::Vary => self.check_probabilities(ready)?,
+                }
+                self.enabled.push(command);
+            }
+        }
+        let found = Slice { stamp: self.now, start, end: self.enabled.len() as u32 };
+        self.factors[index] = found;
+        Ok(found)
+    }
+
+    fn check_probabilities(&mut self, ready: &Ready) -> Result<(), Broken> {
+        let mut total = 0.0;
+        for branch in &ready.branches {
+            let Some(entry) = branch.probability else { continue };
+            self.machine.run(&self.prepared.code, entry.start)?;
+            let p = self.machine.typed(Type::Real, entry.result).to_f64();
+            if !(0.0..=1.0).contains(&p) {
+                return Err(Broken::Fault);
+            }
+            total += p;
+        }
+        if is_one(total) { Ok(()) } else { Err(Broken::Fault) }
+    }
+
+    /// What the branches of positive probability of an enabled command add to the code.
+    fn command(&mut self, index: u32) -> Result<Slice, Broken> {
+        let known = self.commands[index as usize];
+        if known.stamp == self.now {
+            return Ok(known);
+        }
+        let prepared = self.prepared;
+        let start = self.effects.len() as u32;
+        for branch in &prepared.commands[index as usize].branches {
+            if let Some(entry) = branch.probability {
+                self.machine.run(&prepared.code, entry.start)?;
+                if self.machine.typed(Type::Real, entry.result).to_f64() <= 0.0 {
+                    continue;
+                }
+            }
+            let effect = self.effect(&branch.updates)?;
+            self.effects.push(effect);
+        }
+        let found = Slice { stamp: self.now, start, end: self.effects.len() as u32 };
+        self.commands[index as usize] = found;
+        Ok(found)
+    }
+
+    fn effect(&mut self, updates: &[Update]) -> Result<[u64; W], Broken> {
+        let mut effect = [0; W];
+        for update in updates {
+            if !update.is_given {
+                self.machine.run(&self.prepared.code, update.value.start)?;
+            }
+            let new = self.machine.regs[update.value.result as usize];
+            if !update.field.holds(new) {
+                return Err(Broken::Fault);
+            }
+            update.field.add(&mut effect, self.machine.regs[update.variable], new);
+        }
+        Ok(effect)
+    }
+}
+
+/// Word by word, without carry between them.
+#[inline]
+pub(super) fn sum<const W: usize>(a: &[u64; W], b: &[u64; W]) -> [u64; W] {
+    let mut sum = *a;
+    for (x, y) in sum.iter_mut().zip(b) {
+        *x = x.wrapping_add(*y);
+    }
+    sum
+}
+
+fn too_many(count: usize) -> Broken {
+    let what =
+        format!("a state with {count} successors by synchronised commands; {MOST_SUCCESSORS} are taken");
+    Broken::Limit(Limit::Size { what })
+}
