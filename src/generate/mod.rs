@@ -47,9 +47,9 @@ mod map;
 mod picture;
 mod preference;
 mod random;
-mod world;
 #[cfg(test)]
 mod tests;
+mod world;
 mod write;
 
 use std::sync::Arc;
