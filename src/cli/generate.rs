@@ -71,7 +71,8 @@ struct RandomArgs {
     #[arg(long, value_name = "N", default_value_t = 6)]
     items: usize,
 
-    /// How many of the items become available only when others are picked up [default: half]
+    /// How many of the items become available only when others are picked up [default: half of
+    /// those outside the forks]
     #[arg(long, value_name = "N")]
     locked: Option<usize>,
 
@@ -114,6 +115,11 @@ struct RandomArgs {
     /// Number of moving obstacles
     #[arg(long, value_name = "N", default_value_t = 0)]
     patrols: usize,
+
+    /// How many forks stand one behind the other: dead ends where chance decides between two items,
+    /// each better than all before it [default: 1, from 7 items on 2, where there is room]
+    #[arg(long, value_name = "N")]
+    forks: Option<usize>,
 }
 
 /// The capacity of a battery; `None`: it never ends.
@@ -167,9 +173,11 @@ impl GridworldArgs {
         // The parser has seen to it that both are there.
         let (rows, cols) = (self.rows.unwrap_or_default(), self.cols.unwrap_or_default());
         let standard = Parameters::new(rows, cols, random.items);
+        let forks = random.forks.unwrap_or(standard.forks);
         Parameters {
+            forks,
             battery: random.battery.map_or(standard.battery, |Battery(full)| full),
-            locked: random.locked.unwrap_or(standard.locked),
+            locked: random.locked.unwrap_or(random.items.saturating_sub(2 * forks) / 2),
             chargers: random.chargers,
             locked_charger: !random.open_chargers,
             walls: random.walls,

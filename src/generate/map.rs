@@ -88,8 +88,14 @@ impl<'a> Reader<'a> {
             );
         }
         if let Some(place) = stuck(&map.world) {
-            let span = drawing[map.world.rows - 1 - place.row].span.start + place.col;
-            return wrong(span..span + 1, "no action is enabled in this cell", "leave one direction");
+            let row = &drawing[map.world.rows - 1 - place.row];
+            let (at, sign) = row.text.char_indices().nth(place.col).unwrap_or_default();
+            let span = row.span.start + at;
+            return wrong(
+                span..span + sign.len_utf8(),
+                "no action is enabled in this cell",
+                "leave one direction",
+            );
         }
         Ok(map)
     }
@@ -289,7 +295,7 @@ fn draw(drawing: &[Word], legend: &BTreeMap<char, Legend>) -> Result<World, Wron
             };
             line.push(meaning);
         }
-        if line.len() != cols && row.text.len() == line.len() {
+        if line.len() != cols {
             let message = format!("this row has {} cells, the longest has {cols}", line.len());
             return wrong(row.span.clone(), message, "write `.` for free cells at the end of a row");
         }

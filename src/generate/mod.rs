@@ -42,10 +42,13 @@
 
 mod cells;
 mod draw;
+mod fork;
 mod map;
 mod picture;
 mod preference;
 mod random;
+#[cfg(test)]
+mod tests;
 mod world;
 mod write;
 
@@ -98,20 +101,29 @@ pub struct Parameters {
     pub robots: usize,
     /// Number of moving obstacles.
     pub patrols: usize,
+    /// How many forks stand one behind the other: dead ends where chance decides between the last two
+    /// items (the two before them at the next fork, and so on), each better than all before it.
+    pub forks: usize,
 }
 
 impl Parameters {
-    /// The standing benchmark family: a tenth each of walls and ice, half of the items locked, one
-    /// locked charger, and a battery of three times the longer side.
+    /// The standing benchmark family: a tenth each of walls and ice, one locked charger, a battery of
+    /// three times the longer side, one fork (two from 7 items on) where there is room, and half of the other items
+    /// locked.
     pub fn new(rows: usize, cols: usize, items: usize) -> Self {
         use Direction::{East, North, South, West};
+        let fits = |forks: usize| {
+            let (height, width) = fork::size(forks);
+            items > 2 * forks && items >= 4 * forks - 1 && rows > height && cols > width
+        };
+        let forks = (1..=2).rev().find(|&forks| fits(forks)).unwrap_or(0);
         let drifts = [&[North, South][..], &[East, West], &[North, South, West]];
         Parameters {
             rows,
             cols,
             battery: u32::try_from(3 * rows.max(cols)).ok(),
             items,
-            locked: items / 2,
+            locked: (items - 2 * forks) / 2,
             chargers: 1,
             locked_charger: items > 0,
             walls: 10,
@@ -121,6 +133,7 @@ impl Parameters {
             disabled: 0,
             robots: 1,
             patrols: 0,
+            forks,
         }
     }
 
@@ -142,10 +155,11 @@ impl Parameters {
             ("disabled", self.disabled),
             ("robots", self.robots),
             ("patrols", self.patrols),
+            ("forks", self.forks),
         ];
-        let numbers = numbers
-            .iter()
-            .filter(|(name, n)| *n != 0 || matches!(*name, "locked" | "chargers" | "walls" | "slippery"));
+        let numbers = numbers.iter().filter(|(name, n)| {
+            *n != 0 || matches!(*name, "locked" | "chargers" | "forks" | "walls" | "slippery")
+        });
         let mut command = "meliora generate gridworld".to_owned();
         numbers.for_each(|(name, number)| command += &format!(" --{name} {number}"));
         command += if self.locked_charger { "" } else { " --open-chargers" };
@@ -155,32 +169,58 @@ impl Parameters {
 
     /// Refuses what makes no model.
     fn validate(&self) -> Result<()> {
-        let usage = |message: String| Err(Error::Usage(message));
-        if let Err(message) = check_size(self.rows, self.cols) {
-            return usage(message);
-        }
-        match self {
-            p if p.battery.is_some_and(|b| b == 0 || b > LARGEST_BATTERY) => usage(format!(
-                "a battery holds 1 to {LARGEST_BATTERY} units; `none` is the battery that never ends"
-            )),
-            p if p.items == 0 || p.items > MOST_ITEMS => {
-                usage(format!("there must be 1 to {MOST_ITEMS} items, not {}", p.items))
+        check_size(self.rows, self.cols).map_err(Error::Usage)?;
+        self.check_forks()?;
+        let scattered = self.items - 2 * self.forks;
+        let message = match self {
+            p if p.battery.is_some_and(|b| b == 0 || b > LARGEST_BATTERY) => {
+                format!("a battery holds 1 to {LARGEST_BATTERY} units; `none` is one that never ends")
             }
-            p if p.locked >= p.items => usage(format!(
-                "{} of {} items are locked: at least one must be there to open the others",
-                p.locked, p.items
-            )),
+            p if p.locked >= scattered => {
+                format!(
+                    "{} of {scattered} items outside the forks are locked: one must be there to open the others",
+                    p.locked
+                )
+            }
             p if p.robots == 0 || p.robots > MOST_ROBOTS => {
-                usage(format!("there must be 1 to {MOST_ROBOTS} robots, not {}", p.robots))
+                format!("there must be 1 to {MOST_ROBOTS} robots, not {}", p.robots)
+            }
+            p if p.chargers > p.rows * p.cols => {
+                format!("{} chargers are more than there are cells", p.chargers)
             }
             p if p.walls > 90 || p.slippery > 100 => {
-                usage("at most 90 per cent of the cells can be walls, at most 100 slippery".to_owned())
+                "at most 90 per cent of the cells can be walls, at most 100 slippery".to_owned()
             }
             p if p.slippery > 0 && (p.drifts.is_empty() || p.drifts.iter().any(|d| d.is_empty())) => {
-                usage("a slippery cell needs a direction to slide to".to_owned())
+                "a slippery cell needs a direction to slide to".to_owned()
             }
-            _ => Ok(()),
-        }
+            _ => return Ok(()),
+        };
+        Err(Error::Usage(message))
+    }
+
+    fn check_forks(&self) -> Result<()> {
+        let (rows, cols) = fork::size(self.forks.min(fork::DEEPEST));
+        let message = match self {
+            p if p.items == 0 || p.items > MOST_ITEMS => {
+                format!("there must be 1 to {MOST_ITEMS} items, not {}", p.items)
+            }
+            p if p.forks > fork::DEEPEST => {
+                format!("there can be at most {} forks, not {}", fork::DEEPEST, p.forks)
+            }
+            p if p.rows < rows || p.cols < cols => {
+                format!("{} forks (--forks) need {rows} rows and {cols} columns", p.forks)
+            }
+            p if p.items <= 2 * p.forks => {
+                format!(
+                    "{} forks take {} items, and one must lie outside: use more items",
+                    p.forks,
+                    2 * p.forks
+                )
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::Usage(message))
     }
 }
 
@@ -213,7 +253,7 @@ pub fn gridworld(parameters: &Parameters, choices: &Choices) -> Result<Generated
     let world = random::world(parameters, &mut draw)?;
     let title =
         format!("A random {} x {} grid world.\n// {}", world.rows, world.cols, parameters.command(choices));
-    finish(&world, &title, choices, None, None)
+    finish(&world, &title, choices, parameters.forks, None, None)
 }
 
 /// The grid world that a map file shows.
@@ -224,13 +264,14 @@ pub fn from_map(source: &Arc<SourceFile>, choices: &Choices) -> Result<Generated
     let map = map::read(source)?;
     let name = source.name.rsplit(['/', '\\']).next().unwrap_or_default();
     let title = format!("A grid world, drawn in {name:?}.");
-    finish(&map.world, &title, choices, map.prefer, map.empty)
+    finish(&map.world, &title, choices, 0, map.prefer, map.empty)
 }
 
 fn finish(
     world: &World,
     title: &str,
     choices: &Choices,
+    forks: usize,
     prefer: Option<Vec<preference::Statement>>,
     empty: Option<Empty>,
 ) -> Result<Generated> {
@@ -239,7 +280,7 @@ fn finish(
             .map_err(|(_, message)| Error::Usage(format!("the preferences `{text}`: {message}")))?,
         (None, Some(statements)) => statements,
         // A stream of its own: the same world whether the order is drawn or given.
-        (None, None) => preference::random(world, &mut Draw::new(!choices.seed)),
+        (None, None) => preference::random(world, forks, &mut Draw::new(!choices.seed)),
     };
     let empty = choices.empty.or(empty).unwrap_or_default();
     Ok(Generated {

@@ -134,10 +134,12 @@ pub(super) fn check(statements: &[Statement], world: &World) -> Result<(), Strin
 
 /// A random order in which every locked item is preferred to one or two others, and an item that is
 /// always there to another one now and then: so the better things are the harder ones, and much
-/// stays incomparable.
-pub(super) fn random(world: &World, draw: &mut Draw) -> Vec<Statement> {
+/// stays incomparable. The two items of a fork (the last ones, `forks` pairs) are preferred to all that
+/// is before it.
+pub(super) fn random(world: &World, forks: usize, draw: &mut Draw) -> Vec<Statement> {
+    let scattered = world.items.len() - 2 * forks;
     let (locked, mut order): (Vec<usize>, Vec<usize>) =
-        (0..world.items.len()).partition(|&i| world.is_locked(Lock::Item(i)));
+        (0..scattered).partition(|&i| world.is_locked(Lock::Item(i)));
     draw.shuffle(&mut order);
     let mut statements = Vec::new();
     for at in 1..order.len() {
@@ -154,6 +156,13 @@ pub(super) fn random(world: &World, draw: &mut Draw) -> Vec<Statement> {
         order.push(item);
     }
     statements.sort_by_key(|&(a, _, b)| (a, b));
+    for (level, better) in (scattered..world.items.len()).step_by(2).enumerate() {
+        let worse = if level == 0 { 0..scattered } else { better - 2..better };
+        let pairs = [better, better + 1]
+            .into_iter()
+            .flat_map(|b| worse.clone().map(move |w| (b, Relation::Strict, w)));
+        statements.extend(pairs);
+    }
     statements
 }
 

@@ -2,6 +2,7 @@
 
 use super::Parameters;
 use super::draw::Draw;
+use super::fork;
 use super::world::{Cell, Direction, Directions, Item, Lock, Patrol, Place, World};
 use crate::error::{Error, Result};
 
@@ -10,10 +11,28 @@ use crate::error::{Error, Result};
 pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
     parameters.validate()?;
     let mut sketch = Sketch::new(parameters);
+    let fork = fork::build(&mut sketch.world, parameters.forks, draw);
+    sketch.taken = fork
+        .as_ref()
+        .map(|(_, taken)| taken.clone())
+        .unwrap_or_else(|| vec![false; sketch.world.cells.len()]);
+    let empty = sketch.world.clone();
     sketch.walls(parameters.walls, draw);
+    // Chance may wall the fork off; then the walls are drawn again.
+    for _ in 0..TRIES {
+        match &fork {
+            Some((before, _)) if !sketch.largest_room().contains(before) => {
+                sketch.world = empty.clone();
+                sketch.walls(parameters.walls, draw);
+            }
+            _ => break,
+        }
+    }
     let mut free = sketch.largest_room();
+    free.retain(|&place| !sketch.taken[sketch.world.index(place)]);
     draw.shuffle(&mut free);
-    let wanted = parameters.items + parameters.robots + parameters.chargers;
+    let scattered = parameters.items - 2 * parameters.forks;
+    let wanted = scattered + parameters.robots + parameters.chargers;
     if free.len() < wanted {
         return Err(Error::Usage(format!(
             "the largest room of this {} x {} grid has {} cells: too few for {wanted} items, chargers and robots; \
@@ -25,7 +44,7 @@ pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
     }
     let world = &mut sketch.world;
     world.starts = free.drain(..parameters.robots).collect();
-    for (number, place) in free.drain(..parameters.items).enumerate().collect::<Vec<_>>() {
+    for (number, place) in free.drain(..scattered).enumerate().collect::<Vec<_>>() {
         let at = world.index(place);
         world.cells[at].item = Some(number);
     }
@@ -39,15 +58,21 @@ pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
     Ok(sketch.world)
 }
 
+/// How often walls are drawn before a fork may stay walled off.
+const TRIES: usize = 20;
+
 /// A world in the making.
 struct Sketch {
     world: World,
+    /// The cells of a fork, where nothing else may stand.
+    taken: Vec<bool>,
 }
 
 impl Sketch {
     fn new(parameters: &Parameters) -> Self {
         let names = ('A'..='Z').take(parameters.items);
         Sketch {
+            taken: Vec::new(),
             world: World {
                 rows: parameters.rows,
                 cols: parameters.cols,
@@ -79,7 +104,8 @@ impl Sketch {
                 };
                 if missing > 0 && place.row < rows && place.col < cols {
                     let at = self.world.index(place);
-                    missing -= usize::from(!std::mem::replace(&mut self.world.cells[at].wall, true));
+                    let fresh = !self.taken[at] && !std::mem::replace(&mut self.world.cells[at].wall, true);
+                    missing -= usize::from(fresh);
                 }
             }
         }
@@ -113,10 +139,11 @@ impl Sketch {
         best
     }
 
-    /// The last items are locked; each is opened by one or two earlier ones, mostly by such as are
+    /// The last items outside the fork are locked; each is opened by one or two earlier ones, mostly by such as are
     /// always there. A locked charger is opened by two items, too.
     fn locks(&mut self, parameters: &Parameters, draw: &mut Draw) {
-        let open = parameters.items - parameters.locked;
+        let scattered = parameters.items - 2 * parameters.forks;
+        let open = scattered - parameters.locked;
         let mut opened_by = |lock: Lock, before: usize, draw: &mut Draw| {
             for _ in 0..1 + draw.below(2) {
                 let any = if draw.below(4) == 0 { before } else { open };
@@ -126,7 +153,7 @@ impl Sketch {
                 opens.dedup();
             }
         };
-        (open..parameters.items).for_each(|item| opened_by(Lock::Item(item), item, draw));
+        (open..scattered).for_each(|item| opened_by(Lock::Item(item), item, draw));
         if parameters.locked_charger && parameters.chargers > 0 {
             opened_by(Lock::Charger, open, draw);
         }

@@ -1,0 +1,80 @@
+//! Forks: places in which chance decides between two outcomes that are both better than anything
+//! outside, as between B and C in the paper's example.
+//!
+//! ```text
+//!   ###
+//!   #X#     The robot enters from the east, onto ice that slides north and south. The one-way cells
+//!   #^#     behind it do not let it back. So neither X nor Y is certain out there, yet to enter is
+//!   #~.@    certain to improve. An arm may lead to a further fork, with a further improvement.
+//!   #v#
+//!   #Y#
+//!   ###
+//! ```
+
+use super::draw::Draw;
+use super::world::{Cell, Direction, Place, World};
+
+/// The most forks one behind the other.
+pub(super) const DEEPEST: usize = 3;
+
+/// How many rows a tree of forks reaches to either side of its middle.
+fn reach(depth: usize) -> usize {
+    // 2, 5, 11: an arm, and half of what hangs on it.
+    3 * (1 << depth.saturating_sub(1)) - 1
+}
+
+/// Rows and columns that a tree of forks takes, its border and the column before it included.
+pub(super) fn size(depth: usize) -> (usize, usize) {
+    match depth {
+        0 => (0, 0),
+        _ => (2 * reach(depth) + 3, 2 * depth + 2),
+    }
+}
+
+/// Builds a tree of forks somewhere in an empty world; its items are the last ones, two for each
+/// depth. Returns the cell before its entrance and the cells that are no longer free.
+pub(super) fn build(world: &mut World, depth: usize, draw: &mut Draw) -> Option<(Place, Vec<bool>)> {
+    if depth == 0 {
+        return None;
+    }
+    let (rows, cols) = size(depth);
+    let (south, west) = (draw.below(world.rows + 1 - rows), draw.below(world.cols + 1 - cols));
+    let block = move |place: Place| {
+        (south..south + rows).contains(&place.row) && (west..west + cols).contains(&place.col)
+    };
+    let taken: Vec<bool> = world.places().map(block).collect();
+    let before = west + cols - 1;
+    for place in world.places().filter(|&place| block(place) && place.col != before) {
+        set(world, place, Cell { wall: true, ..Cell::default() });
+    }
+    let middle = Place { row: south + reach(depth) + 1, col: before - 2 };
+    set(world, Place { col: before - 1, ..middle }, Cell::default());
+    fork(world, middle, depth, world.items.len() - 2 * depth);
+    Some((Place { col: before, ..middle }, taken))
+}
+
+/// One fork with its ice at `ice`, and those behind it; the items are numbered from `first` on.
+fn fork(world: &mut World, ice: Place, depth: usize, first: usize) {
+    let slip = [Direction::North, Direction::South].into_iter().collect();
+    set(world, ice, Cell { slip, ..Cell::default() });
+    let length = if depth == 1 { 2 } else { reach(depth - 1) + 1 };
+    for (number, direction) in [Direction::North, Direction::South].into_iter().enumerate() {
+        let along = |steps: usize| match direction {
+            Direction::North => Place { row: ice.row + steps, ..ice },
+            _ => Place { row: ice.row - steps, ..ice },
+        };
+        set(world, along(1), Cell { one_way: Some(direction), ..Cell::default() });
+        (2..length).for_each(|steps| set(world, along(steps), Cell::default()));
+        let end = along(length);
+        set(world, end, Cell { item: Some(first + number), ..Cell::default() });
+        if depth > 1 {
+            set(world, Place { col: end.col - 1, ..end }, Cell::default());
+            fork(world, Place { col: end.col - 2, ..end }, depth - 1, first + 2);
+        }
+    }
+}
+
+fn set(world: &mut World, place: Place, cell: Cell) {
+    let at = world.index(place);
+    world.cells[at] = cell;
+}

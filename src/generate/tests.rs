@@ -1,0 +1,151 @@
+//! The texts against the worlds they were written from.
+
+use std::collections::BTreeSet;
+
+use proptest::prelude::*;
+
+use super::cells::condition;
+use super::world::{CellSet, Direction, Lock, Place, World};
+use super::*;
+use crate::lang;
+use crate::model::Program;
+
+fn program(model: &str) -> Program {
+    let source = SourceFile::new("model", model);
+    let checked = lang::load(&source, &SourceFile::new("", ""));
+    let checked = checked.unwrap_or_else(|e| panic!("{e}\n{model}"));
+    assert!(checked.warnings.is_empty(), "{:?}\n{model}", checked.warnings);
+    checked.program
+}
+
+fn parameters() -> impl Strategy<Value = Parameters> {
+    let sizes = (1usize..13, 2usize..13, 1usize..6, 0usize..4, proptest::option::of(1u32..6));
+    let shares = (0usize..50, 0usize..60, 0usize..3, 0usize..3, 0usize..3, any::<bool>());
+    (sizes, shares).prop_map(
+        |((rows, cols, items, locked, battery), (walls, slippery, one_way, disabled, patrols, lock))| {
+            let all = Parameters::new(rows, cols, items);
+            let locked = locked.min((items - 2 * all.forks).saturating_sub(1));
+            Parameters {
+                battery,
+                locked,
+                walls,
+                slippery,
+                one_way,
+                disabled,
+                patrols,
+                locked_charger: lock,
+                ..all
+            }
+        },
+    )
+}
+
+/// Where a robot can be after a move by the text, from one place with all flags as given.
+fn by_text(
+    program: &Program,
+    world: &World,
+    from: Place,
+    direction: Direction,
+) -> Option<BTreeSet<Vec<i64>>> {
+    let number = |n: usize| i64::try_from(n).unwrap();
+    let state: Vec<i64> = program
+        .variables
+        .iter()
+        .map(|variable| match variable.name.as_str() {
+            "r" => number(from.row),
+            "c" => number(from.col),
+            "b" => i64::from(world.battery.unwrap()),
+            _ => 0,
+        })
+        .collect();
+    let steps = program.steps(&state).unwrap();
+    let mut named = steps.into_iter().filter(|step| step.name == direction.name());
+    let step = named.next()?;
+    assert!(named.next().is_none(), "two choices for one action");
+    Some(step.successors.into_iter().map(|(to, _)| to.to_vec()).collect())
+}
+
+/// The same by the world: row, column, battery and flags in the order of declaration.
+fn by_world(world: &World, from: Place, direction: Direction) -> Option<BTreeSet<Vec<i64>>> {
+    let locks = world.locks();
+    let ends = world.outcome(from, direction)?.into_iter().map(|branch| {
+        let mut state = vec![from.row as i64 + branch.shift.rows, from.col as i64 + branch.shift.cols];
+        let to = Place { row: state[0] as usize, col: state[1] as usize };
+        let charged = world.cell(to).charger && !world.is_locked(Lock::Charger);
+        state.extend(world.battery.map(|full| i64::from(full) - i64::from(!charged)));
+        let item = world.cell(to).item.filter(|&i| !world.is_locked(Lock::Item(i)));
+        let opened = item.map(|i| world.items[i].opens.clone()).unwrap_or_default();
+        state.extend(locks.iter().map(|lock| i64::from(opened.contains(lock))));
+        state
+    });
+    Some(ends.collect())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+
+    /// Every move from every cell leads where the world says.
+    #[test]
+    fn the_text_moves_as_the_world(mut parameters in parameters(), seed in any::<u64>()) {
+        parameters.patrols = 0;
+        let Ok(world) = random::world(&parameters, &mut Draw::new(seed)) else { return Ok(()) };
+        let program = program(&write::write(&world, "test"));
+        for from in world.places() {
+            for direction in Direction::ALL {
+                prop_assert_eq!(by_text(&program, &world, from, direction), by_world(&world, from, direction));
+            }
+        }
+    }
+
+    /// Whatever the parameters, there is a model with its preferences or a usage error; and the same
+    /// seed gives the same again.
+    #[test]
+    fn the_output_loads_and_is_reproducible(
+        parameters in parameters(), robots in 1usize..4, seed in any::<u64>(), wild in 0usize..40,
+    ) {
+        // Now and then a parameter that is out of bounds.
+        let locked = if wild == 0 { 9 } else { parameters.locked };
+        let parameters = Parameters { robots, locked, ..parameters };
+        let choices = Choices { seed, ..Choices::default() };
+        let generated = match gridworld(&parameters, &choices) {
+            Err(Error::Usage(message)) => { prop_assert!(!message.is_empty()); return Ok(()) }
+            other => other.unwrap(),
+        };
+        prop_assert_eq!(&generated, &gridworld(&parameters, &choices).unwrap());
+        let mut program = program(&generated.model);
+        let preferences = SourceFile::new("preferences", generated.preferences.as_str());
+        prop_assert!(lang::load_preferences(&preferences, &mut program).is_ok());
+    }
+
+    /// A condition holds in the cells of the set and in no other.
+    #[test]
+    fn a_condition_says_its_set(rows in 1usize..8, cols in 1usize..8, bits in proptest::collection::vec(any::<bool>(), 64)) {
+        let set = CellSet { cols, members: bits[..rows * cols].to_vec() };
+        let parts = condition(&set, "r", "c");
+        prop_assume!(!set.is_empty());
+        let text = format!(
+            "mdp module m r : [0..{}]; c : [0..{}]; [a] {} -> true; [b] true -> true; endmodule",
+            rows - 1, cols - 1, parts.join(" | "),
+        );
+        let program = program(&text);
+        for (at, &member) in set.members.iter().enumerate() {
+            let state = [(at / cols) as i64, (at % cols) as i64];
+            let holds = program.steps(&state).unwrap().iter().any(|step| step.name == "a");
+            prop_assert_eq!(holds, member, "{}", text);
+        }
+    }
+}
+
+#[test]
+fn the_largest_of_the_family_is_quick_and_small() {
+    let generated = gridworld(&Parameters::new(128, 128, 12), &Choices::default()).unwrap();
+    assert!(generated.model.len() < 200_000, "{} bytes", generated.model.len());
+    assert!(generated.model.lines().all(|line| line.len() < 250));
+}
+
+#[test]
+fn the_draws_are_the_same_for_ever() {
+    let mut draw = Draw::new(1);
+    let numbers: Vec<usize> = (0..8).map(|_| draw.below(1000)).collect();
+    assert_eq!(numbers, [381, 294, 798, 916, 855, 139, 733, 784]);
+}
