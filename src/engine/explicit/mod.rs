@@ -1,9 +1,9 @@
 //! The explicit engine: every state stored, choices and successors in sparse rows, sets as bits.
 //!
-//! States are codes of a few words ([`layout`]). The program is compiled ([`compile`], [`machine`],
-//! [`program`]) and stepped through state by state ([`stepper`], [`explore`]); codes are numbered by
-//! an open-addressing index ([`index`]). Fixpoints are work lists over a reversed graph
-//! ([`fixpoint`], [`graph`]).
+//! States are codes of a few words (`layout`). The program is compiled (`compile`, `machine`,
+//! `program`) and stepped through state by state (`stepper`, `explore`); codes are numbered by
+//! an open-addressing index (`index`). Fixpoints are work lists over a reversed graph
+//! (`fixpoint`, `graph`).
 
 mod bounds;
 mod compile;
