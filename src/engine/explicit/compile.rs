@@ -1,48 +1,36 @@
 //! From expressions to code for the [`super::machine`].
 //!
 //! Conditions become jumps, so that `&`, `|` and `?:` evaluate only what they need, in the order in
-//! which [`ExprPool::eval`] does. A larger node with several uses becomes a routine that is run at
-//! most once a state, so that nested formulas are neither copied nor computed again.
+//! which [`ExprPool::eval`] does. Some nodes become routines whose results are kept ([`share`]), so
+//! that nested formulas are neither copied nor computed again.
 
 use ahash::AHashMap;
 
 use super::machine::{Code, Entry, Op, Reg, Routine, word};
+use super::share::{self, Keep};
+use crate::model::Program;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::Type;
 
-/// Nodes with at least this many operators below them are worth a routine.
-const WORTH_SHARING: u32 = 3;
-
-/// Translates the expressions of one pool.
+/// Translates expressions of a program.
 pub(super) struct Compiler<'a> {
     pool: &'a ExprPool,
     code: Code,
-    /// How often a node occurs as an operand or a root.
-    uses: AHashMap<ExprId, u32>,
-    /// How many operators a node has, shared ones counted as one.
-    sizes: AHashMap<ExprId, u32>,
     constants: AHashMap<i64, Reg>,
-    /// For each shared node its routine and its register.
-    shared: AHashMap<ExprId, (u32, Reg)>,
+    /// For each node that is kept apart how to get at it, and where it then is.
+    kept: AHashMap<ExprId, (Op, Reg)>,
 }
 
 /// A jump whose goal is not known yet.
 type Hole = usize;
 
 impl<'a> Compiler<'a> {
-    /// A compiler for states of `variables` values; `roots` are all expressions to be compiled.
-    pub(super) fn new(pool: &'a ExprPool, variables: usize, roots: &[ExprId]) -> Self {
-        let code = Code { initial: vec![0; variables], ..Code::default() };
-        let mut compiler = Compiler {
-            pool,
-            code,
-            uses: AHashMap::new(),
-            sizes: AHashMap::new(),
-            constants: AHashMap::new(),
-            shared: AHashMap::new(),
-        };
-        compiler.count_uses(roots);
-        compiler.compile_shared();
+    /// A compiler for a program; `roots` are all expressions that will be compiled.
+    pub(super) fn new(program: &'a Program, roots: &[ExprId]) -> Self {
+        let code = Code { initial: vec![0; program.variables.len()], ..Code::default() };
+        let (constants, kept) = (AHashMap::new(), AHashMap::new());
+        let mut compiler = Compiler { pool: &program.pool, code, constants, kept };
+        compiler.compile_kept(share::plan(program, roots));
         compiler
     }
 
@@ -78,43 +66,29 @@ impl<'a> Compiler<'a> {
         Entry { start, result }
     }
 
-    fn count_uses(&mut self, roots: &[ExprId]) {
-        let mut stack = roots.to_vec();
-        while let Some(e) = stack.pop() {
-            let uses = self.uses.entry(e).or_insert(0);
-            *uses += 1;
-            if *uses == 1 {
-                stack.extend(operands(self.pool.node(e)));
-            }
-        }
-    }
-
-    /// Finds the shared nodes and compiles them; operands come before the nodes that use them.
-    fn compile_shared(&mut self) {
-        let mut order: Vec<ExprId> = self.uses.keys().copied().collect();
-        order.sort_unstable();
-        for e in order {
-            let mut size = u32::from(!matches!(self.pool.node(e), Node::Literal(_) | Node::Var(_)));
-            for operand in operands(self.pool.node(e)) {
-                let below = self.sizes.get(&operand).copied().unwrap_or(0);
-                size = size.saturating_add(if self.shared.contains_key(&operand) { 1 } else { below });
-            }
-            self.sizes.insert(e, size);
-            if size >= WORTH_SHARING && self.uses.get(&e).is_some_and(|&n| n > 1) {
-                let start = self.here();
-                let result = self.compute(e);
-                self.emit(Op::Return(true));
-                self.shared.insert(e, (self.code.routines.len() as u32, result));
-                self.code.routines.push(Routine { start });
-            }
+    /// Compiles what is kept apart; operands come before the nodes that use them.
+    fn compile_kept(&mut self, kept: Vec<(ExprId, Keep)>) {
+        for (e, keep) in kept {
+            let start = self.here();
+            let result = self.compute(e);
+            self.emit(Op::Return(true));
+            let routine = self.code.routines.len() as u32;
+            // The result gets a register of its own: looking up writes to it.
+            let dst = self.fresh();
+            let op = match keep {
+                Keep::Register => Op::Share { routine },
+                Keep::Table { .. } => Op::LookUp { routine },
+            };
+            self.kept.insert(e, (op, dst));
+            self.code.routines.push(Routine { start, result, dst, keep });
         }
     }
 
     /// Emits code after which the register holds the value of `e`.
     fn reg(&mut self, e: ExprId) -> Reg {
-        match self.shared.get(&e) {
-            Some(&(routine, result)) => {
-                self.emit(Op::Share { routine });
+        match self.kept.get(&e) {
+            Some(&(op, result)) => {
+                self.emit(op);
                 result
             }
             None => self.compute(e),
@@ -206,7 +180,7 @@ impl<'a> Compiler<'a> {
 
     /// Emits jumps that are taken where `e` is `value`; elsewhere the code goes on behind them.
     fn jump_if(&mut self, e: ExprId, value: bool, holes: &mut Vec<Hole>) {
-        if self.shared.contains_key(&e) { self.test(e, value, holes) } else { self.branch(e, value, holes) }
+        if self.kept.contains_key(&e) { self.test(e, value, holes) } else { self.branch(e, value, holes) }
     }
 
     fn branch(&mut self, e: ExprId, value: bool, holes: &mut Vec<Hole>) {
@@ -300,15 +274,4 @@ fn compare(op: Binary, value: bool, a: Reg, b: Reg) -> Op {
         (_, true) => Op::JumpEq { a, b, to: 0 },
         (_, false) => Op::JumpNe { a, b, to: 0 },
     }
-}
-
-/// The operands of a node, in the order of evaluation.
-fn operands(node: Node) -> impl Iterator<Item = ExprId> {
-    let (a, b, c) = match node {
-        Node::Literal(_) | Node::Var(_) => (None, None, None),
-        Node::Unary(_, a) => (Some(a), None, None),
-        Node::Binary(_, a, b) => (Some(a), Some(b), None),
-        Node::Ite(c, a, b) => (Some(c), Some(a), Some(b)),
-    };
-    [a, b, c].into_iter().flatten()
 }

@@ -38,7 +38,7 @@ impl<'a> Search<'a> {
         }
         // Variables with few values first: they cost nothing, and let more conjuncts be tested.
         order.sort_by_key(|&(variable, low, high)| (high > low, variable));
-        let mut compiler = Compiler::new(&program.pool, program.variables.len(), &conjuncts);
+        let mut compiler = Compiler::new(program, &conjuncts);
         let mut tests = vec![Vec::new(); order.len() + 1];
         for &e in &conjuncts {
             let support = program.pool.support(e);

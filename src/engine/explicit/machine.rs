@@ -4,6 +4,7 @@
 //! `x < 5` is one instruction. Integers and Booleans (0 and 1) stand for themselves, reals for
 //! their bits.
 
+use super::share::Keep;
 use crate::model::expr::{Binary, Unary};
 use crate::model::value::{self, EvalError, Type, Value};
 
@@ -86,8 +87,12 @@ pub(super) enum Op {
         b: Reg,
         to: u32,
     },
-    /// Makes sure that a shared node has its value in this state.
+    /// Puts a node that is kept in a register there, unless it is there for this state.
     Share {
+        routine: u32,
+    },
+    /// Puts a node that is kept in a table into its register.
+    LookUp {
         routine: u32,
     },
     /// The end: of a condition with its value, of a value with `true`.
@@ -103,12 +108,20 @@ pub(super) struct Entry {
     pub(super) result: Reg,
 }
 
-/// A node that several expressions use: it is computed at most once a state.
-#[derive(Debug, Clone, Copy)]
+/// A node whose value is kept.
+#[derive(Debug, Clone)]
 pub(super) struct Routine {
     /// Its code.
     pub(super) start: u32,
+    /// Where the code leaves its value.
+    pub(super) result: Reg,
+    /// Where those who use it find it.
+    pub(super) dst: Reg,
+    pub(super) keep: Keep,
 }
+
+/// The cell of a value that is not known, or does not fit.
+const UNKNOWN: i16 = i16::MIN;
 
 /// The code of all expressions of a program.
 #[derive(Debug, Clone, Default)]
@@ -126,13 +139,17 @@ pub(super) struct Machine {
     pub(super) regs: Vec<i64>,
     /// For each routine the state (by number) for which its register holds.
     stamps: Vec<u64>,
+    /// For each routine the values that are known; empty until the first.
+    tables: Vec<Vec<i16>>,
     now: u64,
 }
 
 impl Machine {
     /// A machine for the given code.
     pub(super) fn new(code: &Code) -> Self {
-        Machine { regs: code.initial.clone(), stamps: vec![0; code.routines.len()], now: 0 }
+        let routines = code.routines.len();
+        let (stamps, tables) = (vec![0; routines], vec![Vec::new(); routines]);
+        Machine { regs: code.initial.clone(), stamps, tables, now: 0 }
     }
 
     /// Forgets what was computed: the variables have new values.
@@ -151,11 +168,11 @@ impl Machine {
                 Op::JumpLt { a, b, to } => at = self.branch(at, to, self.get(a) < self.get(b)),
                 Op::JumpLe { a, b, to } => at = self.branch(at, to, self.get(a) <= self.get(b)),
                 Op::Share { routine } => {
-                    let index = routine as usize;
-                    if self.stamps[index] != self.now {
-                        self.run(code, code.routines[index].start)?;
-                        self.stamps[index] = self.now;
-                    }
+                    self.share(code, routine as usize)?;
+                    at += 1;
+                }
+                Op::LookUp { routine } => {
+                    self.look_up(code, routine as usize)?;
                     at += 1;
                 }
                 Op::Return(value) => return Ok(value),
@@ -165,6 +182,44 @@ impl Machine {
                 }
             }
         }
+    }
+
+    fn share(&mut self, code: &Code, index: usize) -> Result<(), EvalError> {
+        if self.stamps[index] != self.now {
+            let routine = &code.routines[index];
+            self.run(code, routine.start)?;
+            self.regs[routine.dst as usize] = self.get(routine.result);
+            self.stamps[index] = self.now;
+        }
+        Ok(())
+    }
+
+    fn look_up(&mut self, code: &Code, index: usize) -> Result<(), EvalError> {
+        let routine = &code.routines[index];
+        let Keep::Table { keys, cells } = &routine.keep else { return self.share(code, index) };
+        let mut cell = 0usize;
+        for key in keys {
+            let offset = self.get(key.variable).wrapping_sub(key.low) as usize;
+            cell = cell.wrapping_add(offset.wrapping_mul(key.stride as usize));
+        }
+        let known = self.tables[index].get(cell).copied().unwrap_or(UNKNOWN);
+        if known != UNKNOWN {
+            self.regs[routine.dst as usize] = known.into();
+            return Ok(());
+        }
+        self.run(code, routine.start)?;
+        let value = self.get(routine.result);
+        self.regs[routine.dst as usize] = value;
+        if let Ok(small) = i16::try_from(value) {
+            let table = &mut self.tables[index];
+            if table.is_empty() {
+                table.resize(*cells as usize, UNKNOWN);
+            }
+            if let Some(known) = table.get_mut(cell) {
+                *known = small;
+            }
+        }
+        Ok(())
     }
 
     fn compute(&mut self, op: Op) -> Result<(), EvalError> {

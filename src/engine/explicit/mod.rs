@@ -19,6 +19,7 @@ mod meter;
 mod operators;
 mod program;
 mod set;
+mod share;
 mod stepper;
 
 use std::cell::Cell;

@@ -35,7 +35,7 @@ impl Engine for ExplicitEngine {
 
     fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
         let pool = &self.program.pool;
-        let mut compiler = Compiler::new(pool, self.program.variables.len(), &[predicate]);
+        let mut compiler = Compiler::new(&self.program, &[predicate]);
         let start = compiler.condition(predicate).start;
         let code = compiler.finish();
         let mut machine = Machine::new(&code);

@@ -72,7 +72,7 @@ impl Prepared {
     /// Compiles all expressions of `program`.
     pub(super) fn new(program: &Program, layout: &Layout) -> Self {
         let bounds = Bounds::new(program);
-        let mut compiler = Compiler::new(&program.pool, program.variables.len(), &roots(program));
+        let mut compiler = Compiler::new(program, &roots(program));
         let commands: Vec<Ready> =
             program.commands.iter().map(|c| ready(program, layout, c, &mut compiler)).collect();
         let initial = compiler.condition(program.initial);

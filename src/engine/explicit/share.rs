@@ -1,0 +1,160 @@
+//! Which nodes of expressions are computed apart, to be looked up afterwards.
+//!
+//! A node over few valuations of few variables becomes a table that fills as it is used: models of
+//! grids ask again and again whether a cell is blocked, by long formulas over two coordinates. A
+//! larger node with several uses is computed at most once a state.
+
+use ahash::{AHashMap, AHashSet};
+
+use crate::model::Program;
+use crate::model::expr::{ExprId, Node};
+use crate::model::value::Type;
+
+/// Nodes with at least this many operators below them are worth a routine.
+const WORTH_SHARING: u32 = 3;
+/// A table has at most so many cells; it then fits the second cache.
+const MOST_CELLS: u64 = 1 << 14;
+/// A table is over at most so many variables.
+const MOST_KEYS: usize = 4;
+
+/// A variable that a table is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Key {
+    pub(super) variable: u32,
+    pub(super) low: i64,
+    /// How many cells further the next value is.
+    pub(super) stride: u32,
+}
+
+/// How a node is kept.
+#[derive(Debug, Clone)]
+pub(super) enum Keep {
+    /// In a register for the present state.
+    Register,
+    /// In a table by the values of some variables.
+    Table { keys: Vec<Key>, cells: u32 },
+}
+
+/// What is known of a node.
+struct Fact {
+    uses: u32,
+    /// Its operators, as often as they occur in the tree.
+    work: u32,
+    /// The variables in it, where they have few valuations.
+    support: Option<Vec<u32>>,
+}
+
+/// Decides for the nodes below `roots`, operands before the nodes that use them.
+pub(super) fn plan(program: &Program, roots: &[ExprId]) -> Vec<(ExprId, Keep)> {
+    let facts = facts(program, roots);
+    let mut order: Vec<ExprId> = facts.keys().copied().collect();
+    order.sort_unstable();
+    let tables = tables(program, roots, &facts, &order);
+    let mut sizes: AHashMap<ExprId, u32> = AHashMap::new();
+    let mut kept = Vec::new();
+    for e in order {
+        let below = operands(program.pool.node(e)).filter_map(|a| sizes.get(&a).copied());
+        let size = below.fold(own_work(program, e), u32::saturating_add);
+        let keep = match tables.contains(&e) {
+            true => Some(table(program, facts[&e].support.as_deref().unwrap_or(&[]))),
+            false => (size >= WORTH_SHARING && facts[&e].uses > 1).then_some(Keep::Register),
+        };
+        // What is kept costs one instruction where it is used.
+        sizes.insert(e, if keep.is_some() { 1 } else { size });
+        kept.extend(keep.map(|keep| (e, keep)));
+    }
+    kept
+}
+
+/// The operands of a node, in the order of evaluation.
+pub(super) fn operands(node: Node) -> impl Iterator<Item = ExprId> {
+    let (a, b, c) = match node {
+        Node::Literal(_) | Node::Var(_) => (None, None, None),
+        Node::Unary(_, a) => (Some(a), None, None),
+        Node::Binary(_, a, b) => (Some(a), Some(b), None),
+        Node::Ite(c, a, b) => (Some(c), Some(a), Some(b)),
+    };
+    [a, b, c].into_iter().flatten()
+}
+
+fn own_work(program: &Program, e: ExprId) -> u32 {
+    u32::from(!matches!(program.pool.node(e), Node::Literal(_) | Node::Var(_)))
+}
+
+fn facts(program: &Program, roots: &[ExprId]) -> AHashMap<ExprId, Fact> {
+    let mut uses: AHashMap<ExprId, u32> = AHashMap::new();
+    let mut stack = roots.to_vec();
+    while let Some(e) = stack.pop() {
+        let count = uses.entry(e).or_insert(0);
+        *count += 1;
+        if *count == 1 {
+            stack.extend(operands(program.pool.node(e)));
+        }
+    }
+    let mut order: Vec<ExprId> = uses.keys().copied().collect();
+    order.sort_unstable();
+    let mut facts: AHashMap<ExprId, Fact> = AHashMap::new();
+    for e in order {
+        let (mut work, mut support) = (own_work(program, e), Some(Vec::new()));
+        if let Node::Var(v) = program.pool.node(e) {
+            support = Some(vec![v.0]);
+        }
+        for fact in operands(program.pool.node(e)).filter_map(|a| facts.get(&a)) {
+            work = work.saturating_add(fact.work);
+            support = support.zip(fact.support.as_ref()).map(|(x, y)| merged(x, y));
+        }
+        let support = support.filter(|s| s.len() <= MOST_KEYS && cells(program, s).is_some());
+        facts.insert(e, Fact { uses: uses[&e], work, support });
+    }
+    facts
+}
+
+/// The largest nodes that fit a table and are worth one.
+fn tables(
+    program: &Program,
+    roots: &[ExprId],
+    facts: &AHashMap<ExprId, Fact>,
+    order: &[ExprId],
+) -> AHashSet<ExprId> {
+    // Nodes that are met outside of all tables.
+    let mut open: AHashSet<ExprId> = roots.iter().copied().collect();
+    let mut found = AHashSet::new();
+    for &e in order.iter().rev() {
+        if !open.contains(&e) {
+            continue;
+        }
+        let keys = facts[&e].support.as_ref().map(Vec::len).filter(|&n| n > 0);
+        let fits = keys.is_some_and(|n| facts[&e].work >= 3 + n as u32);
+        if fits && program.pool.ty(e) != Type::Real {
+            found.insert(e);
+        } else {
+            open.extend(operands(program.pool.node(e)));
+        }
+    }
+    found
+}
+
+fn merged(mut x: Vec<u32>, y: &[u32]) -> Vec<u32> {
+    x.extend(y.iter().filter(|v| !x.contains(v)).copied().collect::<Vec<_>>());
+    x.sort_unstable();
+    x
+}
+
+fn cells(program: &Program, support: &[u32]) -> Option<u64> {
+    let size = |v: &u32| {
+        let declared = &program.variables[*v as usize];
+        (declared.high.wrapping_sub(declared.low) as u64).checked_add(1)
+    };
+    let product = support.iter().try_fold(1u64, |n, v| n.checked_mul(size(v)?));
+    product.filter(|&n| n <= MOST_CELLS)
+}
+
+fn table(program: &Program, support: &[u32]) -> Keep {
+    let (mut keys, mut stride) = (Vec::new(), 1u32);
+    for &variable in support.iter().rev() {
+        let declared = &program.variables[variable as usize];
+        keys.push(Key { variable, low: declared.low, stride });
+        stride *= declared.high.wrapping_sub(declared.low) as u32 + 1;
+    }
+    Keep::Table { keys, cells: stride }
+}
