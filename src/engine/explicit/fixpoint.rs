@@ -118,7 +118,7 @@ impl ExplicitEngine {
     pub(super) fn tick(&self) -> Result<()> {
         let ticks = self.ticks.get().wrapping_add(1);
         self.ticks.set(ticks);
-        if ticks % PATIENCE == 0 { self.poll() } else { Ok(()) }
+        if ticks.is_multiple_of(PATIENCE) { self.poll() } else { Ok(()) }
     }
 
     #[cold]

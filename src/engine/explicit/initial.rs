@@ -92,7 +92,7 @@ impl<'a> Search<'a> {
 
     fn poll(&mut self) -> Result<()> {
         self.tried += 1;
-        if self.tried % PATIENCE == 0
+        if self.tried.is_multiple_of(PATIENCE)
             && let Some(limit) = self.observer.stop()
         {
             return Err(limit.into());
