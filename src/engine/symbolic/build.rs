@@ -35,11 +35,11 @@ pub(super) fn build(
         (Some(given), _) => store.and(&given(&store)?, &domain)?,
         (None, Scope::All) => domain.clone(),
         (None, Scope::Reachable) => {
-            let tell = |firings: usize, x: &Bdd| {
-                let detail = || format!("{firings} image steps, {} nodes", store.size(x));
+            let tell = |x: &Bdd| {
+                let detail = || format!("{} nodes", store.size(x));
                 settings.observer.progress("reachable states", &detail);
             };
-            clusters.forward(&store, &initial, &tell)?
+            clusters.forward(&store, &initial, &domain, &tell)?
         }
     };
     let bad = store.and(&store.or(&transitions.bad, &initial_fails)?, &states)?;
@@ -75,8 +75,8 @@ fn translate(
     store: &Store,
     domain: &Bdd,
 ) -> Result<(Transitions, Bdd, Bdd)> {
-    let translator = Translator::new(program, encoding, store, domain.clone());
-    let commands = CommandBuilder { store, encoding, translator: &translator, domain };
+    let translator = Translator::new(program, encoding, store);
+    let commands = CommandBuilder { store, encoding, translator: &translator };
     let transitions = Builder::build(program, store, encoding, &commands)?;
     let (initial, fails) = translator.condition(program.initial)?;
     // Where the expression has no value, its diagram may say anything.

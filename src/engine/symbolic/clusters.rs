@@ -1,19 +1,22 @@
-//! Relations united for reachability, and the order in which they fire.
+//! Relations united for reachability.
 //!
-//! For reachability it does not matter whose choice a step is: pieces of all groups with the same
-//! top-most touched bit are united into one *cluster*, as long as the union stays small. Clusters
-//! fire deepest first, each on the states it has not fired from yet, and again from the deepest when
-//! a higher one has found something new: the lower parts of the diagram are saturated before the
-//! upper ones move.
+//! For reachability it does not matter whose choice a step is: pieces of all groups that depend on
+//! the same bit first are united into one *cluster*, as long as the union stays small. Reachability
+//! is by [`Saturation`]; where edges are dropped, which no relation says, clusters fire in turn.
 
+use std::cell::RefCell;
 use std::rc::Rc;
+
+use ahash::AHashMap;
 
 use super::encoding::Encoding;
 use super::relational::Touched;
+use super::saturation::{Direction, Saturation};
 use super::store::{Bdd, Store};
 use super::transitions::{Piece, frame};
 use crate::engine::Dropped;
 use crate::error::Result;
+use crate::model::VarId;
 
 /// A union may have this many nodes whatever its parts have.
 const SMALL: usize = 2_000;
@@ -23,8 +26,12 @@ const SMALL: usize = 2_000;
 pub(super) struct Cluster {
     /// The parts, each over the touched bits of the cluster.
     parts: Vec<Part>,
-    relation: Bdd,
-    touched: Rc<Touched>,
+    pub(super) relation: Bdd,
+    pub(super) touched: Rc<Touched>,
+    /// The first bit that the relation depends on or touches.
+    pub(super) top: u32,
+    /// Whether all sources lie in the scope.
+    pub(super) confined: bool,
 }
 
 #[derive(Clone)]
@@ -33,92 +40,131 @@ struct Part {
     relation: Bdd,
 }
 
-/// All clusters, deepest first.
+/// All clusters, those that act on the first bits first.
 #[derive(Clone)]
 pub(super) struct Clusters {
     clusters: Vec<Cluster>,
+    /// For each index what the clusters from there on are called, fired forward and backward.
+    numbers: [Vec<u32>; 2],
+    names: Rc<Names>,
+}
+
+/// Numbers for lists of relations: equal lists get equal numbers, so that the operation cache keeps
+/// what it knows of the lower clusters when only a higher one changes.
+#[derive(Default)]
+struct Names(RefCell<AHashMap<(Bdd, u32, u32), u32>>);
+
+impl Names {
+    /// For each index the number of the list from there on; even forward, odd backward.
+    fn of(&self, clusters: &[Cluster], backward: u32) -> Vec<u32> {
+        let mut known = self.0.borrow_mut();
+        let (mut rest, mut numbers) = (backward, Vec::with_capacity(clusters.len()));
+        for cluster in clusters.iter().rev() {
+            let next = 2 * (known.len() as u32 + 1) + backward;
+            rest = *known.entry((cluster.relation.clone(), cluster.touched.id(), rest)).or_insert(next);
+            numbers.push(rest);
+        }
+        numbers.reverse();
+        numbers
+    }
 }
 
 impl Clusters {
     /// Unites the pieces.
     pub(super) fn new(store: &Store, encoding: &Encoding, pieces: &[Piece]) -> Result<Self> {
-        let mut building: Vec<(Vec<crate::model::VarId>, Cluster)> = Vec::new();
+        let mut building: Vec<(Vec<VarId>, Cluster)> = Vec::new();
         for piece in pieces {
+            let top = first_bit(store, &piece.relation, &piece.touched);
             let mut joined = false;
             for (writes, cluster) in &mut building {
-                if cluster.touched.top() == piece.touched.top()
-                    && join(store, encoding, writes, cluster, piece)?
-                {
+                if cluster.top == top && join(store, encoding, writes, cluster, piece)? {
                     joined = true;
                     break;
                 }
             }
             if !joined {
-                let part = Part { group: piece.group, relation: piece.relation.clone() };
+                let parts = vec![Part { group: piece.group, relation: piece.relation.clone() }];
                 let (relation, touched) = (piece.relation.clone(), piece.touched.clone());
-                building.push((piece.writes.clone(), Cluster { parts: vec![part], relation, touched }));
+                let cluster = Cluster { parts, relation, touched, top, confined: false };
+                building.push((piece.writes.clone(), cluster));
             }
         }
-        let mut clusters: Vec<Cluster> = building.into_iter().map(|(_, c)| c).collect();
-        clusters.sort_by_key(|c| std::cmp::Reverse(c.touched.top()));
-        Ok(Clusters { clusters })
+        Ok(Clusters::sorted(building.into_iter().map(|(_, c)| c).collect(), Rc::default()))
+    }
+
+    fn sorted(mut clusters: Vec<Cluster>, names: Rc<Names>) -> Self {
+        clusters.sort_by_key(|c| c.top);
+        let numbers = [names.of(&clusters, 0), names.of(&clusters, 1)];
+        Clusters { clusters, numbers, names }
+    }
+
+    /// The same with the sources of the first clusters confined to the states of the scope. They
+    /// act on the whole diagram anyway; the others would lose that they act on parts.
+    pub(super) fn confined_to(&self, store: &Store, states: &Bdd) -> Result<Self> {
+        let mut clusters = self.clusters.clone();
+        let first = clusters.first().map(|c| c.top);
+        for cluster in clusters.iter_mut().filter(|c| Some(c.top) == first) {
+            cluster.relation = store.and(&cluster.relation, states)?;
+            cluster.top = first_bit(store, &cluster.relation, &cluster.touched);
+            cluster.confined = true;
+            for part in &mut cluster.parts {
+                part.relation = store.and(&part.relation, states)?;
+            }
+        }
+        Ok(Clusters::sorted(clusters, self.names.clone()))
     }
 
     /// The same with the steps of each group confined to its allowed states; `None` allows all.
-    pub(super) fn confined(&self, store: &Store, allowed: &[Option<Bdd>]) -> Result<Self> {
+    pub(super) fn allowing(&self, store: &Store, allowed: &[Option<Bdd>]) -> Result<Self> {
         let mut clusters = Vec::new();
         for cluster in &self.clusters {
             if cluster.parts.iter().all(|p| allowed[p.group].is_none()) {
                 clusters.push(cluster.clone());
                 continue;
             }
-            let mut relations = Vec::new();
+            let (mut free, mut bound) = (Vec::new(), Vec::new());
             for part in &cluster.parts {
-                relations.push(match &allowed[part.group] {
-                    None => part.relation.clone(),
-                    Some(states) => store.and(&part.relation, states)?,
-                });
+                match &allowed[part.group] {
+                    None => free.push(part.relation.clone()),
+                    Some(states) => bound.push(store.and(&part.relation, states)?),
+                }
             }
-            let relation = store.any(relations)?;
-            if !store.is_zero(&relation) {
-                clusters.push(Cluster {
-                    parts: cluster.parts.clone(),
-                    relation,
-                    touched: cluster.touched.clone(),
-                });
-            }
-        }
-        Ok(Clusters { clusters })
-    }
-
-    /// The same with the sources of all steps confined to a set of states.
-    pub(super) fn confined_to(&self, store: &Store, states: &Bdd) -> Result<Self> {
-        let mut clusters = self.clusters.clone();
-        for cluster in &mut clusters {
-            cluster.relation = store.and(&cluster.relation, states)?;
-            for part in &mut cluster.parts {
-                part.relation = store.and(&part.relation, states)?;
+            for (some, confined) in [(free, cluster.confined), (bound, true)] {
+                let relation = store.any(some)?;
+                if !store.is_zero(&relation) {
+                    let (parts, touched) = (Vec::new(), cluster.touched.clone());
+                    let top = first_bit(store, &relation, &touched);
+                    clusters.push(Cluster { parts, relation, touched, top, confined });
+                }
             }
         }
-        Ok(Clusters { clusters })
+        Ok(Clusters::sorted(clusters, self.names.clone()))
     }
 
-    /// μX. start ∪ { s' : s → s' for some s ∈ X }
-    pub(super) fn forward(&self, store: &Store, start: &Bdd, tell: &dyn Fn(usize, &Bdd)) -> Result<Bdd> {
-        self.saturate(store, start, tell, |cluster, new| {
-            store.image(&cluster.relation, &cluster.touched, new)
-        })
+    /// μX. start ∪ { s' ∈ bound : s → s' for some s ∈ X }
+    pub(super) fn forward(
+        &self,
+        store: &Store,
+        start: &Bdd,
+        bound: &Bdd,
+        tell: &dyn Fn(&Bdd),
+    ) -> Result<Bdd> {
+        self.saturation(store, Direction::Forward, tell).close(start, bound, 0)
     }
 
-    /// μX. target ∪ { s : s → s' for some s' ∈ X by an edge that is not dropped }
+    /// μX. target ∪ { s of the scope : s → s' for some s' ∈ X by an edge that is not dropped }
     pub(super) fn backward(
         &self,
         store: &Store,
         target: &Bdd,
+        states: &Bdd,
         dropped: &Dropped<Bdd>,
-        tell: &dyn Fn(usize, &Bdd),
+        tell: &dyn Fn(&Bdd),
     ) -> Result<Bdd> {
-        self.saturate(store, target, tell, |cluster, new| {
+        if dropped.is_empty() {
+            return self.saturation(store, Direction::Backward, tell).close(target, states, 0);
+        }
+        self.in_turn(store, target, tell, |cluster, new| {
             let pre = |x: &Bdd| store.pre(&cluster.relation, &cluster.touched, x);
             let mut sources = pre(new)?;
             for (from, to) in dropped {
@@ -127,33 +173,42 @@ impl Clusters {
                     sources = store.ite(from, &pre(&allowed)?, &sources)?;
                 }
             }
-            Ok(sources)
+            store.and(&sources, states)
         })
     }
 
-    /// Adds what fires from the states that are new to a cluster, always at the deepest cluster
-    /// that has any.
-    fn saturate(
+    fn saturation<'a>(
+        &'a self,
+        store: &'a Store,
+        direction: Direction,
+        tell: &'a dyn Fn(&Bdd),
+    ) -> Saturation<'a> {
+        let numbers = &self.numbers[usize::from(direction == Direction::Backward)];
+        Saturation { store, clusters: &self.clusters, numbers, direction, tell }
+    }
+
+    /// Adds what fires from the states that are new to a cluster, always at the last cluster that
+    /// has any: what it moves lies deepest.
+    fn in_turn(
         &self,
         store: &Store,
         start: &Bdd,
-        tell: &dyn Fn(usize, &Bdd),
+        tell: &dyn Fn(&Bdd),
         fire: impl Fn(&Cluster, &Bdd) -> Result<Bdd>,
     ) -> Result<Bdd> {
         let mut x = start.clone();
-        let mut seen = vec![store.zero(); self.clusters.len()];
-        let (mut index, mut firings) = (0, 0);
-        while let Some(cluster) = self.clusters.get(index) {
-            let new = store.minus(&x, &seen[index])?;
+        let mut fired = vec![store.zero(); self.clusters.len()];
+        let mut index = self.clusters.len();
+        while index > 0 {
+            let new = store.minus(&x, &fired[index - 1])?;
             if store.is_zero(&new) {
-                index += 1;
+                index -= 1;
                 continue;
             }
-            seen[index] = x.clone();
-            let next = store.or(&x, &fire(cluster, &new)?)?;
-            firings += 1;
-            tell(firings, &next);
-            index = if next == x { index + 1 } else { 0 };
+            fired[index - 1] = x.clone();
+            let next = store.or(&x, &fire(&self.clusters[index - 1], &new)?)?;
+            tell(&next);
+            index = if next == x { index - 1 } else { self.clusters.len() };
             x = next;
         }
         Ok(x)
@@ -165,11 +220,16 @@ impl Clusters {
     }
 }
 
+/// The first bit that a relation depends on or touches.
+fn first_bit(store: &Store, relation: &Bdd, touched: &Touched) -> u32 {
+    store.top(relation).min(touched.top().unwrap_or(u32::MAX))
+}
+
 /// Puts the piece into the cluster unless that makes the relation much larger than the two.
 fn join(
     store: &Store,
     encoding: &Encoding,
-    writes: &mut Vec<crate::model::VarId>,
+    writes: &mut Vec<VarId>,
     cluster: &mut Cluster,
     piece: &Piece,
 ) -> Result<bool> {

@@ -26,8 +26,6 @@ pub(super) struct CommandBuilder<'a> {
     pub(super) store: &'a Store,
     pub(super) encoding: &'a Encoding,
     pub(super) translator: &'a Translator<'a>,
-    /// Patterns that are values.
-    pub(super) domain: &'a Bdd,
 }
 
 impl CommandBuilder<'_> {
@@ -35,7 +33,7 @@ impl CommandBuilder<'_> {
     /// probabilities are wrong.
     pub(super) fn build(&self, command: &Command) -> Result<(CommandRelation, Bdd)> {
         let (guard, fails) = self.translator.condition(command.guard)?;
-        let guard = self.store.and(&guard, self.domain)?;
+        let guard = self.store.and(&guard, &self.within(command)?)?;
         let mut writes: Vec<VarId> =
             command.branches.iter().flat_map(|b| b.updates.iter().map(|(v, _)| *v)).collect();
         writes.sort_unstable();
@@ -51,9 +49,19 @@ impl CommandBuilder<'_> {
             bad.push(bad_states);
         }
         let (relation, bad_update) = (self.store.any(relations)?, self.store.any(bad)?);
-        let bad_guard = self.store.and(&fails, self.domain)?;
-        let bad = self.store.or(&bad_guard, &wrong)?;
+        let bad = self.store.or(&fails, &wrong)?;
         Ok((CommandRelation { guard, writes, relation, bad_update }, bad))
+    }
+
+    /// The patterns of all variables that the command reads which are values. Not those of the
+    /// others: a relation should depend on no more than it must.
+    fn within(&self, command: &Command) -> Result<Bdd> {
+        let updates = command.branches.iter().flat_map(|b| b.updates.iter().map(|(_, e)| *e));
+        let read = command.branches.iter().map(|b| b.probability).chain(updates);
+        [command.guard]
+            .into_iter()
+            .chain(read)
+            .try_fold(self.store.one(), |all, e| self.store.and(&all, &self.translator.within(e)?))
     }
 
     /// For each branch the states of the guard in which its probability is positive; and the

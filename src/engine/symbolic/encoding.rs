@@ -77,14 +77,16 @@ impl Encoding {
 
     /// The bit patterns that are values: those of every variable within its range.
     pub(super) fn domain(&self, store: &Store) -> Result<Bdd> {
-        let mut parts = Vec::new();
-        for (index, variable) in self.variables.iter().enumerate() {
-            let largest = variable.high.wrapping_sub(variable.low) as u64;
-            parts.push((self.positions[index].first().copied(), self.at_most(store, index, largest)?));
-        }
+        let mut variables: Vec<VarId> = (0..self.variables.len() as u32).map(VarId).collect();
         // From the root's far end up, so that each conjunction only puts nodes on top.
-        parts.sort_by_key(|(position, _)| std::cmp::Reverse(*position));
-        parts.into_iter().try_fold(store.one(), |all, (_, part)| store.and(&part, &all))
+        variables.sort_by_key(|v| std::cmp::Reverse(self.positions(*v).first().copied()));
+        variables.into_iter().try_fold(store.one(), |all, v| store.and(&self.values_of(store, v)?, &all))
+    }
+
+    /// The bit patterns in which one variable is within its range.
+    pub(super) fn values_of(&self, store: &Store, variable: VarId) -> Result<Bdd> {
+        let Variable { low, high, .. } = self.variables[variable.index()];
+        self.at_most(store, variable.index(), high.wrapping_sub(low) as u64)
     }
 
     /// value - low ≤ largest

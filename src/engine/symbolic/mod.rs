@@ -14,6 +14,7 @@ pub mod order;
 mod partition;
 mod pick;
 mod relational;
+mod saturation;
 mod store;
 mod transitions;
 mod translate;
@@ -183,7 +184,7 @@ impl Engine for SymbolicEngine {
     }
 
     fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
-        let translator = Translator::new(&self.program, &self.encoding, &self.store, self.domain.clone());
+        let translator = Translator::new(&self.program, &self.encoding, &self.store);
         let (holds, fails) = translator.condition(predicate)?;
         let bad = self.store.and(&fails, &self.states.0)?;
         if !self.store.is_zero(&bad) {
@@ -282,13 +283,14 @@ impl Engine for SymbolicEngine {
         if let (true, Some(found)) = (free, self.recall(target)) {
             return Ok(found);
         }
-        let clusters = self.clusters.confined(&self.store, &confinement)?;
+        let clusters = self.clusters.allowing(&self.store, &confinement)?;
         let dropped: Vec<(Bdd, Bdd)> = dropped.iter().map(|(f, t)| (f.0.clone(), t.0.clone())).collect();
-        let tell = |firings: usize, x: &Bdd| {
-            let detail = || format!("{firings} pre-image steps, {} nodes", self.store.size(x));
+        let tell = |x: &Bdd| {
+            let detail = || format!("{} nodes", self.store.size(x));
             self.settings.observer.progress("backward reachability", &detail);
         };
-        let found = StateSet(clusters.backward(&self.store, &target.0, &dropped, &tell)?);
+        let found = clusters.backward(&self.store, &target.0, &self.states.0, &dropped, &tell)?;
+        let found = StateSet(found);
         if free {
             self.remember(target, &found);
         }

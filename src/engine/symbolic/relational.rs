@@ -42,6 +42,11 @@ impl Touched {
         Touched { bits: flags, end, id: NEXT.fetch_add(1, Ordering::Relaxed) }
     }
 
+    /// The number in the operation cache.
+    pub(super) fn id(&self) -> u32 {
+        self.id
+    }
+
     /// Whether `bit` is touched.
     pub(super) fn contains(&self, bit: u32) -> bool {
         self.bits[bit as usize]
@@ -82,6 +87,43 @@ pub(super) fn image(manager: &BDDManagerRef, r: &Bdd, touched: &Touched, x: &Bdd
 /// X with the touched bits read in their next copy.
 pub(super) fn primed(manager: &BDDManagerRef, touched: &Touched, x: &Bdd) -> AllocResult<Bdd> {
     manager.with_manager_shared(|m| Ok(Bdd::from_edge(m, prime(m, x.as_edge(m), touched)?)))
+}
+
+/// The first bit that f depends on; `u32::MAX` for a constant.
+pub(super) fn top(manager: &BDDManagerRef, f: &Bdd) -> u32 {
+    manager.with_manager_shared(|m| m.level_of(f.as_edge(m)) / 2)
+}
+
+/// f with `bit` set, and f with `bit` clear, where no earlier bit matters to f.
+pub(super) fn split(manager: &BDDManagerRef, f: &Bdd, bit: u32) -> (Bdd, Bdd) {
+    manager.with_manager_shared(|m| {
+        let (t, e) = m.children(f.as_edge(m), 2 * bit);
+        (Bdd::from_edge(m, m.clone_edge(t)), Bdd::from_edge(m, m.clone_edge(e)))
+    })
+}
+
+/// if `bit` then t else e, where t and e depend on later bits only.
+pub(super) fn node(manager: &BDDManagerRef, bit: u32, t: &Bdd, e: &Bdd) -> AllocResult<Bdd> {
+    manager.with_manager_shared(|m| {
+        let (t, e) = (m.clone_edge(t.as_edge(m)), m.clone_edge(e.as_edge(m)));
+        Ok(Bdd::from_edge(m, m.make(2 * bit, t, e)?))
+    })
+}
+
+/// What was remembered for two functions under a number.
+pub(super) fn recall(manager: &BDDManagerRef, f: &Bdd, g: &Bdd, number: u32) -> Option<Bdd> {
+    manager.with_manager_shared(|m| {
+        let found = m.look_up(BDDOp::UniqueOr, &[f.as_edge(m), g.as_edge(m)], number)?;
+        Some(Bdd::from_edge(m, found))
+    })
+}
+
+/// Remembers a result for two functions under a number, until garbage is collected or the cache
+/// needs the place.
+pub(super) fn remember(manager: &BDDManagerRef, f: &Bdd, g: &Bdd, number: u32, result: &Bdd) {
+    manager.with_manager_shared(|m| {
+        m.remember(BDDOp::UniqueOr, &[f.as_edge(m), g.as_edge(m)], number, result.as_edge(m));
+    });
 }
 
 type ManagerOf<'id> = <Bdd as Function>::Manager<'id>;

@@ -145,6 +145,31 @@ impl Store {
         self.run(|| relational::primed(&self.manager, touched, x))
     }
 
+    /// The first bit that f depends on; `u32::MAX` for a constant.
+    pub(super) fn top(&self, f: &Bdd) -> u32 {
+        relational::top(&self.manager, f)
+    }
+
+    /// f with `bit` set and with `bit` clear, where f depends on no earlier bit.
+    pub(super) fn split(&self, f: &Bdd, bit: u32) -> (Bdd, Bdd) {
+        relational::split(&self.manager, f, bit)
+    }
+
+    /// if `bit` then t else e, where t and e depend on later bits only.
+    pub(super) fn node(&self, bit: u32, t: &Bdd, e: &Bdd) -> Result<Bdd> {
+        self.run(|| relational::node(&self.manager, bit, t, e))
+    }
+
+    /// What was remembered for two functions under a number.
+    pub(super) fn recall(&self, f: &Bdd, g: &Bdd, number: u32) -> Option<Bdd> {
+        relational::recall(&self.manager, f, g, number)
+    }
+
+    /// Remembers a result for two functions under a number, for a while.
+    pub(super) fn remember(&self, f: &Bdd, g: &Bdd, number: u32, result: &Bdd) {
+        relational::remember(&self.manager, f, g, number, result);
+    }
+
     /// f = false
     pub(super) fn is_zero(&self, f: &Bdd) -> bool {
         *f == self.zero

@@ -31,6 +31,9 @@ pub(super) struct Symbolic {
     pub(super) meaning: Meaning,
     /// The states in which an operation that is evaluated has no value.
     pub(super) fails: Bdd,
+    /// The patterns of the variables that occur which are values; the others do not matter here,
+    /// so that an expression stays as local as it is written.
+    pub(super) within: Bdd,
 }
 
 /// Translates the expressions of one program and remembers every node.
@@ -38,15 +41,13 @@ pub(super) struct Translator<'a> {
     program: &'a Program,
     encoding: &'a Encoding,
     store: &'a Store,
-    /// Patterns that are values: others take no part in partitions.
-    domain: Bdd,
     known: RefCell<AHashMap<ExprId, Symbolic>>,
 }
 
 impl<'a> Translator<'a> {
     /// A translator that knows nothing yet.
-    pub(super) fn new(program: &'a Program, encoding: &'a Encoding, store: &'a Store, domain: Bdd) -> Self {
-        Translator { program, encoding, store, domain, known: RefCell::default() }
+    pub(super) fn new(program: &'a Program, encoding: &'a Encoding, store: &'a Store) -> Self {
+        Translator { program, encoding, store, known: RefCell::default() }
     }
 
     /// A Boolean expression, with the states in which it has no value.
@@ -58,7 +59,7 @@ impl<'a> Translator<'a> {
     /// A numeric expression by its values, with the states in which it has none.
     pub(super) fn values(&self, e: ExprId) -> Result<(Partition, Bdd)> {
         let symbolic = self.translate(e)?;
-        Ok((self.partition(&symbolic.meaning)?, symbolic.fails))
+        Ok((self.partition(&symbolic)?, symbolic.fails))
     }
 
     /// An integer (or Boolean, as 0 and 1) expression, with the states in which it has no value.
@@ -83,7 +84,8 @@ impl<'a> Translator<'a> {
             let missing: Vec<ExprId> =
                 self.operands(e).filter(|o| !self.known.borrow().contains_key(o)).collect();
             if missing.is_empty() {
-                let symbolic = self.node(e)?;
+                let within = self.patterns(e)?;
+                let symbolic = Symbolic { within, ..self.node(e)? };
                 self.known.borrow_mut().insert(e, symbolic);
                 stack.pop();
             } else {
@@ -103,12 +105,31 @@ impl<'a> Translator<'a> {
         operands.into_iter().flatten()
     }
 
+    /// The patterns of the variables of an expression which are values.
+    pub(super) fn within(&self, e: ExprId) -> Result<Bdd> {
+        Ok(self.translate(e)?.within)
+    }
+
+    /// The patterns of the variables of a node which are values, from those of its operands.
+    fn patterns(&self, e: ExprId) -> Result<Bdd> {
+        if let Node::Var(v) = self.program.pool.node(e) {
+            return self.encoding.values_of(self.store, v);
+        }
+        let mut operands = self.operands(e).map(|o| self.get(o).within);
+        operands.try_fold(self.store.one(), |all, one| self.store.and(&all, &one))
+    }
+
+    /// A meaning before it is known which patterns matter.
+    fn symbolic(&self, meaning: Meaning, fails: Bdd) -> Symbolic {
+        Symbolic { meaning, fails, within: self.store.one() }
+    }
+
     fn get(&self, e: ExprId) -> Symbolic {
         self.known.borrow()[&e].clone()
     }
 
     fn node(&self, e: ExprId) -> Result<Symbolic> {
-        let sure = |meaning| Ok(Symbolic { meaning, fails: self.store.zero() });
+        let sure = |meaning| Ok(self.symbolic(meaning, self.store.zero()));
         match self.program.pool.node(e) {
             Node::Literal(v) => sure(self.literal(v)),
             Node::Var(v) => {
@@ -136,7 +157,7 @@ impl<'a> Translator<'a> {
     }
 
     fn unary(&self, op: Unary, a: &Symbolic) -> Result<Symbolic> {
-        let same = |meaning| Symbolic { meaning, fails: a.fails.clone() };
+        let same = |meaning| self.symbolic(meaning, a.fails.clone());
         match (op, &a.meaning) {
             (Unary::Not, m) => Ok(same(Meaning::Bool(self.store.not(&self.truth(m)?)?))),
             (Unary::Neg, Meaning::Int(bits)) => match bits.neg(self.store)? {
@@ -150,13 +171,13 @@ impl<'a> Translator<'a> {
 
     /// A unary operator, value by value.
     fn mapped(&self, op: Unary, a: &Symbolic) -> Result<Symbolic> {
-        let (result, failed) = self.partition(&a.meaning)?.map(self.store, |v| value::unary(op, v))?;
+        let (result, failed) = self.partition(a)?.map(self.store, |v| value::unary(op, v))?;
         let meaning = match op {
             Unary::Floor | Unary::Ceil | Unary::Round => Meaning::Int(result.to_bits(self.store)?),
             Unary::Neg if matches!(a.meaning, Meaning::Int(_)) => Meaning::Int(result.to_bits(self.store)?),
             _ => Meaning::Real(result),
         };
-        Ok(Symbolic { meaning, fails: self.store.or(&a.fails, &failed)? })
+        Ok(self.symbolic(meaning, self.store.or(&a.fails, &failed)?))
     }
 
     fn binary(&self, op: Binary, a: &Symbolic, b: &Symbolic) -> Result<Symbolic> {
@@ -167,9 +188,9 @@ impl<'a> Translator<'a> {
         if let (Meaning::Int(x), Meaning::Int(y)) = (&a.meaning, &b.meaning)
             && let Some(meaning) = self.arithmetic(op, x, y)?
         {
-            return Ok(Symbolic { meaning, fails });
+            return Ok(self.symbolic(meaning, fails));
         }
-        let (x, y) = (self.partition(&a.meaning)?, self.partition(&b.meaning)?);
+        let (x, y) = (self.partition(a)?, self.partition(b)?);
         let (result, failed) = x.combine(self.store, &y, |v, w| value::binary(op, v, w))?;
         let ints = matches!((&a.meaning, &b.meaning), (Meaning::Int(_), Meaning::Int(_)));
         let ty = value::binary_type(op, if ints { Type::Int } else { Type::Real });
@@ -178,7 +199,7 @@ impl<'a> Translator<'a> {
             Type::Int => Meaning::Int(result.to_bits(self.store)?),
             Type::Real => Meaning::Real(result),
         };
-        Ok(Symbolic { meaning, fails: self.store.or(&fails, &failed)? })
+        Ok(self.symbolic(meaning, self.store.or(&fails, &failed)?))
     }
 
     /// Operators on Booleans; `&` and `|` evaluate the right side only where they need it.
@@ -196,7 +217,7 @@ impl<'a> Translator<'a> {
             Binary::Le => (store.or(&store.not(f)?, g)?, g_fails.clone()),
             _ => (store.iff(f, g)?, g_fails.clone()),
         };
-        Ok(Symbolic { meaning: Meaning::Bool(value), fails: store.or(f_fails, &right_fails)? })
+        Ok(self.symbolic(Meaning::Bool(value), store.or(f_fails, &right_fails)?))
     }
 
     /// Operators on integers that bit vectors can do.
@@ -230,10 +251,10 @@ impl<'a> Translator<'a> {
         let meaning = match (&a.meaning, &b.meaning) {
             (Meaning::Bool(f), Meaning::Bool(g)) => Meaning::Bool(store.ite(&condition, f, g)?),
             (Meaning::Int(x), Meaning::Int(y)) => Meaning::Int(x.select(store, &condition, y)?),
-            (x, y) => Meaning::Real(self.partition(x)?.select(store, &condition, &self.partition(y)?)?),
+            _ => Meaning::Real(self.partition(a)?.select(store, &condition, &self.partition(b)?)?),
         };
         let branch_fails = store.ite(&condition, &a.fails, &b.fails)?;
-        Ok(Symbolic { meaning, fails: store.or(&c.fails, &branch_fails)? })
+        Ok(self.symbolic(meaning, store.or(&c.fails, &branch_fails)?))
     }
 
     fn truth(&self, meaning: &Meaning) -> Result<Bdd> {
@@ -244,13 +265,13 @@ impl<'a> Translator<'a> {
         }
     }
 
-    fn partition(&self, meaning: &Meaning) -> Result<Partition> {
-        match meaning {
+    fn partition(&self, symbolic: &Symbolic) -> Result<Partition> {
+        match &symbolic.meaning {
             Meaning::Bool(f) => Partition::of_bool(self.store, f),
             Meaning::Int(bits) if bits.low == bits.high => {
                 Ok(Partition::constant(self.store, Value::Int(bits.low)))
             }
-            Meaning::Int(bits) => Partition::of_bits(self.store, bits, &self.domain),
+            Meaning::Int(bits) => Partition::of_bits(self.store, bits, &symbolic.within),
             Meaning::Real(p) => Ok(p.clone()),
         }
     }
