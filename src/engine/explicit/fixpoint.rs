@@ -12,12 +12,12 @@ const PATIENCE: usize = 1 << 14;
 
 /// For each state which entry of the list of dropped edges it is a source of.
 struct DroppedEdges<'a> {
-    entry: Array<u16>,
+    entry: Array<u32>,
     into: Vec<&'a [u64]>,
 }
 
 /// No entry has this number.
-const NONE: u16 = u16::MAX;
+const NONE: u32 = u32::MAX;
 
 impl DroppedEdges<'_> {
     #[inline]
@@ -43,9 +43,7 @@ impl ExplicitEngine {
         let mut entry = Array::filled(&self.meter, self.graph.states(), NONE)?;
         let mut into = Vec::new();
         for (from, to) in dropped {
-            // The first sets are disjoint and not empty in what counts: more than 65534 of them
-            // would need as many classes.
-            let number = u16::try_from(into.len()).unwrap_or(NONE);
+            let number = into.len() as u32;
             from.iter().for_each(|s| entry[s] = number);
             into.push(to.words());
         }
