@@ -16,15 +16,17 @@ use crate::model::expr::{Binary, ExprId, Node};
 use crate::model::value::{EvalError, Type, Value};
 use crate::model::{CommandId, Program};
 
-/// A table has at most so many cells: the numbers of its rows then fit 16 bits.
-const MOST_CELLS: u64 = u16::MAX as u64;
-/// So have all tables of a program together.
+/// A table has at most so many cells.
+const MOST_CELLS: u64 = 1 << 18;
+/// For variables that only one conjunct is over it grows to no more than this.
+const FEW_CELLS: u64 = 1 << 10;
+/// All tables of a program together have at most so many cells.
 const ALL_CELLS: u64 = 1 << 22;
 /// The rows of a table hold at most so many commands together.
 const MOST_MEMBERS: usize = 1 << 20;
 /// A table is worth its memory only after so many look-ups.
 const PATIENCE: u32 = 64;
-/// The cell of which nothing is known.
+/// The cell of which nothing is known; there are no more rows than this.
 const UNKNOWN: u16 = u16::MAX;
 
 /// How the guards of a participant's commands are divided.
@@ -122,8 +124,9 @@ fn keys(program: &Program, guards: &[Vec<Conjunct>], most: u64) -> Vec<u32> {
     let mut wanted: Vec<(&[u32], usize)> = votes.into_iter().map(|(s, of)| (s, of.len())).collect();
     wanted.sort_unstable_by_key(|&(support, count)| (Reverse(count), support.len(), support));
     let mut keys = Vec::new();
-    for (support, _) in wanted {
+    for (support, count) in wanted {
         let more = share::merged(keys.clone(), support);
+        let most = if count > 1 { most } else { most.min(FEW_CELLS) };
         if share::cells(program, &more).is_some_and(|n| n <= most) {
             keys = more;
         }
@@ -200,7 +203,8 @@ impl Rows {
             self.members.resize(dispatch.candidates.len(), 0);
         }
         self.asked = self.asked.saturating_add(1);
-        if self.asked < PATIENCE || self.members.len() + row.len() > MOST_MEMBERS {
+        let full = self.rows.len() >= usize::from(UNKNOWN) || self.members.len() + row.len() > MOST_MEMBERS;
+        if self.asked < PATIENCE || full {
             self.members[..row.len()].copy_from_slice(&row);
             return Ok((0, row.len() as u32));
         }
@@ -212,7 +216,7 @@ impl Rows {
         Ok(self.rows[number as usize])
     }
 
-    /// The number of a row; there are no more of them than cells.
+    /// The number of a row.
     fn number(&mut self, row: Vec<u32>) -> u16 {
         if let Some(&number) = self.known.get(&row) {
             return number;
