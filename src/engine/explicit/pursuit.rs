@@ -161,15 +161,13 @@ impl<R: Rules> Pursuit<'_, R> {
         Ok(())
     }
 
-    /// Takes the choices of lost states away and those that may step into one; detaches states that
-    /// then have no choice that leads lower.
+    /// Takes the choices away that may step into a lost state, among them all of the lost states
+    /// themselves; detaches states that then have no choice that leads lower.
     fn lose(&mut self, lost: &[u32]) -> Result<Array<u32>> {
         let graph = self.graph;
         let mut detached = Array::new(&self.engine.meter);
         for &state in lost {
             self.engine.tick()?;
-            let own = self.engine.graph.choices_of(state as usize);
-            own.for_each(|choice| clear(self.choices.words_mut(), choice));
             for &choice in graph.of(state as usize) {
                 let owner = graph.owner(choice);
                 if test(self.choices.words(), choice as usize) && self.leans(owner, state as usize) {
