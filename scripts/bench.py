@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 """Sweeps a family over its size for both engines of Meliora, as whole processes.
 
-usage: bench.py [--sizes 4,8,16,32,64] [--items 3,6] [--runs 3] [--timeout 60] [--memory 4GiB]
-                [--csv bench.csv] [--plot crossover.svg]
-       bench.py --family 'models/chain-{size}.prism' --prefs 'models/chain.pref' --sizes 10,100,1000
+usage: bench.py [--sizes 8,16,32,64,128,256] [--items 3,6,12] [--runs 3] [--timeout 40] [--memory 4GiB]
+                [--csv bench.csv] [--plot crossover.svg] [--markdown table.md]
+       bench.py --family models/fleet.prism --prefs models/fleet.pref --const 'L={size}' --sizes 1,2,3,7,63,511
 
 The family is the grid world of `meliora generate gridworld`, or files whose name holds {size}; with --const 'N={size}'
 also one file with a constant. Each point is `meliora check` on a model and its preferences: states, seconds of the
-whole process (median of the runs) and its largest resident set (the greatest of the runs). An engine that is stopped or
-runs out of memory is not tried on larger sizes. The CSV has one row a run, with machine and version; the plot has states
-against time and against memory, both axes logarithmic. Needs matplotlib for --plot.
+whole process (median of the runs) and its largest resident set (the greatest of the runs); what takes ten seconds is not run
+again. An engine that is stopped or runs out of memory is not tried on larger sizes. The CSV has one row a run, with machine
+and version; the plot has states against time and against memory, both axes logarithmic; --markdown writes the table of the
+README. Needs matplotlib for --plot.
 Exit status: 0 done, 1 the engines differ in a number or a run failed, 2 usage.
 """
 
@@ -28,6 +29,8 @@ import harness
 import plots
 
 ENGINES = ("symbolic", "explicit")
+# A point that has taken so many seconds is not measured once more: long runs vary little.
+ENOUGH = 10.0
 RESULTS = ("counts", "objectives", "classes", "improvement", "sasi", "spi", "initial")
 
 
@@ -63,23 +66,30 @@ class Point:
 
     @property
     def peak_bytes(self) -> int:
-        return max(run.peak_bytes for run in self.runs)
+        return max(peak(run) for run in self.runs)
+
+
+def peak(run: harness.Finished) -> int:
+    """The largest resident set: what Meliora says, since the system counts what the process was forked from."""
+    memory = (harness.json_object(run.stdout) or {}).get("memory") or {}
+    return int(memory.get("peak_rss_bytes") or run.peak_bytes)
 
 
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sizes", type=harness.integers, default=[4, 8, 16, 32, 64], metavar="N,…")
-    parser.add_argument("--items", type=harness.integers, default=[3, 6], metavar="K,…", help="of the grid worlds")
+    parser.add_argument("--sizes", type=harness.integers, default=[8, 16, 32, 64, 128, 256], metavar="N,…")
+    parser.add_argument("--items", type=harness.integers, default=[3, 6, 12], metavar="K,…", help="of the grid worlds")
     parser.add_argument("--seed", type=int, default=1, help="of the grid worlds")
     parser.add_argument("--family", metavar="PATTERN", help="model files instead of grid worlds, with {size}")
     parser.add_argument("--prefs", metavar="PATTERN", help="their preference files")
     parser.add_argument("--const", default="", metavar="PATTERN", help="their constants")
     parser.add_argument("--meliora", metavar="PATH", help="the binary")
     parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="for each run")
-    parser.add_argument("--memory", metavar="SIZE", help="passed on to Meliora")
+    parser.add_argument("--timeout", type=float, default=40.0, metavar="SECONDS", help="for each run")
+    parser.add_argument("--memory", default="4GiB", metavar="SIZE", help="passed on to Meliora")
     parser.add_argument("--csv", type=Path)
     parser.add_argument("--plot", type=Path, help="crossover plot, .svg or .png")
+    parser.add_argument("--markdown", type=Path, help="table for the README")
     given = parser.parse_args()
     if bool(given.family) != bool(given.prefs):
         parser.error("--family and --prefs go together")
@@ -103,10 +113,12 @@ def measure(given: argparse.Namespace, meliora: str, member: Member, engine: str
     command = [meliora, "check", str(member.model), str(member.preferences), "--engine", engine, "--json", "--quiet"]
     command += ["--timeout", f"{given.timeout:g}s"]
     command += ["--const", member.constants] if member.constants else []
-    command += ["--memory", given.memory] if given.memory else []
+    command += ["--memory", given.memory]
     runs: list[harness.Finished] = []
     while len(runs) < given.runs and all(run.status == 0 for run in runs):
         runs.append(harness.run(command, given.timeout + 10.0))
+        if sum(run.seconds for run in runs) > ENOUGH:
+            break
     last = runs[-1]
     stopped = last.timed_out or last.status == harness.OUT_OF_RESOURCES
     status = "done" if last.status == 0 else f"{'stopped' if stopped else 'failed'}: {harness.complaint(last)}"
@@ -157,7 +169,52 @@ def write_csv(path: Path, points: list[Point], meliora: str) -> None:
             for number, run in enumerate(point.runs, 1):
                 status = "done" if run.status == 0 else point.status
                 head = [point.member.series, point.member.size, point.engine, number, point.states]
-                out.writerow([*head, run.seconds, run.peak_bytes, status, *about])
+                out.writerow([*head, f"{run.seconds:.4f}", peak(run), status, *about])
+
+
+def write_markdown(path: Path, points: list[Point], given: argparse.Namespace, meliora: str) -> None:
+    """The table of the README: a row a member, a column an engine, and from where on which engine is ahead."""
+    rows: dict[Member, dict[str, Point]] = {}
+    for point in points:
+        rows.setdefault(point.member, {})[point.engine] = point
+    first = "grid" if not given.family else "size"
+    lines = [f"|  | {first} | states | " + " | ".join(ENGINES) + " |", "| --- " * (3 + len(ENGINES)) + "|"]
+    for member, row in rows.items():
+        states = next((f"{point.states:,}" for point in row.values() if point.states), "")
+        size = str(member.size) if given.family else f"{member.size} x {member.size}"
+        cells = [cell(row.get(engine), given) for engine in ENGINES]
+        lines.append("| " + " | ".join([member.series, size, states, *cells]) + " |")
+    about = f"{harness.version(meliora)}; {harness.machine()}; at most {given.timeout:g} s and {given.memory} a run."
+    lines += ["", *ahead(rows), "", about]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def cell(point: Point | None, given: argparse.Namespace) -> str:
+    """What one engine did on one member, in a few words."""
+    if point is None:
+        return "–"
+    if point.status == "done":
+        return f"{point.seconds:.2f} s, {point.peak_bytes / 2**20:.0f} MiB"
+    if point.status.startswith("failed"):
+        return "failed"
+    return f"more than {given.timeout:g} s" if point.runs[-1].seconds >= given.timeout else f"more than {given.memory}"
+
+
+def ahead(rows: dict[Member, dict[str, Point]]) -> list[str]:
+    """For each series a sentence: from how many states on the symbolic engine is never slower."""
+    said = []
+    for series in dict.fromkeys(member.series for member in rows):
+        first: int | None = None
+        for member in (member for member in rows if member.series == series):
+            symbolic, explicit = (rows[member].get(engine) for engine in ENGINES)
+            if symbolic is None or symbolic.status != "done":
+                first = None
+            elif explicit is None or explicit.status != "done" or symbolic.seconds <= explicit.seconds:
+                first = symbolic.states if first is None else first
+            else:
+                first = None
+        said.append(f"- {series}: " + (f"symbolic is ahead from {first:,} states on" if first else "explicit is ahead throughout"))
+    return said
 
 
 def draw(path: Path, points: list[Point]) -> None:
@@ -186,6 +243,9 @@ def main() -> int:
                 write_csv(given.csv, points, meliora)
     if given.plot is not None:
         draw(given.plot, points)
+    if given.markdown is not None:
+        write_markdown(given.markdown, points, given, meliora)
+        print(given.markdown.read_text(encoding="utf-8"), end="")
     wrong = differences(points)
     print("\n".join(wrong), end="\n" if wrong else "")
     return 1 if wrong or any(point.status.startswith("failed") for point in points) else 0

@@ -50,12 +50,18 @@ def scatter(path: Path, panels: Mapping[str, Mapping[str, Points]], floor: float
 
 
 def crossover(path: Path, panels: Mapping[str, Mapping[str, Points]], title: str) -> None:
-    """States (across) against a quantity (up), one panel a quantity, one line a series; both axes logarithmic."""
+    """States (across) against a quantity (up), one panel a quantity; both axes logarithmic.
+
+    A line is named `engine, series`: its style says which engine, its colour which series.
+    """
     pyplot = _pyplot()
     figure, axes = pyplot.subplots(1, len(panels), figsize=(6 * len(panels), 4.5), squeeze=False)
     for axis, (quantity, series) in zip(axes[0], panels.items()):
+        colours: dict[str, str] = {}
         for name, points in series.items():
-            axis.plot(*zip(*sorted(points)), "o--" if name.startswith("explicit") else "s-", label=name)
+            colour = colours.setdefault(name.partition(", ")[2], f"C{len(colours)}")
+            style = "o--" if name.startswith("explicit") else "s-"
+            axis.plot(*zip(*sorted(points)), style, color=colour, label=name)
         axis.set(xscale="log", yscale="log", xlabel="states", ylabel=quantity)
         axis.grid(True, which="major", linewidth=0.4)
         axis.legend(fontsize="small")

@@ -141,6 +141,17 @@ fn too_little_memory_ends_with_4_or_works_but_never_panics() {
 }
 
 #[test]
+fn the_explicit_engine_says_how_many_states_fitted_its_memory() {
+    let scratch = Scratch::new(&[("long.prism", LONG), ("long.pref", LONG_PREFS)]);
+    let (model, preferences) = (scratch.show("long.prism"), scratch.show("long.pref"));
+    for scope in ["reachable", "all"] {
+        let arguments = format!("check {model} {preferences} -c N=1000 --engine explicit --scope {scope}");
+        let finished = run(&format!("{arguments} --memory 14MiB")).expect(4);
+        assert!(finished.stderr.contains("states reached so far"), "{}", finished.stderr);
+    }
+}
+
+#[test]
 fn a_property_is_answered() {
     let holds = |property: &str| {
         let mut command = meliora();

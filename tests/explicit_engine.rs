@@ -10,7 +10,8 @@ use engines::random_program::{random_predicate, random_program};
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{SymbolicEngine, order};
 use meliora::engine::{Scope, Settings};
-use meliora::error::{Error, Result};
+use meliora::error::{Error, Result, SourceFile};
+use meliora::lang;
 use meliora::model::Program;
 use proptest::prelude::*;
 
@@ -63,6 +64,16 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn a_part_of_a_guard_that_is_not_looked_at_has_no_fault() {
+    let text = "mdp module m far : [0..999999] init 7; x : [0..2] init 0;\n\
+        [a] far<5 & mod(1,x)=0 -> true; [b] x=1 -> true; [c] x=2 -> true; endmodule";
+    let none = SourceFile::new("constants", "");
+    let program = Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program);
+    assert!(explicit(&program, Scope::Reachable).is_ok());
+    assert!(symbolic(&program, Scope::Reachable).is_ok());
 }
 
 proptest! {

@@ -158,3 +158,56 @@ fn regions<'a, E: Engine>(analysis: &'a Analysis<'_, E>) -> Vec<(String, &'a E::
     }
     regions
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use meliora::engine::Settings;
+    use meliora::engine::explicit::ExplicitEngine;
+    use meliora::error::SourceFile;
+    use meliora::lang;
+    use meliora::planning::Options;
+
+    use super::super::options::{Color, ShownArgs};
+    use super::*;
+
+    /// What is said of two models that are not the same.
+    fn difference(left: (&str, &str), right: (&str, &str)) -> String {
+        let read = |(model, preferences): (&str, &str)| {
+            let none = SourceFile::new("constants", "");
+            let mut program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
+            let preferences = lang::load_preferences(&SourceFile::new("p", preferences), &mut program);
+            let program = Arc::new(program);
+            let engine = ExplicitEngine::new(program.clone(), Settings::default()).unwrap();
+            (program, engine, preferences.unwrap())
+        };
+        let (left, right) = (read(left), read(right));
+        let mut a = Analysis::new(&left.1, &left.2, Options::default());
+        let mut b = Analysis::new(&right.1, &right.2, Options::default());
+        a.run(&mut |_| ()).unwrap();
+        b.run(&mut |_| ()).unwrap();
+        let shown = ShownArgs { json: false, verbose: 0, quiet: true, color: Color::Never };
+        let watch = Watch::new(None, &shown);
+        compare(&a, &b, &left.0, 100, &watch).unwrap().difference.unwrap_or_default()
+    }
+
+    const RING: &str = "mdp module m x : [0..3] init 0; [] true -> (x'=mod(x+1,4)); endmodule";
+    const LINE: &str = "mdp module m x : [0..3] init 0; [] x<3 -> (x'=x+1); endmodule";
+    const AT_1: &str = "objective A = F x=1;";
+
+    #[test]
+    fn the_first_difference_is_named() {
+        assert_eq!(difference((RING, AT_1), (RING, AT_1)), "");
+        let counts = difference((LINE, AT_1), (RING, AT_1));
+        assert!(counts.starts_with("deadlocks: symbolic 1, explicit 0"), "{counts}");
+        let larger = difference((RING, AT_1), (RING, "objective A = F x<2;"));
+        assert!(larger.starts_with("target states of `A`: symbolic 1, explicit 2"), "{larger}");
+    }
+
+    #[test]
+    fn sets_of_the_same_size_are_compared_state_by_state() {
+        let moved = difference((RING, AT_1), (RING, "objective A = F x=2;"));
+        assert_eq!(moved, "target:A at x=1: symbolic true, explicit false");
+    }
+}

@@ -5,11 +5,13 @@
 //! written over these; iterating over states is not part of the interface.
 
 pub mod explicit;
+pub mod moves;
 pub mod regions;
 pub mod symbolic;
 
 use std::sync::Arc;
 
+pub use moves::Moves;
 use num_bigint::BigUint;
 
 use crate::error::{Limit, Result};
@@ -206,6 +208,22 @@ pub trait Engine {
             choices = self.without_choices(&choices, &self.some_successor_in(&lost)?)?;
             states = reaching;
         }
+    }
+
+    /// νY. μX. { s ∈ S : some (s,a) ∈ C has every edge winning or into Y, and one winning or into X },
+    /// of edges that are there, with the pairs of C that stay; `start` holds S and C.
+    ///
+    /// Every pair of C must have its state in S and all its edges winning or into S. Cost: one
+    /// `can_reach` a round, and a pre-image for each set of moves and each layer of losing states.
+    fn almost_surely_win(
+        &self,
+        start: Region<Self::States, Self::Choices>,
+        moves: &[Moves<Self::States>],
+    ) -> Result<Region<Self::States, Self::Choices>>
+    where
+        Self: Sized,
+    {
+        moves::almost_surely_win(self, start, moves)
     }
 
     /// |X|

@@ -4,10 +4,11 @@
 
 use super::Named;
 use super::regions::{class_name, kind_name, numbered};
+use crate::engine::moves::pairs_into;
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::{Engine, Scope};
 use crate::error::Result;
-use crate::planning::improvement::{Arena, pairs_into};
+use crate::planning::improvement::Arena;
 use crate::planning::levels::{End, Level, goal_choices};
 use crate::planning::outcomes::Outcome;
 use crate::planning::{Analysis, Kind, Safety, strategy};

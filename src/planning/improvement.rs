@@ -7,6 +7,7 @@
 use std::fmt;
 
 use super::classes::{Class, Classes};
+use crate::engine::moves::{grouped, pairs_into};
 use crate::engine::{Count, Dropped, Engine};
 use crate::error::Result;
 
@@ -184,32 +185,4 @@ fn parts<E: Engine>(
         }
     }
     Ok(parts)
-}
-
-/// The pairs (from, into) without empty sides, those with the same `into` made one.
-fn grouped<E: Engine>(engine: &E, pairs: Vec<(E::States, E::States)>) -> Result<Vec<(E::States, E::States)>> {
-    let mut groups: Vec<(E::States, E::States)> = Vec::new();
-    for (from, into) in pairs {
-        if engine.is_empty(&from) || engine.is_empty(&into) {
-            continue;
-        }
-        match groups.iter_mut().find(|(_, same)| engine.same_states(same, &into)) {
-            Some((union, _)) => *union = engine.union(union, &from)?,
-            None => groups.push((from, into)),
-        }
-    }
-    Ok(groups)
-}
-
-/// ⋃ over (X, Y) of { (s,a) : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }.
-///
-/// # Errors
-/// A limit of the engine. Cost: one pre-image a distinct non-empty Y with a non-empty X.
-pub(crate) fn pairs_into<E: Engine>(engine: &E, pairs: Vec<(E::States, E::States)>) -> Result<E::Choices> {
-    let mut union = engine.no_choices();
-    for (from, into) in grouped(engine, pairs)? {
-        let entering = engine.choices_in(&engine.some_successor_in(&into)?, &from)?;
-        union = engine.union_choices(&union, &entering)?;
-    }
-    Ok(union)
 }

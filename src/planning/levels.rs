@@ -7,8 +7,9 @@
 use std::fmt;
 
 use super::classes::Classes;
-use super::improvement::{Arena, Improvement, Part, Safety, pairs_into};
-use crate::engine::Engine;
+use super::improvement::{Arena, Improvement, Part, Safety};
+use crate::engine::moves::pairs_into;
+use crate::engine::{Engine, Moves, Region};
 use crate::error::Result;
 
 /// Which of the paper's two solution concepts.
@@ -158,7 +159,7 @@ impl<E: Engine> Levels<E> {
 ///
 /// # Errors
 /// A limit of the engine. Cost, an arena: a pre-image a part for the goal edges; then for SPI one
-/// `can_reach`, for SASI one `can_reach` and a pre-image a part each round of losing states.
+/// `can_reach`, for SASI one `almost_surely_win`.
 pub fn next_level<E: Engine>(
     engine: &E,
     classes: &Classes<E>,
@@ -246,47 +247,28 @@ fn positively<E: Engine>(
 }
 
 /// νY. μX. { s : some kept choice has every kept edge in Y or a goal edge, and one in X or a goal
-/// edge }, with losing states removed first (Baier and Katoen, Algorithm 45, on sets).
+/// edge }.
 fn almost_surely<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
     goals: Vec<E::States>,
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
-    let (mut states, mut choices) = match before {
-        Some(game) => (game.states.clone(), still_good(engine, arena, &goals, game)?),
-        None => (arena.states.clone(), arena.choices.clone()),
-    };
-    let winning = goal_choices(engine, arena, &goals)?;
-    loop {
-        let seeds = engine.sources(&engine.common_choices(&choices, &winning)?)?;
-        let reaching = engine.can_reach(&seeds, &choices, &arena.dropped)?;
-        let lost = engine.difference(&states, &reaching)?;
-        if engine.is_empty(&lost) {
-            return Ok(Game { goals, states, choices });
+    let start = match before {
+        Some(game) => {
+            let choices = still_good(engine, arena, &goals, game)?;
+            Region { states: game.states.clone(), choices }
         }
-        choices = engine.choices_in(&choices, &reaching)?;
-        let losing = losing_choices(engine, arena, &goals, &lost, &reaching)?;
-        choices = engine.without_choices(&choices, &losing)?;
-        states = reaching;
-    }
-}
-
-/// The pairs of the states left with a kept edge into a lost state that is no goal edge.
-fn losing_choices<E: Engine>(
-    engine: &E,
-    arena: &Arena<E>,
-    goals: &[E::States],
-    lost: &E::States,
-    left: &E::States,
-) -> Result<E::Choices> {
-    let mut edges = Vec::with_capacity(arena.parts.len());
-    for (part, goal) in arena.parts.iter().zip(goals) {
-        let from = engine.intersection(&part.from, left)?;
-        let into = engine.difference(&engine.difference(lost, goal)?, &part.dropped)?;
-        edges.push((from, into));
-    }
-    pairs_into(engine, edges)
+        None => Region { states: arena.states.clone(), choices: arena.choices.clone() },
+    };
+    let edges = |(part, goal): (&Part<E>, &E::States)| Moves {
+        from: part.from.clone(),
+        goal: goal.clone(),
+        dropped: part.dropped.clone(),
+    };
+    let moves: Vec<Moves<E::States>> = arena.parts.iter().zip(&goals).map(edges).collect();
+    let Region { states, choices } = engine.almost_surely_win(start, &moves)?;
+    Ok(Game { goals, states, choices })
 }
 
 /// The choices of the last level's game that are not lost at once at the next level.

@@ -14,23 +14,27 @@ pub(crate) fn case(states: usize) -> impl Strategy<Value = Case> {
         let choices = prop::collection::vec(prop::collection::vec(successors, 0..=3), n);
         let target = prop::collection::vec(0..n, 0..=2);
         let targets = prop::collection::vec(target, objectives);
-        let relation = prop_oneof![
-            5 => Just(Relation::Strict),
-            1 => Just(Relation::Weak),
-            1 => Just(Relation::Indifferent),
-        ];
-        let statement = (0..objectives, relation, 0..objectives)
-            .prop_map(|(left, relation, right)| Statement { left, relation, right });
-        let chain: Vec<Statement> = (1..objectives)
-            .map(|i| Statement { left: i, relation: Relation::Strict, right: i - 1 })
-            .collect();
-        let statements = prop_oneof![prop::collection::vec(statement, 0..=6), Just(chain)];
-        (choices, targets, statements).prop_map(move |(choices, targets, statements)| Case {
+        (choices, targets, order(objectives)).prop_map(|(choices, targets, statements)| Case {
             mdp: Mdp::new(choices),
             targets,
-            statements: consistent(objectives, statements),
+            statements,
         })
     })
+}
+
+/// Statements about `n` objectives that do not contradict each other, half of the time a chain.
+pub(crate) fn order(n: usize) -> impl Strategy<Value = Vec<Statement>> {
+    let relation = prop_oneof![
+        5 => Just(Relation::Strict),
+        1 => Just(Relation::Weak),
+        1 => Just(Relation::Indifferent),
+    ];
+    let statement =
+        (0..n, relation, 0..n).prop_map(|(left, relation, right)| Statement { left, relation, right });
+    let chain: Vec<Statement> =
+        (1..n).map(|i| Statement { left: i, relation: Relation::Strict, right: i - 1 }).collect();
+    let statements = prop_oneof![prop::collection::vec(statement, 0..=6), Just(chain)];
+    statements.prop_map(move |statements| consistent(n, statements))
 }
 
 /// Leaves out statements that contradict the ones before.

@@ -1,5 +1,9 @@
-//! The planning algorithms against literal definitions, on an engine of plain vectors.
+//! The planning algorithms against literal definitions: on an engine of plain vectors, and on both
+//! engines of the library.
 
+mod differential;
+#[path = "../common/engines.rs"]
+mod engines;
 mod examples;
 mod generate;
 mod literal;
@@ -9,6 +13,7 @@ mod robot;
 mod strategies;
 mod tiny;
 mod versus_literal;
+mod worlds;
 
 use meliora::model::preference::{Empty, Objective, Preferences, Preorder, Statement};
 use meliora::planning::{Analysis, Options, Safety};

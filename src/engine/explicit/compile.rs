@@ -41,9 +41,17 @@ impl<'a> Compiler<'a> {
 
     /// Code that ends with the value of a Boolean expression.
     pub(super) fn condition(&mut self, e: ExprId) -> Entry {
+        self.conjunction(&[e])
+    }
+
+    /// Code that ends with whether all of some conditions hold; the first that does not is the last
+    /// to be evaluated.
+    pub(super) fn conjunction(&mut self, of: &[ExprId]) -> Entry {
         let start = self.here();
         let mut fails = Vec::new();
-        self.jump_if(e, false, &mut fails);
+        for &e in of {
+            self.jump_if(e, false, &mut fails);
+        }
         self.emit(Op::Return(true));
         self.land(fails);
         self.emit(Op::Return(false));

@@ -1,96 +1,230 @@
-//! Which commands of a participant need to be looked at in a state.
+//! Which commands of a participant can be enabled, by a table over a few variables.
+//!
+//! Most guards ask where their module stands, or what is the case in a cell of a grid. Those parts of
+//! a participant's guards that are over a few variables are looked up together: each valuation of
+//! these has a cell, with the commands whose parts hold there. The table fills as it is used.
+
+use std::cmp::Reverse;
+
+use ahash::{AHashMap, AHashSet};
 
 use super::bounds::Bounds;
-use crate::model::expr::{Binary, ExprId, Node, Unary};
-use crate::model::value::Value;
+use super::compile::Compiler;
+use super::machine::{Code, Entry, Machine};
+use super::share::{self, Key};
+use crate::model::expr::{Binary, ExprId, Node};
+use crate::model::value::{EvalError, Type, Value};
 use crate::model::{CommandId, Program};
 
-/// Variables with more values than this are no good for a table.
-const MOST_ROWS: i128 = 1 << 12;
+/// A table has at most so many cells.
+const MOST_CELLS: u64 = 1 << 18;
+/// For variables that only one conjunct is over it grows to no more than this.
+const FEW_CELLS: u64 = 1 << 10;
+/// All tables of a program together have at most so many cells.
+const ALL_CELLS: u64 = 1 << 22;
+/// The rows of a table hold at most so many commands together.
+const MOST_MEMBERS: usize = 1 << 20;
+/// A table is worth its memory only after so many look-ups.
+const PATIENCE: u32 = 64;
+/// The cell of which nothing is known; there are no more rows than this.
+const UNKNOWN: u16 = u16::MAX;
 
-/// A table by the value of one variable, since most guards ask where their module stands.
-pub(super) struct Dispatch {
-    /// The variable and its smallest value.
-    variable: usize,
-    low: i64,
-    /// For each value (or for all together) the commands that may be enabled, in order.
-    rows: Vec<Vec<u32>>,
+/// How the guards of a participant's commands are divided.
+pub(super) struct Division {
+    /// The variables that the table is over.
+    keys: Vec<u32>,
+    commands: Vec<Divided>,
 }
 
-impl Dispatch {
-    /// Tables the commands by the variable that most guards compare with a constant.
-    ///
-    /// A comparison counts when everything evaluated before it is total: then a guard that is not
-    /// looked at would be false, and not without a value.
-    pub(super) fn new(program: &Program, bounds: &Bounds, commands: &[CommandId]) -> Self {
-        let tests: Vec<Vec<(usize, i64)>> = commands
-            .iter()
-            .map(|c| {
-                let mut found = Vec::new();
-                tests(program, bounds, program.commands[c.index()].guard, &mut found);
-                found
-            })
-            .collect();
-        let mut votes = vec![0usize; program.variables.len()];
-        for &(variable, _) in tests.iter().flatten() {
-            votes[variable] += 1;
-        }
-        let best = (0..votes.len()).filter(|&v| rows(program, v) <= MOST_ROWS).max_by_key(|&v| votes[v]);
-        let all = || commands.iter().map(|c| c.0).collect();
-        let Some(variable) = best.filter(|&v| votes[v] > 0 && commands.len() > 2) else {
-            return Dispatch { variable: 0, low: 0, rows: vec![all()] };
+/// A guard as two conjunctions.
+struct Divided {
+    command: CommandId,
+    settled: Vec<ExprId>,
+    rest: Vec<ExprId>,
+}
+
+/// A part of a guard.
+struct Conjunct {
+    e: ExprId,
+    /// The variables in it; none where a table may not answer for it.
+    support: Option<Vec<u32>>,
+}
+
+impl Division {
+    /// Divides the guards of `commands`; there will be `tables` of these in all.
+    pub(super) fn new(program: &Program, bounds: &Bounds, commands: &[CommandId], tables: usize) -> Self {
+        let guards: Vec<Vec<Conjunct>> =
+            commands.iter().map(|c| conjuncts(program, bounds, program.commands[c.index()].guard)).collect();
+        let most = MOST_CELLS.min(ALL_CELLS / tables.max(1) as u64);
+        let keys = keys(program, &guards, most);
+        let divide = |(&command, guard): (&CommandId, Vec<Conjunct>)| {
+            let (settled, rest) = guard.into_iter().partition::<Vec<_>, _>(|c| c.is_over(&keys));
+            let parts = |of: Vec<Conjunct>| of.into_iter().map(|c| c.e).collect();
+            Divided { command, settled: parts(settled), rest: parts(rest) }
         };
-        let declared = &program.variables[variable];
-        let candidates = |value: i64| {
-            let may = |of: &[(usize, i64)]| of.iter().all(|&(v, c)| v != variable || c == value);
-            commands.iter().zip(&tests).filter(|(_, of)| may(of)).map(|(c, _)| c.0).collect()
-        };
-        let rows = (declared.low..=declared.high).map(candidates).collect();
-        Dispatch { variable, low: declared.low, rows }
+        let commands = commands.iter().zip(guards).map(divide).collect();
+        Division { keys, commands }
     }
 
-    /// The commands that may be enabled in a state, in the order of the program.
-    #[inline]
-    pub(super) fn candidates(&self, values: &[i64]) -> &[u32] {
-        match &self.rows[..] {
-            [all] => all,
-            rows => &rows[values[self.variable].wrapping_sub(self.low) as usize],
-        }
+    /// All parts of guards.
+    pub(super) fn roots(&self) -> impl Iterator<Item = ExprId> {
+        self.commands.iter().flat_map(|c| c.settled.iter().chain(&c.rest)).copied()
+    }
+
+    /// The same as code.
+    pub(super) fn compile(&self, program: &Program, compiler: &mut Compiler<'_>) -> Dispatch {
+        let mut entry = |of: &[ExprId]| (!of.is_empty()).then(|| compiler.conjunction(of));
+        let candidate = |c: &Divided| Candidate {
+            command: c.command.0,
+            settled: entry(&c.settled),
+            rest: entry(&c.rest),
+        };
+        let candidates = self.commands.iter().map(candidate).collect();
+        let (keys, cells) = share::table(program, &self.keys);
+        Dispatch { keys, cells, candidates }
     }
 }
 
-fn rows(program: &Program, variable: usize) -> i128 {
-    let declared = &program.variables[variable];
-    i128::from(declared.high) - i128::from(declared.low) + 1
+impl Conjunct {
+    fn is_over(&self, keys: &[u32]) -> bool {
+        self.support.as_ref().is_some_and(|s| s.iter().all(|v| keys.contains(v)))
+    }
 }
 
-/// Collects the conjuncts `variable = constant`; false where the conjunction may have no value.
-fn tests(program: &Program, bounds: &Bounds, e: ExprId, found: &mut Vec<(usize, i64)>) -> bool {
+/// The conjuncts of a guard, in their order.
+///
+/// A table may answer for one when it and all before it are total: where it is false, the guard is
+/// false then, and not without a value.
+fn conjuncts(program: &Program, bounds: &Bounds, guard: ExprId) -> Vec<Conjunct> {
     let pool = &program.pool;
-    match pool.node(e) {
-        Node::Binary(Binary::And, a, b) => {
-            tests(program, bounds, a, found) && tests(program, bounds, b, found)
-        }
-        Node::Binary(Binary::Eq, a, b) => {
-            match (pool.node(a), pool.node(b)) {
-                (Node::Var(v), Node::Literal(Value::Int(c)))
-                | (Node::Literal(Value::Int(c)), Node::Var(v)) => {
-                    found.push((v.index(), c));
-                }
-                _ => {}
+    let (mut found, mut stack, mut total) = (Vec::new(), vec![guard], true);
+    while let Some(e) = stack.pop() {
+        match pool.node(e) {
+            Node::Binary(Binary::And, a, b) if pool.ty(a) == Type::Bool => stack.extend([b, a]),
+            Node::Literal(Value::Bool(true)) => {}
+            _ => {
+                total &= bounds.is_total(e);
+                let support = total.then(|| pool.support(e).into_iter().map(|v| v.0).collect());
+                found.push(Conjunct { e, support });
             }
-            bounds.is_total(e)
         }
-        Node::Var(v) => {
-            found.push((v.index(), 1));
-            true
+    }
+    found
+}
+
+/// The variables for a table: those that most different conjuncts are over come first, since what
+/// all guards have in common tells no command from another.
+fn keys(program: &Program, guards: &[Vec<Conjunct>], most: u64) -> Vec<u32> {
+    let mut votes: AHashMap<&[u32], AHashSet<ExprId>> = AHashMap::new();
+    for conjunct in guards.iter().flatten() {
+        if let Some(support) = conjunct.support.as_deref() {
+            votes.entry(support).or_default().insert(conjunct.e);
         }
-        Node::Unary(Unary::Not, a) => {
-            if let Node::Var(v) = pool.node(a) {
-                found.push((v.index(), 0));
+    }
+    let mut wanted: Vec<(&[u32], usize)> = votes.into_iter().map(|(s, of)| (s, of.len())).collect();
+    wanted.sort_unstable_by_key(|&(support, count)| (Reverse(count), support.len(), support));
+    let mut keys = Vec::new();
+    for (support, count) in wanted {
+        let more = share::merged(keys.clone(), support);
+        let most = if count > 1 { most } else { most.min(FEW_CELLS) };
+        if share::cells(program, &more).is_some_and(|n| n <= most) {
+            keys = more;
+        }
+    }
+    // One look-up is no better than one test.
+    let settled = guards.iter().flatten().filter(|c| c.is_over(&keys)).count();
+    if settled > 1 { keys } else { Vec::new() }
+}
+
+/// The commands of a participant by cell.
+pub(super) struct Dispatch {
+    keys: Vec<Key>,
+    cells: u32,
+    pub(super) candidates: Vec<Candidate>,
+}
+
+/// A command of a participant.
+pub(super) struct Candidate {
+    pub(super) command: u32,
+    /// The part of its guard that the table answers for.
+    settled: Option<Entry>,
+    /// The part that has to be looked at in each state.
+    pub(super) rest: Option<Entry>,
+}
+
+/// The table of a [`Dispatch`], as far as it is filled.
+#[derive(Default)]
+pub(super) struct Rows {
+    /// For each cell the number of its row.
+    cells: Vec<u16>,
+    /// Where each row is in `members`.
+    rows: Vec<(u32, u32)>,
+    /// Positions in [`Dispatch::candidates`]; those in front are the last row that was not kept.
+    pub(super) members: Vec<u32>,
+    known: AHashMap<Vec<u32>, u16>,
+    asked: u32,
+}
+
+impl Rows {
+    /// Where in [`Rows::members`] the candidates are that the present state does not rule out by the
+    /// variables of the table, in the order of the program. Holds until the next call.
+    #[inline]
+    pub(super) fn of(
+        &mut self,
+        dispatch: &Dispatch,
+        machine: &mut Machine,
+        code: &Code,
+    ) -> Result<(u32, u32), EvalError> {
+        let mut cell = 0;
+        for key in &dispatch.keys {
+            cell += key.offset(&machine.regs);
+        }
+        match self.cells.get(cell) {
+            Some(&row) if row != UNKNOWN => Ok(self.rows[row as usize]),
+            _ => self.fill(cell, dispatch, machine, code),
+        }
+    }
+
+    #[cold]
+    fn fill(
+        &mut self,
+        cell: usize,
+        dispatch: &Dispatch,
+        machine: &mut Machine,
+        code: &Code,
+    ) -> Result<(u32, u32), EvalError> {
+        let mut row = Vec::new();
+        for (position, candidate) in dispatch.candidates.iter().enumerate() {
+            if candidate.settled.map_or(Ok(true), |entry| machine.run(code, entry.start))? {
+                row.push(position as u32);
             }
-            bounds.is_total(e)
         }
-        _ => bounds.is_total(e),
+        if self.members.is_empty() {
+            self.members.resize(dispatch.candidates.len(), 0);
+        }
+        self.asked = self.asked.saturating_add(1);
+        let full = self.rows.len() >= usize::from(UNKNOWN) || self.members.len() + row.len() > MOST_MEMBERS;
+        if self.asked < PATIENCE || full {
+            self.members[..row.len()].copy_from_slice(&row);
+            return Ok((0, row.len() as u32));
+        }
+        if self.cells.is_empty() {
+            self.cells.resize(dispatch.cells as usize, UNKNOWN);
+        }
+        let number = self.number(row);
+        self.cells[cell] = number;
+        Ok(self.rows[number as usize])
+    }
+
+    /// The number of a row.
+    fn number(&mut self, row: Vec<u32>) -> u16 {
+        if let Some(&number) = self.known.get(&row) {
+            return number;
+        }
+        let (number, start) = (self.rows.len() as u16, self.members.len() as u32);
+        self.members.extend_from_slice(&row);
+        self.rows.push((start, self.members.len() as u32));
+        self.known.insert(row, number);
+        number
     }
 }

@@ -3,7 +3,7 @@
 use super::ExplicitEngine;
 use super::graph::Predecessors;
 use super::meter::Array;
-use super::set::{self, Bits, clear, set, test};
+use super::set::{Bits, clear, set, test};
 use crate::engine::{Dropped, Region};
 use crate::error::Result;
 
@@ -12,12 +12,12 @@ const PATIENCE: usize = 1 << 14;
 
 /// For each state which entry of the list of dropped edges it is a source of.
 struct DroppedEdges<'a> {
-    entry: Array<u16>,
+    entry: Array<u32>,
     into: Vec<&'a [u64]>,
 }
 
 /// No entry has this number.
-const NONE: u16 = u16::MAX;
+const NONE: u32 = u32::MAX;
 
 impl DroppedEdges<'_> {
     #[inline]
@@ -43,9 +43,7 @@ impl ExplicitEngine {
         let mut entry = Array::filled(&self.meter, self.graph.states(), NONE)?;
         let mut into = Vec::new();
         for (from, to) in dropped {
-            // The first sets are disjoint and not empty in what counts: more than 65534 of them
-            // would need as many classes.
-            let number = u16::try_from(into.len()).unwrap_or(NONE);
+            let number = into.len() as u32;
             from.iter().for_each(|s| entry[s] = number);
             into.push(to.words());
         }
@@ -81,36 +79,15 @@ impl ExplicitEngine {
         let mut removal = Removal::new(self, graph, x.copy()?, self.choices_of_states(within, x)?)?;
         let outside = self.every_state.zip(x, |all, x| all & !x)?;
         for state in outside.iter() {
-            removal.lose(state, |_| true)?;
+            removal.lose(state)?;
         }
         for state in x.iter() {
             if test(removal.states.words(), state) && removal.left[state] == 0 {
                 clear(removal.states.words_mut(), state);
-                removal.lose(state, |_| true)?;
+                removal.lose(state)?;
             }
         }
         Ok(Region { states: removal.states, choices: removal.choices })
-    }
-
-    /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }
-    ///
-    /// Loses what cannot reach T, and at once what then has no choice left; then looks again.
-    pub(super) fn reach_almost_surely(&self, target: &Bits, within: &Bits) -> Result<Region<Bits, Bits>> {
-        let graph = self.graph.predecessors()?;
-        let outside = self.every_state.zip(target, |all, t| all & !t)?;
-        let choices = self.choices_of_states(within, &outside)?;
-        let mut removal = Removal::new(self, graph, self.every_state.copy()?, choices)?;
-        loop {
-            let reaching = self.attract(target, &removal.choices, &Vec::new())?;
-            let lost = removal.states.zip(&reaching, |s, r| s & !r)?;
-            if lost.is_empty() {
-                return Ok(Region { states: removal.states, choices: removal.choices });
-            }
-            removal.take_away(&lost)?;
-            for state in lost.iter() {
-                removal.lose(state, |s| !target.has(s))?;
-            }
-        }
     }
 
     /// Looks at the observer now and then.
@@ -151,21 +128,9 @@ impl<'a> Removal<'a> {
         Ok(Removal { engine, graph, states, choices, left, work: Array::new(&engine.meter) })
     }
 
-    /// Takes states away with all their choices.
-    fn take_away(&mut self, lost: &Bits) -> Result<()> {
-        let own = self.engine.choices_of_states(&self.choices, lost)?;
-        for (c, l) in self.choices.words_mut().iter_mut().zip(own.words()) {
-            *c &= !l;
-        }
-        for (s, l) in self.states.words_mut().iter_mut().zip(lost.words()) {
-            *s &= !l;
-        }
-        Ok(())
-    }
-
-    /// Disallows the choices that may step into a state, which is not among those left any more,
-    /// and so on where no choice is left and `may_lose` holds.
-    fn lose(&mut self, state: usize, may_lose: impl Fn(usize) -> bool) -> Result<()> {
+    /// Disallows the choices that may step into a state, which is not among those left any more, and
+    /// so on where no choice is left.
+    fn lose(&mut self, state: usize) -> Result<()> {
         let (states, choices) = (self.states.words_mut(), self.choices.words_mut());
         self.work.push(state as u32)?;
         while let Some(state) = self.work.pop() {
@@ -177,8 +142,8 @@ impl<'a> Removal<'a> {
                 clear(choices, choice as usize);
                 let from = self.graph.owner(choice) as usize;
                 self.left[from] -= 1;
-                if self.left[from] == 0 && test(states, from) && may_lose(from) {
-                    set::clear(states, from);
+                if self.left[from] == 0 && test(states, from) {
+                    clear(states, from);
                     self.work.push(from as u32)?;
                 }
             }

@@ -199,8 +199,7 @@ impl Machine {
         let Keep::Table { keys, cells } = &routine.keep else { return self.share(code, index) };
         let mut cell = 0usize;
         for key in keys {
-            let offset = self.get(key.variable).wrapping_sub(key.low) as usize;
-            cell = cell.wrapping_add(offset.wrapping_mul(key.stride as usize));
+            cell = cell.wrapping_add(key.offset(&self.regs));
         }
         let known = self.tables[index].get(cell).copied().unwrap_or(UNKNOWN);
         if known != UNKNOWN {

@@ -3,7 +3,7 @@
 //! States are codes of a few words (`layout`). The program is compiled (`compile`, `machine`,
 //! `program`) and stepped through state by state (`stepper`, `explore`); codes are numbered by
 //! an open-addressing index (`index`). Fixpoints are work lists over a reversed graph
-//! (`fixpoint`, `graph`).
+//! (`fixpoint`, `pursuit`, `graph`).
 
 mod bounds;
 mod compile;
@@ -18,6 +18,7 @@ mod machine;
 mod meter;
 mod operators;
 mod program;
+mod pursuit;
 mod set;
 mod share;
 mod stepper;

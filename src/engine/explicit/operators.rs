@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use super::compile::Compiler;
 use super::machine::Machine;
+use super::pursuit::{Entering, Table};
 use super::set::{Bits, set, test};
 use super::stepper::Stepper;
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
-use crate::engine::{Count, Dropped, Engine, Region, Settings, Usage};
+use crate::engine::{Count, Dropped, Engine, Moves, Region, Settings, Usage};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -168,7 +169,20 @@ impl Engine for ExplicitEngine {
         target: &StateSet,
         within: &ChoiceSet,
     ) -> Result<Region<StateSet, ChoiceSet>> {
-        let Region { states, choices } = self.reach_almost_surely(&target.0, &within.0)?;
+        let outside = self.every_state.zip(&target.0, |all, t| all & !t)?;
+        let choices = self.choices_of_states(&within.0, &outside)?;
+        let Region { states, choices } = self.pursue(&outside, choices, &Entering(&target.0))?;
+        let states = states.zip(&target.0, |x, t| x | t)?;
+        Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
+    }
+
+    fn almost_surely_win(
+        &self,
+        start: Region<StateSet, ChoiceSet>,
+        moves: &[Moves<StateSet>],
+    ) -> Result<Region<StateSet, ChoiceSet>> {
+        let rules = Table::new(self, moves)?;
+        let Region { states, choices } = self.pursue(&start.states.0, start.choices.0, &rules)?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
 

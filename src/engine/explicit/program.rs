@@ -4,11 +4,11 @@ use ahash::AHashMap;
 
 use super::bounds::Bounds;
 use super::compile::Compiler;
-use super::dispatch::Dispatch;
+use super::dispatch::{Dispatch, Division};
 use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
 use crate::model::expr::{ExprId, Node};
-use crate::model::{Branch, Command, ModelKind, Program};
+use crate::model::{Branch, Command, CommandId, ModelKind, Program};
 
 /// A program over the codes of one layout.
 pub(super) struct Prepared {
@@ -35,7 +35,6 @@ pub(super) struct Factor {
 
 /// A command.
 pub(super) struct Ready {
-    pub(super) guard: Entry,
     pub(super) chances: Chances,
     /// Those whose probability is not 0 everywhere.
     pub(super) branches: Vec<ReadyBranch>,
@@ -72,50 +71,57 @@ impl Prepared {
     /// Compiles all expressions of `program`.
     pub(super) fn new(program: &Program, layout: &Layout) -> Self {
         let bounds = Bounds::new(program);
-        let mut compiler = Compiler::new(program, &roots(program));
+        let (participants, synchronisations) = participants(program);
+        let divide = |commands: &&[CommandId]| Division::new(program, &bounds, commands, participants.len());
+        let divisions: Vec<Division> = participants.iter().map(divide).collect();
+        let mut roots = roots(program);
+        roots.extend(divisions.iter().flat_map(Division::roots));
+        let mut compiler = Compiler::new(program, &roots);
         let commands: Vec<Ready> =
             program.commands.iter().map(|c| ready(program, layout, c, &mut compiler)).collect();
         let initial = compiler.condition(program.initial);
-        let mut prepared = Prepared {
+        let sound = |c: &CommandId| {
+            bounds.is_total(program.commands[c.index()].guard)
+                && commands[c.index()].chances == Chances::Sound
+        };
+        let factor = |(division, own): (&Division, &&[CommandId])| Factor {
+            dispatch: division.compile(program, &mut compiler),
+            is_sound: own.iter().all(sound),
+        };
+        let factors = divisions.iter().zip(&participants).map(factor).collect();
+        Prepared {
             code: compiler.finish(),
             commands,
-            factors: Vec::new(),
-            synchronisations: Vec::new(),
+            factors,
+            synchronisations,
             uniform: program.kind == ModelKind::Dtmc,
             initial,
             initial_is_partial: !bounds.is_total(program.initial),
-        };
-        prepared.add_factors(program, &bounds);
-        prepared
-    }
-
-    fn add_factors(&mut self, program: &Program, bounds: &Bounds) {
-        let mut known: AHashMap<&[crate::model::CommandId], usize> = AHashMap::new();
-        for synchronisation in &program.synchronisations {
-            let mut own = Vec::new();
-            for commands in &synchronisation.factors {
-                let index = *known.entry(commands).or_insert_with(|| {
-                    let sound = |c: &crate::model::CommandId| {
-                        bounds.is_total(program.commands[c.index()].guard)
-                            && self.commands[c.index()].chances == Chances::Sound
-                    };
-                    let is_sound = commands.iter().all(sound);
-                    self.factors
-                        .push(Factor { dispatch: Dispatch::new(program, bounds, commands), is_sound });
-                    self.factors.len() - 1
-                });
-                own.push(index);
-            }
-            self.synchronisations.push(own);
         }
     }
 }
 
-/// Every expression of the commands, and that of the initial states, as often as it is used.
+/// The commands of each participant, each once, and for each synchronisation its participants.
+fn participants(program: &Program) -> (Vec<&[CommandId]>, Vec<Vec<usize>>) {
+    let mut known: AHashMap<&[CommandId], usize> = AHashMap::new();
+    let (mut all, mut synchronisations) = (Vec::new(), Vec::new());
+    for synchronisation in &program.synchronisations {
+        let mut own = Vec::new();
+        for commands in &synchronisation.factors {
+            own.push(*known.entry(commands).or_insert_with(|| {
+                all.push(commands.as_slice());
+                all.len() - 1
+            }));
+        }
+        synchronisations.push(own);
+    }
+    (all, synchronisations)
+}
+
+/// Every expression of the branches, and that of the initial states, as often as it is used.
 fn roots(program: &Program) -> Vec<ExprId> {
     let mut roots = vec![program.initial];
     for command in &program.commands {
-        roots.push(command.guard);
         for branch in &command.branches {
             roots.push(branch.probability);
             roots.extend(branch.updates.iter().map(|(_, e)| *e));
@@ -125,7 +131,6 @@ fn roots(program: &Program) -> Vec<ExprId> {
 }
 
 fn ready(program: &Program, layout: &Layout, command: &Command, compiler: &mut Compiler<'_>) -> Ready {
-    let guard = compiler.condition(command.guard);
     let chances = chances(program, command);
     let mut branches = Vec::new();
     for branch in &command.branches {
@@ -136,7 +141,7 @@ fn ready(program: &Program, layout: &Layout, command: &Command, compiler: &mut C
             branches.push(ReadyBranch { probability, updates: updates(program, layout, branch, compiler) });
         }
     }
-    Ready { guard, chances, branches }
+    Ready { chances, branches }
 }
 
 fn updates(program: &Program, layout: &Layout, branch: &Branch, compiler: &mut Compiler<'_>) -> Vec<Update> {

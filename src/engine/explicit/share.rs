@@ -26,6 +26,15 @@ pub(super) struct Key {
     pub(super) stride: u32,
 }
 
+impl Key {
+    /// What the variable adds to the number of the cell.
+    #[inline]
+    pub(super) fn offset(&self, values: &[i64]) -> usize {
+        let above = values[self.variable as usize].wrapping_sub(self.low) as usize;
+        above.wrapping_mul(self.stride as usize)
+    }
+}
+
 /// How a node is kept.
 #[derive(Debug, Clone)]
 pub(super) enum Keep {
@@ -56,7 +65,10 @@ pub(super) fn plan(program: &Program, roots: &[ExprId]) -> Vec<(ExprId, Keep)> {
         let below = operands(program.pool.node(e)).filter_map(|a| sizes.get(&a).copied());
         let size = below.fold(own_work(program, e), u32::saturating_add);
         let keep = match tables.contains(&e) {
-            true => Some(table(program, facts[&e].support.as_deref().unwrap_or(&[]))),
+            true => {
+                let (keys, cells) = table(program, facts[&e].support.as_deref().unwrap_or(&[]));
+                Some(Keep::Table { keys, cells })
+            }
             false => (size >= WORTH_SHARING && facts[&e].uses > 1).then_some(Keep::Register),
         };
         // What is kept costs one instruction where it is used.
@@ -103,7 +115,8 @@ fn facts(program: &Program, roots: &[ExprId]) -> AHashMap<ExprId, Fact> {
             work = work.saturating_add(fact.work);
             support = support.zip(fact.support.as_ref()).map(|(x, y)| merged(x, y));
         }
-        let support = support.filter(|s| s.len() <= MOST_KEYS && cells(program, s).is_some());
+        let fits = |s: &Vec<u32>| cells(program, s).is_some_and(|n| n <= MOST_CELLS);
+        let support = support.filter(|s| s.len() <= MOST_KEYS && fits(s));
         facts.insert(e, Fact { uses: uses[&e], work, support });
     }
     facts
@@ -134,27 +147,29 @@ fn tables(
     found
 }
 
-fn merged(mut x: Vec<u32>, y: &[u32]) -> Vec<u32> {
+/// Two sets of variables as one, sorted.
+pub(super) fn merged(mut x: Vec<u32>, y: &[u32]) -> Vec<u32> {
     x.extend(y.iter().filter(|v| !x.contains(v)).copied().collect::<Vec<_>>());
     x.sort_unstable();
     x
 }
 
-fn cells(program: &Program, support: &[u32]) -> Option<u64> {
+/// How many valuations some variables have.
+pub(super) fn cells(program: &Program, support: &[u32]) -> Option<u64> {
     let size = |v: &u32| {
         let declared = &program.variables[*v as usize];
         (declared.high.wrapping_sub(declared.low) as u64).checked_add(1)
     };
-    let product = support.iter().try_fold(1u64, |n, v| n.checked_mul(size(v)?));
-    product.filter(|&n| n <= MOST_CELLS)
+    support.iter().try_fold(1u64, |n, v| n.checked_mul(size(v)?))
 }
 
-fn table(program: &Program, support: &[u32]) -> Keep {
+/// The keys of a table over some variables and how many cells it has; these fit 32 bits.
+pub(super) fn table(program: &Program, support: &[u32]) -> (Vec<Key>, u32) {
     let (mut keys, mut stride) = (Vec::new(), 1u32);
     for &variable in support.iter().rev() {
         let declared = &program.variables[variable as usize];
         keys.push(Key { variable, low: declared.low, stride });
         stride *= declared.high.wrapping_sub(declared.low) as u32 + 1;
     }
-    Keep::Table { keys, cells: stride }
+    (keys, stride)
 }

@@ -1,5 +1,6 @@
 //! The choices of one state, as differences of codes.
 
+use super::dispatch::Rows;
 use super::layout::Layout;
 use super::machine::Machine;
 use super::program::{Chances, Prepared, Ready, Update, is_one};
@@ -38,6 +39,8 @@ pub(super) struct Stepper<'a, const W: usize> {
     prepared: &'a Prepared,
     machine: Machine,
     now: u64,
+    /// For each factor what is known of its guards.
+    rows: Vec<Rows>,
     /// For each factor its enabled commands, in `enabled`.
     factors: Vec<Slice>,
     enabled: Vec<u32>,
@@ -57,6 +60,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             prepared,
             machine: Machine::new(&prepared.code),
             now: 0,
+            rows: prepared.factors.iter().map(|_| Rows::default()).collect(),
             factors: vec![Slice::default(); prepared.factors.len()],
             enabled: Vec::new(),
             commands: vec![Slice::default(); prepared.commands.len()],
@@ -177,16 +181,20 @@ impl<'a, const W: usize> Stepper<'a, W> {
         }
         let prepared = self.prepared;
         let start = self.enabled.len() as u32;
-        for &command in prepared.factors[index].dispatch.candidates(&self.machine.regs) {
-            let ready = &prepared.commands[command as usize];
-            if self.machine.run(&prepared.code, ready.guard.start)? {
-                match ready.chances {
-                    Chances::Sound => {}
-                    Chances::Broken => return Err(Broken::Fault),
-                    Chances::Vary => self.check_probabilities(ready)?,
-                }
-                self.enabled.push(command);
+        let dispatch = &prepared.factors[index].dispatch;
+        let (from, to) = self.rows[index].of(dispatch, &mut self.machine, &prepared.code)?;
+        for at in from..to {
+            let candidate = &dispatch.candidates[self.rows[index].members[at as usize] as usize];
+            if !candidate.rest.map_or(Ok(true), |rest| self.machine.run(&prepared.code, rest.start))? {
+                continue;
             }
+            let ready = &prepared.commands[candidate.command as usize];
+            match ready.chances {
+                Chances::Sound => {}
+                Chances::Broken => return Err(Broken::Fault),
+                Chances::Vary => self.check_probabilities(ready)?,
+            }
+            self.enabled.push(candidate.command);
         }
         let found = Slice { stamp: self.now, start, end: self.enabled.len() as u32 };
         self.factors[index] = found;

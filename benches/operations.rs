@@ -1,0 +1,60 @@
+//! The operations in which the symbolic engine spends its time, as far as the library shows them.
+
+mod common;
+
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::{Engine, Scope};
+
+use common::Case;
+
+/// An operation of an engine that was just built: nothing is in its caches but what building left.
+fn fresh<T>(c: &mut Criterion, case: &Case, name: &str, states: u64, work: impl Fn(&SymbolicEngine) -> T) {
+    let mut group = c.benchmark_group(name);
+    group.throughput(Throughput::Elements(states));
+    group.bench_function(BenchmarkId::from_parameter(&case.name), |b| {
+        let keep = |engine: SymbolicEngine| {
+            let result = work(&engine);
+            (result, engine)
+        };
+        b.iter_batched(|| case.symbolic(), keep, BatchSize::PerIteration);
+    });
+    group.finish();
+}
+
+fn operations(c: &mut Criterion) {
+    let mut cases = common::cases();
+    cases.push(common::gridworld(24, 5));
+    for case in &cases {
+        let states = case.announce();
+        let mut group = c.benchmark_group("encoding");
+        group.throughput(Throughput::Elements(states));
+        // In the scope `all` there is nothing to explore: what is left is to encode and to check.
+        group.bench_function(BenchmarkId::from_parameter(&case.name), |b| {
+            b.iter_with_large_drop(|| case.symbolic_in(Scope::All));
+        });
+        group.finish();
+        let target = case.preferences.objectives[0].target;
+        fresh(c, case, "pre-image", states, |engine| {
+            engine.some_successor_in(&engine.states_where(target).unwrap()).unwrap()
+        });
+        fresh(c, case, "universal pre-image", states, |engine| {
+            let inside = engine.difference(&engine.all_states(), &engine.states_where(target).unwrap());
+            engine.every_successor_in(&inside.unwrap()).unwrap()
+        });
+        fresh(c, case, "image", states, |engine| engine.successors(&engine.all_choices()).unwrap());
+        fresh(c, case, "inner fixpoint", states, |engine| {
+            let target = engine.states_where(target).unwrap();
+            engine.can_reach(&target, &engine.all_choices(), &Vec::new()).unwrap()
+        });
+        fresh(c, case, "confined fixpoint", states, |engine| {
+            let target = engine.states_where(target).unwrap();
+            let outside = engine.difference(&engine.all_states(), &target).unwrap();
+            let choices = engine.choices_in(&engine.all_choices(), &outside).unwrap();
+            engine.almost_surely_reach(&target, &choices).unwrap()
+        });
+    }
+}
+
+criterion_group! { name = all; config = common::config(); targets = operations }
+criterion_main!(all);

@@ -1,0 +1,93 @@
+//! Games over edges: some edges win, some are not there.
+
+use super::{Dropped, Engine, Region};
+use crate::error::Result;
+
+/// What the edges from some states are worth.
+#[derive(Debug, Clone)]
+pub struct Moves<S> {
+    /// The states; those of different moves of a game are disjoint.
+    pub from: S,
+    /// An edge from `from` into these wins.
+    pub goal: S,
+    /// An edge from `from` into these is not there; disjoint from `goal`.
+    pub dropped: S,
+}
+
+/// ⋃ over (X, Y) of { (s,a) : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }.
+///
+/// # Errors
+/// A limit of the engine. Cost: one pre-image a distinct non-empty Y with a non-empty X.
+pub(crate) fn pairs_into<E: Engine>(engine: &E, pairs: Dropped<E::States>) -> Result<E::Choices> {
+    let mut union = engine.no_choices();
+    for (from, into) in grouped(engine, pairs)? {
+        let entering = engine.choices_in(&engine.some_successor_in(&into)?, &from)?;
+        union = engine.union_choices(&union, &entering)?;
+    }
+    Ok(union)
+}
+
+/// The pairs (from, into) without empty sides, those with the same `into` made one.
+///
+/// # Errors
+/// A limit of the engine. Cost: no image.
+pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Dropped<E::States>) -> Result<Dropped<E::States>> {
+    let mut groups: Dropped<E::States> = Vec::new();
+    for (from, into) in pairs {
+        if engine.is_empty(&from) || engine.is_empty(&into) {
+            continue;
+        }
+        match groups.iter_mut().find(|(_, same)| engine.same_states(same, &into)) {
+            Some((union, _)) => *union = engine.union(union, &from)?,
+            None => groups.push((from, into)),
+        }
+    }
+    Ok(groups)
+}
+
+/// [`Engine::almost_surely_win`] by sets.
+///
+/// Choices are disallowed only where they may step into a lost state: no choice of a lost state leads
+/// to what can still win, so it need not be cut, and what an engine remembers of the others stays of
+/// use. States left without a choice are lost at once, before the next backward fixpoint.
+pub(super) fn almost_surely_win<E: Engine>(
+    engine: &E,
+    start: Region<E::States, E::Choices>,
+    moves: &[Moves<E::States>],
+) -> Result<Region<E::States, E::Choices>> {
+    let winning = pairs_into(engine, moves.iter().map(|m| (m.from.clone(), m.goal.clone())).collect())?;
+    let dropped = moves.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect();
+    let dropped = grouped(engine, dropped)?;
+    let Region { mut states, mut choices } = start;
+    loop {
+        let seeds = engine.sources(&engine.common_choices(&choices, &winning)?)?;
+        let reaching = engine.can_reach(&seeds, &choices, &dropped)?;
+        let mut lost = engine.difference(&states, &reaching)?;
+        states = engine.intersection(&states, &reaching)?;
+        if engine.is_empty(&lost) {
+            choices = engine.choices_in(&choices, &states)?;
+            return Ok(Region { states, choices });
+        }
+        while !engine.is_empty(&lost) {
+            choices = engine.without_choices(&choices, &losing(engine, moves, &lost, &states)?)?;
+            let left = engine.intersection(&states, &engine.sources(&choices)?)?;
+            lost = engine.difference(&states, &left)?;
+            states = left;
+        }
+    }
+}
+
+/// The pairs of the states left with an edge into a lost state that is there and does not win.
+fn losing<E: Engine>(
+    engine: &E,
+    moves: &[Moves<E::States>],
+    lost: &E::States,
+    left: &E::States,
+) -> Result<E::Choices> {
+    let mut edges = Vec::with_capacity(moves.len());
+    for m in moves {
+        let into = engine.difference(&engine.difference(lost, &m.goal)?, &m.dropped)?;
+        edges.push((engine.intersection(&m.from, left)?, into));
+    }
+    pairs_into(engine, edges)
+}

@@ -1,0 +1,253 @@
+//! Both engines against the definitions: outcomes, classes, improvement MDP, levels, ranks and
+//! strategies, state by state and choice by choice.
+
+use std::collections::BTreeSet;
+
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Engine, Settings};
+use meliora::model::preference::Preferences;
+use meliora::planning::levels::{End, Level};
+use meliora::planning::strategy::{permitted_at_start, strategies};
+use meliora::planning::{Analysis, Kind, Levels, Options, Rank, Safety};
+use proptest::prelude::*;
+
+use crate::engines::brute::Brute;
+use crate::literal::{Literal, Set, almost_sure, positive};
+use crate::tiny::{Mdp, Tiny};
+use crate::worlds::{World, factored, graph};
+use crate::{Case, EMPTIES, SAFETIES, analyse};
+
+/// A world as a case of plain vectors: state and choice numbers are those of the reference.
+struct Reference {
+    brute: Brute,
+    case: Case,
+    tiny: Tiny,
+}
+
+impl Reference {
+    fn new(world: &World) -> Self {
+        let brute = Brute::new(&world.program, world.scope).unwrap();
+        let mut choices = vec![Vec::new(); brute.states.len()];
+        for pair in &brute.pairs {
+            choices[pair.state].push(pair.successors.iter().copied().collect());
+        }
+        let target = |&e| brute.states_where(&world.program, e).into_iter().collect();
+        let targets = world.targets.iter().map(target).collect();
+        let case = Case { mdp: Mdp::new(choices), targets, statements: world.statements.clone() };
+        Reference { brute, tiny: case.engine(), case }
+    }
+}
+
+/// One analysis by an engine, and what it must have found.
+struct Check<'a, E: Engine> {
+    world: &'a World,
+    reference: &'a Reference,
+    literal: &'a Literal<'a>,
+    found: &'a Analysis<'a, E>,
+    tiny: &'a Analysis<'a, Tiny>,
+}
+
+impl<E: Engine> Check<'_, E> {
+    fn all(&self) {
+        self.outcomes();
+        self.classes();
+        self.improvement();
+        for kind in [Kind::Sasi, Kind::Spi] {
+            self.levels(kind);
+            self.strategies(kind);
+        }
+        self.prospects();
+    }
+
+    fn states(&self, what: &str, x: &E::States, expected: &Set) {
+        let engine = self.found.engine();
+        for (s, state) in self.reference.brute.states.iter().enumerate() {
+            assert_eq!(engine.contains(x, state), expected.contains(&s), "{what}: {state:?}");
+        }
+        assert_eq!(engine.count_states(x).unwrap(), expected.len().into(), "{what}");
+    }
+
+    fn choices(&self, what: &str, c: &E::Choices, expected: &[Vec<bool>]) {
+        let engine = self.found.engine();
+        let expected: Vec<bool> = expected.iter().flatten().copied().collect();
+        for (pair, &expected) in self.reference.brute.pairs.iter().zip(&expected) {
+            let state = &self.reference.brute.states[pair.state];
+            let found = engine.contains_choice(c, state, &pair.choice);
+            assert_eq!(found, expected, "{what}: {state:?} {:?}", pair.choice);
+        }
+        let count = expected.iter().filter(|&&is_in| is_in).count();
+        assert_eq!(engine.count_choices(c).unwrap(), count.into(), "{what}");
+    }
+
+    fn outcomes(&self) {
+        for (i, target) in self.reference.case.targets.iter().enumerate() {
+            let (mdp, target) = (&self.reference.case.mdp, target.iter().copied().collect());
+            let outcome = self.found.outcomes().unwrap().get(i).unwrap();
+            self.states("target", &outcome.target, &target);
+            self.states("almost sure", &outcome.almost_sure, &almost_sure(mdp, &target));
+            self.states("positive", &outcome.positive, &positive(mdp, &target));
+        }
+    }
+
+    fn classes(&self) {
+        let mp = &self.literal.mp;
+        let classes = &self.found.classes().unwrap().list;
+        assert_eq!(classes.len(), mp.iter().collect::<BTreeSet<_>>().len());
+        let where_mp = |holds: &dyn Fn(&Set) -> bool| (0..mp.len()).filter(|&s| holds(&mp[s])).collect();
+        for class in classes {
+            let own: Set = class.most_preferred.iter().collect();
+            let weakens = |to: &Set| self.literal.weakens(&own, to);
+            let improves = |to: &Set| self.literal.improves(&own, to) && !weakens(to);
+            self.states("class", &class.states, &where_mp(&|to| *to == own));
+            self.states("better", &class.better, &where_mp(&improves));
+            self.states("worse", &class.worse, &where_mp(&weakens));
+        }
+    }
+
+    fn improvement(&self) {
+        let safety = self.found.options().safety;
+        let sizes = self.found.result().improvement.clone();
+        assert_eq!(sizes.is_none(), safety == Safety::Prefix);
+        if let Some(sizes) = sizes {
+            let (states, transitions) = self.literal.sizes(safety);
+            assert_eq!((sizes.states, &sizes.transitions), (states.into(), &transitions.into()));
+            let total = self.found.result().counts.clone().unwrap().transitions;
+            assert_eq!(sizes.dropped, total - sizes.transitions / 2u32);
+        }
+        let (found, tiny) = (self.found.improvement().unwrap(), self.tiny.improvement().unwrap());
+        assert_eq!(found.arenas.len(), tiny.arenas.len());
+        for (found, expected) in found.arenas.iter().zip(&tiny.arenas) {
+            assert_eq!(found.reference, expected.reference);
+            self.states("arena", &found.states, &set(&expected.states));
+            self.choices("arena", &found.choices, &expected.choices);
+        }
+    }
+
+    fn levels(&self, kind: Kind) {
+        let levels = self.found.levels(kind);
+        let expected = self.literal.levels(kind, self.found.options().safety);
+        let mut found: Vec<&E::States> = levels.found.iter().map(|l| &l.states).collect();
+        let nothing = self.found.engine().no_states();
+        found.push(match &levels.end {
+            Some(End::Empty) => &nothing,
+            Some(End::Unbounded(level)) => &level.states,
+            Some(End::Cut) | None => panic!("not finished"),
+        });
+        assert_eq!(found.len(), expected.len(), "{kind}");
+        for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            self.states(&format!("{kind} {}", k + 1), found, expected);
+        }
+        for (s, state) in self.reference.brute.states.iter().enumerate() {
+            let rank = match expected.iter().take_while(|level| level.contains(&s)).count() {
+                k if k == expected.len() => Rank::Unbounded,
+                k => Rank::Finite(k),
+            };
+            assert_eq!(levels.rank(self.found.engine(), state), rank, "{kind}: {state:?}");
+        }
+    }
+
+    fn strategies(&self, kind: Kind) {
+        let pairs = every(self.found.levels(kind)).zip(every(self.tiny.levels(kind)));
+        for (k, (level, expected)) in pairs.enumerate() {
+            let (engine, improvement) = (self.found.engine(), self.found.improvement().unwrap());
+            let found = strategies(engine, kind, improvement, level).unwrap();
+            let tiny = strategies(self.tiny.engine(), kind, self.tiny.improvement().unwrap(), expected);
+            for (found, expected) in found.iter().zip(tiny.unwrap()) {
+                self.states("winning", &found.states, &set(&expected.states));
+                self.choices(
+                    &format!("permitted, {kind} {}", k + 1),
+                    &found.permissive,
+                    &expected.permissive,
+                );
+                self.choices(&format!("progress, {kind} {}", k + 1), &found.progress, &expected.progress);
+                assert_eq!(found.layers.len(), expected.layers.len());
+                for (layer, expected) in found.layers.iter().zip(&expected.layers) {
+                    self.states("layer", layer, &set(expected));
+                }
+            }
+            let classes = self.found.classes().unwrap();
+            let start = permitted_at_start(engine, kind, classes, improvement, level).unwrap();
+            self.choices("at the start", &start, &self.permitted(kind, expected));
+        }
+    }
+
+    fn permitted(&self, kind: Kind, level: &Level<Tiny>) -> Vec<Vec<bool>> {
+        let (classes, improvement) = (self.tiny.classes().unwrap(), self.tiny.improvement().unwrap());
+        permitted_at_start(self.tiny.engine(), kind, classes, improvement, level).unwrap()
+    }
+
+    /// Ranks and names of permitted actions, as reports show them.
+    fn prospects(&self) {
+        let program = &self.world.program;
+        let found = self.found.initial_prospects(program, usize::MAX).unwrap();
+        assert_eq!(found.len(), self.reference.brute.initial.len());
+        for (&s, prospects) in self.reference.brute.initial.iter().zip(found) {
+            let state = &self.reference.brute.states[s];
+            let mp: Set = prospects.most_preferred.iter().collect();
+            assert_eq!((&prospects.state, &mp), (state, &self.literal.mp[s]));
+            let steps = program.steps(state).unwrap();
+            for (kind, plan) in [(Kind::Sasi, prospects.sasi), (Kind::Spi, prospects.spi)] {
+                let levels = self.tiny.levels(kind);
+                let rank = levels.rank(self.tiny.engine(), &[s as i64]);
+                let permitted = levels.level(rank).map(|level| self.permitted(kind, level)[s].clone());
+                let taken = steps.iter().zip(permitted.unwrap_or_default()).filter(|(_, is_in)| *is_in);
+                let names: Vec<String> = taken.map(|(step, _)| step.name.clone()).collect();
+                let plan = plan.unwrap();
+                assert_eq!((plan.rank, plan.actions), (rank, names), "{kind}: {state:?}");
+            }
+        }
+    }
+}
+
+/// All levels found, and the fixpoint.
+fn every<E: Engine>(levels: &Levels<E>) -> impl Iterator<Item = &Level<E>> {
+    levels.found.iter().chain(levels.unbounded())
+}
+
+fn set(x: &[bool]) -> Set {
+    (0..x.len()).filter(|&s| x[s]).collect()
+}
+
+/// All safeties and all worths of nothing, on one engine.
+fn check<E: Engine>(engine: &E, world: &World, reference: &Reference) {
+    for empty in EMPTIES {
+        let literal = Literal::new(&reference.case, empty);
+        let tiny_preferences = reference.case.preferences(&reference.tiny, empty);
+        let mut preferences: Preferences = tiny_preferences.clone();
+        for (objective, &target) in preferences.objectives.iter_mut().zip(&world.targets) {
+            objective.target = target;
+        }
+        for safety in SAFETIES {
+            let tiny = analyse(&reference.tiny, &tiny_preferences, safety);
+            let mut found = Analysis::new(engine, &preferences, Options { safety, max_level: None });
+            found.run(&mut |_| ()).unwrap();
+            Check { world, reference, literal: &literal, found: &found, tiny: &tiny }.all();
+        }
+    }
+}
+
+fn both(world: &World) {
+    let reference = Reference::new(world);
+    let settings = || Settings { scope: world.scope, memory: 64 << 20, ..Settings::default() };
+    let explicit = ExplicitEngine::new(world.program.clone(), settings()).unwrap();
+    check(&explicit, world, &reference);
+    for order in [order::auto(&world.program), order::declared(&world.program)] {
+        let symbolic = SymbolicEngine::new(world.program.clone(), order, 1, settings()).unwrap();
+        check(&symbolic, world, &reference);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn both_engines_find_what_is_defined_on_factored_programs(factored in factored()) {
+        both(&factored.world());
+    }
+
+    #[test]
+    fn both_engines_find_what_is_defined_on_graphs(graph in graph(24)) {
+        both(&graph.world());
+    }
+}
