@@ -1,5 +1,6 @@
 //! Meliora: a symbolic model checker for opportunistic planning with incomplete preferences.
 
+pub mod atlas;
 pub mod certify;
 pub mod diagnostic;
 pub mod dump;

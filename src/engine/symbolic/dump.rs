@@ -11,9 +11,9 @@ use super::encoding::Encoding;
 use super::store::{Bdd, Store};
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build};
 use crate::dump::{Diagram, Edge};
-use crate::engine::Settings;
+use crate::engine::{Engine, Settings};
 use crate::error::Result;
-use crate::model::{CommandId, ModelKind, Program};
+use crate::model::{CommandId, ModelKind, Program, VarId};
 
 /// A set to be dumped.
 #[derive(Clone)]
@@ -138,6 +138,35 @@ impl SymbolicEngine {
     /// The states with the choice of this number; empty where there is no such number.
     pub fn numbered(&self, choices: &ChoiceSet, number: usize) -> StateSet {
         StateSet(choices.0.get(number).cloned().unwrap_or_else(|| self.store.zero()))
+    }
+
+    /// All choices with this number, enabled or not.
+    pub fn only(&self, number: usize) -> ChoiceSet {
+        let mut only = vec![self.store.zero(); self.enabled.len()];
+        if let Some(all) = only.get_mut(number) {
+            *all = self.store.one();
+        }
+        ChoiceSet(Rc::new(only))
+    }
+
+    /// The states of the scope in which some variables have these values.
+    ///
+    /// # Errors
+    /// A limit. Cost: a conjunction a bit.
+    pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<StateSet> {
+        let mut slice = self.states.0.clone();
+        for &(variable, value) in fixed {
+            let declared = &self.program.variables[variable.index()];
+            if !(declared.low..=declared.high).contains(&value) {
+                return Ok(self.no_states());
+            }
+            let offset = value.wrapping_sub(declared.low) as u64;
+            for (index, &position) in self.encoding.positions(variable).iter().enumerate() {
+                let bit = self.store.literal(2 * position, offset >> index & 1 == 1)?;
+                slice = self.store.and(&bit, &slice)?;
+            }
+        }
+        Ok(StateSet(slice))
     }
 
     /// For each number the same states.
