@@ -2,11 +2,11 @@
 
 use super::{Direction, Plane};
 use crate::engine::Engine;
-use crate::engine::symbolic::{StateSet, SymbolicEngine};
+use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::error::Result;
 use crate::model::{Program, State, VarId, fault};
 
-/// At most so many states are looked at for all choices together.
+/// About so many states are looked at for all choices together.
 const SAMPLES: usize = 4096;
 /// So many values of a row or column are enough for one choice.
 const SPREAD: usize = 6;
@@ -14,15 +14,16 @@ const SPREAD: usize = 6;
 /// The directions of the choices with these names, in the order of their numbers.
 ///
 /// # Errors
-/// A limit; a command without a meaning in a state.
+/// A limit; a command without a meaning in a state. Cost: a pre-image for each of a few values of row and
+/// column, and some steps of single states.
 pub(super) fn of(engine: &SymbolicEngine, plane: Plane, names: Vec<String>) -> Result<Vec<Direction>> {
-    let all = engine.all_choices();
     let side = (SAMPLES / names.len().max(1)).isqrt().clamp(1, SPREAD);
+    let rows = plane.row.map_or_else(|| Ok(Vec::new()), |row| leaving(engine, row, side))?;
+    let columns = leaving(engine, plane.column, side)?;
     let mut directions = Vec::with_capacity(names.len());
     for (number, name) in names.into_iter().enumerate() {
-        let enabled = engine.numbered(&all, number);
         let mut sum = [0.0; 2];
-        for state in samples(engine, plane, &enabled, side)? {
+        for state in samples(engine, &rows, &columns, number)? {
             let step = displacement(engine, plane, number, &state)?;
             sum = [sum[0] + step[0], sum[1] + step[1]];
         }
@@ -32,18 +33,41 @@ pub(super) fn of(engine: &SymbolicEngine, plane: Plane, names: Vec<String>) -> R
     Ok(directions)
 }
 
-/// Up to `side` squared states of a set, spread over the plane.
-fn samples(engine: &SymbolicEngine, plane: Plane, x: &StateSet, side: usize) -> Result<Vec<State>> {
+/// The states with some value of a variable of the plane, and the choices that may change it there.
+struct Leaving {
+    here: StateSet,
+    choices: ChoiceSet,
+}
+
+/// For a few values of a variable.
+fn leaving(engine: &SymbolicEngine, variable: VarId, side: usize) -> Result<Vec<Leaving>> {
+    let mut all = Vec::new();
+    for value in spread(engine, variable, side) {
+        let here = engine.slice(&[(variable, value)])?;
+        let elsewhere = engine.difference(&engine.all_states(), &here)?;
+        let choices = engine.choices_in(&engine.some_successor_in(&elsewhere)?, &here)?;
+        all.push(Leaving { here, choices });
+    }
+    Ok(all)
+}
+
+/// States in which a choice may lead to another cell, one for each pair of a row and a column at most.
+fn samples(
+    engine: &SymbolicEngine,
+    rows: &[Leaving],
+    columns: &[Leaving],
+    number: usize,
+) -> Result<Vec<State>> {
     let mut samples = Vec::new();
-    let rows: Vec<Option<(VarId, i64)>> = match plane.row {
-        Some(row) => spread(engine, row, side).into_iter().map(|value| Some((row, value))).collect(),
-        None => vec![None],
-    };
-    for row in rows {
-        for column in spread(engine, plane.column, side) {
-            let fixed: Vec<(VarId, i64)> = row.into_iter().chain([(plane.column, column)]).collect();
-            let here = engine.intersection(x, &engine.slice(&fixed)?)?;
-            samples.extend(engine.list_states(&here, 1)?);
+    for column in columns {
+        let along = engine.numbered(&column.choices, number);
+        if rows.is_empty() {
+            samples.extend(engine.list_states(&along, 1)?);
+        }
+        for row in rows {
+            let across = engine.intersection(&engine.numbered(&row.choices, number), &column.here)?;
+            let moving = engine.union(&across, &engine.intersection(&along, &row.here)?)?;
+            samples.extend(engine.list_states(&moving, 1)?);
         }
     }
     Ok(samples)

@@ -24,6 +24,7 @@ pub(super) fn script(content: &Content<'_>, atlas: &Atlas) -> String {
         "columns": atlas.columns(),
         "at": atlas.at,
         "opening": atlas.opening(),
+        "confined": atlas.confined,
         "width": atlas.diagram.variables.len(),
         "nodes": nodes(atlas),
         "scope": atlas.scope.number(),
@@ -54,7 +55,7 @@ fn nodes(atlas: &Atlas) -> Vec<i64> {
 
 fn class(paint: &Paint, index: usize, edge: Edge) -> Json {
     let (color, ink) = paint.class(index);
-    json!({"name": paint.names[index], "fill": palette::hex(color), "ink": ink, "edge": edge.number()})
+    json!({"name": paint.names[index], "mark": paint.marks[index], "fill": palette::hex(color), "ink": ink, "edge": edge.number()})
 }
 
 fn ladder(ladder: &Ladder, paint: &Paint, picture: Picture) -> Json {

@@ -129,6 +129,7 @@ fn maps(content: &Content<'_>, atlas: &Atlas) -> Markup {
                     }
                 }
             }
+            @if content.play.is_some() { (stepper()) }
             p #view.hint aria-live="polite" data-open=(open) { (view_sentence(atlas, &opening)) }
             div.maps { @for picture in Picture::MAPS { (map::part(content, atlas, picture)) } }
             div #cell.card.detail aria-live="polite" {
@@ -180,7 +181,21 @@ fn no_maps() -> Markup {
     }
 }
 
-/// A play with buttons to step through it.
+/// Buttons to step through the play; only the script can make use of them.
+fn stepper() -> Markup {
+    html! {
+            div.stepper hidden {
+            b { "Play" }
+            button type="button" data-step="first" title="to the start" { "start" }
+            button type="button" data-step="back" title="a step back" { "← back" }
+            output #step { "start" }
+            button type="button" data-step="on" title="a step on" { "on →" }
+            button type="button" data-step="last" title="to the end" { "end" }
+        }
+    }
+}
+
+/// A play, step by step.
 fn played(play: &Play) -> Markup {
     let turns = &play.report.trace.turns;
     html! {
@@ -188,13 +203,6 @@ fn played(play: &Play) -> Markup {
             h2 { "A play" }
             p.hint {
                 "Drawn at random under the " (play.kind) " strategy (seed " (play.seed) "): each permitted action is as likely as the others."
-            }
-            div.stepper hidden {
-                button type="button" data-step="first" title="to the start" { "⏮" }
-                button type="button" data-step="back" title="a step back" { "◀" }
-                output #step { "start" }
-                button type="button" data-step="on" title="a step on" { "▶" }
-                button type="button" data-step="last" title="to the end" { "⏭" }
             }
             div.scroll { table.turns {
                 thead { tr { th.n { "step" } th { "action" } th { "to" } th { "chance" } th { "sure of" } th { "ahead" } th {} } }

@@ -6,6 +6,8 @@ use maud::{Markup, PreEscaped, html};
 use super::palette::{self, Rgb};
 use super::{Content, Picture, words};
 use crate::atlas::{Atlas, Cell, Direction, Ladder, View};
+use crate::engine::Scope;
+use crate::model::preference::ObjectiveSet;
 use crate::output::text;
 use crate::planning::Rank;
 
@@ -13,7 +15,10 @@ use crate::planning::Rank;
 const SIDE: usize = 40;
 /// Room for the numbers of rows and columns.
 const LEFT: usize = 44;
-const BELOW: usize = 34;
+const BELOW: usize = 48;
+/// The same for pictures with many cells, which are shown smaller.
+const LEFT_OF_MANY: usize = 70;
+const BELOW_MANY: usize = 120;
 /// With more columns than this, numbers and arrows in the cells would be too small to be seen.
 const READABLE: usize = 24;
 
@@ -61,6 +66,7 @@ pub(super) fn part(content: &Content<'_>, atlas: &Atlas, picture: Picture) -> Ma
                 @for (color, label) in legend(content, atlas, picture) {
                     li { span.swatch style=(format!("background:{}", palette::hex(color))) {} (label) }
                 }
+                @if content.check.scope == Scope::Reachable && !atlas.confined { li.wall-key { span.swatch.wall {} "never reached" } }
                 @if picture == Picture::Classes { li.several { span.swatch.several {} "several" } }
             }
         }
@@ -76,7 +82,16 @@ fn hint(picture: Picture) -> &'static str {
 }
 
 fn size(atlas: &Atlas) -> (usize, usize) {
-    (LEFT + SIDE * atlas.columns().len() + 4, SIDE * atlas.rows().len() + BELOW)
+    let below = if is_large(atlas) { BELOW_MANY } else { BELOW };
+    (left(atlas) + SIDE * atlas.columns().len() + 4, SIDE * atlas.rows().len() + below)
+}
+
+fn is_large(atlas: &Atlas) -> bool {
+    atlas.columns().len() > READABLE
+}
+
+fn left(atlas: &Atlas) -> usize {
+    if is_large(atlas) { LEFT_OF_MANY } else { LEFT }
 }
 
 /// What colours mean, those that occur.
@@ -96,7 +111,10 @@ fn legend(content: &Content<'_>, atlas: &Atlas, picture: Picture) -> Vec<(Rgb, S
         // The last level is the fixpoint: no state has its number as its rank.
         ranks[most] = Rank::Unbounded;
     }
-    ranks.into_iter().map(|r| (palette::rank(r, paint.most(picture)), words::mark(r))).collect()
+    ranks
+        .into_iter()
+        .map(|r| (palette::rank(r, paint.most(picture)), words::mark(r).replace('∞', "∞ any number")))
+        .collect()
 }
 
 fn ladder(atlas: &Atlas, picture: Picture) -> &Ladder {
@@ -123,7 +141,10 @@ pub(super) fn view_text(atlas: &Atlas, view: &View) -> String {
 pub(super) struct Paint {
     /// The names of the classes.
     pub(super) names: Vec<String>,
-    empty: Vec<bool>,
+    /// Their names in cells.
+    pub(super) marks: Vec<String>,
+    /// For each class its place by size, the largest first; none for that of those sure of nothing.
+    places: Vec<Option<usize>>,
     objectives: Vec<String>,
     /// For each objective whether its target meets the first and the last row and column.
     everywhere: Vec<bool>,
@@ -136,13 +157,18 @@ impl Paint {
             let names = content.preferences.names(class);
             text::names(&names.into_iter().map(str::to_owned).collect::<Vec<_>>())
         };
+        let mark = |class: &ObjectiveSet| match class.is_empty() {
+            true => "–".to_owned(),
+            false => content.preferences.names(class).join(","),
+        };
         // The fixpoint has a colour of its own.
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
         Paint {
             names: atlas.classes.iter().map(|(class, _)| name(class)).collect(),
             objectives: content.preferences.objectives.iter().map(|o| o.name.clone()).collect(),
             everywhere: everywhere(atlas),
-            empty: atlas.classes.iter().map(|(class, _)| class.is_empty()).collect(),
+            marks: atlas.classes.iter().map(|(class, _)| mark(class)).collect(),
+            places: places(content, atlas),
             greatest: [greatest(&atlas.sasi), greatest(&atlas.spi)],
         }
     }
@@ -154,7 +180,7 @@ impl Paint {
 
     /// Colour and ink of a class.
     pub(super) fn class(&self, index: usize) -> (Rgb, &'static str) {
-        let color = palette::class((!self.empty[index]).then_some(index));
+        let color = palette::class(self.places[index]);
         (color, palette::ink(color))
     }
 
@@ -167,7 +193,7 @@ impl Paint {
                 return match cell.classes[..] {
                     [index] => {
                         let (color, ink) = self.class(index);
-                        (palette::hex(color), ink, self.names[index].clone())
+                        (palette::hex(color), ink, self.marks[index].clone())
                     }
                     _ => ("var(--several, #d8d4e8)".to_owned(), "#1a1a1a", "…".to_owned()),
                 };
@@ -176,6 +202,16 @@ impl Paint {
         let color = palette::rank(rank, self.most(picture));
         (palette::hex(color), palette::ink(color), words::mark(rank))
     }
+}
+
+/// The classes by size, so that the strongest colours go to the largest.
+fn places(content: &Content<'_>, atlas: &Atlas) -> Vec<Option<usize>> {
+    let sizes = content.check.classes.as_deref().unwrap_or_default();
+    let size = |class: usize| sizes.get(class).map(|c| c.states.clone());
+    let mut order: Vec<usize> =
+        (0..atlas.classes.len()).filter(|&c| !atlas.classes[c].0.is_empty()).collect();
+    order.sort_by_key(|&class| std::cmp::Reverse(size(class)));
+    (0..atlas.classes.len()).map(|c| order.iter().position(|&o| o == c)).collect()
 }
 
 /// For each objective whether its target can be in all four corners of the plane: then it is not a place.
@@ -205,10 +241,11 @@ fn cells(atlas: &Atlas, picture: Picture, paint: &Paint) -> Markup {
             }
         }
         @if let Some((i, j)) = start {
-            @let (x, y) = (LEFT + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
-            circle.start cx=(x) cy=(y) r=(SIDE / 2 - 3) { title { "where planning starts" } }
+            @let (x, y) = (left(atlas) + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
+            circle.start cx=(x) cy=(y) r=((SIDE / 2 - 3).max(columns.len())) { title { "where planning starts" } }
         }
-        circle.token r=(SIDE / 2 - 6) visibility="hidden" {}
+        rect.chosen width=(SIDE) height=(SIDE) visibility="hidden" {}
+        circle.token r=((SIDE / 2 - 6).max(columns.len())) visibility="hidden" {}
     }
 }
 
@@ -225,20 +262,21 @@ fn axes(atlas: &Atlas, rows: &[i64], columns: &[i64]) -> Markup {
     let name = |v: crate::model::VarId| atlas.variables[v.index()].name.as_str();
     // About sixteen numbers are enough.
     let (down, along) = (rows.len().div_ceil(16), columns.len().div_ceil(16));
-    let large = if columns.len() > READABLE { "axis large" } else { "axis" };
+    let (large, left) = (if is_large(atlas) { "axis large" } else { "axis" }, left(atlas));
+    let (first, second) = if is_large(atlas) { (42, 100) } else { (18, 40) };
     html! {
         @if let Some(row) = atlas.plane.row {
             @for (i, value) in rows.iter().enumerate().step_by(down) {
-                text class=(large) x=(LEFT - 8) y=(SIDE * i + SIDE / 2 + 5) style="text-anchor:end" { (value) }
+                text class=(large) x=(left - 8) y=(SIDE * i + SIDE / 2 + 5) style="text-anchor:end" { (value) }
             }
-            text class=(large) x="2" y=(bottom + 26) style="text-anchor:start" {
+            text class=(large) x="2" y=(bottom + second) style="text-anchor:start" {
                 (name(row)) " ↑ " (name(atlas.plane.column)) " →"
             }
         } @else {
-            text class=(large) x="2" y=(bottom + 26) style="text-anchor:start" { (name(atlas.plane.column)) }
+            text class=(large) x="2" y=(bottom + second) style="text-anchor:start" { (name(atlas.plane.column)) }
         }
-        @for (j, value) in columns.iter().enumerate().step_by(along).skip(usize::from(columns.len() > 6)) {
-            text class=(large) x=(LEFT + SIDE * j + SIDE / 2) y=(bottom + 18) { (value) }
+        @for (j, value) in columns.iter().enumerate().step_by(along) {
+            text class=(large) x=(left + SIDE * j + SIDE / 2) y=(bottom + first) { (value) }
         }
     }
 }
@@ -253,8 +291,8 @@ fn cell(
 ) -> Markup {
     let found = atlas.cell(view);
     let shown = found.as_ref().map(|cell| paint.cell(picture, cell));
-    let readable = atlas.columns().len() <= READABLE;
-    let place = format!("translate({},{})", LEFT + SIDE * j, SIDE * i);
+    let readable = !is_large(atlas);
+    let place = format!("translate({},{})", left(atlas) + SIDE * j, SIDE * i);
     let target = target(atlas, paint, row, column);
     html! {
         g.cell transform=(place) data-row=(row) data-col=(column)

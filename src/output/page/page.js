@@ -4,7 +4,7 @@
   const diagram = Diagram(data.nodes, data.width);
   const maps = ['sasi', 'spi', 'classes'].map((name) => {
     const figure = document.getElementById('map-' + name);
-    return { name, figure, cells: [...figure.querySelectorAll('.cell')], token: figure.querySelector('.token') };
+    return { name, figure, cells: [...figure.querySelectorAll('.cell')], token: figure.querySelector('.token'), mark: figure.querySelector('rect.chosen') };
   });
   const inPlane = (index) => index === data.row || index === data.column;
   const view = data.opening.slice();
@@ -26,7 +26,7 @@
 
   function classOf(pattern) {
     const found = classes.filter((c) => diagram.meets(c.edge, pattern));
-    if (found.length === 1) return { text: found[0].name, color: found[0] };
+    if (found.length === 1) return { text: found[0].mark, color: found[0], found };
     return { text: '…', color: { fill: 'var(--several)', ink: 'var(--ink)' }, found };
   }
 
@@ -55,7 +55,7 @@
       const anywhere = variables.map(() => null);
       if (data.row !== null) anywhere[data.row] = row;
       anywhere[data.column] = column;
-      walls.set(key(row, column), !diagram.meets(data.scope, diagram.pattern(variables, anywhere)));
+      walls.set(key(row, column), !data.confined && !diagram.meets(data.scope, diagram.pattern(variables, anywhere)));
     }
   }
 
@@ -68,7 +68,6 @@
         const [rect, text] = [cell.querySelector('rect'), cell.querySelector('.value')];
         const path = cell.querySelector('.arrows');
         const target = cell.querySelector('.target');
-        cell.classList.toggle('chosen', chosen !== null && chosen.row === row && chosen.column === column);
         if (!diagram.meets(data.scope, pattern)) {
           cell.dataset.value = '';
           rect.setAttribute('fill', walls.get(key(row, column)) ? 'url(#wall)' : 'var(--void)');
@@ -96,7 +95,24 @@
     }
     describeView(open);
     describeCell(open);
+    drawMarks();
     drawPlay();
+  }
+
+  /** The upper left corner of a cell in its drawing. */
+  function corner(map, row, column) {
+    const cell = map.cells.find((c) => Number(c.dataset.row) === row && Number(c.dataset.col) === column);
+    return cell ? cell.getAttribute('transform').match(/[\d.]+/g).map(Number) : null;
+  }
+
+  function drawMarks() {
+    for (const map of maps) {
+      const place = chosen && corner(map, chosen.row, chosen.column);
+      map.mark.setAttribute('visibility', place ? 'visible' : 'hidden');
+      if (!place) continue;
+      map.mark.setAttribute('x', place[0]);
+      map.mark.setAttribute('y', place[1]);
+    }
   }
 
   function describeView(open) {
@@ -129,7 +145,7 @@
       line('state', walls.get(key(chosen.row, chosen.column)) ? 'never: no play comes here' : 'no play comes here with these values');
     } else {
       const sure = classOf(pattern);
-      line('sure of', sure.found ? sure.found.map((c) => '{' + c.name + '}').join(' or ') : sure.text);
+      line('sure of', sure.found.map((c) => c.name).join(' / '));
       describeRank(line, 'guaranteed', sasi, pattern, open);
       describeRank(line, 'possible', spi, pattern, open);
       const here = data.objectives.filter((_, i) => diagram.meets(data.targets[i], pattern));
@@ -204,15 +220,13 @@
     for (const row of rows) row.classList.toggle('now', Number(row.dataset.turn) === step);
     const label = document.getElementById('step');
     if (label) label.textContent = step === null ? 'not begun' : step === 0 ? 'start' : 'step ' + step + ' of ' + last;
-    for (const { token, cells } of maps) {
-      token.setAttribute('visibility', step === null ? 'hidden' : 'visible');
-      if (step === null) continue;
-      const state = data.play[step];
-      const row = data.row === null ? 0 : state[data.row];
-      const cell = cells.find((c) => Number(c.dataset.row) === row && Number(c.dataset.col) === state[data.column]);
-      const place = cell.getAttribute('transform').match(/[\d.]+/g).map(Number);
-      token.setAttribute('cx', place[0] + 20);
-      token.setAttribute('cy', place[1] + 20);
+    for (const map of maps) {
+      const state = step === null ? null : data.play[step];
+      const place = state && corner(map, data.row === null ? 0 : state[data.row], state[data.column]);
+      map.token.setAttribute('visibility', place ? 'visible' : 'hidden');
+      if (!place) continue;
+      map.token.setAttribute('cx', place[0] + 20);
+      map.token.setAttribute('cy', place[1] + 20);
     }
   }
 

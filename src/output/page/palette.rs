@@ -5,10 +5,9 @@ use crate::planning::Rank;
 /// A colour: red, green, blue.
 pub(super) type Rgb = [u8; 3];
 
-/// From few to many improvements: yellow-green to blue, after ColorBrewer's YlGnBu, which grows darker
-/// step by step, so that it reads in grey as well.
-const LADDER: [Rgb; 6] =
-    [[199, 233, 180], [127, 205, 187], [65, 182, 196], [29, 145, 192], [34, 94, 168], [37, 52, 148]];
+/// From one improvement to five: green to blue, after ColorBrewer's YlGnBu, which grows darker step by
+/// step, so that it reads in grey as well. The same number has the same colour in every picture.
+const LADDER: [Rgb; 5] = [[176, 224, 190], [76, 182, 196], [29, 133, 190], [34, 88, 160], [44, 52, 140]];
 /// No improvement, and the class of those sure of nothing.
 const NONE: Rgb = [243, 241, 233];
 /// Any number of improvements.
@@ -27,16 +26,16 @@ const CLASSES: [Rgb; 8] = [
 
 /// The colour of a rank where `most` is the greatest finite one.
 pub(super) fn rank(rank: Rank, most: usize) -> Rgb {
-    let k = match rank {
-        Rank::Unbounded => return UNBOUNDED,
-        Rank::Finite(0) | Rank::AtLeast(0) => return NONE,
-        Rank::Finite(k) | Rank::AtLeast(k) => k.min(most),
-    };
-    // One level alone stands in the middle; two stand well apart.
-    let place = if most <= 1 { 0.5 } else { 0.1 + 0.8 * (k - 1) as f64 / (most - 1) as f64 };
-    let at = place * (LADDER.len() - 1) as f64;
-    let below = at.floor() as usize;
-    mix(LADDER[below], LADDER[(below + 1).min(LADDER.len() - 1)], at - at.floor())
+    let (last, deepest) = (LADDER.len(), LADDER[LADDER.len() - 1]);
+    match rank {
+        Rank::Unbounded => UNBOUNDED,
+        Rank::Finite(0) | Rank::AtLeast(0) => NONE,
+        Rank::Finite(k) | Rank::AtLeast(k) if k <= last => LADDER[k - 1],
+        Rank::Finite(k) | Rank::AtLeast(k) => {
+            let steps = most.max(k) - last + 1;
+            mix(deepest, UNBOUNDED, (k - last) as f64 / steps as f64)
+        }
+    }
 }
 
 /// The colour of a class by its position; none for the class of those sure of nothing.

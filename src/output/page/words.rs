@@ -73,7 +73,7 @@ pub(super) fn verdict(initial: &InitialReport) -> String {
     let joined = if initial.sasi_rank == initial.spi_rank {
         format!("{guaranteed}, and no more than that {}", {
             match initial.sasi_rank {
-                Some(Rank::Exactly(0)) => "is possible",
+                Some(Rank::Exactly(0 | 1)) => "is possible",
                 _ => "are possible",
             }
         })
