@@ -67,7 +67,20 @@ fn other_formats_are_pictures_and_text() {
     assert_eq!(map.matches("class=\"cell\"").count(), 25);
     let dot = run(&format!("{ROBOT} --format dot")).expect(0).stdout;
     assert!(dot.starts_with("digraph") && dot.matches(" -> ").count() == 9, "{dot}");
-    insta::assert_snapshot!(run(&format!("{ROBOT} --format md --scope all")).expect(0).stdout);
+    insta::assert_snapshot!(
+        "robot_as_markdown",
+        run(&format!("{ROBOT} --format md --scope all")).expect(0).stdout
+    );
+}
+
+#[test]
+fn the_picture_in_the_readme_is_what_the_program_draws() {
+    let drawn = run(&format!("{ROBOT} --scope all --safety transition --format svg")).expect(0).stdout;
+    let kept = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/robot.svg");
+    assert!(
+        drawn == fs::read_to_string(kept).unwrap(),
+        "{kept} is out of date: `meliora {ROBOT} … --out` it"
+    );
 }
 
 #[test]

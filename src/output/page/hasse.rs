@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
+use super::map;
 use crate::model::hasse::Hasse;
 
 /// An order with what its nodes say.
@@ -105,8 +106,8 @@ impl Order {
     }
 }
 
-/// The drawing.
-pub(super) fn svg(order: &Order) -> Markup {
+/// The drawing, as a part of a page or `alone`.
+pub(super) fn svg(order: &Order, alone: bool) -> Markup {
     let (places, width, mut height) = order.places();
     let bottom = order.bottom.then(|| {
         let place = Place { x: width / 2.0 - 45.0, y: height + BETWEEN_ROWS - 4.0, width: 90.0 };
@@ -117,7 +118,7 @@ pub(super) fn svg(order: &Order) -> Markup {
         svg.hasse xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width:.0} {height:.0}"))
             role="img" aria-label="The preference order: what is preferred stands above"
             style=(format!("max-width:{:.0}px", width * 1.25)) {
-            (super::map::style())
+            @if alone { (map::style()) (map::paper(width as usize + 1, height as usize + 1)) }
             @for &(high, low) in &order.hasse.covers {
                 (line(places[high], places[low], HEIGHT, "cover"))
             }

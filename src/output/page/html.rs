@@ -242,7 +242,7 @@ fn preferences(content: &Content<'_>) -> Markup {
     html! {
         section #preferences {
             h2 { "What is preferred to what" }
-            (hasse::svg(&content.order()))
+            (hasse::svg(&content.order(), false))
             p.hint { "What is preferred stands above; objectives in one box are equally good; those without a way up or down between them do not compare. " (empty) }
         }
     }

@@ -31,22 +31,46 @@ pub(super) fn style() -> Markup {
 pub(super) fn svg(content: &Content<'_>, atlas: &Atlas, picture: Picture) -> Markup {
     let legend = legend(content, atlas, picture);
     let size = size(atlas);
-    let (width, height) = (size.0.max(360), size.1 + 40);
-    let below = 26 * legend.len().div_ceil((width / 120).max(1)) + 10;
+    let width = size.0.max(320);
+    let view = lines(&view_text(atlas, &atlas.opening()), width / 7);
+    let top = 34 + 16 * view.len();
+    let (beside, height) = ((width / 100).max(1), top + size.1);
+    let below = 24 * legend.len().div_ceil(beside) + 12;
     html! {
         svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {}", height + below)) {
             (style())
-            text.title x="4" y="22" { (picture.title()) " · " (view_text(atlas, &atlas.opening())) }
-            g transform="translate(0,36)" { (cells(atlas, picture, &Paint::new(content, atlas))) }
+            (paper(width, height + below))
+            text.title x="4" y="20" { (picture.title()) }
+            @for (index, line) in view.iter().enumerate() {
+                text.small x="4" y=(38 + 16 * index) { (line) }
+            }
+            g transform=(format!("translate(0,{top})")) { (cells(atlas, picture, &Paint::new(content, atlas))) }
             @for (index, (color, label)) in legend.iter().enumerate() {
-                @let (x, y) = (index % (width / 120) * 120 + 4, index / (width / 120) * 26 + height + 8);
+                @let (x, y) = (index % beside * 100 + 4, index / beside * 24 + height + 8);
                 g transform=(format!("translate({x},{y})")) {
                     rect.swatch width="16" height="16" fill=(palette::hex(*color)) {}
-                    text.axis x="22" y="13" style="text-anchor:start" { (label) }
+                    text.small x="22" y="13" { (label) }
                 }
             }
         }
     }
+}
+
+/// What a drawing on its own lies on, so that it reads on dark pages too.
+pub(super) fn paper(width: usize, height: usize) -> Markup {
+    html! { rect.paper width=(width) height=(height) {} }
+}
+
+/// A list broken at its commas into lines of about so many letters.
+fn lines(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in text.split_inclusive(", ") {
+        match lines.last_mut() {
+            Some(line) if line.len() + part.len() <= width => line.push_str(part),
+            _ => lines.push(part.to_owned()),
+        }
+    }
+    lines
 }
 
 /// A map as a part of the page.

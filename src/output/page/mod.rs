@@ -101,7 +101,7 @@ impl Content<'_> {
     /// A picture as SVG; none where it needs a plane and there is none.
     pub fn svg(&self, picture: Picture) -> Option<String> {
         let drawn = match picture {
-            Picture::Hasse => hasse::svg(&self.order()),
+            Picture::Hasse => hasse::svg(&self.order(), true),
             _ => map::svg(self, self.atlas?, picture),
         };
         Some(drawn.into_string())

@@ -7,7 +7,7 @@ pub(super) type Rgb = [u8; 3];
 
 /// From one improvement to five: green to blue, after ColorBrewer's YlGnBu, which grows darker step by
 /// step, so that it reads in grey as well. The same number has the same colour in every picture.
-const LADDER: [Rgb; 5] = [[176, 224, 190], [76, 182, 196], [29, 133, 190], [34, 88, 160], [44, 52, 140]];
+const LADDER: [Rgb; 5] = [[190, 230, 200], [46, 152, 184], [34, 112, 176], [36, 74, 150], [44, 45, 125]];
 /// No improvement, and the class of those sure of nothing.
 const NONE: Rgb = [243, 241, 233];
 /// Any number of improvements.
