@@ -22,7 +22,9 @@ fn shown() -> Vec<(String, Vec<String>)> {
 /// The lines that do not speak of times or memory.
 fn stable(text: &str) -> Vec<String> {
     let varies = |line: &&str| {
-        ["outcomes  improvement", " in all", " at most", " ms", " s ", " µs", "Prefer "].iter().any(|part| line.contains(part))
+        ["outcomes  improvement", " in all", " at most", " ms", " s ", " µs", "Prefer "]
+            .iter()
+            .any(|part| line.contains(part))
     };
     text.lines().filter(|l| !varies(l)).map(|l| l.trim_end().to_owned()).collect()
 }

@@ -140,7 +140,7 @@ fn with_atlas(
 #[test]
 fn cells_say_of_each_state_what_the_sets_say() {
     with_atlas(Scope::All, usize::MAX, |engine, analysis, atlas| {
-        assert!(!atlas.confined && atlas.rows_up);
+        assert!(!atlas.projected && atlas.rows_up);
         for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
             let view = state.iter().copied().map(Some).collect();
             let cell = atlas.cell(&view).unwrap();
@@ -196,18 +196,21 @@ fn open_variables_give_the_best_that_some_value_allows() {
 }
 
 #[test]
-fn what_is_too_large_is_confined_to_the_values_at_the_start() {
-    with_atlas(Scope::All, 500, |engine, analysis, atlas| {
-        assert!(atlas.confined && atlas.diagram.nodes.len() <= 500);
-        for column in 0..5 {
-            let view = atlas.view(&atlas.opening(), 2, column);
-            let state: Vec<i64> = view.iter().map(|v| v.unwrap()).collect();
-            assert_eq!(
-                atlas.cell(&view).unwrap().sasi,
-                analysis.levels(Kind::Sasi).rank(engine, &state),
-                "{column}"
-            );
-        }
+fn what_is_too_large_loses_first_its_arrows_and_then_its_sliders() {
+    with_atlas(Scope::Reachable, usize::MAX, |_, _, whole| {
+        with_atlas(Scope::Reachable, whole.diagram.nodes.len() - 1, |_, _, atlas| {
+            assert!(!atlas.projected && atlas.choices.is_empty() && atlas.rows_up);
+            assert!(atlas.diagram.nodes.len() < whole.diagram.nodes.len());
+        });
+        with_atlas(Scope::Reachable, 100, |_, _, atlas| {
+            assert!(atlas.projected && atlas.diagram.nodes.len() <= 100);
+            for row in 0..5 {
+                for column in 0..5 {
+                    let cell = |atlas: &Atlas| atlas.cell(&atlas.view(&vec![None; 7], row, column));
+                    assert_eq!(cell(atlas), cell(whole), "{row},{column}");
+                }
+            }
+        });
     });
 }
 

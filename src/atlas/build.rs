@@ -32,8 +32,9 @@ struct Rungs {
     permitted: Vec<StateSet>,
 }
 
-/// The atlas of a finished analysis over a plane, through a state. Where its diagram would have more
-/// nodes than `most_nodes`, the other variables are confined to their values in that state.
+/// The atlas of a finished analysis over a plane, through a state. Where its diagram would have more nodes
+/// than `most_nodes`, the permitted choices are left out; where that is not enough, the sets are
+/// projected onto the plane, so that nothing can be asked of the other variables.
 ///
 /// # Errors
 /// A limit. Cost: for SPI strategies a pre-image a level and part; no state is enumerated but a few
@@ -45,26 +46,32 @@ pub fn build(
     at: &[i64],
     most_nodes: usize,
 ) -> Result<Atlas> {
-    let names = export::choice_labels(engine);
-    let names = if names.len() > MOST_CHOICES { Vec::new() } else { names };
-    let mut sets = Sets::of(engine, analysis, names.len())?;
+    let labels = export::choice_labels(engine);
+    let arrows = if labels.len() > MOST_CHOICES { 0 } else { labels.len() };
+    let mut choices = directions::of(engine, plane, labels)?;
+    let rows_up = directions::rows_up(engine.program(), plane, &choices);
+    choices.truncate(arrows);
+    let mut sets = Sets::of(engine, analysis, arrows)?;
     let mut diagram = engine.diagram(&sets.all(), &[])?;
-    let confined = diagram.nodes.len() > most_nodes;
-    if confined {
-        sets = sets.within(engine, &slice(engine, plane, at)?)?;
+    if diagram.nodes.len() > most_nodes {
+        choices.clear();
+        sets.ladders.iter_mut().for_each(|rungs| rungs.permitted.clear());
         diagram = engine.diagram(&sets.all(), &[])?;
     }
-    let program = engine.program();
-    let choices = directions::of(engine, plane, names)?;
+    let projected = diagram.nodes.len() > most_nodes;
+    if projected {
+        sets.project(engine, plane)?;
+        diagram = engine.diagram(&sets.all(), &[])?;
+    }
     let mut roots = std::mem::take(&mut diagram.roots).into_iter();
     let mut next = || roots.next().unwrap_or(Edge::FALSE);
     let scope = next();
     let [sasi, spi] = sets.ladders.map(|rungs| rungs.ladder(&mut next));
     Ok(Atlas {
-        variables: program.variables.clone(),
+        variables: engine.program().variables.clone(),
         levels: levels(engine.encoding()),
         plane,
-        rows_up: directions::rows_up(program, plane, &choices),
+        rows_up,
         at: at.to_vec(),
         scope,
         sasi,
@@ -72,16 +79,9 @@ pub fn build(
         classes: sets.classes.into_iter().map(|(class, _)| (class, next())).collect(),
         targets: sets.targets.iter().map(|_| next()).collect(),
         choices,
-        confined,
+        projected,
         diagram: Diagram { roots: Vec::new(), ..diagram },
     })
-}
-
-/// The states that differ from `at` in the variables of the plane alone.
-fn slice(engine: &SymbolicEngine, plane: Plane, at: &[i64]) -> Result<StateSet> {
-    let outside = |v: &VarId| Some(*v) != plane.row && *v != plane.column;
-    let others = (0..at.len() as u32).map(VarId).filter(outside);
-    engine.slice(&others.map(|v| (v, at[v.index()])).collect::<Vec<_>>())
 }
 
 impl Sets {
@@ -111,17 +111,19 @@ impl Sets {
         all.into_iter().cloned().map(Set::States).collect()
     }
 
-    fn within(mut self, engine: &SymbolicEngine, x: &StateSet) -> Result<Self> {
+    /// Forgets the variables outside the plane.
+    fn project(&mut self, engine: &SymbolicEngine, plane: Plane) -> Result<()> {
+        let onto: Vec<VarId> = plane.row.into_iter().chain([plane.column]).collect();
         let mut all = vec![&mut self.scope];
         for rungs in &mut self.ladders {
-            all.extend(rungs.levels.iter_mut().chain(&mut rungs.unbounded).chain(&mut rungs.permitted));
+            all.extend(rungs.levels.iter_mut().chain(&mut rungs.unbounded));
         }
         all.extend(self.classes.iter_mut().map(|(_, states)| states));
         all.extend(&mut self.targets);
         for set in all {
-            *set = engine.intersection(set, x)?;
+            *set = engine.projection(set, &onto)?;
         }
-        Ok(self)
+        Ok(())
     }
 }
 

@@ -47,8 +47,9 @@ pub struct Atlas {
     pub targets: Vec<Edge>,
     /// The choices, by their numbers in the strategies of the ladders; none where there are too many.
     pub choices: Vec<Direction>,
-    /// Whether only the plane through [`Atlas::at`] is there, because all would be too large.
-    pub confined: bool,
+    /// Whether the sets are projected onto the plane, because all would be too large: then nothing can
+    /// be asked of the other variables, which are open in every view.
+    pub projected: bool,
 }
 
 /// The levels of one kind.
@@ -158,8 +159,8 @@ impl Atlas {
     pub fn opening(&self) -> View {
         let here: View = self.at.iter().map(|&value| Some(value)).collect();
         let open: View = vec![None; self.at.len()];
-        if self.confined {
-            return here;
+        if self.projected {
+            return open;
         }
         let cells = |others: &View| {
             let column = |row: i64| {

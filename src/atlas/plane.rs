@@ -25,6 +25,7 @@ impl Plane {
     ///
     /// # Errors
     /// An unknown name, a Boolean, one variable twice, too many cells; with the place in the text.
+    /// More than two names.
     pub fn named(program: &Program, text: &str) -> Result<Self> {
         let source = SourceFile::new("--grid", text);
         let mut variables = Vec::new();

@@ -66,9 +66,9 @@ pub(super) struct ReportArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Put at most so many nodes of decision diagrams into the page: past that, its maps show the
-    /// values at the start alone
-    #[arg(long, value_name = "N", default_value_t = 200_000)]
+    /// Put at most so many nodes of decision diagrams into the page (about 20 bytes each): past that,
+    /// its maps come without arrows, and then without sliders
+    #[arg(long, value_name = "N", default_value_t = 500_000)]
     nodes: u32,
 
     #[command(flatten)]
@@ -229,7 +229,7 @@ impl Run<'_> {
             bytes: text.len() as u64,
             grid,
             nodes: atlas.as_ref().map_or(0, |a| a.diagram.nodes.len() as u64),
-            confined: atlas.as_ref().is_some_and(|a| a.confined),
+            projected: atlas.as_ref().is_some_and(|a| a.projected),
         };
         self.desk.update(|r| r.written = Some(written));
         Ok(())

@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use super::map::{Paint, arrow};
+use super::paint::{Paint, arrow};
 use super::{Content, Picture, palette};
 use crate::atlas::{Atlas, Ladder};
 use crate::dump::Edge;
@@ -10,9 +10,9 @@ use crate::model::value::Type;
 use crate::planning::Rank;
 
 /// The data as JSON that may stand in an HTML script element.
-pub(super) fn script(content: &Content<'_>, atlas: &Atlas) -> String {
-    let paint = Paint::new(content, atlas);
-    let classes: Vec<Json> = atlas.classes.iter().enumerate().map(|(i, c)| class(&paint, i, c.1)).collect();
+pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
+    let atlas = paint.atlas;
+    let classes: Vec<Json> = atlas.classes.iter().enumerate().map(|(i, c)| class(paint, i, c.1)).collect();
     let edges = |edges: &[Edge]| edges.iter().map(|e| e.number()).collect::<Vec<_>>();
     let choice = |c: &crate::atlas::Direction| json!({"name": c.name, "arrow": arrow(c, atlas.rows_up)});
     let play: Vec<&Vec<i64>> = content.play.iter().flat_map(|p| &p.states).collect();
@@ -23,13 +23,13 @@ pub(super) fn script(content: &Content<'_>, atlas: &Atlas) -> String {
         "rows": atlas.rows(),
         "columns": atlas.columns(),
         "at": atlas.at,
-        "opening": atlas.opening(),
-        "confined": atlas.confined,
+        "opening": paint.opening,
+        "projected": atlas.projected,
         "width": atlas.diagram.variables.len(),
         "nodes": nodes(atlas),
         "scope": atlas.scope.number(),
-        "sasi": ladder(&atlas.sasi, &paint, Picture::Sasi),
-        "spi": ladder(&atlas.spi, &paint, Picture::Spi),
+        "sasi": ladder(&atlas.sasi, paint, Picture::Sasi),
+        "spi": ladder(&atlas.spi, paint, Picture::Spi),
         "classes": classes,
         "objectives": content.preferences.objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
         "targets": edges(&atlas.targets),
@@ -53,12 +53,12 @@ fn nodes(atlas: &Atlas) -> Vec<i64> {
     atlas.diagram.nodes.iter().flat_map(three).collect()
 }
 
-fn class(paint: &Paint, index: usize, edge: Edge) -> Json {
+fn class(paint: &Paint<'_>, index: usize, edge: Edge) -> Json {
     let (color, ink) = paint.class(index);
     json!({"name": paint.names[index], "mark": paint.marks[index], "fill": palette::hex(color), "ink": ink, "edge": edge.number()})
 }
 
-fn ladder(ladder: &Ladder, paint: &Paint, picture: Picture) -> Json {
+fn ladder(ladder: &Ladder, paint: &Paint<'_>, picture: Picture) -> Json {
     let most = paint.most(picture);
     let color = |rank: Rank| {
         let color = palette::rank(rank, most);

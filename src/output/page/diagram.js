@@ -19,9 +19,13 @@ function Diagram(nodes, width) {
     }
   }
 
+  // When a function was last seen: a search has a number, so that nothing needs to be cleared.
+  const seen = new Int32Array(2 * (nodes.length / 3 + 2));
+  let number = 0;
+
   function search(from, pattern) {
     const stack = [from];
-    const seen = new Set();
+    number += 1;
     while (stack.length) {
       const edge = stack.pop();
       const id = Math.abs(edge);
@@ -29,8 +33,9 @@ function Diagram(nodes, width) {
         if (edge > 0) return true;
         continue;
       }
-      if (seen.has(edge)) continue;
-      seen.add(edge);
+      const place = 2 * id - (edge > 0 ? 3 : 4);
+      if (seen[place] === number) continue;
+      seen[place] = number;
       const at = 3 * (id - 2);
       const sign = Math.sign(edge);
       const bit = pattern[node[at]];

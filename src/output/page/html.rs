@@ -6,8 +6,9 @@ use super::super::check::InitialReport;
 use super::super::report::{scope_word, show_state};
 use super::super::simulate::TurnReport;
 use super::super::text;
+use super::paint::Paint;
 use super::{Content, Picture, Play, bars, data, hasse, map, words};
-use crate::atlas::Atlas;
+use crate::atlas::{Atlas, View};
 use crate::model::Variable;
 use crate::model::preference::Empty;
 use crate::model::value::Type;
@@ -15,6 +16,7 @@ use crate::model::value::Type;
 /// The page.
 pub(super) fn page(content: &Content<'_>) -> String {
     let check = content.check;
+    let paint = content.atlas.map(|atlas| Paint::new(content, atlas));
     let title = format!("{} · Meliora", file_name(&check.model.path));
     let page = html! {
         (DOCTYPE)
@@ -30,14 +32,14 @@ pub(super) fn page(content: &Content<'_>) -> String {
                 (header(content))
                 main {
                     (verdict(content))
-                    @if let Some(atlas) = content.atlas { (maps(content, atlas)) } @else { (no_maps()) }
+                    @if let Some(paint) = &paint { (maps(content, paint)) } @else { (no_maps()) }
                     @if let Some(play) = content.play { (played(play)) }
                     (preferences(content))
                     (tables(content))
                 }
                 (footer(content))
-                @if let Some(atlas) = content.atlas {
-                    script #data type="application/json" { (PreEscaped(data::script(content, atlas))) }
+                @if let Some(paint) = &paint {
+                    script #data type="application/json" { (PreEscaped(data::script(content, paint))) }
                     script { (PreEscaped(include_str!("diagram.js"))) (PreEscaped(include_str!("page.js"))) }
                 }
             }
@@ -109,8 +111,8 @@ fn figure(label: &str, class: &str, number: &str, begin: Option<String>) -> Mark
     }
 }
 
-fn maps(content: &Content<'_>, atlas: &Atlas) -> Markup {
-    let opening = atlas.opening();
+fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
+    let (atlas, opening) = (paint.atlas, &paint.opening);
     let open = opening.iter().any(Option::is_none);
     let inside = |index: usize| {
         atlas.plane.row.is_some_and(|v| v.index() == index) || atlas.plane.column.index() == index
@@ -120,7 +122,7 @@ fn maps(content: &Content<'_>, atlas: &Atlas) -> Markup {
     html! {
         section #maps {
             h2 { "Where" }
-            @if !others.is_empty() && !atlas.confined {
+            @if !others.is_empty() && !atlas.projected {
                 form.controls autocomplete="off" {
                     @for (index, variable) in &others { (control(variable, opening[*index], atlas.at[*index])) }
                     div.buttons {
@@ -130,8 +132,8 @@ fn maps(content: &Content<'_>, atlas: &Atlas) -> Markup {
                 }
             }
             @if content.play.is_some() { (stepper()) }
-            p #view.hint aria-live="polite" data-open=(open) { (view_sentence(atlas, &opening)) }
-            div.maps { @for picture in Picture::MAPS { (map::part(content, atlas, picture)) } }
+            p #view.hint aria-live="polite" data-open=(open) { (view_sentence(atlas, opening)) }
+            div.maps { @for picture in Picture::MAPS { (map::part(content, paint, picture)) } }
             div #cell.card.detail aria-live="polite" {
                 "Choose a cell to see what holds there. Triangles point where a permitted action leads; letters in a corner mark targets; the ring is where planning starts."
             }
@@ -139,12 +141,14 @@ fn maps(content: &Content<'_>, atlas: &Atlas) -> Markup {
     }
 }
 
-fn view_sentence(atlas: &Atlas, view: &[Option<i64>]) -> String {
-    let values = map::view_text(atlas, &view.to_vec());
-    match (atlas.confined, values.is_empty(), view.iter().any(Option::is_none)) {
+fn view_sentence(atlas: &Atlas, view: &View) -> String {
+    let values = map::view_text(atlas, view);
+    match (atlas.projected, values.is_empty(), view.iter().any(Option::is_none)) {
         (_, true, _) => String::new(),
         (true, ..) => {
-            format!("For {values}: the regions are too large to be looked up here for other values.")
+            format!(
+                "For {values}: the most that some value allows. The regions are too large for sliders here."
+            )
         }
         (_, _, true) => format!("For {values}: the most that some value allows."),
         _ => format!("For {values}."),
@@ -187,9 +191,9 @@ fn stepper() -> Markup {
             div.stepper hidden {
             b { "Play" }
             button type="button" data-step="first" title="to the start" { "start" }
-            button type="button" data-step="back" title="a step back" { "← back" }
+            button type="button" data-step="back" title="a step back" { "←" }
             output #step { "start" }
-            button type="button" data-step="on" title="a step on" { "on →" }
+            button type="button" data-step="on" title="a step on" { "→" }
             button type="button" data-step="last" title="to the end" { "end" }
         }
     }

@@ -9,6 +9,7 @@ mod hasse;
 mod html;
 mod map;
 mod markdown;
+mod paint;
 mod palette;
 mod report;
 mod words;

@@ -55,48 +55,51 @@
       const anywhere = variables.map(() => null);
       if (data.row !== null) anywhere[data.row] = row;
       anywhere[data.column] = column;
-      walls.set(key(row, column), !data.confined && !diagram.meets(data.scope, diagram.pattern(variables, anywhere)));
+      walls.set(key(row, column), !diagram.meets(data.scope, diagram.pattern(variables, anywhere)));
     }
   }
 
+  // The maps have the same cells in the same order, so each is looked up once for all.
+  const places = maps[0].cells.map((cell, index) => ({
+    row: Number(cell.dataset.row),
+    column: Number(cell.dataset.col),
+    parts: maps.map((map) => map.cells[index]),
+  }));
+
   function draw() {
     const open = isOpen();
-    for (const map of maps) {
-      for (const cell of map.cells) {
-        const [row, column] = [Number(cell.dataset.row), Number(cell.dataset.col)];
-        const pattern = diagram.pattern(variables, placed(row, column));
-        const [rect, text] = [cell.querySelector('rect'), cell.querySelector('.value')];
-        const path = cell.querySelector('.arrows');
-        const target = cell.querySelector('.target');
-        if (!diagram.meets(data.scope, pattern)) {
-          cell.dataset.value = '';
-          rect.setAttribute('fill', walls.get(key(row, column)) ? 'url(#wall)' : 'var(--void)');
-          if (text) text.textContent = '';
-          if (path) path.setAttribute('d', '');
-          if (target) target.setAttribute('fill', 'currentColor');
-          continue;
-        }
-        const ladder = map.name === 'spi' ? spi : sasi;
-        const found = map.name === 'classes' ? classOf(pattern) : rank(ladder, pattern);
-        cell.dataset.value = found.text;
-        rect.setAttribute('fill', found.color.fill);
-        if (text) {
-          text.textContent = found.text;
-          text.setAttribute('fill', found.color.ink);
-          text.classList.toggle('long', [4, 5].includes(found.text.length));
-          text.classList.toggle('longer', found.text.length > 5);
-        }
-        if (path) {
-          path.setAttribute('d', open ? '' : arrows(ladder, pattern));
-          path.setAttribute('fill', found.color.ink);
-        }
-        if (target) target.setAttribute('fill', found.color.ink);
+    for (const { row, column, parts } of places) {
+      const pattern = diagram.pattern(variables, placed(row, column));
+      if (!diagram.meets(data.scope, pattern)) {
+        const fill = walls.get(key(row, column)) ? 'url(#wall)' : 'var(--void)';
+        for (const cell of parts) paint(cell, { text: '', color: { fill, ink: 'currentColor' } }, '');
+        continue;
       }
+      paint(parts[0], rank(sasi, pattern), open ? '' : arrows(sasi, pattern));
+      paint(parts[1], rank(spi, pattern), open ? '' : arrows(spi, pattern));
+      paint(parts[2], classOf(pattern), '');
     }
     describeView(open);
     describeCell(open);
     drawMarks();
     drawPlay();
+  }
+
+  /** Shows what was found; small cells have a colour and nothing else. */
+  function paint(cell, found, path) {
+    cell.dataset.value = found.text;
+    for (const part of cell.children) {
+      if (part.localName === 'rect') {
+        part.setAttribute('fill', found.color.fill);
+        continue;
+      }
+      part.setAttribute('fill', found.color.ink);
+      if (part.localName === 'path') part.setAttribute('d', path);
+      if (!part.classList.contains('value')) continue;
+      part.textContent = found.text;
+      part.classList.toggle('long', [4, 5].includes(found.text.length));
+      part.classList.toggle('longer', found.text.length > 5);
+    }
   }
 
   /** The upper left corner of a cell in its drawing. */
@@ -211,7 +214,7 @@
 
   function go(to) {
     step = Math.max(0, Math.min(last, to));
-    data.play[step].forEach((value, index) => { if (!inPlane(index)) view[index] = value; });
+    if (!data.projected) data.play[step].forEach((value, index) => { if (!inPlane(index)) view[index] = value; });
     chosen = { row: data.row === null ? 0 : data.play[step][data.row], column: data.play[step][data.column] };
     settle();
   }
@@ -263,7 +266,7 @@
         chosen = { row, column };
       } else if (name === 'step') {
         play = Number(value);
-      } else if (index >= 0 && !inPlane(index)) {
+      } else if (index >= 0 && !inPlane(index) && !data.projected) {
         const number = value === 'true' ? 1 : value === 'false' ? 0 : Number(value);
         const { low, high } = variables[index];
         if (value === 'any') view[index] = null;

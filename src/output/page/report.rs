@@ -43,8 +43,8 @@ pub struct Written {
     pub grid: Vec<String>,
     /// The nodes of the regions in it.
     pub nodes: u64,
-    /// Whether all but the plane through one state had to be left out.
-    pub confined: bool,
+    /// Whether the sets had to be projected onto the plane, which leaves no sliders.
+    pub projected: bool,
 }
 
 impl PageReport {
@@ -92,8 +92,8 @@ impl Report for PageReport {
                 let _ = write!(out, ", with maps over {}", written.grid.join(" × "));
                 let _ = write!(out, " out of {} nodes", text::group(&written.nodes.to_string()));
             }
-            if written.confined {
-                let _ = write!(out, " (for the values at the start alone: `--nodes` allows more)");
+            if written.projected {
+                let _ = write!(out, " (without sliders: `--nodes` allows more)");
             }
             out.push('\n');
         }
