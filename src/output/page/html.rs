@@ -133,7 +133,7 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
             }
             @if content.play.is_some() { (stepper()) }
             p #view.hint aria-live="polite" data-open=(open) { (view_sentence(atlas, opening)) }
-            div.maps { @for picture in Picture::MAPS { (map::part(content, paint, picture)) } }
+            div.maps.strip[atlas.plane.row.is_none()] { @for picture in Picture::MAPS { (map::part(content, paint, picture)) } }
             div #cell.card.detail aria-live="polite" {
                 "Choose a cell to see what holds there. Triangles point where a permitted action leads; letters in a corner mark targets; the ring is where planning starts."
             }
@@ -208,7 +208,7 @@ fn played(play: &Play) -> Markup {
             p.hint {
                 "Drawn at random under the " (play.kind) " strategy (seed " (play.seed) "): each permitted action is as likely as the others."
             }
-            div.scroll { table.turns {
+            div.scroll.tall { table.turns {
                 thead { tr { th.n { "step" } th { "action" } th { "to" } th { "chance" } th { "sure of" } th { "ahead" } th {} } }
                 tbody {
                     tr data-turn="0" { td.n { "0" } td { "start" } td {} td {} td {} td {} td {} }

@@ -80,7 +80,7 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
                 span.hint { (hint(picture)) }
             }
             svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}")) role="img"
-                aria-label=(picture.title()) style=(format!("max-width:{}px", (width * 2).clamp(320, 720))) {
+                aria-label=(picture.title()) style=(format!("max-width:{}px", if atlas.plane.row.is_some() { (width * 2).clamp(320, 720) } else { width })) {
                 (cells(picture, paint))
             }
             ul.legend {
@@ -117,16 +117,18 @@ fn left(atlas: &Atlas) -> usize {
 
 /// `b=8, d=false`, or `any b, any d`.
 pub(super) fn view_text(atlas: &Atlas, view: &View) -> String {
+    let inside =
+        |index| atlas.plane.row.is_some_and(|r| r.index() == index) || atlas.plane.column.index() == index;
+    if view.len() > 3 && view.iter().enumerate().all(|(index, value)| value.is_none() || inside(index)) {
+        return "any values of the other variables".to_owned();
+    }
     let one = |(index, value): (usize, &Option<i64>)| {
         let variable = &atlas.variables[index];
-        let in_plane = atlas.plane.row.is_some_and(|r| r.index() == index);
-        if in_plane || atlas.plane.column.index() == index {
-            return None;
-        }
-        Some(match value {
+        let text = match value {
             Some(value) => format!("{}={}", variable.name, variable.show(*value)),
             None => format!("any {}", variable.name),
-        })
+        };
+        (!inside(index)).then_some(text)
     };
     view.iter().enumerate().filter_map(one).collect::<Vec<_>>().join(", ")
 }
@@ -135,7 +137,8 @@ pub(super) fn view_text(atlas: &Atlas, view: &View) -> String {
 fn cells(picture: Picture, paint: &Paint<'_>) -> Markup {
     let atlas = paint.atlas;
     let ring = SIDE / 2 - 3;
-    let many = atlas.columns().len();
+    // In a picture of many small cells a ring of one cell would not be seen.
+    let many = atlas.columns().len().min(SIDE * atlas.rows().len() / 2);
     html! {
         defs { pattern #wall width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)" {
             rect.wall width="6" height="6" {}
@@ -177,7 +180,7 @@ fn axes(atlas: &Atlas, rows: &[i64], columns: &[i64]) -> Markup {
                 text class=(large) x=(left - 8) y=(SIDE * i + SIDE / 2 + 5) style="text-anchor:end" { (value) }
             }
             text class=(large) x="2" y=(bottom + second) style="text-anchor:start" {
-                (name(row)) " ↑ " (name(atlas.plane.column)) " →"
+                (name(row)) (if atlas.rows_up { " ↑ " } else { " ↓ " }) (name(atlas.plane.column)) " →"
             }
         } @else {
             text class=(large) x="2" y=(bottom + second) style="text-anchor:start" { (name(atlas.plane.column)) }

@@ -123,7 +123,8 @@
     if (!document.querySelector('.controls')) return;
     const texts = others.map(([v, i]) => (view[i] === null ? 'any ' + v.name : v.name + '=' + show(v, view[i])));
     const line = document.getElementById('view');
-    line.textContent = 'For ' + texts.join(', ') + (open ? ': the most that some value allows.' : '.');
+    const all = others.every(([, i]) => view[i] === null) && variables.length > 3;
+    line.textContent = 'For ' + (all ? 'any values of the other variables' : texts.join(', ')) + (open ? ': the most that some value allows.' : '.');
     line.dataset.open = open;
   }
 
@@ -220,7 +221,12 @@
   }
 
   function drawPlay() {
-    for (const row of rows) row.classList.toggle('now', Number(row.dataset.turn) === step);
+    for (const row of rows) {
+      const now = Number(row.dataset.turn) === step;
+      row.classList.toggle('now', now);
+      const box = row.closest('.scroll');
+      if (now) box.scrollTop = row.offsetTop - box.clientHeight / 2;
+    }
     const label = document.getElementById('step');
     if (label) label.textContent = step === null ? 'not begun' : step === 0 ? 'start' : 'step ' + step + ' of ' + last;
     for (const map of maps) {

@@ -9,6 +9,8 @@ use crate::planning::Rank;
 
 /// The side of a cell.
 pub(super) const SIDE: usize = 40;
+/// Texts with more letters do not fit into a cell.
+const LONGEST: usize = 8;
 
 /// The opening view of an atlas with the colours and words for it.
 pub(super) struct Paint<'a> {
@@ -51,17 +53,13 @@ impl<'a> Paint<'a> {
             let names = content.preferences.names(class);
             text::names(&names.into_iter().map(str::to_owned).collect::<Vec<_>>())
         };
-        let mark = |class: &ObjectiveSet| match class.is_empty() {
-            true => "–".to_owned(),
-            false => content.preferences.names(class).join(","),
-        };
         // The fixpoint has a colour of its own.
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
         let opening = atlas.opening();
         Paint {
             atlas,
             names: atlas.classes.iter().map(|(class, _)| name(class)).collect(),
-            marks: atlas.classes.iter().map(|(class, _)| mark(class)).collect(),
+            marks: marks(content, atlas),
             places: places(content, atlas),
             greatest: [greatest(&atlas.sasi), greatest(&atlas.spi)],
             cells: found(content, atlas, &opening),
@@ -118,7 +116,11 @@ impl<'a> Paint<'a> {
     /// What colours mean, those that occur.
     pub(super) fn legend(&self, picture: Picture) -> Vec<(Rgb, String)> {
         if picture == Picture::Classes {
-            let one = |index| (self.class(index).0, self.names[index].clone());
+            let label = |index: usize| match self.marks[index].parse::<usize>() {
+                Ok(_) => format!("{} · {}", self.marks[index], self.names[index]),
+                Err(_) => self.names[index].clone(),
+            };
+            let one = |index| (self.class(index).0, label(index));
             return (0..self.names.len()).map(one).collect();
         }
         let ladder = ladder(self.atlas, picture);
@@ -166,6 +168,23 @@ fn found(content: &Content<'_>, atlas: &Atlas, view: &View) -> Vec<Vec<Found>> {
     };
     let columns = atlas.columns();
     atlas.rows().into_iter().map(|row| columns.iter().map(|&column| one(row, column)).collect()).collect()
+}
+
+/// What classes are called in cells: by their names or, where these would not fit, by numbers.
+fn marks(content: &Content<'_>, atlas: &Atlas) -> Vec<String> {
+    let name = |class: &ObjectiveSet| match class.is_empty() {
+        true => "–".to_owned(),
+        false => content.preferences.names(class).join(","),
+    };
+    let names: Vec<String> = atlas.classes.iter().map(|(class, _)| name(class)).collect();
+    if names.iter().all(|name| name.chars().count() <= LONGEST) {
+        return names;
+    }
+    let number = |(index, name): (usize, &String)| match name.as_str() {
+        "–" => name.clone(),
+        _ => (index + 1).to_string(),
+    };
+    names.iter().enumerate().map(number).collect()
 }
 
 /// The classes by size, so that the strongest colours go to the largest.
