@@ -8,12 +8,6 @@ use super::{Content, Picture, palette};
 use crate::atlas::{Atlas, View};
 use crate::engine::Scope;
 
-/// Room for the numbers of rows and columns.
-const LEFT: usize = 44;
-const BELOW: usize = 48;
-/// The same for pictures with many cells, which are shown smaller.
-const LEFT_OF_MANY: usize = 70;
-const BELOW_MANY: usize = 120;
 /// With more columns than this, numbers and arrows in the cells would be too small to be seen.
 const READABLE: usize = 24;
 
@@ -103,7 +97,7 @@ fn hint(picture: Picture) -> &'static str {
 }
 
 fn size(atlas: &Atlas) -> (usize, usize) {
-    let below = if is_large(atlas) { BELOW_MANY } else { BELOW };
+    let below = 5 * letters(atlas) / 2 + 6;
     (left(atlas) + SIDE * atlas.columns().len() + 4, SIDE * atlas.rows().len() + below)
 }
 
@@ -111,8 +105,15 @@ fn is_large(atlas: &Atlas) -> bool {
     atlas.columns().len() > READABLE
 }
 
+/// How large the numbers of rows and columns are: pictures with many cells are shown smaller.
+fn letters(atlas: &Atlas) -> usize {
+    let cells = if atlas.plane.row.is_some() { atlas.columns().len() } else { 0 };
+    (13 * cells / 10).max(16)
+}
+
+/// Room for the numbers of rows.
 fn left(atlas: &Atlas) -> usize {
-    if is_large(atlas) { LEFT_OF_MANY } else { LEFT }
+    2 * letters(atlas) + 12
 }
 
 /// `b=8, d=false`, or `any b, any d`.
@@ -168,25 +169,26 @@ fn start(atlas: &Atlas) -> Option<(usize, usize)> {
 }
 
 fn axes(atlas: &Atlas, rows: &[i64], columns: &[i64]) -> Markup {
-    let bottom = SIDE * rows.len();
+    let (left, size, bottom) = (left(atlas), letters(atlas), SIDE * rows.len());
+    let (first, second) = (bottom + size + 3, bottom + 9 * size / 4 + 3);
     let name = |v: crate::model::VarId| atlas.variables[v.index()].name.as_str();
-    // About sixteen numbers are enough.
-    let (down, along) = (rows.len().div_ceil(16), columns.len().div_ceil(16));
-    let (large, left) = (if is_large(atlas) { "axis large" } else { "axis" }, left(atlas));
-    let (first, second) = if is_large(atlas) { (42, 100) } else { (18, 40) };
+    let font = format!("font-size:{size}px");
+    let anchored = |anchor: &str| format!("{font};text-anchor:{anchor}");
+    // About twelve numbers are enough.
+    let (down, along) = (rows.len().div_ceil(12), columns.len().div_ceil(12));
     html! {
         @if let Some(row) = atlas.plane.row {
             @for (i, value) in rows.iter().enumerate().step_by(down) {
-                text class=(large) x=(left - 8) y=(SIDE * i + SIDE / 2 + 5) style="text-anchor:end" { (value) }
+                text.axis x=(left - 8) y=(SIDE * i + SIDE / 2 + size / 3) style=(anchored("end")) { (value) }
             }
-            text class=(large) x="2" y=(bottom + second) style="text-anchor:start" {
+            text.axis x="2" y=(second) style=(anchored("start")) {
                 (name(row)) (if atlas.rows_up { " ↑ " } else { " ↓ " }) (name(atlas.plane.column)) " →"
             }
         } @else {
-            text class=(large) x="2" y=(bottom + second) style="text-anchor:start" { (name(atlas.plane.column)) }
+            text.axis x="2" y=(second) style=(anchored("start")) { (name(atlas.plane.column)) " →" }
         }
         @for (j, value) in columns.iter().enumerate().step_by(along) {
-            text class=(large) x=(left + SIDE * j + SIDE / 2) y=(bottom + first) { (value) }
+            text.axis x=(left + SIDE * j + SIDE / 2) y=(first) style=(font) { (value) }
         }
     }
 }
