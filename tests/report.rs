@@ -60,6 +60,16 @@ fn without_a_plane_there_are_no_maps_but_all_the_rest() {
 }
 
 #[test]
+fn names_of_files_cannot_become_parts_of_the_page() {
+    let scratch = Scratch::new(&[]);
+    let model = scratch.path("<script>x&.prism");
+    fs::copy("models/robot5x5.prism", &model).unwrap();
+    let arguments = ["report", model.to_str().unwrap(), "models/robot5x5.pref"];
+    let page = Finished::of(meliora().args(arguments)).expect(0).stdout;
+    assert!(page.contains("&lt;script&gt;x&amp;.prism") && !page.contains("<script>x"));
+}
+
+#[test]
 fn other_formats_are_pictures_and_text() {
     let hasse = run(&format!("{ROBOT} --format svg --picture hasse")).expect(0).stdout;
     assert!(hasse.starts_with("<svg") && hasse.matches("class=\"cover\"").count() == 6, "{hasse}");

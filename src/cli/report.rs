@@ -149,7 +149,8 @@ impl ReportArgs {
     fn validate(&self) -> Result<(), Error> {
         self.engine.validate(&self.model)?;
         if self.engine.engine == EngineArg::Explicit {
-            let message = "`report` draws its maps from decision diagrams: it cannot be used with `--engine explicit`, which has none";
+            let message = "`report` draws its maps from decision diagrams: \
+                           it cannot be used with `--engine explicit`, which has none";
             return Err(Error::Usage(message.to_owned()));
         }
         match (self.format, self.picture) {
@@ -251,7 +252,8 @@ impl Run<'_> {
                 let without = if atlas.is_some() { PictureArg::Sasi } else { PictureArg::Hasse };
                 let picture = self.args.picture.unwrap_or(without);
                 content.svg(picture.into()).ok_or_else(|| {
-                    let message = "no two variables are named like a row and a column: `--grid ROW,COLUMN` names those to draw over";
+                    let message = "no two variables are named like a row and a column: \
+                                   `--grid ROW,COLUMN` names those to draw over";
                     Error::Usage(message.to_owned())
                 })
             }

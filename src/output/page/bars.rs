@@ -131,7 +131,9 @@ pub(super) fn times(check: &CheckReport) -> Markup {
         p.hint {
             (text::seconds(time.total)) " in all"
             @if check.memory.peak_nodes > 0 { ", " (Number::from(check.memory.peak_nodes).grouped()) " nodes" }
-            @if check.memory.peak_rss_bytes > 0 { ", " (text::bytes(check.memory.peak_rss_bytes)) " of memory at most" }
+            @if check.memory.peak_rss_bytes > 0 {
+                ", " (text::bytes(check.memory.peak_rss_bytes)) " of memory at most"
+            }
         }
     }
 }

@@ -41,8 +41,12 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
 }
 
 fn variables(atlas: &Atlas) -> Vec<Json> {
-    let one = |(v, levels): (&crate::model::Variable, &Vec<u32>)| json!({"name": v.name, "bool": v.ty == Type::Bool, "low": v.low, "high": v.high, "levels": levels});
-    atlas.variables.iter().zip(&atlas.levels).map(one).collect()
+    let mut all = Vec::new();
+    for (v, levels) in atlas.variables.iter().zip(&atlas.levels) {
+        let boolean = v.ty == Type::Bool;
+        all.push(json!({"name": v.name, "bool": boolean, "low": v.low, "high": v.high, "levels": levels}));
+    }
+    all
 }
 
 /// Three numbers a node: its level, where it is true, where it is false.
@@ -55,7 +59,13 @@ fn nodes(atlas: &Atlas) -> Vec<i64> {
 
 fn class(paint: &Paint<'_>, index: usize, edge: Edge) -> Json {
     let (color, ink) = paint.class(index);
-    json!({"name": paint.names[index], "mark": paint.marks[index], "fill": palette::hex(color), "ink": ink, "edge": edge.number()})
+    json!({
+        "name": paint.names[index],
+        "mark": paint.marks[index],
+        "fill": palette::hex(color),
+        "ink": ink,
+        "edge": edge.number(),
+    })
 }
 
 fn ladder(ladder: &Ladder, paint: &Paint<'_>, picture: Picture) -> Json {

@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::super::check::InitialReport;
+use super::super::check::{InitialReport, Rank};
 use super::super::report::{scope_word, show_state};
 use super::super::simulate::TurnReport;
 use super::super::text;
@@ -89,8 +89,8 @@ fn card(initial: &InitialReport) -> Markup {
         div.card {
             p.headline { (words::verdict(initial)) }
             div.figures {
-                (figure("guaranteed", "sure", &words::rank_mark(initial.sasi_rank), words::begin(initial.sasi_actions.as_ref())))
-                (figure("possible", "possible", &words::rank_mark(initial.spi_rank), words::begin(initial.spi_actions.as_ref())))
+                (figure("guaranteed", "sure", initial.sasi_rank, initial.sasi_actions.as_ref()))
+                (figure("possible", "possible", initial.spi_rank, initial.spi_actions.as_ref()))
                 div.figure {
                     span.number.text { (text::names(&initial.most_preferred)) }
                     span.label { "is sure at the start" }
@@ -101,12 +101,12 @@ fn card(initial: &InitialReport) -> Markup {
     }
 }
 
-fn figure(label: &str, class: &str, number: &str, begin: Option<String>) -> Markup {
+fn figure(label: &str, class: &str, rank: Option<Rank>, actions: Option<&Vec<String>>) -> Markup {
     html! {
         div.figure {
-            span.number.(class) { (number) }
+            span.number.(class) { (words::rank_mark(rank)) }
             span.label { "improvements " (label) }
-            @if let Some(begin) = begin { span.begin { "begin with " b { (begin) } } }
+            @if let Some(begin) = words::begin(actions) { span.begin { "begin with " b { (begin) } } }
         }
     }
 }
@@ -133,9 +133,12 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
             }
             @if content.play.is_some() { (stepper()) }
             p #view.hint aria-live="polite" data-open=(open) { (view_sentence(atlas, opening)) }
-            div.maps.strip[atlas.plane.row.is_none()] { @for picture in Picture::MAPS { (map::part(content, paint, picture)) } }
+            div.maps.strip[atlas.plane.row.is_none()] {
+                @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
+            }
             div #cell.card.detail aria-live="polite" {
-                "Choose a cell to see what holds there. Triangles point where a permitted action leads; letters in a corner mark targets; the ring is where planning starts."
+                "Choose a cell to see what holds there. Triangles point where a permitted action leads; "
+                "letters in a corner mark targets; the ring is where planning starts."
             }
         }
     }
@@ -206,10 +209,13 @@ fn played(play: &Play) -> Markup {
         section #play {
             h2 { "A play" }
             p.hint {
-                "Drawn at random under the " (play.kind) " strategy (seed " (play.seed) "): each permitted action is as likely as the others."
+                "Drawn at random under the " (play.kind) " strategy (seed " (play.seed) "): "
+                "each permitted action is as likely as the others."
             }
             div.scroll.tall { table.turns {
-                thead { tr { th.n { "step" } th { "action" } th { "to" } th { "chance" } th { "sure of" } th { "ahead" } th {} } }
+                thead { tr {
+                    th.n { "step" } th { "action" } th { "to" } th { "chance" } th { "sure of" } th { "ahead" } th {}
+                } }
                 tbody {
                     tr data-turn="0" { td.n { "0" } td { "start" } td {} td {} td {} td {} td {} }
                     @for (index, turn) in turns.iter().enumerate() { (turn_row(index + 1, turn)) }
@@ -247,7 +253,10 @@ fn preferences(content: &Content<'_>) -> Markup {
         section #preferences {
             h2 { "What is preferred to what" }
             (hasse::svg(&content.order(), false))
-            p.hint { "What is preferred stands above; objectives in one box are equally good; those without a way up or down between them do not compare. " (empty) }
+            p.hint {
+                "What is preferred stands above; objectives in one box are equally good; those without a way up "
+                "or down between them do not compare. " (empty)
+            }
         }
     }
 }
@@ -258,7 +267,11 @@ fn tables(content: &Content<'_>) -> Markup {
         section #levels { h2 { "How often states can improve" } div.scroll { (bars::levels(check)) } }
         section #objectives { h2 { "Objectives" } div.scroll { (bars::objectives(check)) } }
         div.columns {
-            section #classes { h2 { "Classes" } p.hint { "States by the most preferred objectives that are sure there." } div.scroll { (bars::classes(check)) } }
+            section #classes {
+                h2 { "Classes" }
+                p.hint { "States by the most preferred objectives that are sure there." }
+                div.scroll { (bars::classes(check)) }
+            }
             div {
                 section #sizes { h2 { "Sizes" } (bars::sizes(check)) }
                 section #times { h2 { "Time" } (bars::times(check)) }
@@ -270,7 +283,8 @@ fn tables(content: &Content<'_>) -> Markup {
 fn footer(content: &Content<'_>) -> Markup {
     html! {
         footer { p.hint {
-            "Meliora " (env!("CARGO_PKG_VERSION")) " · " code { (content.check.model.path) } " · " code { (content.check.preferences) }
+            "Meliora " (env!("CARGO_PKG_VERSION")) " · " code { (content.check.model.path) } " · "
+            code { (content.check.preferences) }
             " · Shares and bars are of all states of the scope."
         } }
     }

@@ -67,6 +67,7 @@ fn lines(text: &str, width: usize) -> Vec<String> {
 pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup {
     let atlas = paint.atlas;
     let (width, height) = size(atlas);
+    let widest = if atlas.plane.row.is_some() { (width * 2).clamp(320, 720) } else { width };
     html! {
         figure.map id=(format!("map-{}", picture.name())) {
             figcaption {
@@ -74,14 +75,16 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
                 span.hint { (hint(picture)) }
             }
             svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}")) role="img"
-                aria-label=(picture.title()) style=(format!("max-width:{}px", if atlas.plane.row.is_some() { (width * 2).clamp(320, 720) } else { width })) {
+                aria-label=(picture.title()) style=(format!("max-width:{widest}px")) {
                 (cells(picture, paint))
             }
             ul.legend {
                 @for (color, label) in paint.legend(picture) {
                     li { span.swatch style=(format!("background:{}", palette::hex(color))) {} (label) }
                 }
-                @if content.check.scope == Scope::Reachable && !atlas.projected { li.wall-key { span.swatch.wall {} "never reached" } }
+                @if content.check.scope == Scope::Reachable {
+                    li.wall-key { span.swatch.wall {} "never reached" }
+                }
                 @if picture == Picture::Classes { li.several { span.swatch.several {} "several" } }
             }
         }
