@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Finished, meliora};
+use common::{Finished, Scratch, meliora};
 
 /// The blocks of the README that start with `$ meliora …`: the arguments and what is shown.
 fn shown() -> Vec<(String, Vec<String>)> {
@@ -39,12 +39,25 @@ fn split(arguments: &str) -> Vec<String> {
         .collect()
 }
 
+/// A folder with the models, so that what a command writes lies there and not among the sources.
+fn workshop() -> Scratch {
+    let scratch = Scratch::new(&[]);
+    std::fs::create_dir(scratch.path("models")).unwrap();
+    for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/models")).unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), scratch.path("models").join(file.file_name())).unwrap();
+    }
+    scratch
+}
+
 #[test]
 fn the_readme_shows_what_the_program_writes() {
     let blocks = shown();
     assert!(blocks.len() >= 4, "{blocks:?}");
+    let workshop = workshop();
     for (arguments, expected) in blocks {
-        let finished = Finished::of(meliora().args(split(&arguments)));
+        let mut command = meliora();
+        let finished = Finished::of(command.current_dir(workshop.path(".")).args(split(&arguments)));
         let found = stable(&format!("{}{}", finished.stdout, finished.stderr));
         let trimmed = |lines: Vec<String>| lines.join("\n").trim().to_owned();
         assert_eq!(trimmed(found), trimmed(expected), "meliora {arguments}");

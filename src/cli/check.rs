@@ -49,6 +49,18 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     supervise(report, timeout, &shown, move |desk| work(desk, &args))
 }
 
+/// A report that has that of `check` in it.
+pub(super) trait Checked: 'static {
+    /// What `check` found so far.
+    fn check(&mut self) -> &mut CheckReport;
+}
+
+impl Checked for CheckReport {
+    fn check(&mut self) -> &mut CheckReport {
+        self
+    }
+}
+
 fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     let read = || load::question(&args.model, &args.preferences, &desk.watch);
     let question = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
@@ -62,23 +74,26 @@ fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
         EngineArg::Symbolic => {
             let build = || load::symbolic(&question.program, &args.model, settings);
             let engine = desk.timed("build", build, build_time)?;
-            analyse(desk, &engine, &question, &args.preferences)
+            analyse(desk, &engine, &question, &args.preferences).map(|_| ())
         }
         EngineArg::Explicit => {
             let build = || load::explicit(&question.program, settings);
             let engine = desk.timed("build", build, build_time)?;
-            analyse(desk, &engine, &question, &args.preferences)
+            analyse(desk, &engine, &question, &args.preferences).map(|_| ())
         }
     }
 }
 
 /// All phases, each of which leaves what it found in the report.
-fn analyse<E: Engine>(
-    desk: &Desk<CheckReport>,
-    engine: &E,
-    question: &Question,
+///
+/// # Errors
+/// A limit; a target without a value in some state.
+pub(super) fn analyse<'a, E: Engine, R: Checked>(
+    desk: &Desk<R>,
+    engine: &'a E,
+    question: &'a Question,
     args: &PreferenceArgs,
-) -> Result<(), Error> {
+) -> Result<Analysis<'a, E>, Error> {
     let mut analysis = Analysis::new(engine, &question.preferences, args.options());
     let mut run = Run { desk, question, analysis: &mut analysis };
     run.phase("build", |a, listen| a.run_counts(listen), |t, s| t.build = Some(t.build.unwrap_or(0.0) + s))?;
@@ -90,17 +105,18 @@ fn analyse<E: Engine>(
     run.phase("sasi", |a, listen| a.run_levels(Kind::Sasi, listen), |t, s| t.sasi = Some(s))?;
     run.initial()?;
     run.phase("spi", |a, listen| a.run_levels(Kind::Spi, listen), |t, s| t.spi = Some(s))?;
-    run.initial()
+    run.initial()?;
+    Ok(analysis)
 }
 
 /// An analysis with the report that it fills in.
-struct Run<'a, 'b, E: Engine> {
-    desk: &'a Desk<CheckReport>,
+struct Run<'a, 'b, E: Engine, R: Checked> {
+    desk: &'a Desk<R>,
     question: &'a Question,
     analysis: &'a mut Analysis<'b, E>,
 }
 
-impl<'b, E: Engine> Run<'_, 'b, E> {
+impl<'b, E: Engine, R: Checked> Run<'_, 'b, E, R> {
     fn phase(
         &mut self,
         name: &'static str,
@@ -110,13 +126,14 @@ impl<'b, E: Engine> Run<'_, 'b, E> {
         let (desk, preferences) = (self.desk, &self.question.preferences);
         let analysis = &mut *self.analysis;
         let mut listen = |event: Event<'_>| match event {
-            Event::Objective(counts) => desk.update(|r| r.add_objective(preferences, counts)),
-            Event::Level(kind, _, count) => desk.update(|r| r.add_level(kind, count)),
+            Event::Objective(counts) => desk.update(|r| r.check().add_objective(preferences, counts)),
+            Event::Level(kind, _, count) => desk.update(|r| r.check().add_level(kind, count)),
             Event::Started(_) | Event::Finished(_) => {}
         };
-        let result = desk.timed(name, || work(analysis, &mut listen), |r, s| note(&mut r.time, s));
+        let result = desk.timed(name, || work(analysis, &mut listen), |r, s| note(&mut r.check().time, s));
         let usage = analysis.engine().usage();
         desk.update(|r| {
+            let r = r.check();
             r.fill(preferences, analysis.result());
             r.memory.peak_nodes = usage.peak_nodes;
         });
@@ -126,7 +143,8 @@ impl<'b, E: Engine> Run<'_, 'b, E> {
     /// What is known of the initial states by now.
     fn initial(&mut self) -> Result<(), Error> {
         let prospects = self.analysis.initial_prospects(&self.question.program, LISTED)?;
-        self.desk.update(|r| r.set_initial(&self.question.program, &self.question.preferences, &prospects));
+        let question = self.question;
+        self.desk.update(|r| r.check().set_initial(&question.program, &question.preferences, &prospects));
         Ok(())
     }
 

@@ -1,16 +1,13 @@
 //! `meliora generate`: models and preferences of parametrised families.
 
-use std::fs::Permissions;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
 use meliora::error::Error;
 use meliora::generate::{self, Choices, Direction, Directions, Empty, Generated, Parameters};
-use tempfile::{Builder, NamedTempFile};
 
 use super::exit::Status;
-use super::{load, terminal};
+use super::{files, load, terminal};
 
 /// Write a model and preferences of a parametrised family
 #[derive(Debug, Clone, Args)]
@@ -229,40 +226,11 @@ fn write(prefix: &Path, generated: &Generated) -> Result<(), Error> {
     });
     let mut ready = Vec::new();
     for (path, text) in files {
-        let file = prepare(&path, text).map_err(|e| failed(&path, &e))?;
+        let file = files::prepare(&path, text)?;
         ready.push((path, file));
     }
     for (path, file) in ready {
-        file.persist(&path).map_err(|e| failed(&path, &e.error))?;
+        files::persist(file, &path)?;
     }
     Ok(())
-}
-
-fn failed(path: &Path, error: &std::io::Error) -> Error {
-    Error::Io { path: path.display().to_string(), message: error.to_string() }
-}
-
-fn prepare(path: &Path, text: &str) -> std::io::Result<NamedTempFile> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = Builder::new();
-    let permissions = usual_permissions();
-    if let Some(permissions) = permissions {
-        builder.permissions(permissions);
-    }
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(text.as_bytes())?;
-    Ok(file)
-}
-
-/// Those of any other new file; a temporary file would be its owner's alone.
-#[cfg(unix)]
-fn usual_permissions() -> Option<Permissions> {
-    use std::os::unix::fs::PermissionsExt;
-    Some(Permissions::from_mode(0o666))
-}
-
-/// Elsewhere, folders decide.
-#[cfg(not(unix))]
-fn usual_permissions() -> Option<Permissions> {
-    None
 }

@@ -3,6 +3,7 @@
 
 mod agreement;
 mod exit;
+mod files;
 mod load;
 mod options;
 mod plan;
@@ -20,6 +21,7 @@ mod info;
 mod man;
 mod query;
 mod reach;
+mod report;
 mod simulate;
 mod strategy;
 mod verify;
@@ -55,6 +57,7 @@ enum Command {
     Info(info::InfoArgs),
     Strategy(strategy::StrategyArgs),
     Simulate(simulate::SimulateArgs),
+    Report(report::ReportArgs),
     Export(export::ExportArgs),
     Query(query::QueryArgs),
     Verify(verify::VerifyArgs),
@@ -77,6 +80,7 @@ pub(crate) fn run(args: &[OsString]) -> Status {
         Command::Info(args) => info::run(args),
         Command::Strategy(args) => strategy::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Report(args) => report::run(args),
         Command::Export(args) => export::run(args),
         Command::Query(args) => query::run(args),
         Command::Verify(args) => verify::run(args),

@@ -56,10 +56,10 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
     engine.difference(&engine.all_states(), &losing)
 }
 
-/// All four regions.
+/// All four regions; Pmin > 0 is computed once for both of its uses.
 ///
 /// # Errors
-/// A limit.
+/// A limit. Cost: that of [`pmin_positive`], [`pmax_one`], [`pmax_positive`] and [`pmin_one`].
 pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::States>> {
     let pmin_positive = pmin_positive(engine, target)?;
     Ok(Regions {

@@ -84,6 +84,13 @@ pub fn export(
     Ok(Dump { manifest, regions: diagram, certificate: layers })
 }
 
+/// The labels of the choices by their numbers, or their commands where they have none; the self-loop of
+/// deadlocks is last.
+pub(crate) fn choice_labels(engine: &SymbolicEngine) -> Vec<String> {
+    let numbers = describe::choices(engine, false).numbers;
+    numbers.into_iter().map(|n| n.action.unwrap_or(n.name)).collect()
+}
+
 /// Named sets as a diagram, and what the manifest says of it but the hash.
 fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -> Result<(File, Diagram)> {
     let sets: Vec<Set> = named.iter().map(|n| n.set.clone()).collect();

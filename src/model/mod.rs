@@ -4,6 +4,7 @@
 
 pub mod expr;
 pub mod fault;
+pub mod hasse;
 mod overlap;
 pub mod preference;
 pub mod step;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use comfy_table::{CellAlignment, ContentArrangement, Row, Table, presets};
 
-use super::number::group;
+pub(super) use super::number::group;
 use super::report::{Counts, Failure, Memory, ModelSummary};
 use super::{Number, Style};
 

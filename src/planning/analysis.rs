@@ -84,7 +84,8 @@ impl<'a, E: Engine> Analysis<'a, E> {
     ///
     /// # Errors
     /// A limit of the engine, or a target without a value in some state. What was found before
-    /// stays in [`Analysis::result`].
+    /// stays in [`Analysis::result`]. Cost: that of the phases; see [`Outcomes::advance`],
+    /// [`Improvement::new`] and [`super::levels::next_level`].
     pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         self.run_counts(listener)?;
         self.run_outcomes(listener)?;

@@ -50,7 +50,8 @@ impl<E: Engine> Classes<E> {
         Ok(Classes { list })
     }
 
-    /// The position of the class of a state; none outside the scope.
+    /// The position in [`Classes::list`] of the class that a state is in; none outside the scope. Cost: one
+    /// membership a class.
     pub fn of(&self, engine: &E, state: &[i64]) -> Option<usize> {
         self.list.iter().position(|c| engine.contains(&c.states, state))
     }

@@ -124,7 +124,8 @@ impl<E: Engine> Levels<E> {
         Ok(false)
     }
 
-    /// rank(s): the largest k with s ∈ W_k.
+    /// rank(s) = max { k : s ∈ W_k }, unbounded in the fixpoint; at least that where the search for levels
+    /// has not come to its end. Cost: one membership a level.
     pub fn rank(&self, engine: &E, state: &[i64]) -> Rank {
         let holds = |level: &Level<E>| engine.contains(&level.states, state);
         if matches!(&self.end, Some(End::Unbounded(fixpoint)) if holds(fixpoint)) {
@@ -143,7 +144,7 @@ impl<E: Engine> Levels<E> {
         }
     }
 
-    /// The fixpoint, if it was reached and is not empty.
+    /// The fixpoint W_k = W_{k+1} ≠ ∅, if it was reached: from there any number of improvements can be made.
     pub fn unbounded(&self) -> Option<&Level<E>> {
         match &self.end {
             Some(End::Unbounded(level)) => Some(level),

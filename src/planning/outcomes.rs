@@ -99,7 +99,7 @@ impl<E: Engine> Outcomes<E> {
         self.targets.is_empty()
     }
 
-    /// The target of an objective.
+    /// F: the target of an objective, known before its regions are.
     pub fn target(&self, objective: usize) -> Option<&E::States> {
         self.targets.get(objective)
     }

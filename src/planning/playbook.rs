@@ -87,7 +87,7 @@ impl<'a, E: Engine> Playbook<'a, E> {
         class.map_or_else(ObjectiveSet::new, |c| self.classes.list[c].most_preferred.clone())
     }
 
-    /// rank(s)
+    /// rank(s) = max { k : s ∈ W_k }; see [`Levels::rank`].
     pub fn rank(&self, state: &[i64]) -> Rank {
         self.levels.rank(self.engine, state)
     }
@@ -109,7 +109,8 @@ impl<'a, E: Engine> Playbook<'a, E> {
         self.engine.difference(at_least, above)
     }
 
-    /// The memory with which planning starts in a state.
+    /// The memory with which planning starts in a state: its own rank and, under `prefix`, its own class as
+    /// the reference.
     pub fn start(&self, state: &[i64]) -> Memory {
         let class = self.classes.of(self.engine, state);
         let starts_in = |arena: &Arena<E>| arena.reference.is_none() || arena.reference == class;
@@ -146,7 +147,7 @@ impl<'a, E: Engine> Playbook<'a, E> {
         Memory { level, arena: Some(arena) }
     }
 
-    /// What the steps of a play are measured against.
+    /// What the steps of a play are measured against: MP of the reference class under `prefix`, else MP(s).
     pub fn reference(&self, memory: Memory, state: &[i64]) -> ObjectiveSet {
         let class = self.arena(memory).and_then(|arena| self.classes.list.get(arena.reference?));
         class.map_or_else(|| self.most_preferred(state), |class| class.most_preferred.clone())

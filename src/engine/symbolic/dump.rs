@@ -11,9 +11,9 @@ use super::encoding::Encoding;
 use super::store::{Bdd, Store};
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build};
 use crate::dump::{Diagram, Edge};
-use crate::engine::Settings;
+use crate::engine::{Engine, Settings};
 use crate::error::Result;
-use crate::model::{CommandId, ModelKind, Program};
+use crate::model::{CommandId, ModelKind, Program, VarId};
 
 /// A set to be dumped.
 #[derive(Clone)]
@@ -45,7 +45,7 @@ impl SymbolicEngine {
     /// commands become relations, but nothing is explored. Patterns that are no values are left out.
     ///
     /// # Errors
-    /// As [`SymbolicEngine::new`], for the states given.
+    /// As [`SymbolicEngine::new`], for the states given. Cost: no image; the relations are built.
     pub fn with_states(
         program: Arc<Program>,
         order: Vec<Bit>,
@@ -61,17 +61,19 @@ impl SymbolicEngine {
         build::build(program, order, 1, settings, Some(&given))
     }
 
-    /// All valuations of the declared variables.
+    /// All valuations of the declared variables, states of the scope or not: every bit pattern in which
+    /// each variable is within its range.
     pub fn valuations(&self) -> StateSet {
         StateSet(self.domain.clone())
     }
 
-    /// How many bits number the choices.
+    /// How many bits number the choices: ⌈log₂⌉ of the number of groups, deadlocks' self-loops included.
     pub fn choice_bits(&self) -> u32 {
         usize::BITS - (self.enabled.len() - 1).leading_zeros()
     }
 
-    /// What the numbers of choices mean, from 0.
+    /// What the numbers of choices mean, from 0; the last one is the self-loop of deadlocks. Of the choices
+    /// with one number at most one is enabled in a state.
     pub fn numbered_choices(&self) -> Vec<Numbered> {
         let mut all = match self.program.kind {
             ModelKind::Dtmc => vec![Numbered::Uniform; self.enabled.len() - 1],
@@ -85,7 +87,7 @@ impl SymbolicEngine {
     /// the choices (most significant bit first); then follow the bits of the states in their order.
     ///
     /// # Errors
-    /// More nodes than the format numbers.
+    /// More nodes than the format numbers. Cost: linear in the nodes of the sets.
     pub fn diagram(&self, sets: &[Set], choice_bits: &[String]) -> Result<Diagram> {
         let variables = choice_bits.iter().cloned().chain(self.encoding.names()).collect();
         let mut diagram = Diagram { variables, ..Diagram::default() };
@@ -109,7 +111,7 @@ impl SymbolicEngine {
     /// Sets of states out of a diagram whose last variables are the bits of the states in their order.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit. Cost: one if-then-else a node.
     pub fn load_states(&self, diagram: &Diagram, edges: &[Edge]) -> Result<Vec<StateSet>> {
         let offset = diagram.variables.len().saturating_sub(self.encoding.width()) as u32;
         Ok(load(&self.store, diagram, offset, edges)?.into_iter().map(StateSet).collect())
@@ -118,7 +120,7 @@ impl SymbolicEngine {
     /// A set of choices with the first `numbers` numbers; none where it has members with others.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit. Cost: one if-then-else a node.
     pub fn load_choices(&self, diagram: &Diagram, edge: Edge, numbers: usize) -> Result<Option<ChoiceSet>> {
         let offset = diagram.variables.len().saturating_sub(self.encoding.width()) as u32;
         let leaf = |number: usize| {
@@ -140,7 +142,51 @@ impl SymbolicEngine {
         StateSet(choices.0.get(number).cloned().unwrap_or_else(|| self.store.zero()))
     }
 
-    /// For each number the same states.
+    /// All choices with this number, enabled or not.
+    pub fn only(&self, number: usize) -> ChoiceSet {
+        let mut only = vec![self.store.zero(); self.enabled.len()];
+        if let Some(all) = only.get_mut(number) {
+            *all = self.store.one();
+        }
+        ChoiceSet(Rc::new(only))
+    }
+
+    /// The states of the scope in which some variables have these values.
+    ///
+    /// # Errors
+    /// A limit. Cost: a conjunction a bit.
+    pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<StateSet> {
+        let mut slice = self.states.0.clone();
+        for &(variable, value) in fixed {
+            let declared = &self.program.variables[variable.index()];
+            if !(declared.low..=declared.high).contains(&value) {
+                return Ok(self.no_states());
+            }
+            let offset = value.wrapping_sub(declared.low) as u64;
+            for (index, &position) in self.encoding.positions(variable).iter().enumerate() {
+                let bit = self.store.literal(2 * position, offset >> index & 1 == 1)?;
+                slice = self.store.and(&bit, &slice)?;
+            }
+        }
+        Ok(StateSet(slice))
+    }
+
+    /// The valuations that agree with a state of X on these variables: ∃ the others . X.
+    ///
+    /// # Errors
+    /// A limit. Cost: one quantification.
+    pub fn projection(&self, x: &StateSet, onto: &[VarId]) -> Result<StateSet> {
+        let mut others = self.store.one();
+        for (position, bit) in self.encoding.order().iter().enumerate().rev() {
+            if !onto.contains(&bit.variable) {
+                let literal = self.store.literal(2 * position as u32, true)?;
+                others = self.store.and(&literal, &others)?;
+            }
+        }
+        Ok(StateSet(self.store.exists(&x.0, &others)?))
+    }
+
+    /// X × {0, …, numbers - 1}: for each number the same states, whether the choice is enabled or not.
     pub fn repeated(&self, x: &StateSet, numbers: usize) -> ChoiceSet {
         ChoiceSet(Rc::new(vec![x.0.clone(); numbers]))
     }

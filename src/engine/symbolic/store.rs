@@ -11,7 +11,7 @@ use num_bigint::BigUint;
 use oxidd::bdd::{BDDFunction, BDDManagerRef};
 use oxidd::util::num::Natural;
 use oxidd::util::{AllocResult, FxHasher, SatCountCache};
-use oxidd::{BooleanFunction, Function, Manager, ManagerRef};
+use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, Manager, ManagerRef};
 
 use super::relational::{self, Touched};
 use crate::engine::{Count, Observer, Usage};
@@ -128,6 +128,11 @@ impl Store {
             round = next;
         }
         Ok(round.pop().unwrap_or_else(|| self.zero()))
+    }
+
+    /// ∃ the variables of a conjunction . f
+    pub(super) fn exists(&self, f: &Bdd, variables: &Bdd) -> Result<Bdd> {
+        self.run(|| f.exists(variables))
     }
 
     /// ∃ x' . R(x, x') ∧ X(x'), where the variables outside `touched` do not change.

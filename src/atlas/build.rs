@@ -1,0 +1,179 @@
+//! From a finished analysis to an atlas.
+
+use super::{Atlas, Ladder, Plane, directions, levels};
+use crate::dump::{Diagram, Edge};
+use crate::engine::Engine;
+use crate::engine::symbolic::{Set, StateSet, SymbolicEngine};
+use crate::error::Result;
+use crate::export;
+use crate::model::preference::ObjectiveSet;
+use crate::model::{Program, VarId};
+use crate::planning::levels::End;
+use crate::planning::{Analysis, Kind, Playbook, strategy};
+
+type Of<'a> = Analysis<'a, SymbolicEngine>;
+
+/// The most choices for which a page tells where they are permitted.
+const MOST_CHOICES: usize = 256;
+
+/// The sets in the order in which they become roots.
+struct Sets {
+    scope: StateSet,
+    ladders: [Rungs; 2],
+    classes: Vec<(ObjectiveSet, StateSet)>,
+    targets: Vec<StateSet>,
+}
+
+/// The sets of a [`Ladder`].
+struct Rungs {
+    levels: Vec<StateSet>,
+    unbounded: Option<StateSet>,
+    open: bool,
+    permitted: Vec<StateSet>,
+}
+
+/// The atlas of a finished analysis over a plane, through a state. Where its diagram would have more nodes
+/// than `most_nodes`, the permitted choices are left out; where that is not enough, the sets are
+/// projected onto the plane, so that nothing can be asked of the other variables.
+///
+/// # Errors
+/// A limit. Cost: for SPI strategies a pre-image a level and part; no state is enumerated but a few
+/// samples that tell in which direction a choice leads.
+pub fn build(
+    engine: &SymbolicEngine,
+    analysis: &Of<'_>,
+    plane: Plane,
+    at: &[i64],
+    most_nodes: usize,
+) -> Result<Atlas> {
+    let labels = export::choice_labels(engine);
+    let arrows = if labels.len() > MOST_CHOICES { 0 } else { labels.len() };
+    let mut choices = directions::of(engine, plane, labels)?;
+    let rows_up = directions::rows_up(engine.program(), plane, &choices);
+    choices.truncate(arrows);
+    let mut sets = Sets::of(engine, analysis, arrows)?;
+    let mut diagram = engine.diagram(&sets.all(), &[])?;
+    if diagram.nodes.len() > most_nodes {
+        choices.clear();
+        sets.ladders.iter_mut().for_each(|rungs| rungs.permitted.clear());
+        diagram = engine.diagram(&sets.all(), &[])?;
+    }
+    let projected = diagram.nodes.len() > most_nodes;
+    if projected {
+        sets.project(engine, plane)?;
+        diagram = engine.diagram(&sets.all(), &[])?;
+    }
+    let mut roots = std::mem::take(&mut diagram.roots).into_iter();
+    let mut next = || roots.next().unwrap_or(Edge::FALSE);
+    let scope = next();
+    let [sasi, spi] = sets.ladders.map(|rungs| rungs.ladder(&mut next));
+    Ok(Atlas {
+        variables: engine.program().variables.clone(),
+        levels: levels(engine.encoding()),
+        plane,
+        rows_up,
+        at: at.to_vec(),
+        scope,
+        sasi,
+        spi,
+        classes: sets.classes.into_iter().map(|(class, _)| (class, next())).collect(),
+        targets: sets.targets.iter().map(|_| next()).collect(),
+        choices,
+        projected,
+        diagram: Diagram { roots: Vec::new(), ..diagram },
+    })
+}
+
+impl Sets {
+    fn of(engine: &SymbolicEngine, analysis: &Of<'_>, choices: usize) -> Result<Self> {
+        let program: &Program = engine.program();
+        let ladder = |kind| Rungs::of(engine, analysis, program, kind, choices);
+        let ladders = [ladder(Kind::Sasi)?, ladder(Kind::Spi)?];
+        let classes = analysis.classes().into_iter().flat_map(|c| &c.list);
+        let target = |index| analysis.outcomes()?.target(index).cloned();
+        let objectives = analysis.preferences().objectives.len();
+        Ok(Sets {
+            scope: engine.all_states(),
+            ladders,
+            classes: classes.map(|c| (c.most_preferred.clone(), c.states.clone())).collect(),
+            targets: (0..objectives).map(|i| target(i).unwrap_or_else(|| engine.no_states())).collect(),
+        })
+    }
+
+    /// All sets; [`build`] takes the roots in this order.
+    fn all(&self) -> Vec<Set> {
+        let mut all = vec![&self.scope];
+        for rungs in &self.ladders {
+            all.extend(rungs.levels.iter().chain(&rungs.unbounded).chain(&rungs.permitted));
+        }
+        all.extend(self.classes.iter().map(|(_, states)| states));
+        all.extend(&self.targets);
+        all.into_iter().cloned().map(Set::States).collect()
+    }
+
+    /// Forgets the variables outside the plane.
+    fn project(&mut self, engine: &SymbolicEngine, plane: Plane) -> Result<()> {
+        let onto: Vec<VarId> = plane.row.into_iter().chain([plane.column]).collect();
+        let mut all = vec![&mut self.scope];
+        for rungs in &mut self.ladders {
+            all.extend(rungs.levels.iter_mut().chain(&mut rungs.unbounded));
+        }
+        all.extend(self.classes.iter_mut().map(|(_, states)| states));
+        all.extend(&mut self.targets);
+        for set in all {
+            *set = engine.projection(set, &onto)?;
+        }
+        Ok(())
+    }
+}
+
+impl Rungs {
+    fn of(
+        engine: &SymbolicEngine,
+        analysis: &Of<'_>,
+        program: &Program,
+        kind: Kind,
+        choices: usize,
+    ) -> Result<Self> {
+        let levels = analysis.levels(kind);
+        let permitted = permitted(engine, analysis, program, kind)?;
+        Ok(Rungs {
+            levels: levels.found.iter().map(|level| level.states.clone()).collect(),
+            unbounded: levels.unbounded().map(|level| level.states.clone()),
+            open: matches!(levels.end, None | Some(End::Cut)),
+            permitted: (0..choices).map(|number| engine.numbered(&permitted, number)).collect(),
+        })
+    }
+
+    fn ladder(self, next: &mut impl FnMut() -> Edge) -> Ladder {
+        Ladder {
+            levels: self.levels.iter().map(|_| next()).collect(),
+            unbounded: self.unbounded.map(|_| next()),
+            open: self.open,
+            permitted: self.permitted.iter().map(|_| next()).collect(),
+        }
+    }
+}
+
+/// What the permissive strategies permit where planning starts, each state at the level of its rank.
+fn permitted(
+    engine: &SymbolicEngine,
+    analysis: &Of<'_>,
+    program: &Program,
+    kind: Kind,
+) -> Result<<SymbolicEngine as Engine>::Choices> {
+    let mut all = engine.no_choices();
+    let (Some(book), Some(classes), Some(improvement)) =
+        (Playbook::new(analysis, program, kind), analysis.classes(), analysis.improvement())
+    else {
+        return Ok(all);
+    };
+    let levels = analysis.levels(kind);
+    let found = levels.found.iter().enumerate().map(|(k, level)| (Some(k + 1), level));
+    for (rank, level) in found.chain(levels.unbounded().map(|level| (None, level))) {
+        let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
+        let here = engine.choices_in(&permitted, &book.states_of_rank(rank)?)?;
+        all = engine.union_choices(&all, &here)?;
+    }
+    Ok(all)
+}

@@ -1,0 +1,129 @@
+//! Where in the plane a choice leads, judged from samples: the average over their successors.
+
+use super::{Direction, Plane};
+use crate::engine::Engine;
+use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::error::Result;
+use crate::model::{Program, State, VarId, fault};
+
+/// About so many states are looked at for all choices together.
+const SAMPLES: usize = 4096;
+/// So many values of a row or column are enough for one choice.
+const SPREAD: usize = 6;
+
+/// The directions of the choices with these names, in the order of their numbers.
+///
+/// # Errors
+/// A limit; a command without a meaning in a state. Cost: a pre-image for each of a few values of row and
+/// column, and some steps of single states.
+pub(super) fn of(engine: &SymbolicEngine, plane: Plane, names: Vec<String>) -> Result<Vec<Direction>> {
+    let side = (SAMPLES / names.len().max(1)).isqrt().clamp(1, SPREAD);
+    let rows = plane.row.map_or_else(|| Ok(Vec::new()), |row| leaving(engine, row, side))?;
+    let columns = leaving(engine, plane.column, side)?;
+    let mut directions = Vec::with_capacity(names.len());
+    for (number, name) in names.into_iter().enumerate() {
+        let mut sum = [0.0; 2];
+        for state in samples(engine, &rows, &columns, number)? {
+            let step = displacement(engine, plane, number, &state)?;
+            sum = [sum[0] + step[0], sum[1] + step[1]];
+        }
+        let (row, column) = sign(sum);
+        directions.push(Direction { name, row, column });
+    }
+    Ok(directions)
+}
+
+/// The states with some value of a variable of the plane, and the choices that may change it there.
+struct Leaving {
+    here: StateSet,
+    choices: ChoiceSet,
+}
+
+/// For a few values of a variable.
+fn leaving(engine: &SymbolicEngine, variable: VarId, side: usize) -> Result<Vec<Leaving>> {
+    let mut all = Vec::new();
+    for value in spread(engine, variable, side) {
+        let here = engine.slice(&[(variable, value)])?;
+        let elsewhere = engine.difference(&engine.all_states(), &here)?;
+        let choices = engine.choices_in(&engine.some_successor_in(&elsewhere)?, &here)?;
+        all.push(Leaving { here, choices });
+    }
+    Ok(all)
+}
+
+/// States in which a choice may lead to another cell, one for each pair of a row and a column at most.
+fn samples(
+    engine: &SymbolicEngine,
+    rows: &[Leaving],
+    columns: &[Leaving],
+    number: usize,
+) -> Result<Vec<State>> {
+    let mut samples = Vec::new();
+    for column in columns {
+        let along = engine.numbered(&column.choices, number);
+        if rows.is_empty() {
+            samples.extend(engine.list_states(&along, 1)?);
+        }
+        for row in rows {
+            let across = engine.intersection(&engine.numbered(&row.choices, number), &column.here)?;
+            let moving = engine.union(&across, &engine.intersection(&along, &row.here)?)?;
+            samples.extend(engine.list_states(&moving, 1)?);
+        }
+    }
+    Ok(samples)
+}
+
+/// Some values of a variable, evenly spread.
+fn spread(engine: &SymbolicEngine, variable: VarId, count: usize) -> Vec<i64> {
+    let variable = &engine.program().variables[variable.index()];
+    let width = variable.high - variable.low;
+    let steps = (count as i64 - 1).max(1).min(width.max(1));
+    (0..=steps).map(|k| variable.low + width * k / steps).take(count.max(1)).collect()
+}
+
+/// The average change of row and column under a choice in a state.
+fn displacement(engine: &SymbolicEngine, plane: Plane, number: usize, state: &[i64]) -> Result<[f64; 2]> {
+    let program = engine.program();
+    let steps = program.steps(state).map_err(|fault| fault::describe(program, &fault, state))?;
+    let only = engine.only(number);
+    let Some(step) = steps.iter().find(|s| engine.contains_choice(&only, state, &s.choice)) else {
+        return Ok([0.0; 2]);
+    };
+    let change = |variable: VarId| {
+        let moved = |(to, p): &(State, f64)| p * (to[variable.index()] - state[variable.index()]) as f64;
+        step.successors.iter().map(moved).sum::<f64>()
+    };
+    Ok([plane.row.map_or(0.0, change), change(plane.column)])
+}
+
+/// The nearest of the eight directions.
+fn sign(sum: [f64; 2]) -> (i8, i8) {
+    let most = sum[0].abs().max(sum[1].abs());
+    let one = |x: f64| {
+        if most < 1e-9 || x.abs() < most / 2.0 {
+            0
+        } else if x > 0.0 {
+            1
+        } else {
+            -1
+        }
+    };
+    (one(sum[0]), one(sum[1]))
+}
+
+/// Whether larger rows stand higher: so it is where an action called north or up makes the row grow, and
+/// where the row is a `y`.
+pub(super) fn rows_up(program: &Program, plane: Plane, choices: &[Direction]) -> bool {
+    let Some(row) = plane.row else { return false };
+    let is = |name: &str, first: char, words: [&str; 2]| {
+        let name = name.to_ascii_lowercase();
+        words.iter().any(|w| name.contains(w)) || name.starts_with(first) && name.len() <= 2
+    };
+    let north = choices.iter().find(|c| c.row != 0 && is(&c.name, 'n', ["north", "up"]));
+    let south = choices.iter().find(|c| c.row != 0 && is(&c.name, 's', ["south", "down"]));
+    match (north, south) {
+        (Some(north), _) => north.row > 0,
+        (None, Some(south)) => south.row < 0,
+        (None, None) => program.variables[row.index()].name.to_ascii_lowercase().contains('y'),
+    }
+}

@@ -1,0 +1,143 @@
+//! Which two variables make a plane.
+
+use crate::error::{Diagnostic, Error, Result, SourceFile};
+use crate::model::value::Type;
+use crate::model::{Program, VarId};
+
+/// Names that usually mean a row and a column.
+const NAMES: [(&str, &str); 7] =
+    [("row", "col"), ("row", "column"), ("r", "c"), ("y", "x"), ("lat", "lon"), ("i", "j"), ("posy", "posx")];
+
+/// A plane has at most so many cells: each is drawn.
+const MOST_CELLS: u64 = 1 << 14;
+
+/// The variables that span a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Plane {
+    /// The variable that grows from row to row; none for a picture of one row.
+    pub row: Option<VarId>,
+    /// The variable that grows from column to column.
+    pub column: VarId,
+}
+
+impl Plane {
+    /// The plane that `ROW,COLUMN` or `COLUMN` names.
+    ///
+    /// # Errors
+    /// An unknown name, a Boolean, one variable twice, too many cells; with the place in the text.
+    /// More than two names.
+    pub fn named(program: &Program, text: &str) -> Result<Self> {
+        let source = SourceFile::new("--grid", text);
+        let mut variables = Vec::new();
+        let mut start = 0;
+        for part in text.split(',') {
+            let span = start..start + part.len();
+            start = span.end + 1;
+            let wrong = |message: String| {
+                let known = integers(program).map(|v| program.variables[v.index()].name.as_str());
+                let help = format!("the integer variables are {}", known.collect::<Vec<_>>().join(", "));
+                Error::from(Diagnostic::new(&source, span.clone(), message).help(help))
+            };
+            let name = part.trim();
+            let Some(variable) = program.variable(name) else {
+                return Err(wrong(format!("there is no variable `{name}`")));
+            };
+            if program.variables[variable.index()].ty == Type::Bool {
+                return Err(wrong(format!("`{name}` is a Boolean, not an integer")));
+            }
+            if variables.contains(&variable) {
+                return Err(wrong(format!("`{name}` is named twice")));
+            }
+            variables.push(variable);
+        }
+        let plane = match variables[..] {
+            [column] => Plane { row: None, column },
+            [row, column] => Plane { row: Some(row), column },
+            _ => return Err(Error::Usage("`--grid` takes one or two variables: ROW,COLUMN".to_owned())),
+        };
+        match plane.cells(program) {
+            cells if cells > MOST_CELLS => {
+                let message = format!("this plane has {cells} cells, too many to draw: {MOST_CELLS} at most");
+                Err(Diagnostic::new(&source, 0..text.len(), message).into())
+            }
+            _ => Ok(plane),
+        }
+    }
+
+    /// The plane that the names of the variables suggest: such as `r` and `c`, `robot_row` and `robot_col`,
+    /// `x1` and `y1`; else the only one or two integers there are. None where nothing suggests itself
+    /// or what does is too large to be drawn.
+    pub fn guess(program: &Program) -> Option<Self> {
+        let by_name = NAMES.iter().find_map(|&(row, column)| {
+            integers(program).find_map(|variable| {
+                let name = &program.variables[variable.index()].name;
+                let partner = partner(name, row, column)?;
+                let column = integers(program).find(|v| program.variables[v.index()].name == partner)?;
+                Some(Plane { row: Some(variable), column })
+            })
+        });
+        let few = || match integers(program).collect::<Vec<_>>()[..] {
+            [column] => Some(Plane { row: None, column }),
+            [row, column] => Some(Plane { row: Some(row), column }),
+            _ => None,
+        };
+        by_name.or_else(few).filter(|plane| plane.cells(program) <= MOST_CELLS)
+    }
+
+    fn cells(self, program: &Program) -> u64 {
+        let values = |v: VarId| {
+            let variable = &program.variables[v.index()];
+            (variable.high.wrapping_sub(variable.low) as u64).saturating_add(1)
+        };
+        self.row.map_or(1, values).saturating_mul(values(self.column))
+    }
+}
+
+/// The integers with more than one value.
+fn integers(program: &Program) -> impl Iterator<Item = VarId> + '_ {
+    let many = |(_, v): &(usize, &crate::model::Variable)| v.ty != Type::Bool && v.low < v.high;
+    program.variables.iter().enumerate().filter(many).map(|(index, _)| VarId(index as u32))
+}
+
+/// The name of the column for a name of a row: `r1` with `c1`, `van_row` with `van_col`.
+fn partner(name: &str, row: &str, column: &str) -> Option<String> {
+    let lower = name.to_ascii_lowercase();
+    let is_word = |c: Option<char>| c.is_none_or(|c| !c.is_ascii_alphabetic());
+    if lower.starts_with(row) && is_word(name[row.len()..].chars().next()) {
+        return Some(like(name, column) + &name[row.len()..]);
+    }
+    let before = name.len().checked_sub(row.len())?;
+    if lower.ends_with(row) && is_word(name[..before].chars().next_back()) {
+        return Some(name[..before].to_owned() + &like(&name[before..], column));
+    }
+    None
+}
+
+/// `word` in capitals where the name starts with one.
+fn like(name: &str, word: &str) -> String {
+    match name.chars().next() {
+        Some(first) if first.is_ascii_uppercase() && name.len() == 1 => word.to_ascii_uppercase(),
+        Some(first) if first.is_ascii_uppercase() => word[..1].to_ascii_uppercase() + &word[1..],
+        _ => word.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::partner;
+
+    #[test]
+    fn names_have_partners() {
+        for (name, row, column, expected) in [
+            ("r", "r", "c", Some("c")),
+            ("r1", "r", "c", Some("c1")),
+            ("robot_row", "row", "col", Some("robot_col")),
+            ("Y", "y", "x", Some("X")),
+            ("y_2", "y", "x", Some("x_2")),
+            ("car", "r", "c", None),
+            ("ready", "r", "c", None),
+        ] {
+            assert_eq!(partner(name, row, column).as_deref(), expected, "{name}");
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! `meliora report`: what was found, to be looked at.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use meliora::atlas::{self, Atlas, Plane};
+use meliora::engine::Engine;
+use meliora::engine::symbolic::SymbolicEngine;
+use meliora::error::Error;
+use meliora::model::State;
+use meliora::output::page::{Content, Picture, Play, Written};
+use meliora::output::report::{ModelSummary, Report};
+use meliora::output::simulate::PlaysReport;
+use meliora::output::{CheckReport, PageReport};
+use meliora::planning::{Analysis, Kind, Picks, Playbook, Rank, Setup, Simulation};
+
+use super::check::{self, Checked};
+use super::exit::Status;
+use super::load::{self, Question};
+use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::plan::{self, KindArg};
+use super::supervise::{Desk, supervise};
+use super::{files, size};
+
+/// The play in a page has at most so many steps.
+const STEPS: u64 = 200;
+
+/// A page to look at: verdict, maps with sliders, preference order, levels, a play to step through
+///
+/// The page is one file that loads nothing from elsewhere. Its maps show SASI rank, SPI rank and class
+/// over a plane of two integer variables; sliders set the others. Without --out it goes to stdout.
+#[derive(Debug, Clone, Args)]
+pub(super) struct ReportArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    preferences: PreferenceArgs,
+
+    /// The file to write
+    #[arg(short, long, value_name = "FILE", required_if_eq("json", "true"))]
+    out: Option<PathBuf>,
+
+    /// html: a page; svg: one picture; dot: the preference order; md: Markdown
+    #[arg(long, value_enum, default_value_t)]
+    format: FormatArg,
+
+    /// Which picture `--format svg` draws [default: sasi, or hasse where there is no plane]
+    #[arg(long, value_enum)]
+    picture: Option<PictureArg>,
+
+    /// The integer variables that span the maps [default: those with names such as r and c, row and
+    /// col, y and x]
+    #[arg(long, value_name = "ROW,COLUMN")]
+    grid: Option<String>,
+
+    /// The state whose values are shown first and where the play starts, such as r=2,c=2; variables
+    /// left out take their initial value [default: the first initial state]
+    #[arg(long, value_name = "STATE", allow_hyphen_values = true)]
+    at: Option<String>,
+
+    /// The strategy that the play is drawn from [default: sasi where that improves, else spi]
+    #[arg(long, value_enum)]
+    kind: Option<KindArg>,
+
+    /// The same seed gives the same play
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+
+    /// Put at most so many nodes of decision diagrams into the page (about 20 bytes each): past that,
+    /// its maps come without arrows, and then without sliders
+    #[arg(long, value_name = "N", default_value_t = 500_000)]
+    nodes: u32,
+
+    #[command(flatten)]
+    engine: EngineArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+/// `--format`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum FormatArg {
+    #[default]
+    Html,
+    Svg,
+    Dot,
+    Md,
+}
+
+impl FormatArg {
+    fn name(self) -> &'static str {
+        match self {
+            FormatArg::Html => "html",
+            FormatArg::Svg => "svg",
+            FormatArg::Dot => "dot",
+            FormatArg::Md => "md",
+        }
+    }
+}
+
+/// `--picture`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PictureArg {
+    /// The preference order
+    Hasse,
+    /// How many improvements are guaranteed, over the plane
+    Sasi,
+    /// How many improvements are possible, over the plane
+    Spi,
+    /// What is sure already, over the plane
+    Classes,
+}
+
+impl From<PictureArg> for Picture {
+    fn from(picture: PictureArg) -> Self {
+        match picture {
+            PictureArg::Hasse => Picture::Hasse,
+            PictureArg::Sasi => Picture::Sasi,
+            PictureArg::Spi => Picture::Spi,
+            PictureArg::Classes => Picture::Classes,
+        }
+    }
+}
+
+impl Checked for PageReport {
+    fn check(&mut self) -> &mut CheckReport {
+        &mut self.check
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong; the file cannot be written.
+pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
+    args.validate()?;
+    let report = PageReport::new(CheckReport::new(
+        &args.model.path(),
+        &args.preferences.path(),
+        args.engine.engine.name(),
+        args.model.scope.into(),
+        args.preferences.safety.name(),
+    ));
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+}
+
+impl ReportArgs {
+    fn validate(&self) -> Result<(), Error> {
+        self.engine.validate(&self.model)?;
+        if self.engine.engine == EngineArg::Explicit {
+            let message = "`report` draws its maps from decision diagrams: \
+                           it cannot be used with `--engine explicit`, which has none";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        match (self.format, self.picture) {
+            (FormatArg::Svg, _) | (_, None) | (FormatArg::Dot, Some(PictureArg::Hasse)) => Ok(()),
+            (FormatArg::Dot, Some(_)) => Err(Error::Usage(
+                "`--format dot` draws the preference order alone: maps are drawn by `--format svg`"
+                    .to_owned(),
+            )),
+            (format, Some(_)) => Err(Error::Usage(format!(
+                "`--picture` is for `--format svg`: `--format {}` has them all",
+                format.name()
+            ))),
+        }
+    }
+}
+
+fn work(desk: &Desk<PageReport>, args: &ReportArgs) -> Result<(), Error> {
+    let read = || {
+        let question = load::question(&args.model, &args.preferences, &desk.watch)?;
+        let plane = match &args.grid {
+            Some(names) => Some(Plane::named(&question.program, names)?),
+            None => Plane::guess(&question.program),
+        };
+        let at: Vec<String> = args.at.iter().cloned().collect();
+        let start = plan::states(&question.program, &at)?.pop();
+        Ok((question, plane, start))
+    };
+    let (question, plane, start) = desk.timed("parse", read, |r, s| r.check.time.parse = Some(s))?;
+    desk.update(|r| {
+        r.check.model = ModelSummary::of(&args.model.path(), &question.program);
+        r.check.empty = Some(load::empty_name(question.preferences.empty));
+    });
+    let settings = load::settings(&args.model, &desk.watch);
+    let build = || load::symbolic(&question.program, &args.model, settings);
+    let engine = desk.timed("build", build, |r, s| r.check.time.build = Some(s))?;
+    if let (Some(text), Some(start)) = (&args.at, &start) {
+        plan::in_scope(&engine, &args.model, std::slice::from_ref(text), std::slice::from_ref(start))?;
+    }
+    let analysis = check::analyse(desk, &engine, &question, &args.preferences)?;
+    let start = match start {
+        Some(start) => Some(start),
+        None => engine.list_states(&engine.initial_states(), 1)?.pop(),
+    };
+    Run { desk, question: &question, args, analysis: &analysis }.write(plane, start)
+}
+
+/// A finished analysis with the report that it fills in.
+struct Run<'a> {
+    desk: &'a Desk<PageReport>,
+    question: &'a Question,
+    args: &'a ReportArgs,
+    analysis: &'a Analysis<'a, SymbolicEngine>,
+}
+
+impl Run<'_> {
+    /// Draws everything and writes it.
+    fn write(&self, plane: Option<Plane>, start: Option<State>) -> Result<(), Error> {
+        let draw = || {
+            let plane = plane.zip(start.as_ref());
+            let engine = self.analysis.engine();
+            let atlas = plane.map(|(plane, start)| {
+                atlas::build(engine, self.analysis, plane, start, self.args.nodes as usize)
+            });
+            Ok((atlas.transpose()?, start.as_ref().map(|start| self.play(start)).transpose()?.flatten()))
+        };
+        let (atlas, play) = self.desk.timed("draw", draw, |_, _| ())?;
+        let text = self.text(atlas.as_ref(), play.as_ref())?;
+        let Some(path) = &self.args.out else {
+            self.desk.update(|r| r.drawing = Some(text));
+            return Ok(());
+        };
+        files::persist(files::prepare(path, &text)?, path)?;
+        let grid = atlas.as_ref().map_or_else(Vec::new, |a| a.names());
+        let written = Written {
+            path: path.display().to_string(),
+            format: self.args.format.name(),
+            bytes: text.len() as u64,
+            grid,
+            nodes: atlas.as_ref().map_or(0, |a| a.diagram.nodes.len() as u64),
+            projected: atlas.as_ref().is_some_and(|a| a.projected),
+        };
+        self.desk.update(|r| r.written = Some(written));
+        Ok(())
+    }
+
+    /// What goes into the file.
+    fn text(&self, atlas: Option<&Atlas>, play: Option<&Play>) -> Result<String, Error> {
+        let mut report = None;
+        self.desk.update(|r| report = Some(r.check.clone()));
+        let Some(mut check) = report else { return Ok(String::new()) };
+        check.finish(self.desk.watch.elapsed().as_secs_f64(), size::peak_rss());
+        let (program, preferences) = (&*self.question.program, &self.question.preferences);
+        let content = Content { check: &check, program, preferences, atlas, play };
+        match self.args.format {
+            FormatArg::Html => Ok(content.html()),
+            FormatArg::Md => Ok(content.markdown()),
+            FormatArg::Dot => Ok(content.dot()),
+            FormatArg::Svg => {
+                let without = if atlas.is_some() { PictureArg::Sasi } else { PictureArg::Hasse };
+                let picture = self.args.picture.unwrap_or(without);
+                content.svg(picture.into()).ok_or_else(|| {
+                    let message = "no two variables are named like a row and a column: \
+                                   `--grid ROW,COLUMN` names those to draw over";
+                    Error::Usage(message.to_owned())
+                })
+            }
+        }
+    }
+
+    /// A play from a state; none where nothing can be improved.
+    fn play(&self, start: &State) -> Result<Option<Play>, Error> {
+        let engine = self.analysis.engine();
+        let improves = |kind| self.analysis.levels(kind).rank(engine, start) != Rank::Finite(0);
+        let kind = match self.args.kind {
+            Some(kind) => kind.into(),
+            None if improves(Kind::Sasi) => Kind::Sasi,
+            None => Kind::Spi,
+        };
+        if !improves(kind) {
+            return Ok(None);
+        }
+        let program = &self.question.program;
+        let Some(mut book) = Playbook::new(self.analysis, program, kind) else { return Ok(None) };
+        let setup = Setup { picks: Picks::Permissive, runs: 1, steps: STEPS, seed: self.args.seed };
+        let tally = Simulation::new(&mut book, setup).run(start)?;
+        let report = PlaysReport::new(program, &self.question.preferences, &tally);
+        let visited = tally.trace.turns.iter().map(|turn| turn.state.clone());
+        let states = std::iter::once(start.clone()).chain(visited).collect();
+        Ok(Some(Play { kind, seed: self.args.seed, report, states }))
+    }
+}

@@ -1,0 +1,85 @@
+//! What the page's script reads: the diagram of the regions, and what its roots are.
+
+use serde_json::{Value as Json, json};
+
+use super::paint::{Paint, arrow};
+use super::{Content, Picture, palette};
+use crate::atlas::{Atlas, Ladder};
+use crate::dump::Edge;
+use crate::model::value::Type;
+use crate::planning::Rank;
+
+/// The data as JSON that may stand in an HTML script element.
+pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
+    let atlas = paint.atlas;
+    let classes: Vec<Json> = atlas.classes.iter().enumerate().map(|(i, c)| class(paint, i, c.1)).collect();
+    let edges = |edges: &[Edge]| edges.iter().map(|e| e.number()).collect::<Vec<_>>();
+    let choice = |c: &crate::atlas::Direction| json!({"name": c.name, "arrow": arrow(c, atlas.rows_up)});
+    let play: Vec<&Vec<i64>> = content.play.iter().flat_map(|p| &p.states).collect();
+    let data = json!({
+        "variables": variables(atlas),
+        "row": atlas.plane.row.map(|v| v.index()),
+        "column": atlas.plane.column.index(),
+        "rows": atlas.rows(),
+        "columns": atlas.columns(),
+        "at": atlas.at,
+        "opening": paint.opening,
+        "projected": atlas.projected,
+        "width": atlas.diagram.variables.len(),
+        "nodes": nodes(atlas),
+        "scope": atlas.scope.number(),
+        "sasi": ladder(&atlas.sasi, paint, Picture::Sasi),
+        "spi": ladder(&atlas.spi, paint, Picture::Spi),
+        "classes": classes,
+        "objectives": content.preferences.objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
+        "targets": edges(&atlas.targets),
+        "choices": atlas.choices.iter().map(choice).collect::<Vec<_>>(),
+        "play": play,
+    });
+    // No text may end the script element.
+    data.to_string().replace('<', "\\u003c")
+}
+
+fn variables(atlas: &Atlas) -> Vec<Json> {
+    let mut all = Vec::new();
+    for (v, levels) in atlas.variables.iter().zip(&atlas.levels) {
+        let boolean = v.ty == Type::Bool;
+        all.push(json!({"name": v.name, "bool": boolean, "low": v.low, "high": v.high, "levels": levels}));
+    }
+    all
+}
+
+/// Three numbers a node: its level, where it is true, where it is false.
+fn nodes(atlas: &Atlas) -> Vec<i64> {
+    let three = |n: &crate::dump::Node| {
+        [i64::from(n.level), i64::from(n.then.number()), i64::from(n.otherwise.number())]
+    };
+    atlas.diagram.nodes.iter().flat_map(three).collect()
+}
+
+fn class(paint: &Paint<'_>, index: usize, edge: Edge) -> Json {
+    let (color, ink) = paint.class(index);
+    json!({
+        "name": paint.names[index],
+        "mark": paint.marks[index],
+        "fill": palette::hex(color),
+        "ink": ink,
+        "edge": edge.number(),
+    })
+}
+
+fn ladder(ladder: &Ladder, paint: &Paint<'_>, picture: Picture) -> Json {
+    let most = paint.most(picture);
+    let color = |rank: Rank| {
+        let color = palette::rank(rank, most);
+        json!({"fill": palette::hex(color), "ink": palette::ink(color)})
+    };
+    json!({
+        "levels": ladder.levels.iter().map(|e| e.number()).collect::<Vec<_>>(),
+        "unbounded": ladder.unbounded.map(Edge::number),
+        "open": ladder.open,
+        "permitted": ladder.permitted.iter().map(|e| e.number()).collect::<Vec<_>>(),
+        "colors": (0..=ladder.levels.len()).map(|k| color(Rank::Finite(k))).collect::<Vec<_>>(),
+        "unboundedColor": color(Rank::Unbounded),
+    })
+}

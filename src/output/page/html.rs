@@ -1,0 +1,291 @@
+//! The page as a whole.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::super::check::{InitialReport, Rank};
+use super::super::report::{scope_word, show_state};
+use super::super::simulate::TurnReport;
+use super::super::text;
+use super::paint::Paint;
+use super::{Content, Picture, Play, bars, data, hasse, map, words};
+use crate::atlas::{Atlas, View};
+use crate::model::Variable;
+use crate::model::preference::Empty;
+use crate::model::value::Type;
+
+/// The page.
+pub(super) fn page(content: &Content<'_>) -> String {
+    let check = content.check;
+    let paint = content.atlas.map(|atlas| Paint::new(content, atlas));
+    let title = format!("{} · Meliora", file_name(&check.model.path));
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(include_str!("page.css"))) (PreEscaped(include_str!("picture.css"))) }
+            }
+            body {
+                (header(content))
+                main {
+                    (verdict(content))
+                    @if let Some(paint) = &paint { (maps(content, paint)) } @else { (no_maps()) }
+                    @if let Some(play) = content.play { (played(play)) }
+                    (preferences(content))
+                    (tables(content))
+                }
+                (footer(content))
+                @if let Some(paint) = &paint {
+                    script #data type="application/json" { (PreEscaped(data::script(content, paint))) }
+                    script { (PreEscaped(include_str!("diagram.js"))) (PreEscaped(include_str!("page.js"))) }
+                }
+            }
+        }
+    };
+    page.into_string()
+}
+
+fn file_name(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or(path)
+}
+
+fn header(content: &Content<'_>) -> Markup {
+    let check = content.check;
+    let constants = check.model.constants.iter().map(|(name, value)| format!("{name}={value}"));
+    let constants = constants.collect::<Vec<_>>().join(", ");
+    html! {
+        header {
+            h1 { (file_name(&check.model.path)) span { " with " (file_name(&check.preferences)) } }
+            p.hint {
+                @if !constants.is_empty() { (constants) " · " }
+                "scope " (scope_word(check.scope)) " · safety " (check.safety)
+                @if let Some(empty) = check.empty { " · empty " (empty) }
+                " · engine " (check.engine)
+                @if let Some(counts) = &check.counts { " · " (counts.states.grouped()) " states" }
+            }
+        }
+    }
+}
+
+/// What holds in the initial states, first of all.
+fn verdict(content: &Content<'_>) -> Markup {
+    let initial = &content.check.initial;
+    let more = content.check.counts.as_ref().map(|c| c.initial.grouped()).unwrap_or_default();
+    html! {
+        section.verdict #verdict {
+            @for (index, state) in initial.iter().enumerate() {
+                @if index < 3 { (card(state)) }
+            }
+            @if initial.len() > 3 { p.hint { "… and more: " (more) " initial states in all." } }
+        }
+    }
+}
+
+fn card(initial: &InitialReport) -> Markup {
+    html! {
+        div.card {
+            p.headline { (words::verdict(initial)) }
+            div.figures {
+                (figure("guaranteed", "sure", initial.sasi_rank, initial.sasi_actions.as_ref()))
+                (figure("possible", "possible", initial.spi_rank, initial.spi_actions.as_ref()))
+                div.figure {
+                    span.number.text { (text::names(&initial.most_preferred)) }
+                    span.label { "is sure at the start" }
+                }
+            }
+            p.hint { "In the initial state " code { (show_state(&initial.state)) } }
+        }
+    }
+}
+
+fn figure(label: &str, class: &str, rank: Option<Rank>, actions: Option<&Vec<String>>) -> Markup {
+    html! {
+        div.figure {
+            span.number.(class) { (words::rank_mark(rank)) }
+            span.label { "improvements " (label) }
+            @if let Some(begin) = words::begin(actions) { span.begin { "begin with " b { (begin) } } }
+        }
+    }
+}
+
+fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
+    let (atlas, opening) = (paint.atlas, &paint.opening);
+    let open = opening.iter().any(Option::is_none);
+    let inside = |index: usize| {
+        atlas.plane.row.is_some_and(|v| v.index() == index) || atlas.plane.column.index() == index
+    };
+    let others = atlas.variables.iter().enumerate().filter(|(index, v)| !inside(*index) && v.low < v.high);
+    let others: Vec<(usize, &Variable)> = others.collect();
+    html! {
+        section #maps {
+            h2 { "Where" }
+            @if !others.is_empty() && !atlas.projected {
+                form.controls autocomplete="off" {
+                    @for (index, variable) in &others { (control(variable, opening[*index], atlas.at[*index])) }
+                    div.buttons {
+                        button #to-start type="button" { "as at the start" }
+                        button #to-any type="button" { "any values" }
+                    }
+                }
+            }
+            @if content.play.is_some() { (stepper()) }
+            p #view.hint aria-live="polite" data-open=(open) { (view_sentence(atlas, opening)) }
+            div.maps.strip[atlas.plane.row.is_none()] {
+                @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
+            }
+            div #cell.card.detail aria-live="polite" {
+                "Choose a cell to see what holds there. Triangles point where a permitted action leads; "
+                "letters in a corner mark targets; the ring is where planning starts."
+            }
+        }
+    }
+}
+
+fn view_sentence(atlas: &Atlas, view: &View) -> String {
+    let values = map::view_text(atlas, view);
+    match (atlas.projected, values.is_empty(), view.iter().any(Option::is_none)) {
+        (_, true, _) => String::new(),
+        (true, ..) => {
+            format!(
+                "For {values}: the most that some value allows. The regions are too large for sliders here."
+            )
+        }
+        (_, _, true) => format!("For {values}: the most that some value allows."),
+        _ => format!("For {values}."),
+    }
+}
+
+/// A slider, or a choice of two, with a box for any value.
+fn control(variable: &Variable, value: Option<i64>, at: i64) -> Markup {
+    let id = format!("var-{}", variable.name);
+    let shown = value.unwrap_or(at);
+    html! {
+        div.control data-variable=(variable.name) {
+            label for=(id) { (variable.name) }
+            @if variable.ty == Type::Bool {
+                select id=(id) {
+                    option value="0" selected[shown == 0] { "false" }
+                    option value="1" selected[shown != 0] { "true" }
+                }
+            } @else {
+                input id=(id) type="range" min=(variable.low) max=(variable.high) value=(shown);
+                output for=(id) { (shown) }
+            }
+            label.any { input type="checkbox" checked[value.is_none()]; "any" }
+        }
+    }
+}
+
+fn no_maps() -> Markup {
+    html! {
+        section #maps { h2 { "Where" } p.hint {
+            "No two variables of this model are named like a row and a column: "
+            code { "--grid ROW,COLUMN" } " draws maps over any two integers."
+        } }
+    }
+}
+
+/// Buttons to step through the play; only the script can make use of them.
+fn stepper() -> Markup {
+    html! {
+            div.stepper hidden {
+            b { "Play" }
+            button type="button" data-step="first" title="to the start" { "start" }
+            button type="button" data-step="back" title="a step back" { "←" }
+            output #step { "start" }
+            button type="button" data-step="on" title="a step on" { "→" }
+            button type="button" data-step="last" title="to the end" { "end" }
+        }
+    }
+}
+
+/// A play, step by step.
+fn played(play: &Play) -> Markup {
+    let turns = &play.report.trace.turns;
+    html! {
+        section #play {
+            h2 { "A play" }
+            p.hint {
+                "Drawn at random under the " (play.kind) " strategy (seed " (play.seed) "): "
+                "each permitted action is as likely as the others."
+            }
+            div.scroll.tall { table.turns {
+                thead { tr {
+                    th.n { "step" } th { "action" } th { "to" } th { "chance" } th { "sure of" } th { "ahead" } th {}
+                } }
+                tbody {
+                    tr data-turn="0" { td.n { "0" } td { "start" } td {} td {} td {} td {} td {} }
+                    @for (index, turn) in turns.iter().enumerate() { (turn_row(index + 1, turn)) }
+                }
+            } }
+        }
+    }
+}
+
+fn turn_row(step: usize, turn: &TurnReport) -> Markup {
+    let note = match (turn.improves, turn.weakens_step) {
+        (true, _) => Some(("good", format!("improves: {} gained", text::names(&turn.gained)))),
+        (_, true) => Some(("bad", format!("weakens: {} lost", text::names(&turn.lost)))),
+        _ => None,
+    };
+    html! {
+        tr data-turn=(step) {
+            td.n { (step) } td { b { (turn.action) } } td { code { (turn.changed) } }
+            td.n { (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.')) }
+            td { (text::names(&turn.most_preferred)) } td { (words::rank_mark(Some(turn.rank))) }
+            td { @if let Some((class, note)) = note { span class=(class) { (note) } } }
+        }
+    }
+}
+
+fn preferences(content: &Content<'_>) -> Markup {
+    let empty = match content.preferences.empty {
+        Empty::Bottom => {
+            "Achieving nothing stands below everything: to gain a first objective improves, to lose the last one weakens."
+        }
+        Empty::Gain => "To gain a first objective improves; to lose the last one does not weaken.",
+        Empty::Incomparable => "Achieving nothing compares with nothing.",
+    };
+    html! {
+        section #preferences {
+            h2 { "What is preferred to what" }
+            (hasse::svg(&content.order(), false))
+            p.hint {
+                "What is preferred stands above; objectives in one box are equally good; those without a way up "
+                "or down between them do not compare. " (empty)
+            }
+        }
+    }
+}
+
+fn tables(content: &Content<'_>) -> Markup {
+    let check = content.check;
+    html! {
+        section #levels { h2 { "How often states can improve" } div.scroll { (bars::levels(check)) } }
+        section #objectives { h2 { "Objectives" } div.scroll { (bars::objectives(check)) } }
+        div.columns {
+            section #classes {
+                h2 { "Classes" }
+                p.hint { "States by the most preferred objectives that are sure there." }
+                div.scroll { (bars::classes(check)) }
+            }
+            div {
+                section #sizes { h2 { "Sizes" } (bars::sizes(check)) }
+                section #times { h2 { "Time" } (bars::times(check)) }
+            }
+        }
+    }
+}
+
+fn footer(content: &Content<'_>) -> Markup {
+    html! {
+        footer { p.hint {
+            "Meliora " (env!("CARGO_PKG_VERSION")) " · " code { (content.check.model.path) } " · "
+            code { (content.check.preferences) }
+            " · Shares and bars are of all states of the scope."
+        } }
+    }
+}

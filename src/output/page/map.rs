@@ -1,0 +1,225 @@
+//! Heat maps over the plane. The page's script changes colours, numbers and arrows of these drawings when
+//! a slider moves; as they stand they show the opening view.
+
+use maud::{Markup, PreEscaped, html};
+
+use super::paint::{Found, Paint, SIDE};
+use super::{Content, Picture, palette};
+use crate::atlas::{Atlas, View};
+use crate::engine::Scope;
+
+/// With more columns than this, numbers and arrows in the cells would be too small to be seen.
+const READABLE: usize = 24;
+
+/// What a drawing on its own needs to look like one in the page.
+pub(super) fn style() -> Markup {
+    html! { style { (PreEscaped(include_str!("picture.css"))) } }
+}
+
+/// A map as a drawing on its own, with a title and a legend.
+pub(super) fn svg(content: &Content<'_>, atlas: &Atlas, picture: Picture) -> Markup {
+    let paint = Paint::new(content, atlas);
+    let legend = paint.legend(picture);
+    let size = size(atlas);
+    let width = size.0.max(320);
+    let view = lines(&view_text(atlas, &paint.opening), width / 7);
+    let top = 34 + 16 * view.len();
+    let (beside, height) = ((width / 100).max(1), top + size.1);
+    let below = 24 * legend.len().div_ceil(beside) + 12;
+    html! {
+        svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {}", height + below)) {
+            (style())
+            (paper(width, height + below))
+            text.title x="4" y="20" { (picture.title()) }
+            @for (index, line) in view.iter().enumerate() {
+                text.small x="4" y=(38 + 16 * index) { (line) }
+            }
+            g transform=(format!("translate(0,{top})")) { (cells(picture, &paint)) }
+            @for (index, (color, label)) in legend.iter().enumerate() {
+                @let (x, y) = (index % beside * 100 + 4, index / beside * 24 + height + 8);
+                g transform=(format!("translate({x},{y})")) {
+                    rect.swatch width="16" height="16" fill=(palette::hex(*color)) {}
+                    text.small x="22" y="13" { (label) }
+                }
+            }
+        }
+    }
+}
+
+/// What a drawing on its own lies on, so that it reads on dark pages too.
+pub(super) fn paper(width: usize, height: usize) -> Markup {
+    html! { rect.paper width=(width) height=(height) {} }
+}
+
+/// A list broken at its commas into lines of about so many letters.
+fn lines(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in text.split_inclusive(", ") {
+        match lines.last_mut() {
+            Some(line) if line.len() + part.len() <= width => line.push_str(part),
+            _ => lines.push(part.to_owned()),
+        }
+    }
+    lines
+}
+
+/// A map as a part of the page.
+pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup {
+    let atlas = paint.atlas;
+    let (width, height) = size(atlas);
+    let widest = if atlas.plane.row.is_some() { (width * 2).clamp(320, 720) } else { width };
+    html! {
+        figure.map id=(format!("map-{}", picture.name())) {
+            figcaption {
+                strong { (picture.title()) }
+                span.hint { (hint(picture)) }
+            }
+            svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}")) role="img"
+                aria-label=(picture.title()) style=(format!("max-width:{widest}px")) {
+                (cells(picture, paint))
+            }
+            ul.legend {
+                @for (color, label) in paint.legend(picture) {
+                    li { span.swatch style=(format!("background:{}", palette::hex(color))) {} (label) }
+                }
+                @if content.check.scope == Scope::Reachable {
+                    li.wall-key { span.swatch.wall {} "never reached" }
+                }
+                @if picture == Picture::Classes { li.several { span.swatch.several {} "several" } }
+            }
+        }
+    }
+}
+
+fn hint(picture: Picture) -> &'static str {
+    match picture {
+        Picture::Sasi => "SASI rank: so often a play surely moves on to something preferred",
+        Picture::Spi => "SPI rank: so often it can, with luck",
+        Picture::Classes | Picture::Hasse => "the most preferred objectives that are certain",
+    }
+}
+
+fn size(atlas: &Atlas) -> (usize, usize) {
+    let below = 5 * letters(atlas) / 2 + 6;
+    (left(atlas) + SIDE * atlas.columns().len() + 4, SIDE * atlas.rows().len() + below)
+}
+
+fn is_large(atlas: &Atlas) -> bool {
+    atlas.columns().len() > READABLE
+}
+
+/// How large the numbers of rows and columns are: pictures with many cells are shown smaller.
+fn letters(atlas: &Atlas) -> usize {
+    let cells = if atlas.plane.row.is_some() { atlas.columns().len() } else { 0 };
+    (13 * cells / 10).max(16)
+}
+
+/// Room for the numbers of rows.
+fn left(atlas: &Atlas) -> usize {
+    2 * letters(atlas) + 12
+}
+
+/// `b=8, d=false`, or `any b, any d`.
+pub(super) fn view_text(atlas: &Atlas, view: &View) -> String {
+    let inside =
+        |index| atlas.plane.row.is_some_and(|r| r.index() == index) || atlas.plane.column.index() == index;
+    if view.len() > 3 && view.iter().enumerate().all(|(index, value)| value.is_none() || inside(index)) {
+        return "any values of the other variables".to_owned();
+    }
+    let one = |(index, value): (usize, &Option<i64>)| {
+        let variable = &atlas.variables[index];
+        let text = match value {
+            Some(value) => format!("{}={}", variable.name, variable.show(*value)),
+            None => format!("any {}", variable.name),
+        };
+        (!inside(index)).then_some(text)
+    };
+    view.iter().enumerate().filter_map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// The cells with the numbers of their rows and columns.
+fn cells(picture: Picture, paint: &Paint<'_>) -> Markup {
+    let atlas = paint.atlas;
+    let ring = SIDE / 2 - 3;
+    // In a picture of many small cells a ring of one cell would not be seen.
+    let many = atlas.columns().len().min(SIDE * atlas.rows().len() / 2);
+    html! {
+        defs { pattern #wall width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)" {
+            rect.wall width="6" height="6" {}
+            line.wall x1="0" y1="0" x2="0" y2="6" {}
+        } }
+        (axes(atlas, &atlas.rows(), &atlas.columns()))
+        @for (i, row) in paint.cells.iter().enumerate() {
+            @for (j, found) in row.iter().enumerate() {
+                (cell(picture, paint, (left(atlas) + SIDE * j, SIDE * i), found))
+            }
+        }
+        @if let Some((i, j)) = start(atlas) {
+            @let (x, y) = (left(atlas) + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
+            circle.start cx=(x) cy=(y) r=(ring.max(many)) { title { "where planning starts" } }
+        }
+        rect.chosen width=(SIDE) height=(SIDE) visibility="hidden" {}
+        circle.token r=((ring - 3).max(many)) visibility="hidden" {}
+    }
+}
+
+/// Where the state that is shown first stands.
+fn start(atlas: &Atlas) -> Option<(usize, usize)> {
+    let value = |variable: crate::model::VarId| atlas.at[variable.index()];
+    let row = atlas.plane.row.map_or(0, value);
+    let i = atlas.rows().iter().position(|&r| r == row)?;
+    Some((i, atlas.columns().iter().position(|&c| c == value(atlas.plane.column))?))
+}
+
+fn axes(atlas: &Atlas, rows: &[i64], columns: &[i64]) -> Markup {
+    let (left, size, bottom) = (left(atlas), letters(atlas), SIDE * rows.len());
+    let (first, second) = (bottom + size + 3, bottom + 9 * size / 4 + 3);
+    let name = |v: crate::model::VarId| atlas.variables[v.index()].name.as_str();
+    let font = format!("font-size:{size}px");
+    let anchored = |anchor: &str| format!("{font};text-anchor:{anchor}");
+    // About twelve numbers are enough.
+    let (down, along) = (rows.len().div_ceil(12), columns.len().div_ceil(12));
+    html! {
+        @if let Some(row) = atlas.plane.row {
+            @for (i, value) in rows.iter().enumerate().step_by(down) {
+                text.axis x=(left - 8) y=(SIDE * i + SIDE / 2 + size / 3) style=(anchored("end")) { (value) }
+            }
+            text.axis x="2" y=(second) style=(anchored("start")) {
+                (name(row)) (if atlas.rows_up { " ↑ " } else { " ↓ " }) (name(atlas.plane.column)) " →"
+            }
+        } @else {
+            text.axis x="2" y=(second) style=(anchored("start")) { (name(atlas.plane.column)) " →" }
+        }
+        @for (j, value) in columns.iter().enumerate().step_by(along) {
+            text.axis x=(left + SIDE * j + SIDE / 2) y=(first) style=(font) { (value) }
+        }
+    }
+}
+
+fn cell(picture: Picture, paint: &Paint<'_>, (x, y): (usize, usize), found: &Found) -> Markup {
+    let look = paint.look(picture, found);
+    html! {
+        g.cell transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
+            data-value=(look.text) {
+            rect width=(SIDE) height=(SIDE) fill=(look.fill) {}
+            @if !is_large(paint.atlas) {
+                text class=(size_class(&look.text)) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
+                @if picture != Picture::Classes {
+                    path.arrows fill=(look.ink) d=(paint.arrows(picture, found)) {}
+                }
+                @if let Some(target) = &found.target {
+                    text.target x="3" y="11" fill=(look.ink) { (target) }
+                }
+            }
+        }
+    }
+}
+
+/// Long texts are smaller.
+fn size_class(text: &str) -> &'static str {
+    match text.chars().count() {
+        0..=3 => "value",
+        4..=5 => "value long",
+        _ => "value longer",
+    }
+}

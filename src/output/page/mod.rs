@@ -1,0 +1,135 @@
+//! The report that one looks at: a page of its own, single pictures, or Markdown.
+//!
+//! The page is one file that loads nothing: the regions are in it as a decision diagram, which its own
+//! script evaluates when a slider moves. Everything but the sliders is there without the script.
+
+mod bars;
+mod data;
+mod hasse;
+mod html;
+mod map;
+mod markdown;
+mod paint;
+mod palette;
+mod report;
+mod words;
+
+pub use report::{PageReport, Written};
+
+use super::simulate::PlaysReport;
+use super::{CheckReport, Number};
+use crate::atlas::Atlas;
+use crate::model::hasse::Hasse;
+use crate::model::preference::{Empty, Preferences};
+use crate::model::{Program, State};
+use crate::planning::Kind;
+
+/// All that a page shows.
+pub struct Content<'a> {
+    /// What `check` found.
+    pub check: &'a CheckReport,
+    /// The model.
+    pub program: &'a Program,
+    /// The preferences.
+    pub preferences: &'a Preferences,
+    /// The regions over a plane; none where no plane was named or guessed.
+    pub atlas: Option<&'a Atlas>,
+    /// A play; none where there is nothing to play for.
+    pub play: Option<&'a Play>,
+}
+
+/// A simulated play.
+#[derive(Debug, Clone)]
+pub struct Play {
+    /// Under which strategies.
+    pub kind: Kind,
+    /// What the random draws started from.
+    pub seed: u64,
+    /// The play in words.
+    pub report: PlaysReport,
+    /// The states it visits, the first one first.
+    pub states: Vec<State>,
+}
+
+/// A picture of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Picture {
+    /// The preference order.
+    Hasse,
+    /// The SASI ranks over the plane.
+    Sasi,
+    /// The SPI ranks over the plane.
+    Spi,
+    /// The classes over the plane.
+    Classes,
+}
+
+impl Picture {
+    /// The maps, in the order in which a page has them.
+    const MAPS: [Picture; 3] = [Picture::Sasi, Picture::Spi, Picture::Classes];
+
+    /// The name on the command line and in the page.
+    pub fn name(self) -> &'static str {
+        match self {
+            Picture::Hasse => "hasse",
+            Picture::Sasi => "sasi",
+            Picture::Spi => "spi",
+            Picture::Classes => "classes",
+        }
+    }
+
+    fn title(self) -> &'static str {
+        match self {
+            Picture::Hasse => "What is preferred to what",
+            Picture::Sasi => "Guaranteed improvements",
+            Picture::Spi => "Possible improvements",
+            Picture::Classes => "What is sure already",
+        }
+    }
+}
+
+impl Content<'_> {
+    /// The page.
+    pub fn html(&self) -> String {
+        html::page(self)
+    }
+
+    /// The report as Markdown.
+    pub fn markdown(&self) -> String {
+        markdown::render(self)
+    }
+
+    /// A picture as SVG; none where it needs a plane and there is none.
+    pub fn svg(&self, picture: Picture) -> Option<String> {
+        let drawn = match picture {
+            Picture::Hasse => hasse::svg(&self.order(), true),
+            _ => map::svg(self, self.atlas?, picture),
+        };
+        Some(drawn.into_string())
+    }
+
+    /// The preference order in the language DOT.
+    pub fn dot(&self) -> String {
+        hasse::dot(&self.order())
+    }
+
+    /// The preference order with the names and sizes that its picture shows.
+    fn order(&self) -> hasse::Order {
+        let hasse = Hasse::new(&self.preferences.order);
+        let sure = |i: &usize| self.check.objectives.get(*i).map(|o| o.almost_sure.clone());
+        let note = |group: &Vec<usize>| {
+            let sure: Vec<Number> = group.iter().filter_map(sure).collect();
+            sure.iter().max().map(|n| format!("sure in {}", words::short(n)))
+        };
+        let names = |group: &Vec<usize>| {
+            let names = group.iter().filter_map(|&i| self.preferences.objectives.get(i));
+            names.map(|o| o.name.as_str()).collect::<Vec<_>>().join(" ~ ")
+        };
+        hasse::Order {
+            labels: hasse.groups.iter().map(names).collect(),
+            notes: hasse.groups.iter().map(note).collect(),
+            bottom: self.preferences.empty != Empty::Incomparable,
+            hasse,
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! What cells look like: their colours and words, looked up once for all maps.
+
+use super::palette::{self, Rgb};
+use super::{Content, Picture, words};
+use crate::atlas::{Atlas, Cell, Direction, Ladder, View};
+use crate::model::preference::ObjectiveSet;
+use crate::output::text;
+use crate::planning::Rank;
+
+/// The side of a cell.
+pub(super) const SIDE: usize = 40;
+/// Texts with more letters do not fit into a cell.
+const LONGEST: usize = 8;
+
+/// The opening view of an atlas with the colours and words for it.
+pub(super) struct Paint<'a> {
+    pub(super) atlas: &'a Atlas,
+    /// The names of the classes.
+    pub(super) names: Vec<String>,
+    /// Their names in cells.
+    pub(super) marks: Vec<String>,
+    /// For each class its place by size, the largest first; none for that of those sure of nothing.
+    places: Vec<Option<usize>>,
+    greatest: [usize; 2],
+    /// What is shown first.
+    pub(super) opening: View,
+    /// The cells, row by row from the top.
+    pub(super) cells: Vec<Vec<Found>>,
+}
+
+/// A cell of the opening view.
+pub(super) struct Found {
+    pub(super) row: i64,
+    pub(super) column: i64,
+    /// What holds there; none where there is no state.
+    cell: Option<Cell>,
+    /// Whether there is no state whatever values the other variables have.
+    wall: bool,
+    /// The objectives whose target can be there.
+    pub(super) target: Option<String>,
+}
+
+/// How a cell is drawn.
+pub(super) struct Look {
+    pub(super) fill: String,
+    pub(super) ink: &'static str,
+    pub(super) text: String,
+}
+
+impl<'a> Paint<'a> {
+    pub(super) fn new(content: &Content<'_>, atlas: &'a Atlas) -> Self {
+        let name = |class: &_| {
+            let names = content.preferences.names(class);
+            text::names(&names.into_iter().map(str::to_owned).collect::<Vec<_>>())
+        };
+        // The fixpoint has a colour of its own.
+        let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
+        let opening = atlas.opening();
+        Paint {
+            atlas,
+            names: atlas.classes.iter().map(|(class, _)| name(class)).collect(),
+            marks: marks(content, atlas),
+            places: places(content, atlas),
+            greatest: [greatest(&atlas.sasi), greatest(&atlas.spi)],
+            cells: found(content, atlas, &opening),
+            opening,
+        }
+    }
+
+    /// The greatest finite rank.
+    pub(super) fn most(&self, picture: Picture) -> usize {
+        self.greatest[usize::from(picture == Picture::Spi)]
+    }
+
+    /// Colour and ink of a class.
+    pub(super) fn class(&self, index: usize) -> (Rgb, &'static str) {
+        let color = palette::class(self.places[index]);
+        (color, palette::ink(color))
+    }
+
+    /// Colour, ink and text of a cell.
+    pub(super) fn look(&self, picture: Picture, found: &Found) -> Look {
+        let look = |(color, ink): (Rgb, _), text| Look { fill: palette::hex(color), ink, text };
+        let plain = |fill: &str, ink, text: &str| Look { fill: fill.to_owned(), ink, text: text.to_owned() };
+        let Some(cell) = &found.cell else {
+            let fill = if found.wall { "url(#wall)" } else { "var(--void, #ffffff)" };
+            return plain(fill, "currentColor", "");
+        };
+        let rank = match (picture, &cell.classes[..]) {
+            (Picture::Classes, &[index]) => return look(self.class(index), self.marks[index].clone()),
+            (Picture::Classes, _) => return plain("var(--several, #d8d4e8)", "currentColor", "…"),
+            (Picture::Spi, _) => cell.spi,
+            (Picture::Sasi | Picture::Hasse, _) => cell.sasi,
+        };
+        let color = palette::rank(rank, self.most(picture));
+        look((color, palette::ink(color)), words::mark(rank))
+    }
+
+    /// The arrows of the permitted choices in a cell, where no variable is open.
+    pub(super) fn arrows(&self, picture: Picture, found: &Found) -> String {
+        let view = self.atlas.view(&self.opening, found.row, found.column);
+        let mut path = String::new();
+        if view.iter().any(Option::is_none) {
+            return path;
+        }
+        let ladder = ladder(self.atlas, picture);
+        for (choice, &edge) in self.atlas.choices.iter().zip(&ladder.permitted) {
+            let arrow = arrow(choice, self.atlas.rows_up);
+            if !path.contains(&arrow) && self.atlas.holds(edge, &view) {
+                path.push_str(&arrow);
+            }
+        }
+        path
+    }
+
+    /// What colours mean, those that occur.
+    pub(super) fn legend(&self, picture: Picture) -> Vec<(Rgb, String)> {
+        if picture == Picture::Classes {
+            let label = |index: usize| match self.marks[index].parse::<usize>() {
+                Ok(_) => format!("{} · {}", self.marks[index], self.names[index]),
+                Err(_) => self.names[index].clone(),
+            };
+            let one = |index| (self.class(index).0, label(index));
+            return (0..self.names.len()).map(one).collect();
+        }
+        let ladder = ladder(self.atlas, picture);
+        let last = ladder.levels.len();
+        let mut ranks: Vec<Rank> = (0..=last).map(Rank::Finite).collect();
+        if ladder.open {
+            ranks[last] = Rank::AtLeast(last);
+        }
+        if ladder.unbounded.is_some() {
+            // The last level is the fixpoint: no state has its number as its rank.
+            ranks[last] = Rank::Unbounded;
+        }
+        let name = |rank| match rank {
+            Rank::Unbounded => "∞ any number".to_owned(),
+            _ => words::mark(rank),
+        };
+        ranks.into_iter().map(|r| (palette::rank(r, self.most(picture)), name(r))).collect()
+    }
+}
+
+fn ladder(atlas: &Atlas, picture: Picture) -> &Ladder {
+    if picture == Picture::Spi { &atlas.spi } else { &atlas.sasi }
+}
+
+/// The cells of a view.
+fn found(content: &Content<'_>, atlas: &Atlas, view: &View) -> Vec<Vec<Found>> {
+    let open: View = vec![None; atlas.variables.len()];
+    let everywhere = everywhere(atlas);
+    let one = |row: i64, column: i64| {
+        let any = atlas.view(&open, row, column);
+        let here = atlas.targets_at(&any).into_iter().filter(|&i| !everywhere[i]);
+        let names = here.filter_map(|i| content.preferences.objectives.get(i));
+        let text = names.map(|o| o.name.as_str()).collect::<String>();
+        Found {
+            row,
+            column,
+            cell: atlas.cell(&atlas.view(view, row, column)),
+            wall: !atlas.holds(atlas.scope, &any),
+            target: match text.chars().count() {
+                0 => None,
+                1..=4 => Some(text),
+                _ => Some("◆".to_owned()),
+            },
+        }
+    };
+    let columns = atlas.columns();
+    atlas.rows().into_iter().map(|row| columns.iter().map(|&column| one(row, column)).collect()).collect()
+}
+
+/// What classes are called in cells: by their names or, where these would not fit, by numbers.
+fn marks(content: &Content<'_>, atlas: &Atlas) -> Vec<String> {
+    let name = |class: &ObjectiveSet| match class.is_empty() {
+        true => "–".to_owned(),
+        false => content.preferences.names(class).join(","),
+    };
+    let names: Vec<String> = atlas.classes.iter().map(|(class, _)| name(class)).collect();
+    if names.iter().all(|name| name.chars().count() <= LONGEST) {
+        return names;
+    }
+    let number = |(index, name): (usize, &String)| match name.as_str() {
+        "–" => name.clone(),
+        _ => (index + 1).to_string(),
+    };
+    names.iter().enumerate().map(number).collect()
+}
+
+/// The classes by size, so that the strongest colours go to the largest.
+fn places(content: &Content<'_>, atlas: &Atlas) -> Vec<Option<usize>> {
+    let sizes = content.check.classes.as_deref().unwrap_or_default();
+    let size = |class: usize| sizes.get(class).map(|c| c.states.clone());
+    let mut order: Vec<usize> =
+        (0..atlas.classes.len()).filter(|&c| !atlas.classes[c].0.is_empty()).collect();
+    order.sort_by_key(|&class| std::cmp::Reverse(size(class)));
+    (0..atlas.classes.len()).map(|c| order.iter().position(|&o| o == c)).collect()
+}
+
+/// For each objective whether its target can be in all four corners of the plane: then it is not a place.
+fn everywhere(atlas: &Atlas) -> Vec<bool> {
+    let open: View = vec![None; atlas.variables.len()];
+    let (rows, columns) = (atlas.rows(), atlas.columns());
+    let ends = |values: &[i64]| [values.first().copied().unwrap_or(0), values.last().copied().unwrap_or(0)];
+    let corners = ends(&rows).into_iter().flat_map(|r| ends(&columns).map(|c| (r, c)));
+    let found: Vec<Vec<usize>> = corners.map(|(r, c)| atlas.targets_at(&atlas.view(&open, r, c))).collect();
+    (0..atlas.targets.len()).map(|i| found.iter().all(|here| here.contains(&i))).collect()
+}
+
+/// A triangle at the edge of a cell, on the side to which the choice leads; none where it leads nowhere.
+pub(super) fn arrow(choice: &Direction, rows_up: bool) -> String {
+    let (dx, dy) = (f64::from(choice.column), f64::from(choice.row) * if rows_up { -1.0 } else { 1.0 });
+    let length = dx.hypot(dy);
+    if length == 0.0 {
+        return String::new();
+    }
+    let (ux, uy) = (dx / length, dy / length);
+    let half = SIDE as f64 / 2.0;
+    let reach = half - 2.0;
+    let tip = (half + ux * reach * length.min(1.25), half + uy * reach * length.min(1.25));
+    let base = (tip.0 - ux * 7.0, tip.1 - uy * 7.0);
+    let (px, py) = (-uy * 5.5, ux * 5.5);
+    format!(
+        "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z",
+        tip.0,
+        tip.1,
+        base.0 + px,
+        base.1 + py,
+        base.0 - px,
+        base.1 - py
+    )
+}

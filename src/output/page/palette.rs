@@ -1,0 +1,83 @@
+//! Colours that can be told apart by everyone, on screens and in print.
+
+use crate::planning::Rank;
+
+/// A colour: red, green, blue.
+pub(super) type Rgb = [u8; 3];
+
+/// From one improvement to five: green to blue, after ColorBrewer's YlGnBu, which grows darker step by
+/// step, so that it reads in grey as well. The same number has the same colour in every picture.
+const LADDER: [Rgb; 5] = [[190, 230, 200], [46, 152, 184], [34, 112, 176], [36, 74, 150], [44, 45, 125]];
+/// No improvement, and the class of those sure of nothing.
+const NONE: Rgb = [243, 241, 233];
+/// Any number of improvements.
+const UNBOUNDED: Rgb = [8, 18, 66];
+/// For classes: the colours of Okabe and Ito, which people with any colour vision can tell apart.
+const CLASSES: [Rgb; 8] = [
+    [230, 159, 0],
+    [86, 180, 233],
+    [0, 158, 115],
+    [240, 228, 66],
+    [0, 114, 178],
+    [213, 94, 0],
+    [204, 121, 167],
+    [140, 140, 140],
+];
+
+/// The colour of a rank where `most` is the greatest finite one.
+pub(super) fn rank(rank: Rank, most: usize) -> Rgb {
+    let (last, deepest) = (LADDER.len(), LADDER[LADDER.len() - 1]);
+    match rank {
+        Rank::Unbounded => UNBOUNDED,
+        Rank::Finite(0) | Rank::AtLeast(0) => NONE,
+        Rank::Finite(k) | Rank::AtLeast(k) if k <= last => LADDER[k - 1],
+        Rank::Finite(k) | Rank::AtLeast(k) => {
+            let steps = most.max(k) - last + 1;
+            mix(deepest, UNBOUNDED, (k - last) as f64 / steps as f64)
+        }
+    }
+}
+
+/// The colour of a class by its position; none for the class of those sure of nothing.
+pub(super) fn class(position: Option<usize>) -> Rgb {
+    let Some(position) = position else { return NONE };
+    let base = CLASSES[position % CLASSES.len()];
+    // More classes than colours come round again, paler and paler.
+    match position / CLASSES.len() {
+        0 => base,
+        1 => mix(base, [255, 255, 255], 0.55),
+        _ => mix(base, [0, 0, 0], 0.45),
+    }
+}
+
+fn mix(from: Rgb, to: Rgb, share: f64) -> Rgb {
+    let one = |i: usize| (f64::from(from[i]) * (1.0 - share) + f64::from(to[i]) * share).round() as u8;
+    [one(0), one(1), one(2)]
+}
+
+/// Black or white, whichever reads better on a colour.
+pub(super) fn ink(on: Rgb) -> &'static str {
+    let [r, g, b] = on.map(f64::from);
+    if 0.299 * r + 0.587 * g + 0.114 * b > 140.0 { "#1a1a1a" } else { "#ffffff" }
+}
+
+/// `#rrggbb`
+pub(super) fn hex([r, g, b]: Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_improvements_are_darker() {
+        let light = |c: Rgb| c.map(u32::from).iter().sum::<u32>();
+        for most in 1..9 {
+            let mut ranks: Vec<Rank> = (0..=most).map(Rank::Finite).collect();
+            ranks.push(Rank::Unbounded);
+            let colors: Vec<u32> = ranks.into_iter().map(|r| light(rank(r, most))).collect();
+            assert!(colors.windows(2).all(|pair| pair[0] > pair[1]), "{most}: {colors:?}");
+        }
+    }
+}

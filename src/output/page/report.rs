@@ -1,0 +1,103 @@
+//! The report of `meliora report`: what `check` found, and what was written of it.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::super::report::{Failure, Memory, Report, is_true, scope_word, show_state};
+use super::super::{CheckReport, Style, text};
+use super::words;
+
+/// What `report` did.
+#[derive(Debug, Clone, Serialize)]
+pub struct PageReport {
+    /// `meliora.report/1`
+    pub schema: &'static str,
+    /// Whether the work ran to its end; written only where it did not.
+    #[serde(skip_serializing_if = "is_true")]
+    pub complete: bool,
+    /// What was written; none where the work ended before.
+    pub written: Option<Written>,
+    /// What `check` found.
+    pub check: CheckReport,
+    /// What was used.
+    pub memory: Memory,
+    /// Text that goes to stdout where no file was asked for.
+    #[serde(skip)]
+    pub drawing: Option<String>,
+    /// Why the work ended early.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<Failure>,
+}
+
+/// A file that was written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Written {
+    /// Where.
+    pub path: String,
+    /// `html`, `svg`, `dot` or `md`.
+    pub format: &'static str,
+    /// How long it is.
+    pub bytes: u64,
+    /// The variables of the plane, rows first; empty where there is none.
+    pub grid: Vec<String>,
+    /// The nodes of the regions in it.
+    pub nodes: u64,
+    /// Whether the sets had to be projected onto the plane, which leaves no sliders.
+    pub projected: bool,
+}
+
+impl PageReport {
+    /// A report of which nothing but the question is known.
+    pub fn new(check: CheckReport) -> Self {
+        PageReport {
+            schema: "meliora.report/1",
+            complete: true,
+            written: None,
+            check,
+            memory: Memory::default(),
+            drawing: None,
+            error: None,
+        }
+    }
+}
+
+impl Report for PageReport {
+    fn fail(&mut self, failure: Failure) {
+        self.complete = false;
+        self.check.complete = false;
+        self.error = Some(failure);
+    }
+
+    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
+        self.check.finish(seconds, peak_rss_bytes);
+        self.memory = self.check.memory;
+    }
+
+    fn text(&self, style: Style) -> String {
+        if let Some(drawing) = &self.drawing {
+            return drawing.clone();
+        }
+        let check = &self.check;
+        let mut settings = vec![("scope", scope_word(check.scope)), ("safety", check.safety)];
+        settings.extend(check.empty.map(|empty| ("empty", empty)));
+        let mut out = text::title(&[&check.model.path, &check.preferences], &settings, style);
+        for initial in &check.initial {
+            let _ = writeln!(out, "\n{}", style.bold(&words::verdict(initial)));
+            let _ = writeln!(out, "  at {}, {}", show_state(&initial.state), words::sure(initial));
+        }
+        if let Some(written) = &self.written {
+            let _ = write!(out, "\n{}: {}", style.good("written"), written.path);
+            if !written.grid.is_empty() {
+                let _ = write!(out, ", with maps over {}", written.grid.join(" × "));
+                let _ = write!(out, " out of {} nodes", text::group(&written.nodes.to_string()));
+            }
+            if written.projected {
+                let _ = write!(out, " (without sliders: `--nodes` allows more)");
+            }
+            out.push('\n');
+        }
+        out.push_str(&text::incomplete(self.error.as_ref(), style));
+        out
+    }
+}

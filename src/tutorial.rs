@@ -1,0 +1,306 @@
+//! A tutorial: from two texts to regions, strategies, plays and a dump, each step a test that runs.
+//!
+//! The model is [`MODEL`], the paper's Example 1: at `s=0` three actions may be taken. `a` reaches the first
+//! objective for sure; `b` and `c` throw a coin between the second and the third, which both are preferred to
+//! the first but do not compare with each other. [`GAMBLE`] is a second model, on which the ways to be
+//! safe differ.
+//!
+//! # 1. Reading
+//!
+//! A [`SourceFile`](crate::error::SourceFile) is a text with a name, so that mistakes can be shown where
+//! they are. [`lang::load`](crate::lang::load) reads a model with its constants,
+//! [`lang::load_preferences`](crate::lang::load_preferences) adds the targets of the objectives to the
+//! expressions of the program.
+//!
+//! ```
+//! use meliora::error::{Error, SourceFile};
+//! use meliora::{lang, tutorial};
+//!
+//! # fn main() -> Result<(), Error> {
+//! let none = SourceFile::new("constants", "");
+//! let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! let wishes = SourceFile::new("toy.pref", tutorial::WISHES);
+//! let preferences = lang::load_preferences(&wishes, &mut program)?;
+//! assert_eq!(program.variables[0].name, "s");
+//! assert_eq!(preferences.objectives.len(), 3);
+//!
+//! // A mistake has a place, and advice where there is some.
+//! let wrong = SourceFile::new("wrong.pref", "objective Fourth = F (t = 4);");
+//! match lang::load_preferences(&wrong, &mut program) {
+//!     Err(Error::Input(mistakes)) => assert_eq!(mistakes[0].position(), (1, 23)),
+//!     _ => panic!("there is no variable t"),
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # 2. Preferences
+//!
+//! A preference file makes a preorder. Of the objectives that a state is sure of only the most preferred
+//! ones count, MP; a step improves, weakens or does neither by comparing the MP of its two ends.
+//!
+//! ```
+//! # use meliora::error::{Error, SourceFile};
+//! # use meliora::{lang, tutorial};
+//! use meliora::model::preference::{Change, ObjectiveSet};
+//!
+//! # fn main() -> Result<(), Error> {
+//! # let none = SourceFile::new("constants", "");
+//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! let (first, second, third) = (0, 1, 2);
+//! let sure: ObjectiveSet = [first, second, third].into_iter().collect();
+//! assert_eq!(preferences.names(&preferences.most_preferred(&sure)), ["Second", "Third"]);
+//!
+//! let set = |i: usize| ObjectiveSet::from_iter([i]);
+//! assert_eq!(preferences.change(&set(first), &set(third)), Change::Improving);
+//! assert_eq!(preferences.change(&set(third), &set(first)), Change::Weakening);
+//! assert_eq!(preferences.change(&set(second), &set(third)), Change::Lateral);
+//! // What it is worth to be sure of nothing is a statement of its own: `empty = bottom` by default.
+//! assert_eq!(preferences.change(&set(first), &ObjectiveSet::new()), Change::Weakening);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # 3. Engines and regions
+//!
+//! An [`Engine`](crate::engine::Engine) offers sets of states and sets of choices with the operators on them.
+//! The [symbolic](crate::engine::symbolic) one stores them as decision diagrams, the
+//! [explicit](crate::engine::explicit) one as bits over an enumeration; what is written over the trait runs
+//! on both.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! # use meliora::error::{Error, Result, SourceFile};
+//! # use meliora::{lang, tutorial};
+//! use meliora::engine::explicit::ExplicitEngine;
+//! use meliora::engine::regions::{pmax_one, pmax_positive};
+//! use meliora::engine::symbolic::{SymbolicEngine, order};
+//! use meliora::engine::{Count, Engine, Settings};
+//! use meliora::model::expr::ExprId;
+//!
+//! /// From how many states can a target be reached almost surely, and from how many at all?
+//! fn sizes<E: Engine>(engine: &E, target: ExprId) -> Result<[Count; 2]> {
+//!     let target = engine.states_where(target)?;
+//!     let (surely, possibly) = (pmax_one(engine, &target)?, pmax_positive(engine, &target)?);
+//!     Ok([engine.count_states(&surely)?, engine.count_states(&possibly)?])
+//! }
+//!
+//! # fn main() -> Result<(), Error> {
+//! # let none = SourceFile::new("constants", "");
+//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! let program = Arc::new(program);
+//! let symbolic = SymbolicEngine::new(program.clone(), order::auto(&program), 1, Settings::default())?;
+//! let explicit = ExplicitEngine::new(program.clone(), Settings::default())?;
+//! let third = preferences.objectives[2].target;
+//! assert_eq!(sizes(&symbolic, third)?, [Count::from(1u32), Count::from(2u32)]);
+//! assert_eq!(sizes(&explicit, third)?, sizes(&symbolic, third)?);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # 4. The whole analysis
+//!
+//! [`Analysis`](crate::planning::Analysis) computes outcomes, classes, the improvement MDP and the levels,
+//! tells a listener what it finds, and keeps it when a limit ends the work.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! # use meliora::engine::symbolic::{SymbolicEngine, order};
+//! # use meliora::engine::Settings;
+//! # use meliora::error::{Error, SourceFile};
+//! # use meliora::{lang, tutorial};
+//! use meliora::planning::{Analysis, Event, Kind, Options, Rank};
+//!
+//! # fn main() -> Result<(), Error> {
+//! # let none = SourceFile::new("constants", "");
+//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! # let program = Arc::new(program);
+//! # let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, Settings::default())?;
+//! let mut analysis = Analysis::new(&engine, &preferences, Options::default());
+//! let mut heard = Vec::new();
+//! analysis.run(&mut |event| {
+//!     if let Event::Level(kind, k, states) = event {
+//!         heard.push(format!("{kind} {k}: {states}"));
+//!     }
+//! })?;
+//! // From one state, the start, one improvement is sure, and no more is possible.
+//! assert_eq!(heard, ["SASI 1: 1", "SPI 1: 1"]);
+//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[0]), Rank::Finite(1));
+//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[3]), Rank::Finite(0));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # 5. What to do, and why
+//!
+//! A [`Playbook`](crate::planning::Playbook) has the strategies of all levels. It explains each action of a
+//! state: whether it is permitted, what it leads to, and why.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! # use meliora::engine::symbolic::{SymbolicEngine, order};
+//! # use meliora::engine::Settings;
+//! # use meliora::error::{Error, SourceFile};
+//! # use meliora::{lang, tutorial};
+//! # use meliora::planning::{Analysis, Kind, Options};
+//! use meliora::planning::{Picks, Playbook, Setup, Simulation};
+//! use meliora::planning::explain::Verdict;
+//!
+//! # fn main() -> Result<(), Error> {
+//! # let none = SourceFile::new("constants", "");
+//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! # let program = Arc::new(program);
+//! # let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, Settings::default())?;
+//! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());
+//! # analysis.run(&mut |_| ())?;
+//! # let missing = || Error::Usage("the levels are known".into());
+//! let mut book = Playbook::new(&analysis, &program, Kind::Sasi).ok_or_else(missing)?;
+//! let start = [0];
+//! let at = book.explain(&start, book.start(&start))?;
+//! let said: Vec<(&str, bool, Verdict)> =
+//!     at.actions.iter().map(|a| (a.name.as_str(), a.permitted, a.verdict)).collect();
+//! // `a` leads to states from which nothing better can follow: the first of its successors is one.
+//! assert_eq!(said[0], ("a", false, Verdict::Strays(0)));
+//! assert_eq!(said[1], ("b", true, Verdict::Improves));
+//! assert_eq!(said[2], ("c", true, Verdict::Improves));
+//!
+//! // Random plays under the strategy keep what it promises. The same seed gives the same plays.
+//! let setup = Setup { picks: Picks::Permissive, runs: 100, steps: 50, seed: 1 };
+//! let plays = Simulation::new(&mut book, setup).run(&start)?;
+//! assert_eq!(plays.fewer_than(1), 0);
+//! assert_eq!(plays.weakened_step, 0);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # 6. Which safety
+//!
+//! In [`GAMBLE`] a play is sure of bronze, and may stake it on gold. Under
+//! [`Safety::Transition`](crate::planning::Safety::Transition), the paper's definition to the letter, the
+//! losing branch is dropped and the gamble looks sure; under
+//! [`Safety::Action`](crate::planning::Safety::Action) it is not kept, for the real system may lose.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! # use meliora::engine::explicit::ExplicitEngine;
+//! # use meliora::engine::Settings;
+//! # use meliora::error::{Error, SourceFile};
+//! # use meliora::{lang, tutorial};
+//! use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
+//!
+//! # fn main() -> Result<(), Error> {
+//! # let none = SourceFile::new("constants", "");
+//! let mut program = lang::load(&SourceFile::new("lateral.prism", tutorial::GAMBLE), &none)?.program;
+//! let wishes = SourceFile::new("lateral.pref", tutorial::STAKES);
+//! let preferences = lang::load_preferences(&wishes, &mut program)?;
+//! let engine = ExplicitEngine::new(Arc::new(program), Settings::default())?;
+//! let rank = |safety: Safety| -> Result<Rank, Error> {
+//!     let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
+//!     analysis.run(&mut |_| ())?;
+//!     Ok(analysis.levels(Kind::Sasi).rank(&engine, &[0]))
+//! };
+//! assert_eq!(rank(Safety::Transition)?, Rank::Finite(1));
+//! assert_eq!(rank(Safety::Action)?, Rank::Finite(0));
+//! assert_eq!(rank(Safety::Prefix)?, Rank::Finite(0));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # 7. Limits
+//!
+//! Running out is an answer. An [`Observer`](crate::engine::Observer) is asked often whether to go on; what
+//! was found before it says no is still there.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! # use meliora::engine::symbolic::{SymbolicEngine, order};
+//! # use meliora::error::{Error, SourceFile};
+//! # use meliora::{lang, tutorial};
+//! # use meliora::planning::{Analysis, Options};
+//! use std::sync::atomic::{AtomicBool, Ordering};
+//! use meliora::engine::{Observer, Settings};
+//! use meliora::error::Limit;
+//!
+//! #[derive(Default)]
+//! struct Button(AtomicBool);
+//!
+//! impl Observer for Button {
+//!     fn stop(&self) -> Option<Limit> {
+//!         self.0.load(Ordering::Relaxed).then_some(Limit::Interrupted)
+//!     }
+//! }
+//!
+//! # fn main() -> Result<(), Error> {
+//! # let none = SourceFile::new("constants", "");
+//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! let button = Arc::new(Button::default());
+//! let settings = Settings { observer: button.clone(), ..Settings::default() };
+//! # let program = Arc::new(program);
+//! let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings)?;
+//! let mut analysis = Analysis::new(&engine, &preferences, Options::default());
+//! analysis.run_counts(&mut |_| ())?;
+//! button.0.store(true, Ordering::Relaxed);
+//! assert!(matches!(analysis.run(&mut |_| ()), Err(Error::Limit(Limit::Interrupted))));
+//! assert!(analysis.result().counts.is_some());
+//!
+//! // And it goes on from there.
+//! button.0.store(false, Ordering::Relaxed);
+//! analysis.run(&mut |_| ())?;
+//! assert_eq!(analysis.result().sasi.levels.len(), 1);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # 8. Elsewhere
+//!
+//! [`export`](crate::export) and [`dump`](crate::dump) write regions as decision diagrams that other
+//! programs read; [`Archive`](crate::query::Archive) answers from such a dump without the model.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! # use meliora::engine::symbolic::{SymbolicEngine, order};
+//! # use meliora::engine::{Count, Settings, Unobserved};
+//! # use meliora::error::{Error, SourceFile};
+//! # use meliora::{lang, tutorial};
+//! # use meliora::planning::{Analysis, Options};
+//! use meliora::dump::directory::{sha256, write_directory};
+//! use meliora::export::{Inputs, Selection, export};
+//! use meliora::query::Archive;
+//!
+//! # fn main() -> Result<(), Error> {
+//! # let none = SourceFile::new("constants", "");
+//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! # let program = Arc::new(program);
+//! # let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, Settings::default())?;
+//! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());
+//! # analysis.run(&mut |_| ())?;
+//! # let scratch = tempfile::tempdir().map_err(|e| Error::Usage(e.to_string()))?;
+//! # let folder = scratch.path().join("dump");
+//! let inputs = Inputs {
+//!     model: ("toy.prism".into(), sha256(tutorial::MODEL.as_bytes())),
+//!     preferences: ("toy.pref".into(), sha256(tutorial::WISHES.as_bytes())),
+//! };
+//! let all = Selection { wanted: &|_| true, certificate: true };
+//! write_directory(export(&engine, &analysis, &inputs, &all)?, &folder, false, &Unobserved)?;
+//!
+//! let archive = Archive::open(&folder, Some("s <= 1"), Settings::default())?;
+//! let better = archive.select("reachable & !sasi:1")?;
+//! assert_eq!(archive.count(&better)?, Count::from(1u32));
+//! # Ok(())
+//! # }
+//! ```
+
+/// The paper's Example 1.
+pub const MODEL: &str = include_str!("../models/toy.prism");
+/// The preferences over it.
+pub const WISHES: &str = include_str!("../models/toy.pref");
+/// A play that is sure of something and may stake it.
+pub const GAMBLE: &str = include_str!("../models/lateral.prism");
+/// The preferences over it.
+pub const STAKES: &str = include_str!("../models/lateral.pref");
