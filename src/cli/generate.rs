@@ -229,17 +229,13 @@ fn write(prefix: &Path, generated: &Generated) -> Result<(), Error> {
     });
     let mut ready = Vec::new();
     for (path, text) in files {
-        let file = prepare(&path, text).map_err(|e| failed(&path, &e))?;
+        let file = prepare(&path, text).map_err(|e| Error::writing(&path, &e))?;
         ready.push((path, file));
     }
     for (path, file) in ready {
-        file.persist(&path).map_err(|e| failed(&path, &e.error))?;
+        file.persist(&path).map_err(|e| Error::writing(&path, &e.error))?;
     }
     Ok(())
-}
-
-fn failed(path: &Path, error: &std::io::Error) -> Error {
-    Error::Io { path: path.display().to_string(), message: error.to_string() }
 }
 
 fn prepare(path: &Path, text: &str) -> std::io::Result<NamedTempFile> {
