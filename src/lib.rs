@@ -12,3 +12,4 @@ pub mod model;
 pub mod output;
 pub mod planning;
 pub mod query;
+mod random;
