@@ -263,6 +263,11 @@ fn a_row_of_conditionals_is_read_without_depth() {
 }
 
 #[test]
+fn a_long_row_of_regions_is_read_without_depth() {
+    entry::arguments(&format!("reachable{}", " | initial & reachable".repeat(5_000)));
+}
+
+#[test]
 fn high_expressions_are_refused_before_an_engine_recurses_over_them() {
     let sum = format!("mdp module m x:[0..3]; [] x{}>0 -> true; endmodule", "+x*x".repeat(5_000));
     assert!(refused(&sum).contains("nests more than"));
