@@ -13,7 +13,7 @@ const MOST_VARIABLES: usize = 100_000;
 /// Commands, those of copies among them.
 const MOST_COMMANDS: usize = 1_000_000;
 /// Nodes of all expressions, equal ones counted once.
-const MOST_NODES: usize = 1 << 23;
+const MOST_NODES: usize = 1 << 22;
 /// Operators and operands read, those of copies and of formulas under each renaming among them.
 const MOST_WORK: usize = 1 << 27;
 /// Objectives of a preference file.
