@@ -1,7 +1,8 @@
 //! The error space: wrong input (with its place), limits that were hit, files, usage.
 
-use std::fmt;
+use std::path::Path;
 use std::time::Duration;
+use std::{fmt, io};
 
 pub use crate::diagnostic::{Diagnostic, Kind, SourceFile, render};
 
@@ -45,6 +46,19 @@ fn first_message(diagnostics: &[Diagnostic]) -> String {
         [] => "wrong input".to_owned(),
         [one] => one.message.clone(),
         [first, rest @ ..] => format!("{} (and {} more)", first.message, rest.len()),
+    }
+}
+
+impl Error {
+    /// What the system said of a file that is written; a full disk is a limit.
+    pub fn writing(path: &Path, error: &io::Error) -> Self {
+        let (path, message) = (path.display().to_string(), error.to_string());
+        match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                Limit::Output { what: format!("{path}: {message}") }.into()
+            }
+            _ => Error::Io { path, message },
+        }
     }
 }
 

@@ -93,4 +93,5 @@ pub mod model;
 pub mod output;
 pub mod planning;
 pub mod query;
+mod random;
 pub mod tutorial;

@@ -84,7 +84,7 @@ fn spread(engine: &SymbolicEngine, variable: VarId, count: usize) -> Vec<i64> {
 /// The average change of row and column under a choice in a state.
 fn displacement(engine: &SymbolicEngine, plane: Plane, number: usize, state: &[i64]) -> Result<[f64; 2]> {
     let program = engine.program();
-    let steps = program.steps(state).map_err(|fault| fault::describe(program, &fault, state))?;
+    let steps = program.steps(state).map_err(|fault| fault::error(program, &fault, state))?;
     let only = engine.only(number);
     let Some(step) = steps.iter().find(|s| engine.contains_choice(&only, state, &s.choice)) else {
         return Ok([0.0; 2]);

@@ -22,7 +22,7 @@ pub(super) fn prepare(path: &Path, text: &str) -> Result<NamedTempFile, Error> {
         file.write_all(text.as_bytes())?;
         Ok(file)
     });
-    written.map_err(|e| failed(path, &e))
+    written.map_err(|e| Error::writing(path, &e))
 }
 
 /// Puts a file in its place.
@@ -30,12 +30,8 @@ pub(super) fn prepare(path: &Path, text: &str) -> Result<NamedTempFile, Error> {
 /// # Errors
 /// The place takes no file.
 pub(super) fn persist(file: NamedTempFile, path: &Path) -> Result<(), Error> {
-    file.persist(path).map_err(|e| failed(path, &e.error))?;
+    file.persist(path).map_err(|e| Error::writing(path, &e.error))?;
     Ok(())
-}
-
-fn failed(path: &Path, error: &std::io::Error) -> Error {
-    Error::Io { path: path.display().to_string(), message: error.to_string() }
 }
 
 /// Those of any other new file; a temporary file would be its owner's alone.

@@ -41,8 +41,8 @@ pub(super) struct SimulateArgs {
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
 
-    /// Give a play up after so many steps
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
+    /// Give a play up after so many steps, a million at most
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MOST_STEPS))]
     steps: u64,
 
     /// The same seed gives the same plays
@@ -59,6 +59,9 @@ pub(super) struct SimulateArgs {
     #[command(flatten)]
     shown: ShownArgs,
 }
+
+/// A play is kept in full until it is over: longer ones would fill the memory.
+const MOST_STEPS: u64 = 1_000_000;
 
 /// `--strategy`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]

@@ -18,7 +18,7 @@ use super::watch::{Watch, lock};
 use super::{size, terminal};
 
 /// How long the worker may take to stop when it is asked to.
-const GRACE: Duration = Duration::from_millis(400);
+const GRACE: Duration = Duration::from_millis(250);
 /// How often progress is shown.
 const TICK: Duration = Duration::from_millis(100);
 /// Recursion over expressions and diagrams is as deep as they are: the system maps the pages of the

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use super::manifest::{self, Manifest};
 use super::{Diagram, dddmp, dot};
 use crate::engine::Observer;
-use crate::error::{Error, Limit, Result};
+use crate::error::{Error, Result};
 
 /// A manifest is never larger.
 const LARGEST_MANIFEST: u64 = 256 << 20;
@@ -48,7 +48,7 @@ pub fn write_directory(
 ) -> Result<Manifest> {
     let failed = |e: io::Error| match observer.stop() {
         Some(limit) => limit.into(),
-        None => failure(directory, &e),
+        None => Error::writing(directory, &e),
     };
     if let Some(message) = occupied(directory).map_err(failed)? {
         return Err(Error::Io { path: directory.display().to_string(), message });
@@ -64,23 +64,12 @@ pub fn write_directory(
         fill(file, diagram, new.path(), observer).map_err(failed)?;
     }
     if dot {
-        dot::write_all(&mut manifest.regions, &dump.regions, new.path()).map_err(failed)?;
+        dot::write_all(&mut manifest.regions, &dump.regions, new.path(), observer).map_err(failed)?;
     }
     fs::write(new.path().join(manifest::FILE), manifest.text()).map_err(failed)?;
     readable(new.path()).map_err(failed)?;
     install(new, directory).map_err(failed)?;
     Ok(dump.manifest)
-}
-
-/// What the system said of a path; a full disk is a limit.
-fn failure(path: &Path, error: &io::Error) -> Error {
-    let (path, message) = (path.display().to_string(), error.to_string());
-    match error.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            Limit::Output { what: format!("{path}: {message}") }.into()
-        }
-        _ => Error::Io { path, message },
-    }
 }
 
 /// Temporary directories are for their owner only; a result is for whom the parent lets in.
@@ -134,31 +123,54 @@ fn fill(
     observer: &dyn Observer,
 ) -> io::Result<()> {
     let out = fs::File::create(directory.join(&file.path))?;
-    let mut out = BufWriter::with_capacity(1 << 16, Hashing { inner: out, hash: Sha256::new(), observer });
+    let out = Watched { inner: out, observer };
+    let mut out = BufWriter::with_capacity(1 << 16, Hashing { inner: out, hash: Sha256::new() });
     dddmp::write(diagram, &mut out)?;
     let hashing = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-    hashing.inner.sync_all()?;
+    hashing.inner.inner.sync_all()?;
     file.sha256 = hex(hashing.hash.finalize().as_slice());
     file.nodes = diagram.nodes.len() + 1;
     Ok(())
 }
 
-/// Hashes what passes through, and ends where the observer wants it.
-struct Hashing<'o, T> {
-    inner: T,
-    hash: Sha256,
-    observer: &'o dyn Observer,
+/// Ends where the observer wants it.
+pub(super) struct Watched<'o, T> {
+    pub(super) inner: T,
+    pub(super) observer: &'o dyn Observer,
 }
 
-impl<T> Hashing<'_, T> {
+impl<T> Watched<'_, T> {
     fn go_on(&self) -> io::Result<()> {
         if self.observer.stop().is_some() { Err(io::Error::other("stopped")) } else { Ok(()) }
     }
 }
 
-impl<W: Write> Write for Hashing<'_, W> {
+impl<W: Write> Write for Watched<'_, W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.go_on()?;
+        self.inner.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+impl<R: Read> Read for Watched<'_, R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.go_on()?;
+        self.inner.read(bytes)
+    }
+}
+
+/// Hashes what passes through.
+struct Hashing<T> {
+    inner: T,
+    hash: Sha256,
+}
+
+impl<W: Write> Write for Hashing<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.inner.write(bytes)?;
         self.hash.update(&bytes[..written]);
         Ok(written)
@@ -169,9 +181,8 @@ impl<W: Write> Write for Hashing<'_, W> {
     }
 }
 
-impl<R: Read> Read for Hashing<'_, R> {
+impl<R: Read> Read for Hashing<R> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.go_on()?;
         let read = self.inner.read(bytes)?;
         self.hash.update(&bytes[..read]);
         Ok(read)
@@ -225,7 +236,8 @@ fn read_file(
     let path = directory.join(&file.path);
     let name = path.display().to_string();
     let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
-    let input = Hashing { inner: fs::File::open(&path).map_err(failed)?, hash: Sha256::new(), observer };
+    let inner = Watched { inner: fs::File::open(&path).map_err(failed)?, observer };
+    let input = Hashing { inner, hash: Sha256::new() };
     let mut input = BufReader::with_capacity(1 << 16, input);
     let diagram = dddmp::read(&name, &mut input).map_err(|e| observer.stop().map_or(e, Error::from))?;
     let found = hex(input.into_inner().hash.finalize().as_slice());

@@ -5,17 +5,25 @@ use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use super::directory::Watched;
 use super::{Diagram, Edge, manifest};
+use crate::engine::Observer;
 
 /// Writes one file a root into the directory and notes the names.
 ///
 /// # Errors
-/// The directory cannot be written.
-pub fn write_all(file: &mut manifest::File, diagram: &Diagram, directory: &Path) -> io::Result<()> {
+/// The directory cannot be written; the observer wants an end.
+pub fn write_all(
+    file: &mut manifest::File,
+    diagram: &Diagram,
+    directory: &Path,
+    observer: &dyn Observer,
+) -> io::Result<()> {
     let mut taken = BTreeSet::new();
     for root in &mut file.roots {
         let name = file_name(&root.name, &mut taken);
-        let mut out = BufWriter::new(fs::File::create(directory.join(&name))?);
+        let inner = fs::File::create(directory.join(&name))?;
+        let mut out = BufWriter::new(Watched { inner, observer });
         let edge = Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE);
         write(diagram, edge, &root.name, &mut out)?;
         out.flush()?;

@@ -11,8 +11,8 @@
 //!   ###
 //! ```
 
-use super::draw::Draw;
 use super::world::{Cell, Direction, Place, World};
+use crate::random::Draw;
 
 /// The most forks one behind the other.
 pub(super) const DEEPEST: usize = 3;

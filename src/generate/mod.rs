@@ -41,7 +41,6 @@
 //! random.
 
 mod cells;
-mod draw;
 mod fork;
 mod map;
 mod picture;
@@ -58,7 +57,7 @@ pub use preference::Empty;
 pub use world::{Direction, Directions};
 
 use crate::error::{Error, Result, SourceFile};
-use draw::Draw;
+use crate::random::Draw;
 use world::World;
 
 /// The most rows or columns.

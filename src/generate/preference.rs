@@ -1,7 +1,7 @@
 //! The preference order over the items: read, drawn, checked and written.
 
-use super::draw::Draw;
 use super::world::{Lock, World};
+use crate::random::Draw;
 
 /// How two items compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,10 +1,10 @@
 //! Random worlds from a few numbers.
 
 use super::Parameters;
-use super::draw::Draw;
 use super::fork;
 use super::world::{Cell, Direction, Directions, Item, Lock, Patrol, Place, World};
 use crate::error::{Error, Result};
+use crate::random::Draw;
 
 /// Draws the world that the parameters describe. The order of the draws is part of the format: the
 /// same parameters and seed give the same world in every version.

@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use super::expr::ExprId;
-use super::step::StepError;
+use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
-use crate::error::{Diagnostic, Error};
+use crate::error::{Diagnostic, Error, Limit};
 
 /// The error for a state in which [`Program::steps`] fails.
 pub fn in_state(program: &Program, state: &[i64]) -> Error {
     match program.steps(state) {
-        Err(fault) => describe(program, &fault, state).into(),
+        Err(fault) => error(program, &fault, state),
         Ok(_) => initial(program, state),
     }
 }
@@ -25,19 +25,20 @@ pub fn in_predicate(program: &Program, predicate: ExprId, state: &[i64]) -> Erro
     diagnostic(program, 0..0, message, String::new(), None).into()
 }
 
-/// The diagnostic for one fault in one state.
-pub fn describe(program: &Program, fault: &StepError, state: &[i64]) -> Diagnostic {
+/// The error for one fault in one state.
+pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
     let at = program.show_state(state);
     match *fault {
         StepError::Eval(id, reason) => {
             let message = format!("{} has no value in the state {at}: {reason}", title(program, id));
-            diagnostic(program, span(program, id), message, reason.to_string(), None)
+            diagnostic(program, span(program, id), message, reason.to_string(), None).into()
         }
         StepError::Probability(id, sum) => {
             let message = format!("the probabilities of {} give {sum} in the state {at}", title(program, id));
             let help =
                 "probabilities lie between 0 and 1 and sum to 1 (within 1e-9) wherever the guard holds";
-            diagnostic(program, span(program, id), message, format!("gives {sum}"), Some(help.to_owned()))
+            let label = format!("gives {sum}");
+            diagnostic(program, span(program, id), message, label, Some(help.to_owned())).into()
         }
         StepError::OutOfRange(id, variable, value) => {
             let declared = &program.variables[variable.index()];
@@ -45,7 +46,12 @@ pub fn describe(program: &Program, fault: &StepError, state: &[i64]) -> Diagnost
             let message = format!("{} sets `{name}` to {value} in the state {at}", title(program, id));
             let label = format!("`{name}` becomes {value}, outside [{}..{}]", declared.low, declared.high);
             let help = format!("strengthen the guard, bound the update, or widen the range of `{name}`");
-            diagnostic(program, span(program, id), message, label, Some(help))
+            diagnostic(program, span(program, id), message, label, Some(help)).into()
+        }
+        StepError::TooMany => {
+            let what =
+                format!("the synchronised commands can do more than {MOST_WAYS} things in the state {at}");
+            Limit::Size { what }.into()
         }
     }
 }

@@ -7,41 +7,65 @@ use super::{CommandId, Program};
 impl Program {
     /// A predicate for the states in which two choices are enabled, put into the program's pool.
     ///
-    /// Linear in the number of commands: a choice meets one of those before it, or a factor of a
-    /// synchronisation has two commands enabled while all others have one.
+    /// Linear in the number of commands, and of small height: alternatives are joined in pairs, and
+    /// two hold where one half has two of them, or each half has one.
     ///
     /// # Errors
     /// None in practice: Boolean operations on guards always have a value.
     pub fn overlap(&mut self) -> Result<ExprId, EvalError> {
         let pool = &mut self.pool;
-        let mut some = pool.value(Value::Bool(false));
-        let mut two = some;
+        let mut synchronised = Vec::with_capacity(self.synchronisations.len());
         for synchronisation in &self.synchronisations {
-            let mut all = pool.value(Value::Bool(true));
-            let mut twice = pool.value(Value::Bool(false));
+            let mut factors = Vec::with_capacity(synchronisation.factors.len());
             for factor in &synchronisation.factors {
-                let guards = factor.iter().map(|c: &CommandId| self.commands[c.index()].guard);
-                let (one, more) = seen(pool, guards)?;
-                all = pool.binary(Binary::And, all, one)?;
-                twice = pool.binary(Binary::Or, twice, more)?;
+                let no = pool.value(Value::Bool(false));
+                let alone = |c: &CommandId| Met { one: self.commands[c.index()].guard, two: no };
+                factors.push(joined(pool, factor.iter().map(alone).collect(), no, either)?);
             }
-            let again = pool.binary(Binary::Or, twice, some)?;
-            let here = pool.binary(Binary::And, all, again)?;
-            two = pool.binary(Binary::Or, two, here)?;
-            some = pool.binary(Binary::Or, some, all)?;
+            let yes = pool.value(Value::Bool(true));
+            synchronised.push(joined(pool, factors, yes, both)?);
         }
-        Ok(two)
+        let no = pool.value(Value::Bool(false));
+        Ok(joined(pool, synchronised, no, either)?.two)
     }
 }
 
-/// One of the guards holds; two of them hold.
-fn seen(pool: &mut ExprPool, guards: impl Iterator<Item = ExprId>) -> Result<(ExprId, ExprId), EvalError> {
-    let mut one = pool.value(Value::Bool(false));
-    let mut two = one;
-    for guard in guards {
-        let both = pool.binary(Binary::And, one, guard)?;
-        two = pool.binary(Binary::Or, two, both)?;
-        one = pool.binary(Binary::Or, one, guard)?;
+/// Where one of some alternatives is there at least, and where two are.
+#[derive(Clone, Copy)]
+struct Met {
+    one: ExprId,
+    two: ExprId,
+}
+
+/// Of two lots of alternatives: those of either.
+fn either(pool: &mut ExprPool, a: Met, b: Met) -> Result<Met, EvalError> {
+    let each = pool.binary(Binary::And, a.one, b.one)?;
+    let within = pool.binary(Binary::Or, a.two, b.two)?;
+    let two = pool.binary(Binary::Or, within, each)?;
+    Ok(Met { one: pool.binary(Binary::Or, a.one, b.one)?, two })
+}
+
+/// Of two lots that combine: a pair is an alternative.
+fn both(pool: &mut ExprPool, a: Met, b: Met) -> Result<Met, EvalError> {
+    let one = pool.binary(Binary::And, a.one, b.one)?;
+    let some = pool.binary(Binary::Or, a.two, b.two)?;
+    Ok(Met { one, two: pool.binary(Binary::And, one, some)? })
+}
+
+/// All lots joined pair by pair; `unit` holds where none is needed.
+fn joined(
+    pool: &mut ExprPool,
+    mut row: Vec<Met>,
+    unit: ExprId,
+    join: impl Fn(&mut ExprPool, Met, Met) -> Result<Met, EvalError>,
+) -> Result<Met, EvalError> {
+    while row.len() > 1 {
+        let mut next = Vec::with_capacity(row.len().div_ceil(2));
+        for pair in row.chunks(2) {
+            next.push(if let [a, b] = *pair { join(pool, a, b)? } else { pair[0] });
+        }
+        row = next;
     }
-    Ok((one, two))
+    let two = pool.value(Value::Bool(false));
+    Ok(row.first().copied().unwrap_or(Met { one: unit, two }))
 }

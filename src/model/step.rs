@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::expr::ExprId;
 use super::value::{EvalError, Value};
-use super::{Command, CommandId, ModelKind, Program, State};
+use super::{Command, CommandId, ModelKind, Program, State, VarId};
 
 /// Which choice of a state: what the engines' sets of choices speak of.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -27,7 +27,7 @@ pub enum Choice {
 pub struct Step {
     /// Which choice.
     pub choice: Choice,
-    /// Its name: see [`Program::steps`].
+    /// Its name: see [`Program::choices`].
     pub name: String,
     /// Each successor once, with its probability.
     pub successors: Vec<(State, f64)>,
@@ -41,47 +41,78 @@ pub enum StepError {
     /// The probabilities of a command sum to this, or one of them is this.
     Probability(CommandId, f64),
     /// An update leaves the range of its variable with this value.
-    OutOfRange(CommandId, super::VarId, i64),
+    OutOfRange(CommandId, VarId, i64),
+    /// More choices or successors than [`MOST_WAYS`].
+    TooMany,
 }
 
+/// A state with more choices, or more ways to take the branches of them, is not listed: synchronised
+/// commands multiply.
+pub const MOST_WAYS: usize = 1 << 20;
+
+/// Positions of variables with their new values, and the probability.
+type Taken = (Vec<(usize, i64)>, f64);
+
 impl Program {
-    /// All choices of `state` in the order of the program, each with its distribution.
+    /// All choices of `state` in the order of the program, each with its name; commands that are
+    /// enabled have their probabilities checked, but no branch is taken.
     ///
     /// An action is named by its label, `module#k` for the k-th unlabelled command of a module; where
     /// one label has several choices in this state, the name is followed by the commands' numbers,
     /// `label(m1#2,m2#1)`. A state without an enabled command has the self-loop, named `deadlock`.
     ///
     /// # Errors
-    /// A command without a meaning in this state.
-    pub fn steps(&self, state: &[i64]) -> Result<Vec<Step>, StepError> {
-        let mut combinations = Vec::new();
-        for (index, synchronisation) in self.synchronisations.iter().enumerate() {
-            let mut enabled = Vec::new();
-            for factor in &synchronisation.factors {
-                enabled.push(self.enabled(factor, state)?);
-            }
-            for commands in product(&enabled) {
-                combinations.push((index, commands));
-            }
-        }
+    /// A guard or probabilities without a meaning in this state; too many choices.
+    pub fn choices(&self, state: &[i64]) -> Result<Vec<(Choice, String)>, StepError> {
+        let combinations = self.combinations(state)?;
         if combinations.is_empty() {
-            let step = Step {
-                choice: Choice::Deadlock,
-                name: "deadlock".into(),
-                successors: vec![(state.to_vec(), 1.0)],
-            };
-            return Ok(vec![step]);
+            return Ok(vec![(Choice::Deadlock, "deadlock".into())]);
         }
         let names = self.names(&combinations);
-        let mut steps = Vec::new();
+        if self.kind == ModelKind::Dtmc {
+            return Ok(vec![(Choice::Uniform, names.join("+"))]);
+        }
+        let choice = |(synchronisation, commands)| Choice::Combination { synchronisation, commands };
+        Ok(combinations.into_iter().map(choice).zip(names).collect())
+    }
+
+    /// The choices of `state` as [`Program::choices`] lists them, each with its distribution.
+    ///
+    /// # Errors
+    /// A command without a meaning in this state; too many choices or successors.
+    pub fn steps(&self, state: &[i64]) -> Result<Vec<Step>, StepError> {
+        let combinations = self.combinations(state)?;
+        if combinations.is_empty() {
+            let successors = vec![(state.to_vec(), 1.0)];
+            return Ok(vec![Step { choice: Choice::Deadlock, name: "deadlock".into(), successors }]);
+        }
+        let names = self.names(&combinations);
+        let (mut steps, mut ways) = (Vec::new(), 0);
         for ((synchronisation, commands), name) in combinations.into_iter().zip(names) {
-            let successors = self.distribution(&commands, state)?;
+            let successors = self.distribution(&commands, state, &mut ways)?;
             steps.push(Step { choice: Choice::Combination { synchronisation, commands }, name, successors });
         }
         Ok(match self.kind {
             ModelKind::Mdp => steps,
             ModelKind::Dtmc => vec![uniform(steps)],
         })
+    }
+
+    /// The combinations of enabled commands, one of each factor, by synchronisation.
+    fn combinations(&self, state: &[i64]) -> Result<Vec<(usize, Vec<CommandId>)>, StepError> {
+        let mut combinations = Vec::new();
+        for (index, synchronisation) in self.synchronisations.iter().enumerate() {
+            let mut enabled = Vec::new();
+            for factor in &synchronisation.factors {
+                enabled.push(self.enabled(factor, state)?);
+            }
+            let count = enabled.iter().fold(1usize, |n, f| n.saturating_mul(f.len()));
+            if count.saturating_add(combinations.len()) > MOST_WAYS {
+                return Err(StepError::TooMany);
+            }
+            combinations.extend(product(&enabled).into_iter().map(|commands| (index, commands)));
+        }
+        Ok(combinations)
     }
 
     fn enabled(&self, factor: &[CommandId], state: &[i64]) -> Result<Vec<CommandId>, StepError> {
@@ -114,44 +145,50 @@ impl Program {
         Ok(self.pool.eval(e, state).map_err(|e| StepError::Eval(id, e))?.to_f64())
     }
 
-    fn distribution(&self, commands: &[CommandId], state: &[i64]) -> Result<Vec<(State, f64)>, StepError> {
+    /// Each way to take a branch of each command; `ways` counts them over all choices of a state.
+    fn distribution(
+        &self,
+        commands: &[CommandId],
+        state: &[i64],
+        ways: &mut usize,
+    ) -> Result<Vec<(State, f64)>, StepError> {
         let mut partial = vec![(state.to_vec(), 1.0)];
         for &id in commands {
+            let taken = self.taken_branches(id, state)?;
+            if ways.saturating_add(partial.len().saturating_mul(taken.len())) > MOST_WAYS {
+                return Err(StepError::TooMany);
+            }
             let mut next = Vec::new();
             for (values, weight) in &partial {
-                for (branch, p) in self.taken_branches(id, state)? {
+                for (updates, p) in &taken {
                     let mut values = values.clone();
-                    for &(variable, e) in &self.commands[id.index()].branches[branch].updates {
-                        values[variable.index()] = self.updated(id, variable, e, state)?;
+                    for &(variable, value) in updates {
+                        values[variable] = value;
                     }
                     next.push((values, weight * p));
                 }
             }
             partial = next;
         }
+        *ways += partial.len();
         Ok(merge(partial))
     }
 
-    /// The branches of positive probability.
-    fn taken_branches(&self, id: CommandId, state: &[i64]) -> Result<Vec<(usize, f64)>, StepError> {
+    /// The branches of positive probability: the variables they write with the new values.
+    fn taken_branches(&self, id: CommandId, state: &[i64]) -> Result<Vec<Taken>, StepError> {
         let command: &Command = &self.commands[id.index()];
         let mut taken = Vec::new();
-        for (index, branch) in command.branches.iter().enumerate() {
+        for branch in &command.branches {
             let p = self.real(branch.probability, id, state)?;
             if p > 0.0 {
-                taken.push((index, p));
+                let new = |&(v, e): &(VarId, ExprId)| Ok((v.index(), self.updated(id, v, e, state)?));
+                taken.push((branch.updates.iter().map(new).collect::<Result<_, StepError>>()?, p));
             }
         }
         Ok(taken)
     }
 
-    fn updated(
-        &self,
-        id: CommandId,
-        variable: super::VarId,
-        e: ExprId,
-        state: &[i64],
-    ) -> Result<i64, StepError> {
+    fn updated(&self, id: CommandId, variable: VarId, e: ExprId, state: &[i64]) -> Result<i64, StepError> {
         let value = match self.pool.eval(e, state).map_err(|e| StepError::Eval(id, e))? {
             Value::Bool(b) => i64::from(b),
             Value::Int(i) => i,

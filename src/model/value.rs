@@ -139,7 +139,7 @@ pub fn unary(op: Unary, x: Value) -> Result<Value, EvalError> {
         (Unary::Neg, x) => Value::Real(-x.to_f64()),
         (Unary::Floor, x) => Value::Int(to_int(x.to_f64().floor())?),
         (Unary::Ceil, x) => Value::Int(to_int(x.to_f64().ceil())?),
-        (Unary::Round, x) => Value::Int(to_int((x.to_f64() + 0.5).floor())?),
+        (Unary::Round, x) => Value::Int(to_int(round(x.to_f64()))?),
         (Unary::ToReal, x) => Value::Real(x.to_f64()),
     })
 }
@@ -201,14 +201,36 @@ fn real_binary(op: Binary, a: f64, b: f64) -> Value {
         Binary::Sub => Value::Real(a - b),
         Binary::Mul => Value::Real(a * b),
         Binary::Div => Value::Real(a / b),
-        Binary::Min => Value::Real(a.min(b)),
-        Binary::Max => Value::Real(a.max(b)),
-        Binary::Pow => Value::Real(a.powf(b)),
-        Binary::Log => Value::Real(a.ln() / b.ln()),
+        Binary::Min | Binary::Max if a.is_nan() || b.is_nan() => Value::Real(f64::NAN),
+        // Of the two zeros the negative one is the smaller, as in Java.
+        Binary::Min => Value::Real(if a < b || (a == b && a.is_sign_negative()) { a } else { b }),
+        Binary::Max => Value::Real(if a > b || (a == b && a.is_sign_positive()) { a } else { b }),
+        Binary::Pow => Value::Real(real_pow(a, b)),
+        Binary::Log => Value::Real(real_log(a, b)),
         Binary::Mod => Value::Real(a.rem_euclid(b)),
         Binary::Lt => Value::Bool(a < b),
         Binary::Le => Value::Bool(a <= b),
         Binary::Eq | Binary::And | Binary::Or => Value::Bool(a == b),
+    }
+}
+
+/// The nearest whole number, halves up. Not `floor(x + 0.5)`: that sum is rounded itself.
+fn round(x: f64) -> f64 {
+    let below = x.floor();
+    if x - below < 0.5 { below } else { below + 1.0 }
+}
+
+/// Java's `Math.pow`, which PRISM computes with: C and Rust say 1 where it says that there is no number.
+fn real_pow(a: f64, b: f64) -> f64 {
+    if b.is_nan() || (a.abs() == 1.0 && b.is_infinite()) { f64::NAN } else { a.powf(b) }
+}
+
+/// PRISM's logarithm: no number for a base that is none.
+fn real_log(x: f64, base: f64) -> f64 {
+    if base.is_nan() || base <= 0.0 || base == 1.0 || base.is_infinite() {
+        f64::NAN
+    } else {
+        x.ln() / base.ln()
     }
 }
 

@@ -11,7 +11,7 @@ use super::strategy;
 use crate::engine::{Count, Engine};
 use crate::error::Result;
 use crate::model::preference::{Objective, ObjectiveSet, Preferences};
-use crate::model::step::Step;
+use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
 
 /// What to compute.
@@ -220,7 +220,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
     /// A limit of the engine, or a command without a meaning in the state. Cost: that of
     /// [`strategy::permitted_at_start`] for the state's level.
     pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
-        let steps = program.steps(state).map_err(|fault| fault::describe(program, &fault, state))?;
+        let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
         let most_preferred = match &self.classes {
             Some(classes) => classes
                 .of(self.engine, state)
@@ -230,8 +230,8 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Ok(Prospects {
             state: state.to_vec(),
             most_preferred,
-            sasi: self.plan(&self.sasi, state, &steps)?,
-            spi: self.plan(&self.spi, state, &steps)?,
+            sasi: self.plan(&self.sasi, state, &choices)?,
+            spi: self.plan(&self.spi, state, &choices)?,
         })
     }
 
@@ -244,7 +244,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         states.iter().map(|state| self.prospects(program, state)).collect()
     }
 
-    fn plan(&self, levels: &Levels<E>, state: &[i64], steps: &[Step]) -> Result<Option<Plan>> {
+    fn plan(&self, levels: &Levels<E>, state: &[i64], choices: &[(Choice, String)]) -> Result<Option<Plan>> {
         let (Some(classes), Some(improvement)) = (&self.classes, &self.improvement) else {
             return Ok(None);
         };
@@ -256,8 +256,8 @@ impl<'a, E: Engine> Analysis<'a, E> {
         if let Some(level) = levels.level(rank) {
             let permitted =
                 strategy::permitted_at_start(self.engine, levels.kind, classes, improvement, level)?;
-            let allowed = |s: &&Step| self.engine.contains_choice(&permitted, state, &s.choice);
-            actions = steps.iter().filter(allowed).map(|s| s.name.clone()).collect();
+            let allowed = choices.iter().filter(|(c, _)| self.engine.contains_choice(&permitted, state, c));
+            actions = allowed.map(|(_, name)| name.clone()).collect();
         }
         Ok(Some(Plan { rank, actions }))
     }

@@ -106,7 +106,7 @@ impl<E: Engine> Playbook<'_, E> {
         if let Some(limit) = self.engine.settings().observer.stop() {
             return Err(limit.into());
         }
-        let steps = self.program.steps(state).map_err(|f| fault::describe(self.program, &f, state))?;
+        let steps = self.program.steps(state).map_err(|f| fault::error(self.program, &f, state))?;
         let reference = self.reference(memory, state);
         let mut actions = Vec::with_capacity(steps.len());
         for step in steps {

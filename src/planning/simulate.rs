@@ -13,6 +13,7 @@ use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::State;
 use crate::model::preference::{Change, ObjectiveSet};
+use crate::random::Draw;
 
 /// How many explained states are kept for plays that come by again.
 const REMEMBERED: usize = 1 << 16;
@@ -196,20 +197,20 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
     pub fn run(&mut self, start: &[i64]) -> Result<Tally> {
         let mut tally = Tally::new(start, self.book.rank(start));
         for play in 1..=self.setup.runs {
-            let (turns, settled) = self.play(start, &mut Random::new(self.setup.seed, play))?;
+            let (turns, settled) = self.play(start, &mut Draw::numbered(self.setup.seed, play))?;
             tally.add(Trace { play, turns }, settled);
         }
         Ok(tally)
     }
 
     /// One play, and whether it ended where nothing is left to improve.
-    fn play(&mut self, start: &[i64], random: &mut Random) -> Result<(Vec<Turn>, bool)> {
+    fn play(&mut self, start: &[i64], draw: &mut Draw) -> Result<(Vec<Turn>, bool)> {
         let first = self.book.most_preferred(start);
         let (mut state, mut memory) = (start.to_vec(), self.book.start(start));
         let mut turns = Vec::new();
         for _ in 0..self.setup.steps {
             let at = self.explained(&state, memory)?;
-            let Some((turn, next)) = self.turn(&at, &first, random) else { return Ok((turns, true)) };
+            let Some((turn, next)) = self.turn(&at, &first, draw) else { return Ok((turns, true)) };
             (state, memory) = (turn.state.clone(), next);
             turns.push(turn);
         }
@@ -218,10 +219,10 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
     }
 
     /// One step; none where the strategy has no action.
-    fn turn(&self, at: &Explanation, first: &ObjectiveSet, random: &mut Random) -> Option<(Turn, Memory)> {
+    fn turn(&self, at: &Explanation, first: &ObjectiveSet, draw: &mut Draw) -> Option<(Turn, Memory)> {
         let played: Vec<usize> = (0..at.actions.len()).filter(|&a| self.setup.picks.plays(at, a)).collect();
-        let action = &at.actions[*played.get(random.below(played.len()))?];
-        let drawn = random.unit();
+        let action = &at.actions[*played.get(draw.below(played.len()))?];
+        let drawn = draw.unit();
         let mut sum = 0.0;
         let reached = action.successors.iter().find(|s| {
             sum += s.probability;
@@ -260,56 +261,5 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
         }
         self.seen.insert(key, Rc::clone(&found));
         Ok(found)
-    }
-}
-
-/// SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): written out here so that a seed means the same
-/// plays in every version of every library.
-struct Random(u64);
-
-impl Random {
-    /// The numbers of one play: they do not depend on how long the plays before it were.
-    fn new(seed: u64, play: u64) -> Self {
-        let (mut by_seed, mut by_play) = (Random(seed), Random(!play));
-        Random(by_seed.next() ^ by_play.next())
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// A number below `n`, 0 where n is 0.
-    fn below(&mut self, n: usize) -> usize {
-        ((u128::from(self.next()) * n as u128) >> 64) as usize
-    }
-
-    /// A number in [0, 1) with 53 bits.
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Random;
-
-    #[test]
-    fn the_generator_is_the_published_one() {
-        let mut random = Random(1_234_567);
-        let first: Vec<u64> = (0..3).map(|_| random.next()).collect();
-        assert_eq!(first, [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423]);
-    }
-
-    #[test]
-    fn numbers_stay_in_their_ranges() {
-        let mut random = Random::new(1, 1);
-        for n in 1..200 {
-            assert!(random.below(n) < n);
-            assert!((0.0..1.0).contains(&random.unit()));
-        }
     }
 }

@@ -99,9 +99,20 @@ impl Archive {
                 None => Ok(Selected::States(self.engine.no_states())),
             },
             Region::Not(of) => self.complement(&self.evaluate(of)?),
-            Region::And(a, b) => self.both(&self.evaluate(a)?, &self.evaluate(b)?),
-            Region::Or(a, b) => self.either(&self.evaluate(a)?, &self.evaluate(b)?),
+            Region::And(row) => self.row(row, |a, b| self.both(a, b)),
+            Region::Or(row) => self.row(row, |a, b| self.either(a, b)),
         }
+    }
+
+    /// The parts of a row joined from left to right.
+    fn row(
+        &self,
+        row: &[Region],
+        join: impl Fn(&Selected, &Selected) -> Result<Selected>,
+    ) -> Result<Selected> {
+        let mut parts = row.iter().map(|part| self.evaluate(part));
+        let first = parts.next().unwrap_or_else(|| Ok(Selected::States(self.engine.no_states())));
+        parts.try_fold(first?, |left, right| join(&left, &right?))
     }
 
     fn load(&self, root: &Root) -> Result<Selected> {

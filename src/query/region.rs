@@ -8,13 +8,14 @@ use crate::error::{Diagnostic, Result, SourceFile};
 /// Deeper nesting than this is refused, since reading it takes stack.
 const DEEPEST: usize = 500;
 
-/// An expression; names by their position.
+/// An expression; names by their position. Rows of one operator are flat, so that no expression is
+/// higher than its brackets are deep.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Region {
     Name(usize),
     Not(Box<Region>),
-    And(Box<Region>, Box<Region>),
-    Or(Box<Region>, Box<Region>),
+    And(Vec<Region>),
+    Or(Vec<Region>),
 }
 
 /// Reads an expression over the given names. `!` binds tightest, then `&`, then `|`.
@@ -37,19 +38,19 @@ struct Parser<'a> {
 
 impl Parser<'_> {
     fn or(&mut self) -> Result<Region> {
-        let mut left = self.and()?;
+        let mut row = vec![self.and()?];
         while self.eat('|') {
-            left = Region::Or(Box::new(left), Box::new(self.and()?));
+            row.push(self.and()?);
         }
-        Ok(left)
+        Ok(if row.len() == 1 { row.swap_remove(0) } else { Region::Or(row) })
     }
 
     fn and(&mut self) -> Result<Region> {
-        let mut left = self.not()?;
+        let mut row = vec![self.not()?];
         while self.eat('&') {
-            left = Region::And(Box::new(left), Box::new(self.not()?));
+            row.push(self.not()?);
         }
-        Ok(left)
+        Ok(if row.len() == 1 { row.swap_remove(0) } else { Region::And(row) })
     }
 
     fn not(&mut self) -> Result<Region> {

@@ -151,3 +151,13 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn sets_and_orders_say_how_many_they_have() {
+    assert_eq!((set(&[]).len(), set(&[3]).len(), set(&[0, 64, 65, 200]).len()), (0, 1, 4));
+    assert!(set(&[]).is_empty() && !set(&[200]).is_empty());
+    for count in [0, 1, 2, 70] {
+        let order = Preorder::new(count, &[]).unwrap();
+        assert_eq!((order.len(), order.is_empty()), (count, count == 0));
+    }
+}

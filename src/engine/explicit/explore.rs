@@ -98,7 +98,8 @@ impl Task<'_> {
         let (mut deadlocks, mut initial) = (Vec::new(), Vec::new());
         let mut state = 0;
         while state < space.len() {
-            if state % PATIENCE == 0 {
+            // A state with many successors takes as long as many states.
+            if state % PATIENCE == 0 || stepper.steps.len() >= PATIENCE {
                 // In the scope `all` nothing need be reached: what counts is what was looked at.
                 let reached = if matches!(space, Space::Every(_)) { state } else { space.len() };
                 self.report(state, reached)?;

@@ -11,9 +11,12 @@ use super::transitions::{Builder, Piece, Transitions, frame};
 use super::translate::Translator;
 use super::{StateSet, SymbolicEngine, pick};
 use crate::engine::{Scope, Settings};
-use crate::error::Result;
+use crate::error::{Limit, Result};
 use crate::model::fault;
 use crate::model::{ModelKind, Program};
+
+/// Recursion over diagrams is as deep as states have bits.
+const MOST_BITS: usize = 1 << 16;
 
 /// Says which states there are, instead of an exploration.
 pub(super) type Given<'a> = dyn Fn(&Store) -> Result<Bdd> + 'a;
@@ -26,6 +29,10 @@ pub(super) fn build(
     settings: Settings,
     given: Option<&Given<'_>>,
 ) -> Result<SymbolicEngine> {
+    if order.len() > MOST_BITS {
+        let what = format!("states of {} bits for the symbolic engine, which takes {MOST_BITS}", order.len());
+        return Err(Limit::Size { what }.into());
+    }
     let encoding = Encoding::new(&program, order);
     let store = Store::new(encoding.width(), settings.memory, threads, settings.observer.clone())?;
     let domain = encoding.domain(&store)?;

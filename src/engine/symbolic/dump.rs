@@ -11,7 +11,7 @@ use super::encoding::Encoding;
 use super::store::{Bdd, Store};
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build};
 use crate::dump::{Diagram, Edge};
-use crate::engine::{Engine, Settings};
+use crate::engine::{Engine, Observer, Settings};
 use crate::error::Result;
 use crate::model::{CommandId, ModelKind, Program, VarId};
 
@@ -92,7 +92,8 @@ impl SymbolicEngine {
         let variables = choice_bits.iter().cloned().chain(self.encoding.names()).collect();
         let mut diagram = Diagram { variables, ..Diagram::default() };
         let functions: Vec<&Bdd> = sets.iter().flat_map(functions).collect();
-        let edges = store_in(&mut diagram, choice_bits.len() as u32, self.encoding.width(), &functions)?;
+        let (offset, width) = (choice_bits.len() as u32, self.encoding.width());
+        let edges = store_in(&mut diagram, offset, width, &functions, &*self.settings.observer)?;
         let mut edges = edges.into_iter();
         let mut leaves: Vec<Vec<Edge>> =
             sets.iter().map(|set| edges.by_ref().take(functions_of(set)).collect()).collect();
@@ -233,13 +234,22 @@ type ManagerOf<'id> = <Bdd as Function>::Manager<'id>;
 type EdgeIn<'id> = EdgeOfFunc<'id, Bdd>;
 
 /// Adds functions over the present bits to a diagram, level by level from the deepest.
-fn store_in(diagram: &mut Diagram, offset: u32, width: usize, functions: &[&Bdd]) -> Result<Vec<Edge>> {
+fn store_in(
+    diagram: &mut Diagram,
+    offset: u32,
+    width: usize,
+    functions: &[&Bdd],
+    observer: &dyn Observer,
+) -> Result<Vec<Edge>> {
     let Some(first) = functions.first() else { return Ok(Vec::new()) };
     first.with_manager_shared(|m, _| {
         let roots: Vec<Ref<'_, EdgeIn<'_>>> = functions.iter().map(|f| f.as_edge(m)).collect();
         let levels = by_level(m, &roots, width);
         let mut known = AHashMap::new();
         for (level, nodes) in levels.iter().enumerate().rev() {
+            if let Some(limit) = observer.stop() {
+                return Err(limit.into());
+            }
             let mut unique = AHashMap::new();
             for &node in nodes {
                 let Node::Inner(inner) = m.get_node(node) else { continue };

@@ -123,6 +123,9 @@ fn is_inner(program: &Program, a: ExprId, b: ExprId) -> bool {
     !end(a, b) && !end(b, a)
 }
 
+/// After this many errors the rest is not reported.
+const MOST_ERRORS: usize = 20;
+
 /// An order from text: names of variables or of bits (`x.2`), separated by white space or commas,
 /// `//` comments as in models. Every variable must be there, once.
 ///
@@ -133,6 +136,9 @@ pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Vec<Bit>> {
     let mut seen: AHashSet<Bit> = AHashSet::new();
     let mut errors = Vec::new();
     for (span, name) in words(&source.text) {
+        if errors.len() == MOST_ERRORS {
+            break;
+        }
         match named(program, name) {
             None => errors.push(wrong(source, span, format!("`{name}` is no variable or bit of the model"))),
             Some(bits) => {

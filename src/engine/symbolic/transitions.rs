@@ -13,7 +13,7 @@ use super::dump::Numbered;
 use super::encoding::Encoding;
 use super::relational::Touched;
 use super::store::{Bdd, Store};
-use crate::error::{Limit, Result};
+use crate::error::{Error, Limit, Result};
 use crate::model::step::Choice;
 use crate::model::{CommandId, ModelKind, Program, VarId};
 
@@ -106,8 +106,7 @@ impl<'a> Builder<'a> {
         let groups = alternatives.iter().map(Vec::len).try_fold(1usize, usize::checked_mul);
         let first = all.guards.len();
         if groups.is_none_or(|n| n + first > MOST_GROUPS) {
-            let what = format!("more than {MOST_GROUPS} combinations of overlapping synchronised commands");
-            return Err(Limit::Size { what }.into());
+            return Err(too_many());
         }
         for combination in product(&alternatives) {
             self.group(&combination, all)?;
@@ -147,6 +146,9 @@ impl<'a> Builder<'a> {
                     colour = index;
                     break;
                 }
+            }
+            if colour >= MOST_GROUPS {
+                return Err(too_many());
             }
             of.insert(id, colour);
             match alternatives.get_mut(colour) {
@@ -234,6 +236,11 @@ impl<'a> Builder<'a> {
         let touch = || Rc::new(self.encoding.touch(writes));
         self.touched.entry(writes.to_vec()).or_insert_with(touch).clone()
     }
+}
+
+fn too_many() -> Error {
+    let what = format!("more than {MOST_GROUPS} combinations of overlapping commands");
+    Limit::Size { what }.into()
 }
 
 /// The relation on more variables: those of `to` that are not in `from` keep their value.

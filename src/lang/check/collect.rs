@@ -2,6 +2,7 @@
 
 use ahash::AHashMap;
 
+use super::limits::MOST_RENAMINGS;
 use super::lower::Lowerer;
 use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::lang::ast::{
@@ -38,10 +39,15 @@ pub(super) struct Parts<'a> {
     pub(super) formulas: Vec<&'a FormulaDef>,
     pub(super) labels: Vec<&'a LabelDef>,
     pub(super) modules: Vec<Instance<'a>>,
+    /// How many commands the modules have together.
+    pub(super) commands: usize,
     pub(super) variables: Vec<Declared<'a>>,
     pub(super) init: Option<&'a Expr>,
     pub(super) system: Option<&'a System>,
     pub(super) rewards: usize,
+    /// Where each label and each module was met first.
+    label_at: AHashMap<&'a str, Span>,
+    module_at: AHashMap<&'a str, Span>,
 }
 
 impl Default for Parts<'_> {
@@ -52,10 +58,13 @@ impl Default for Parts<'_> {
             formulas: Vec::new(),
             labels: Vec::new(),
             modules: Vec::new(),
+            commands: 0,
             variables: Vec::new(),
             init: None,
             system: None,
             rewards: 0,
+            label_at: AHashMap::new(),
+            module_at: AHashMap::new(),
         }
     }
 }
@@ -100,11 +109,12 @@ impl<'a> Parts<'a> {
     }
 
     fn label(&mut self, label: &'a LabelDef, lowerer: &mut Lowerer<'a>) {
-        if let Some(first) = self.labels.iter().find(|l| l.name == label.name) {
+        if let Some(first) = self.label_at.get(label.name.name.as_str()) {
             let message = format!("the label \"{}\" is defined twice", label.name.name);
             let diagnostic = lowerer.wrong(label.name.span, message).label("defined again");
-            lowerer.report(diagnostic.related(first.name.span.range(), "defined here first"));
+            lowerer.report(diagnostic.related(first.range(), "defined here first"));
         }
+        self.label_at.entry(&label.name.name).or_insert(label.name.span);
         self.labels.push(label);
     }
 
@@ -123,11 +133,16 @@ impl<'a> Parts<'a> {
     }
 
     fn instance(&mut self, instance: Instance<'a>, lowerer: &mut Lowerer<'a>) {
-        if let Some(first) = self.modules.iter().find(|m| m.name == instance.name) {
+        if !lowerer.fits(self, &instance) {
+            return;
+        }
+        if let Some(first) = self.module_at.get(instance.name.name.as_str()) {
             let message = format!("the module `{}` is defined twice", instance.name.name);
             let diagnostic = lowerer.wrong(instance.name.span, message).label("defined again");
-            lowerer.report(diagnostic.related(first.name.span.range(), "defined here first"));
+            lowerer.report(diagnostic.related(first.range(), "defined here first"));
         }
+        self.module_at.entry(&instance.name.name).or_insert(instance.name.span);
+        self.commands += instance.module.commands.len();
         for declaration in &instance.module.variables {
             let (name, _) = lowerer.scope.rename(&declaration.name.name, instance.env);
             let span = instance.copy.map_or(declaration.name.span, |c| c.name.span);
@@ -175,7 +190,7 @@ fn resolve<'a>(
     lowerer: &mut Lowerer<'a>,
 ) -> Option<Instance<'a>> {
     let (mut at, mut env) = (copy, NO_RENAMING);
-    for _ in 0..=copies.len() {
+    for _ in 0..=copies.len().min(MOST_RENAMINGS) {
         env = add_renaming(at, env, lowerer);
         if let Some(&module) = plain.get(at.base.name.as_str()) {
             return Some(Instance { name: &copy.name, module, env, copy: Some(copy) });
@@ -185,7 +200,13 @@ fn resolve<'a>(
             None => return lowerer.fail(at.base.span, format!("there is no module `{}`", at.base.name)),
         }
     }
-    lowerer.fail(copy.base.span, format!("the module `{}` is a copy of itself", copy.name.name))
+    let name = &copy.name.name;
+    let message = if copies.len() < MOST_RENAMINGS {
+        format!("the module `{name}` is a copy of itself")
+    } else {
+        format!("`{name}` is a copy of a copy, and so on, more than {MOST_RENAMINGS} times")
+    };
+    lowerer.fail(copy.base.span, message)
 }
 
 fn add_renaming<'a>(copy: &'a RenamedModule, then: Env, lowerer: &mut Lowerer<'a>) -> Env {

@@ -4,14 +4,12 @@ use std::sync::Arc;
 
 use ahash::AHashMap;
 
+use super::limits::MAX_ERRORS;
 use super::scope::{Env, Scope, Symbol};
 use crate::error::{Diagnostic, SourceFile};
 use crate::lang::ast::{BinaryOp, Expr, ExprKind, Span};
 use crate::model::expr::{ExprId, ExprPool};
 use crate::model::value::{Type, Value};
-
-/// After this many errors the rest is not reported.
-const MAX_ERRORS: usize = 20;
 
 /// What lowering works on: the pool that grows, the names, and the errors so far.
 pub(super) struct Lowerer<'a> {
@@ -25,6 +23,10 @@ pub(super) struct Lowerer<'a> {
     pub(super) diagnostics: Vec<Diagnostic>,
     /// The height of each node of the pool, where it is known; see [`super::ops::MAX_HEIGHT`].
     pub(super) heights: Vec<u32>,
+    /// How many parts of expressions were read; see [`super::limits`].
+    pub(super) work: usize,
+    /// Whether the model was found to be too large, and that was reported.
+    pub(super) is_full: bool,
 }
 
 impl<'a> Lowerer<'a> {
@@ -37,6 +39,8 @@ impl<'a> Lowerer<'a> {
             labels: None,
             diagnostics: Vec::new(),
             heights: Vec::new(),
+            work: 0,
+            is_full: false,
         }
     }
 
@@ -63,6 +67,7 @@ impl<'a> Lowerer<'a> {
 
     /// The expression in the pool, or none when it is wrong and that has been reported.
     pub(super) fn expr(&mut self, e: &Expr, env: Env) -> Option<ExprId> {
+        self.count_work(e.span)?;
         match &e.kind {
             ExprKind::Bool(b) => self.literal(Value::Bool(*b)),
             ExprKind::Int(i) => self.literal(Value::Int(*i)),

@@ -5,7 +5,7 @@ use ahash::AHashMap;
 use super::collect::{Instance, Parts};
 use super::lower::Lowerer;
 use super::scope::Symbol;
-use crate::lang::ast::{self, Assignment};
+use crate::lang::ast::{self, Assignment, Span};
 use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Command, VarId};
@@ -90,13 +90,13 @@ impl<'a> Lowerer<'a> {
             None => self.literal(Value::Real(1.0)),
         };
         let mut updates: Vec<Option<(VarId, ExprId)>> = Vec::new();
-        for (i, assignment) in branch.updates.iter().enumerate() {
+        let mut met: AHashMap<&str, Span> = AHashMap::new();
+        for assignment in &branch.updates {
             let update = self.assignment(assignment, labelled, instance, module, parts);
-            let same = |a: &&Assignment| a.variable == assignment.variable;
-            if let Some(first) = branch.updates[..i].iter().find(same) {
+            if let Some(first) = met.insert(&assignment.variable.name, assignment.variable.span) {
                 let message = format!("`{}` is updated twice in one branch", assignment.variable.name);
                 let diagnostic = self.wrong(assignment.variable.span, message).label("updated again");
-                self.report(diagnostic.related(first.variable.span.range(), "updated here first"));
+                self.report(diagnostic.related(first.range(), "updated here first"));
             }
             updates.push(update);
         }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ahash::AHashMap;
 
+use super::limits::{MAX_ERRORS, MOST_OBJECTIVES, MOST_PAIRS};
 use super::target::lower_target;
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang::ast::{Ident, Span};
@@ -58,10 +59,15 @@ impl<'a> Checker<'a> {
         let mut objectives = Vec::new();
         for (index, objective) in tree.objectives.iter().enumerate() {
             let Ident { name, span } = &objective.name;
+            if index == MOST_OBJECTIVES {
+                let message = format!("there are more than {MOST_OBJECTIVES} objectives");
+                self.report(Diagnostic::new(self.source, span.range(), message));
+                break;
+            }
             if let Some((_, first)) = self.known.get(name.as_str()) {
                 let message = format!("the objective `{name}` is declared twice");
                 let diagnostic = Diagnostic::new(self.source, span.range(), message).label("declared again");
-                self.diagnostics.push(diagnostic.related(first.range(), "declared here first"));
+                self.report(diagnostic.related(first.range(), "declared here first"));
             } else {
                 self.known.insert(name, (index, *span));
             }
@@ -70,15 +76,21 @@ impl<'a> Checker<'a> {
                     let span = Some(objective.span.range());
                     objectives.push(Objective { name: name.clone(), target, span });
                 }
-                Err(Error::Input(wrong)) => self.diagnostics.extend(wrong),
+                Err(Error::Input(wrong)) => wrong.into_iter().for_each(|d| self.report(d)),
                 Err(other) => return Err(other),
             }
         }
         if tree.objectives.is_empty() {
             let diagnostic = Diagnostic::new(self.source, 0..0, "there is no objective");
-            self.diagnostics.push(diagnostic.help("write `objective NAME = F (condition);`"));
+            self.report(diagnostic.help("write `objective NAME = F (condition);`"));
         }
         Ok(objectives)
+    }
+
+    fn report(&mut self, diagnostic: Diagnostic) {
+        if self.diagnostics.len() < MAX_ERRORS {
+            self.diagnostics.push(diagnostic);
+        }
     }
 
     /// Every pair of neighbouring sides of every chain, with the place of its chain.
@@ -88,6 +100,11 @@ impl<'a> Checker<'a> {
             for (left, relation, right) in self.pairs(chain) {
                 statements.push(Statement { left, relation, right });
                 spans.push(chain.span);
+            }
+            if statements.len() > MOST_PAIRS {
+                let message = format!("the preferences compare more than {MOST_PAIRS} pairs");
+                self.report(Diagnostic::new(self.source, chain.span.range(), message));
+                break;
             }
         }
         (statements, spans)
@@ -106,21 +123,29 @@ impl<'a> Checker<'a> {
             for &x in &left {
                 pairs.extend(right.iter().map(|&y| (x, relation, y)));
             }
+            if pairs.len() > MOST_PAIRS {
+                break;
+            }
             left = right;
         }
         pairs
     }
 
     fn side(&mut self, names: &'a [Ident]) -> Vec<usize> {
-        let mut side = Vec::new();
+        let (mut side, mut said) = (Vec::new(), ahash::AHashSet::new());
         for Ident { name, span } in names {
             match self.known.get(name.as_str()) {
+                // Once is enough: names repeated on both sides would multiply.
+                Some((index, _)) if !said.insert(*index) => {}
                 Some((index, _)) => side.push(*index),
+                // The list of all names is long: not for errors that nobody will see.
+                None if self.diagnostics.len() >= MAX_ERRORS => {}
                 None => {
                     let message = format!("there is no objective `{name}`");
                     let diagnostic =
                         Diagnostic::new(self.source, span.range(), message).label("not declared");
-                    self.diagnostics.push(diagnostic.help(format!("the objectives are {}", self.names())));
+                    let diagnostic = diagnostic.help(format!("the objectives are {}", self.names()));
+                    self.report(diagnostic);
                 }
             }
         }

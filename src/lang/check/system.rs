@@ -1,6 +1,8 @@
 //! Composition: `system … endsystem`, or all modules in parallel, as a flat list of synchronisations.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+
+use ahash::{AHashMap, AHashSet};
 
 use super::collect::Parts;
 use super::lower::Lowerer;
@@ -19,15 +21,21 @@ struct Process {
     moves: Vec<Synchronisation>,
 }
 
-impl Process {
-    /// The moves with an action.
-    fn with(&self, action: usize) -> impl Iterator<Item = &Synchronisation> {
-        self.moves.iter().filter(move |m| m.action == Some(action))
-    }
+/// Moves by their action.
+type ByAction = BTreeMap<usize, Vec<Synchronisation>>;
 
-    /// The moves whose action is not one of `actions`.
-    fn without(&self, actions: &BTreeSet<usize>) -> impl Iterator<Item = &Synchronisation> {
-        self.moves.iter().filter(|m| m.action.is_none_or(|a| !actions.contains(&a)))
+impl Process {
+    /// The moves whose action is none of `actions`, and those of each action of the set.
+    fn split(self, actions: &BTreeSet<usize>) -> (Vec<Synchronisation>, ByAction) {
+        let mut with: ByAction = actions.iter().map(|&a| (a, Vec::new())).collect();
+        let mut without = Vec::new();
+        for step in self.moves {
+            match step.action.and_then(|a| with.get_mut(&a)) {
+                Some(same) => same.push(step),
+                None => without.push(step),
+            }
+        }
+        (without, with)
     }
 }
 
@@ -59,10 +67,12 @@ impl<'a> Lowerer<'a> {
     fn check_modules(&mut self, system: &System, parts: &Parts<'a>) {
         let mut seen: Vec<(&str, Span)> = Vec::new();
         modules_of(system, &mut seen);
-        for (i, &(name, span)) in seen.iter().enumerate() {
-            if parts.modules.iter().all(|m| m.name.name != name) {
+        let known: AHashSet<&str> = parts.modules.iter().map(|m| m.name.name.as_str()).collect();
+        let mut met: AHashMap<&str, Span> = AHashMap::new();
+        for (name, span) in seen {
+            if !known.contains(name) {
                 self.fail::<()>(span, format!("there is no module `{name}`"));
-            } else if let Some((_, first)) = seen[..i].iter().find(|(n, _)| *n == name) {
+            } else if let Some(first) = met.insert(name, span) {
                 let diagnostic =
                     self.wrong(span, format!("the module `{name}` occurs twice in the composition"));
                 self.report(diagnostic.related(first.range(), "it occurs here first"));
@@ -70,7 +80,7 @@ impl<'a> Lowerer<'a> {
         }
         for module in &parts.modules {
             let name = &module.name.name;
-            if seen.iter().all(|(n, _)| n != name) {
+            if !met.contains_key(name.as_str()) {
                 let message = format!("the module `{name}` does not occur in the composition");
                 let diagnostic =
                     self.wrong(system.span, message).help("every module must occur exactly once");
@@ -82,16 +92,22 @@ impl<'a> Lowerer<'a> {
     /// All operands, synchronised on each action that several of them have.
     fn full(&mut self, operands: Vec<Process>, span: Span) -> Option<Process> {
         let mut whole = Process::default();
-        for operand in &operands {
+        let mut participants: BTreeMap<usize, Vec<Vec<Synchronisation>>> = BTreeMap::new();
+        for operand in operands {
             whole.alphabet.extend(&operand.alphabet);
-            whole.moves.extend(operand.moves.iter().filter(|m| m.action.is_none()).cloned());
+            let alphabet = operand.alphabet.clone();
+            let (mut alone, together) = operand.split(&alphabet);
+            whole.moves.append(&mut alone);
+            for (action, moves) in together {
+                participants.entry(action).or_default().push(moves);
+            }
         }
-        for &action in &whole.alphabet {
-            let participants: Vec<_> = operands.iter().filter(|o| o.alphabet.contains(&action)).collect();
+        for (action, participants) in participants {
             let mut joint = vec![Synchronisation { action: Some(action), factors: Vec::new() }];
-            for participant in participants {
-                joint = join(&joint, &participant.with(action).cloned().collect::<Vec<_>>());
-                self.check_size(joint.len() + whole.moves.len(), span)?;
+            for moves in participants {
+                let size = joint.len().saturating_mul(moves.len()).saturating_add(whole.moves.len());
+                self.check_size(size, span)?;
+                joint = join(&joint, &moves);
             }
             whole.moves.append(&mut joint);
         }
@@ -99,14 +115,14 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Two operands, synchronised on the actions given; both must move for one of these.
-    fn parallel(&mut self, a: &Process, b: &Process, on: &BTreeSet<usize>, span: Span) -> Option<Process> {
+    fn parallel(&mut self, a: Process, b: Process, on: &BTreeSet<usize>, span: Span) -> Option<Process> {
         let alphabet = a.alphabet.union(&b.alphabet).copied().collect();
-        let mut moves: Vec<_> = a.without(on).chain(b.without(on)).cloned().collect();
-        for &action in on {
-            let (left, right) = (a.with(action).count(), b.with(action).count());
-            self.check_size(moves.len().saturating_add(left.saturating_mul(right)), span)?;
-            let left: Vec<_> = a.with(action).cloned().collect();
-            moves.extend(join(&left, &b.with(action).cloned().collect::<Vec<_>>()));
+        let ((mut moves, left), (mut others, right)) = (a.split(on), b.split(on));
+        moves.append(&mut others);
+        for (left, right) in left.values().zip(right.values()) {
+            let size = left.len().saturating_mul(right.len()).saturating_add(moves.len());
+            self.check_size(size, span)?;
+            moves.extend(join(left, right));
         }
         Some(Process { alphabet, moves })
     }
@@ -134,13 +150,18 @@ fn join(left: &[Synchronisation], right: &[Synchronisation]) -> Vec<Synchronisat
 /// The modules by themselves.
 fn processes(modules: usize, commands: &[Command]) -> Vec<Process> {
     let mut processes = vec![Process::default(); modules];
+    // Where the moves of a module with an action stand.
+    let mut known: AHashMap<(usize, Option<usize>), usize> = AHashMap::new();
     for (index, command) in commands.iter().enumerate() {
         let process = &mut processes[command.module];
         let id = CommandId(u32::try_from(index).unwrap_or(u32::MAX));
         process.alphabet.extend(command.action);
-        match process.moves.iter_mut().find(|m| m.action == command.action) {
-            Some(same) => same.factors[0].push(id),
-            None => process.moves.push(Synchronisation { action: command.action, factors: vec![vec![id]] }),
+        match known.get(&(command.module, command.action)) {
+            Some(&at) => process.moves[at].factors[0].push(id),
+            None => {
+                known.insert((command.module, command.action), process.moves.len());
+                process.moves.push(Synchronisation { action: command.action, factors: vec![vec![id]] });
+            }
         }
     }
     processes
@@ -189,7 +210,7 @@ impl<'a> Composition<'_, 'a> {
             SystemKind::Parallel(a, on, b) => {
                 let (a, b) = (self.process(a, lowerer), self.process(b, lowerer));
                 let on = self.known(on, lowerer)?;
-                lowerer.parallel(&a?, &b?, &on, system.span)
+                lowerer.parallel(a?, b?, &on, system.span)
             }
             SystemKind::Hide(inner, hidden) => {
                 let inner = self.process(inner, lowerer);

@@ -1,12 +1,14 @@
-//! Expressions as diagrams mean what the reference evaluation says, in every state.
+//! Expressions mean the same as diagrams, as compiled code, folded as constants and by the reference
+//! evaluation, in every state.
 
 use std::sync::Arc;
 
+use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{SymbolicEngine, order};
 use meliora::engine::{Engine, Scope, Settings};
 use meliora::error::{Error, SourceFile};
 use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
-use meliora::model::value::{Type, Value};
+use meliora::model::value::{EvalError, Type, Value};
 use meliora::model::{ModelKind, Program, VarId, Variable};
 use proptest::prelude::*;
 
@@ -21,11 +23,17 @@ enum Tree {
     Ite(Box<Tree>, Box<Tree>, Box<Tree>),
 }
 
+/// Reals at which something may go wrong.
+const REALS: &[f64] = &[0.5, -1.25, 2.0, 0.0, -0.0, 1.0, -1.0, 1e-300, 1e300, 9.3e18, 0.49999999999999994];
+
+/// Integers at which something may go wrong.
+const INTEGERS: &[i64] = &[i64::MAX, i64::MIN, i64::MIN + 1, 1 << 62, (1 << 53) + 1, 63, 64, -1];
+
 fn tree() -> impl Strategy<Value = Tree> {
     let leaf = prop_oneof![
         (-6i64..7).prop_map(Tree::Int),
-        prop_oneof![Just(0.5), Just(-1.25), Just(2.0), Just(0.0)].prop_map(Tree::Real),
-        Just(Tree::Int(i64::MAX)),
+        proptest::sample::select(REALS).prop_map(Tree::Real),
+        proptest::sample::select(INTEGERS).prop_map(Tree::Int),
         (0usize..4).prop_map(Tree::Var),
         (0usize..4).prop_map(Tree::Var),
     ];
@@ -82,15 +90,30 @@ fn variables() -> Vec<Variable> {
         span: 0..0,
     };
     let flag = Variable { ty: Type::Bool, ..int("f", 0, 1) };
-    vec![int("x", 0, 5), int("y", -3, 2), flag, int("z", 7, 7)]
+    vec![int("x", 0, 5), int("y", -3, 2), flag, int("z", (1 << 53) - 1, 1 << 53)]
 }
 
 struct Lowering {
     pool: ExprPool,
     variables: Vec<Variable>,
+    /// The values of the variables, where they are to be constants.
+    fixed: Option<Vec<i64>>,
 }
 
 impl Lowering {
+    fn new(fixed: Option<Vec<i64>>) -> Self {
+        Lowering { pool: ExprPool::default(), variables: variables(), fixed }
+    }
+
+    fn variable(&mut self, index: usize) -> ExprId {
+        let ty = self.variables[index].ty;
+        match &self.fixed {
+            None => self.pool.var(VarId(index as u32), ty),
+            Some(values) if ty == Type::Bool => self.pool.value(Value::Bool(values[index] != 0)),
+            Some(values) => self.pool.value(Value::Int(values[index])),
+        }
+    }
+
     fn as_bool(&mut self, e: ExprId) -> Option<ExprId> {
         match self.pool.ty(e) {
             Type::Bool => Some(e),
@@ -126,7 +149,7 @@ impl Lowering {
         match tree {
             Tree::Int(i) => Some(self.pool.value(Value::Int(*i))),
             Tree::Real(x) => Some(self.pool.value(Value::Real(*x))),
-            Tree::Var(v) => Some(self.pool.var(VarId(*v as u32), self.variables[*v].ty)),
+            Tree::Var(v) => Some(self.variable(*v)),
             Tree::Unary(op, a) => {
                 let a = self.lower(a)?;
                 let a = match op {
@@ -193,29 +216,69 @@ fn program(pool: ExprPool, initial: ExprId) -> Program {
     }
 }
 
+/// The sets of states of both engines in which a condition holds, as a list over all states; or that
+/// some state has no value.
+fn answers(program: &Arc<Program>, e: ExprId, states: &[Vec<i64>]) -> [Result<Vec<bool>, Error>; 2] {
+    fn of<E: Engine>(engine: &E, e: ExprId, states: &[Vec<i64>]) -> Result<Vec<bool>, Error> {
+        let holds = engine.states_where(e)?;
+        Ok(states.iter().map(|s| engine.contains(&holds, s)).collect())
+    }
+    let settings = Settings { scope: Scope::All, memory: 64 << 20, ..Settings::default() };
+    let explicit = ExplicitEngine::new(program.clone(), settings.clone()).unwrap();
+    let symbolic = SymbolicEngine::new(program.clone(), order::declared(program), 1, settings).unwrap();
+    [of(&explicit, e, states), of(&symbolic, e, states)]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
+
     #[test]
-    fn diagrams_agree_with_evaluation(tree in tree()) {
-        let mut lowering = Lowering { pool: ExprPool::default(), variables: variables() };
+    fn engines_agree_with_evaluation(tree in tree()) {
+        let mut lowering = Lowering::new(None);
         let Some(e) = lowering.lower(&tree) else { return Ok(()) };
-        let Some(e) = lowering.as_bool(e) else { return Ok(()) };
+        let Some(condition) = lowering.as_bool(e) else { return Ok(()) };
+        let states = all_states(&lowering.variables);
+        // Whether it is positive, and whether it is what it is in some state.
+        let mut questions = vec![condition];
+        for state in [&states[0], &states[states.len() / 2 + 1]] {
+            if let Ok(value) = lowering.pool.eval(e, state) {
+                let value = lowering.pool.value(value);
+                questions.extend(lowering.pool.binary(Binary::Eq, e, value));
+            }
+        }
         let truth = lowering.pool.value(Value::Bool(true));
         let program = Arc::new(program(lowering.pool, truth));
-        let settings = Settings { scope: Scope::All, memory: 64 << 20, ..Settings::default() };
-        let engine = SymbolicEngine::new(program.clone(), order::declared(&program), 1, settings).unwrap();
-        let states = all_states(&program.variables);
-        let expected: Vec<_> = states.iter().map(|s| program.pool.eval(e, s)).collect();
-        match engine.states_where(e) {
-            Err(Error::Input(_)) => prop_assert!(expected.iter().any(Result::is_err), "no state fails"),
-            Err(error) => prop_assert!(matches!(error, Error::Limit(_)), "{error}"),
-            Ok(holds) => {
-                for (state, value) in states.iter().zip(&expected) {
-                    let expected = *value == Ok(Value::Bool(true));
-                    prop_assert!(value.is_ok(), "{:?} fails in {:?}", tree, state);
-                    prop_assert_eq!(engine.contains(&holds, state), expected, "{:?}", state);
+        for question in questions {
+            let expected: Result<Vec<bool>, _> =
+                states.iter().map(|s| Ok(program.pool.eval(question, s)? == Value::Bool(true))).collect::<Result<_, EvalError>>();
+            for (engine, found) in ["explicit", "symbolic"].into_iter().zip(answers(&program, question, &states)) {
+                match (&expected, found) {
+                    (Ok(expected), Ok(found)) => prop_assert_eq!(&found, expected, "{}", engine),
+                    (Err(_), Err(Error::Input(_))) | (_, Err(Error::Limit(_))) => {}
+                    (expected, found) => prop_assert!(false, "{}: {:?}, not {:?}", engine, found, expected),
                 }
             }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn constants_fold_to_what_evaluation_says(tree in tree(), at in any::<prop::sample::Index>()) {
+        let mut lowering = Lowering::new(None);
+        let Some(e) = lowering.lower(&tree) else { return Ok(()) };
+        let states = all_states(&lowering.variables);
+        let state = at.get(&states);
+        let evaluated = lowering.pool.eval(e, state);
+        let mut folding = Lowering::new(Some(state.clone()));
+        // What is not evaluated is folded all the same, and may have no value.
+        if let Some(folded) = folding.lower(&tree).map(|e| folding.pool.literal(e)) {
+            prop_assert_eq!(folded, evaluated.ok(), "in {:?}", state);
+        }
+        if evaluated.is_err() {
+            prop_assert!(Lowering::new(Some(state.clone())).lower(&tree).is_none(), "{:?}", state);
         }
     }
 }

@@ -1,0 +1,169 @@
+//! Numbers at the edges: as PRISM has them, or an error at its place; in both engines alike.
+
+use std::sync::Arc;
+
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Scope, Settings};
+use meliora::error::{Error, SourceFile};
+use meliora::lang;
+use meliora::model::Program;
+use meliora::model::value::Value;
+
+/// The value of a constant, or what is said of it and the text that is pointed at.
+fn constant(ty: &str, expression: &str) -> Result<Value, (String, String)> {
+    let source = SourceFile::new("m", format!("mdp const {ty} k = {expression}; module m x:bool; endmodule"));
+    match lang::load(&source, &SourceFile::new("c", "")) {
+        Ok(checked) => Ok(checked.program.constants[0].1),
+        Err(Error::Input(wrong)) => {
+            let first = &wrong[0];
+            let label = &first.label;
+            Err((format!("{}: {label}", first.message), source.text[first.span.clone()].to_owned()))
+        }
+        Err(other) => panic!("{other}"),
+    }
+}
+
+#[test]
+fn integers_are_exact_up_to_64_bits() {
+    for (expression, value) in [
+        ("9223372036854775806+1", i64::MAX),
+        ("-9223372036854775807-1", i64::MIN),
+        ("-pow(2,62)*2", i64::MIN),
+        ("pow(-2,63)", i64::MIN),
+        ("pow(0,0)", 1),
+        ("pow(1,9223372036854775807)", 1),
+        ("pow(-1,9223372036854775807)", -1),
+        ("mod(-5,3)", 1),
+        ("mod(-9223372036854775807-1,9223372036854775807)", i64::MAX - 1),
+        ("floor(-0.5)", -1),
+        ("ceil(-0.5)", 0),
+        ("round(-0.5)", 0),
+        ("round(2.5)", 3),
+        ("round(-2.5)", -2),
+        ("round(0.49999999999999994)", 0),
+        ("round(4503599627370497.0)", 4_503_599_627_370_497),
+        ("floor(7/2)", 3),
+    ] {
+        assert_eq!(constant("int", expression), Ok(Value::Int(value)), "{expression}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_an_error_at_its_place() {
+    for (expression, place, reason) in [
+        ("1+(9223372036854775807+1)", "9223372036854775807+1", "64-bit"),
+        ("-9223372036854775807-2", "-9223372036854775807-2", "64-bit"),
+        ("-(-9223372036854775807-1)", "-(-9223372036854775807-1)", "64-bit"),
+        ("9223372036854775807*2", "9223372036854775807*2", "64-bit"),
+        ("pow(2,63)", "pow(2,63)", "64-bit"),
+        ("pow(2,-1)", "pow(2,-1)", "not negative"),
+        ("mod(5,0)", "mod(5,0)", "zero"),
+        ("mod(5,-3)", "mod(5,-3)", "positive"),
+        ("floor(1e19)", "floor(1e19)", "integer"),
+        ("ceil(1/0)", "ceil(1/0)", "finite"),
+        ("round(log(-1,2))", "round(log(-1,2))", "finite"),
+        ("9223372036854775808", "9223372036854775808", "64 bits"),
+    ] {
+        let (message, at) = constant("int", expression).expect_err(expression);
+        assert!(message.contains(reason), "{expression}: {message}");
+        assert_eq!(at, place, "{expression}: {message}");
+    }
+}
+
+#[test]
+fn constants_are_finite() {
+    for expression in [
+        "1/0",
+        "-1/0",
+        "0/0",
+        "log(0,2)",
+        "log(8,1)",
+        "log(8,0)",
+        "log(8,-2)",
+        "pow(0.0,-1)",
+        "pow(-8.0,0.5)",
+        "1e300*1e300",
+    ] {
+        let (message, at) = constant("double", expression).expect_err(expression);
+        assert!(message.contains("no finite value"), "{expression}: {message}");
+        assert_eq!(at, expression);
+    }
+    assert!(constant("double", "1e309").is_err());
+}
+
+#[test]
+fn reals_are_those_of_prism() {
+    for (expression, value) in [
+        ("log(8,2)", 3.0),
+        ("pow(2.0,-1)", 0.5),
+        ("1/2", 0.5),
+        ("min(0.5,1)", 0.5),
+        // Where nothing is a number, C and Rust would say 1.
+        ("(pow(1.0,1/0) = pow(1.0,1/0)) ? 1 : 2", 2.0),
+        ("(min(1.0,0/0) = min(1.0,0/0)) ? 1 : 2", 2.0),
+        ("(0/0 < 1 | 0/0 >= 1) ? 1 : 2", 2.0),
+        ("1/max(-0.0,0.0) > 0 ? 1 : 2", 1.0),
+        ("1/min(0.0,-0.0) > 0 ? 1 : 2", 2.0),
+    ] {
+        assert_eq!(constant("double", expression).map(Value::to_f64), Ok(value), "{expression}");
+    }
+}
+
+fn program(text: &str) -> Arc<Program> {
+    Arc::new(lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program)
+}
+
+/// What each engine says of a model: its first message, or nothing where all is well.
+fn said(text: &str) -> [Option<String>; 2] {
+    let program = program(text);
+    let settings = Settings { scope: Scope::All, memory: 64 << 20, ..Settings::default() };
+    let explicit = ExplicitEngine::new(program.clone(), settings.clone()).err();
+    let symbolic = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings).err();
+    [explicit, symbolic].map(|error| error.map(|e| e.to_string()))
+}
+
+#[test]
+fn probabilities_that_are_none_are_refused_by_both_engines_with_the_same_words() {
+    for (first, second, shown) in [
+        ("0/0", "0", "NaN"),
+        ("1/x", "1-1/x", "inf"),
+        ("x-1", "2-x", "-1"),
+        ("0.5", "0.4", "0.9"),
+        ("log(x-1,2)", "1", "NaN"),
+        ("2", "-1", "2"),
+    ] {
+        let text = format!("mdp module m x:[0..1]; [] true -> {first}:(x'=0) + {second}:(x'=1); endmodule");
+        let [explicit, symbolic] = said(&text);
+        let message = explicit.clone().unwrap_or_else(|| panic!("{text}"));
+        assert!(message.contains(&format!("give {shown} in")), "{message}");
+        assert_eq!(explicit, symbolic, "{text}");
+    }
+}
+
+#[test]
+fn an_update_or_a_guard_without_a_value_is_refused_by_both_engines_with_the_same_words() {
+    for (guard, update) in [
+        ("true", "mod(7,x)"),
+        ("true", "x*9223372036854775807*2"),
+        ("pow(2,63*x)>0", "x"),
+        ("true", "pow(2,x-1)"),
+        ("true", "floor(1/x)"),
+        ("mod(3,x)=0", "x"),
+        ("true", "-(x*9223372036854775807+x)+x"),
+        ("x=0 | log(x,1)>0 | mod(x,x-1)=0", "x"),
+    ] {
+        let text = format!("mdp module m x:[0..1]; [] {guard} -> (x'={update}); endmodule");
+        let [explicit, symbolic] = said(&text);
+        assert!(explicit.is_some(), "{text}");
+        assert_eq!(explicit, symbolic, "{text}");
+    }
+}
+
+#[test]
+fn what_is_not_evaluated_may_have_no_value() {
+    for guard in ["x=0 | mod(3,x)=0", "x>0 & mod(3,x)=0", "(x=0 ? 1 : mod(3,x))=0", "x>0 => mod(3,x)=0"] {
+        let text = format!("mdp module m x:[0..1]; [] {guard} -> true; endmodule");
+        assert_eq!(said(&text), [None, None], "{text}");
+    }
+}

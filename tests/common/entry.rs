@@ -1,0 +1,239 @@
+//! The places where text of strangers comes in. Each takes any bytes and never panics, whatever they
+//! are; what is accepted must survive being written and read again.
+//!
+//! The fuzz targets in `fuzz/` and the tests in `tests/hostile.rs` are about these.
+
+#![allow(dead_code, unreachable_pub, reason = "each user takes a part")]
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use meliora::dump::{Diagram, Manifest, dddmp, directory};
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Engine, Observer, Scope, Settings};
+use meliora::error::{Error, Limit, SourceFile, render};
+use meliora::export::{Inputs, Selection, export};
+use meliora::lang;
+use meliora::model::Program;
+use meliora::planning::{Analysis, Options};
+use meliora::query::Archive;
+
+/// A model with something of everything that names can refer to.
+pub const MODEL: &str = "mdp const int K=3; const double p=0.5; formula f = x>y; label \"l\" = f & !b;\n\
+    module m x:[0..K] init 1; y:[-2..2]; b:bool;\n [go] x<K & y<2 -> p:(x'=x+1)&(b'=!b) + 1-p:(y'=y+1);\n\
+    [] x>0 -> (x'=x-1);\nendmodule\n";
+
+/// Preferences for [`MODEL`].
+pub const PREFERENCES: &str =
+    "objective A = F \"l\"; objective B = F (x=K); objective C = F !b; prefer A, B > C; empty = gain;";
+
+/// Valuations up to which an accepted model is also explored.
+const MOST_VALUATIONS: u128 = 1 << 10;
+
+fn source(text: &str) -> Arc<SourceFile> {
+    SourceFile::new("fuzz", text)
+}
+
+/// The program of [`MODEL`].
+pub fn program() -> Program {
+    lang::load(&source(MODEL), &source("")).unwrap().program
+}
+
+/// Errors must be printable; what they point at may lie anywhere in the text.
+fn seen<T>(result: Result<T, Error>) -> Option<T> {
+    match result {
+        Ok(value) => Some(value),
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            if let Error::Input(diagnostics) = &error {
+                assert!(!diagnostics.is_empty());
+                assert!(!render(diagnostics, false).is_empty());
+            }
+            None
+        }
+    }
+}
+
+/// A model: reads it, writes it in both forms, takes the steps of one state.
+pub fn model(text: &str) {
+    let text = source(text);
+    if let Some(tree) = seen(lang::parse_model(&text)) {
+        let written = source(&tree.to_string());
+        let again = lang::parse_model(&written).unwrap_or_else(|e| panic!("{e}: {}", written.text));
+        assert_eq!(tree, again, "{}", written.text);
+    }
+    let Some(checked) = seen(lang::load(&text, &source(""))) else { return };
+    let program = checked.program;
+    assert!(!lang::flat(&program).is_empty());
+    let state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
+    if branching(&program) <= 1000.0 {
+        let _ = program.steps(&state);
+    }
+}
+
+/// How many ways a step can go at most, over all combinations of commands.
+fn branching(program: &Program) -> f64 {
+    let branches = |c: &meliora::model::CommandId| program.commands[c.index()].branches.len() as f64;
+    let factor = |f: &Vec<meliora::model::CommandId>| f.iter().map(branches).sum::<f64>();
+    program.synchronisations.iter().map(|s| s.factors.iter().map(factor).product::<f64>()).sum()
+}
+
+/// Stops an engine that takes long, by the number of times it asks.
+struct Patience(AtomicU32);
+
+impl Observer for Patience {
+    fn stop(&self) -> Option<Limit> {
+        (self.0.fetch_add(1, Ordering::Relaxed) > 20_000).then_some(Limit::Interrupted)
+    }
+}
+
+fn settings() -> Settings {
+    Settings { scope: Scope::All, memory: 16 << 20, observer: Arc::new(Patience(AtomicU32::new(0))) }
+}
+
+/// A small model in both engines: the same counts, or the same kind of error.
+pub fn engines(text: &str) {
+    let Ok(checked) = lang::load(&source(text), &source("")) else { return };
+    let program = Arc::new(checked.program);
+    let width = |v: &meliora::model::Variable| (i128::from(v.high) - i128::from(v.low)) as u128 + 1;
+    let valuations = program.variables.iter().try_fold(1u128, |n, v| n.checked_mul(width(v)));
+    if valuations.is_none_or(|n| n > MOST_VALUATIONS) || branching(&program) > 1000.0 {
+        return;
+    }
+    let explicit = counts(ExplicitEngine::new(program.clone(), settings()));
+    let symbolic = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings());
+    match (explicit, counts(symbolic)) {
+        (Err(Error::Limit(_)), _) | (_, Err(Error::Limit(_))) => {}
+        (Err(a), Err(b)) => assert_eq!(std::mem::discriminant(&a), std::mem::discriminant(&b)),
+        (Ok(a), Ok(b)) => assert_eq!(a, b),
+        (a, b) => panic!("explicit {a:?}, symbolic {b:?}"),
+    }
+}
+
+fn counts<E: Engine>(engine: Result<E, Error>) -> Result<[String; 4], Error> {
+    let engine = engine?;
+    let all = engine.all_choices();
+    Ok([
+        engine.count_states(&engine.all_states())?.to_string(),
+        engine.count_choices(&all)?.to_string(),
+        engine.count_transitions(&all, &engine.all_states())?.to_string(),
+        engine.count_states(&engine.deadlock_states())?.to_string(),
+    ])
+}
+
+/// A preference file for [`MODEL`].
+pub fn preferences(text: &str) {
+    seen(lang::load_preferences(&source(text), &mut program()));
+}
+
+/// Whatever stands in an argument: a state, an expression, a property, constants, a region of a dump.
+pub fn arguments(text: &str) {
+    let source = source(text);
+    let mut program = program();
+    seen(lang::parse_state(&source, &program));
+    seen(lang::parse_constants(&source));
+    if let Some(tree) = seen(lang::parse_expression(&source)) {
+        let written = SourceFile::new("written", tree.to_string());
+        assert_eq!(lang::parse_expression(&written).ok(), Some(tree.clone()), "{}", written.text);
+        seen(lang::lower_target(&mut program, &source, &tree));
+    }
+    if let Some(property) = seen(lang::parse_property(&source)) {
+        seen(lang::lower_target(&mut program, &source, &property.target));
+    }
+    ARCHIVE.with_borrow(|archive| {
+        if let Some(selected) = seen(archive.select(text)) {
+            seen(archive.count(&selected));
+        }
+        seen(archive.state(text));
+    });
+}
+
+/// A file for `--order`.
+pub fn order_file(text: &str) {
+    let program = program();
+    let bits: u32 = program.variables.iter().map(|v| v.bits()).sum();
+    if let Some(order) = seen(order::parse(&program, &source(text))) {
+        assert_eq!(order.len(), bits as usize);
+    }
+}
+
+/// The file of a diagram.
+pub fn diagram(bytes: &[u8]) {
+    let Some(diagram) = seen(dddmp::read("fuzz", bytes)) else { return };
+    let mut written = Vec::new();
+    dddmp::write(&diagram, &mut written).unwrap();
+    let again = dddmp::read("written", written.as_slice()).unwrap();
+    assert_eq!(again.nodes, diagram.nodes);
+    assert_eq!(again.roots, diagram.roots);
+}
+
+/// A manifest, by itself and beside the diagram that the manifest of [`MODEL`] belongs to.
+pub fn manifest(text: &str) {
+    let Some(manifest) = seen(Manifest::parse("fuzz", text)) else { return };
+    assert_eq!(Manifest::parse("again", &manifest.text()).ok(), Some(manifest.clone()));
+    let regions = DUMP.with(|dump| dump.regions.clone());
+    opened(manifest, &regions);
+}
+
+/// A diagram with the manifest of [`MODEL`], and queries of every region.
+pub fn dump(bytes: &[u8]) {
+    let Some(diagram) = seen(dddmp::read("fuzz", bytes)) else { return };
+    let mut manifest = DUMP.with(|dump| dump.manifest.clone());
+    manifest.regions.nodes = diagram.nodes.len() + 1;
+    for root in &mut manifest.regions.roots {
+        if let Some(edge) = diagram.roots.get(root.root) {
+            root.node = edge.number();
+        }
+    }
+    opened(manifest, &diagram);
+}
+
+/// Queries of what a directory with this manifest and this diagram says.
+fn opened(mut manifest: Manifest, regions: &Diagram) {
+    let directory = tempfile::tempdir().unwrap();
+    let mut bytes = Vec::new();
+    dddmp::write(regions, &mut bytes).unwrap();
+    manifest.regions.sha256 = directory::sha256(&bytes);
+    manifest.certificate = None;
+    if manifest.regions.path != "regions.dddmp" {
+        return;
+    }
+    std::fs::write(directory.path().join("regions.dddmp"), bytes).unwrap();
+    std::fs::write(directory.path().join("manifest.json"), manifest.text()).unwrap();
+    let Some(archive) = seen(Archive::open(directory.path(), None, settings())) else { return };
+    for root in &manifest.regions.roots {
+        if let Some(selected) = seen(archive.select(&root.name)) {
+            seen(archive.count(&selected));
+            seen(archive.list(&selected, 3));
+        }
+    }
+}
+
+thread_local! {
+    static DUMP: directory::Dump = exported();
+    static ARCHIVE: RefCell<Archive> = RefCell::new(archive());
+}
+
+/// The dump of [`MODEL`] in memory.
+pub fn exported() -> directory::Dump {
+    let mut program = program();
+    let preferences = lang::load_preferences(&source(PREFERENCES), &mut program).unwrap();
+    let program = Arc::new(program);
+    let settings = Settings { memory: 16 << 20, ..Settings::default() };
+    let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings).unwrap();
+    let mut analysis = Analysis::new(&engine, &preferences, Options::default());
+    analysis.run(&mut |_| ()).unwrap();
+    let named = |name: &str| (name.to_owned(), String::new());
+    let inputs = Inputs { model: named("m.prism"), preferences: named("m.pref") };
+    export(&engine, &analysis, &inputs, &Selection { wanted: &|_| true, certificate: false }).unwrap()
+}
+
+fn archive() -> Archive {
+    let directory = tempfile::tempdir().unwrap();
+    let target = directory.path().join("dump");
+    directory::write_directory(exported(), &target, false, &meliora::engine::Unobserved).unwrap();
+    let settings = Settings { memory: 16 << 20, ..Settings::default() };
+    Archive::open(&target, None, settings).unwrap()
+}
