@@ -167,22 +167,19 @@ pub trait Engine {
         &self,
         x: &Self::States,
         within: &Self::Choices,
-    ) -> Result<Region<Self::States, Self::Choices>> {
-        let mut states = x.clone();
-        let mut choices = self.choices_in(within, x)?;
-        let mut removed = self.difference(&self.all_states(), x)?;
-        loop {
-            if !self.is_empty(&removed) {
-                choices = self.without_choices(&choices, &self.some_successor_in(&removed)?)?;
-            }
-            let left = self.intersection(&self.sources(&choices)?, &states)?;
-            removed = self.difference(&states, &left)?;
-            if self.is_empty(&removed) {
-                return Ok(Region { states, choices });
-            }
-            choices = self.choices_in(&choices, &left)?;
-            states = left;
+    ) -> Result<Region<Self::States, Self::Choices>>
+    where
+        Self: Sized,
+    {
+        let mut choices = within.clone();
+        let mut states = self.intersection(x, &self.sources(within)?)?;
+        let mut removed = self.difference(&self.all_states(), &states)?;
+        while !self.is_empty(&removed) {
+            let stuck = moves::disallow(self, &mut choices, &self.some_successor_in(&removed)?)?;
+            removed = self.intersection(&stuck, &states)?;
+            states = self.difference(&states, &removed)?;
         }
+        Ok(Region { choices: self.choices_in(&choices, &states)?, states })
     }
 
     /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, with the pairs of C

@@ -45,6 +45,24 @@ pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Dropped<E::States>) -> Resul
     Ok(groups)
 }
 
+/// Takes pairs out of a set, and returns the states that lost their last pair by it.
+///
+/// Looks at no state but those of the pairs, however large the set is.
+///
+/// # Errors
+/// A limit of the engine. Cost: no image.
+pub(crate) fn disallow<E: Engine>(
+    engine: &E,
+    choices: &mut E::Choices,
+    pairs: &E::Choices,
+) -> Result<E::States> {
+    let gone = engine.common_choices(choices, pairs)?;
+    *choices = engine.without_choices(choices, &gone)?;
+    let hit = engine.sources(&gone)?;
+    let alive = engine.sources(&engine.choices_in(choices, &hit)?)?;
+    engine.difference(&hit, &alive)
+}
+
 /// [`Engine::almost_surely_win`] by sets.
 ///
 /// Choices are disallowed only where they may step into a lost state: no choice of a lost state leads
@@ -69,25 +87,19 @@ pub(super) fn almost_surely_win<E: Engine>(
             return Ok(Region { states, choices });
         }
         while !engine.is_empty(&lost) {
-            choices = engine.without_choices(&choices, &losing(engine, moves, &lost, &states)?)?;
-            let left = engine.intersection(&states, &engine.sources(&choices)?)?;
-            lost = engine.difference(&states, &left)?;
-            states = left;
+            let stuck = disallow(engine, &mut choices, &losing(engine, moves, &lost)?)?;
+            lost = engine.intersection(&stuck, &states)?;
+            states = engine.difference(&states, &lost)?;
         }
     }
 }
 
-/// The pairs of the states left with an edge into a lost state that is there and does not win.
-fn losing<E: Engine>(
-    engine: &E,
-    moves: &[Moves<E::States>],
-    lost: &E::States,
-    left: &E::States,
-) -> Result<E::Choices> {
+/// The pairs with an edge into a lost state that is there and does not win.
+fn losing<E: Engine>(engine: &E, moves: &[Moves<E::States>], lost: &E::States) -> Result<E::Choices> {
     let mut edges = Vec::with_capacity(moves.len());
     for m in moves {
         let into = engine.difference(&engine.difference(lost, &m.goal)?, &m.dropped)?;
-        edges.push((engine.intersection(&m.from, left)?, into));
+        edges.push((m.from.clone(), into));
     }
     pairs_into(engine, edges)
 }

@@ -28,7 +28,7 @@ use oxidd::BooleanFunction;
 pub use dump::{Numbered, Set};
 pub use encoding::{Bit, Encoding};
 
-use super::{Count, Dropped, Engine, Region, Settings, Usage};
+use super::{Count, Dropped, Engine, Region, Settings, Usage, moves};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -317,11 +317,9 @@ impl Engine for SymbolicEngine {
                 return Ok(Region { states, choices });
             }
             while !self.is_empty(&lost) {
-                choices = self.without_choices(&choices, &self.some_successor_in(&lost)?)?;
-                let alive = self.union(&self.sources(&choices)?, target)?;
-                let left = self.intersection(&states, &alive)?;
-                lost = self.difference(&states, &left)?;
-                states = left;
+                let stuck = moves::disallow(self, &mut choices, &self.some_successor_in(&lost)?)?;
+                lost = self.intersection(&self.difference(&stuck, target)?, &states)?;
+                states = self.difference(&states, &lost)?;
             }
         }
     }
