@@ -186,24 +186,34 @@ pub trait Engine {
     /// outside T that stay inside the result.
     ///
     /// Removes losing states first: what cannot reach T with the pairs still allowed is lost; pairs
-    /// that may step into a lost state are disallowed; repeat (Baier and Katoen, Principles of
-    /// Model Checking, Algorithm 45, on sets). Cost: one `can_reach` and one pre-image a round.
+    /// that may step into a lost state are disallowed; states without a pair are lost at once; repeat
+    /// (Baier and Katoen, Principles of Model Checking, Algorithm 45, on sets). Only pairs that may
+    /// step into a lost state are ever taken out: a lost state's own pairs lead to nothing that can
+    /// still win, and what is left alone keeps what an engine remembers of it. Cost: one `can_reach` a
+    /// round and one pre-image each time that states are lost.
     fn almost_surely_reach(
         &self,
         target: &Self::States,
         within: &Self::Choices,
-    ) -> Result<Region<Self::States, Self::Choices>> {
+    ) -> Result<Region<Self::States, Self::Choices>>
+    where
+        Self: Sized,
+    {
         let mut states = self.all_states();
-        let mut choices = self.choices_in(within, &self.difference(&states, target)?)?;
+        let mut choices = within.clone();
         loop {
             let reaching = self.can_reach(target, &choices, &Vec::new())?;
-            let lost = self.difference(&states, &reaching)?;
+            let mut lost = self.difference(&states, &reaching)?;
+            states = self.intersection(&states, &reaching)?;
             if self.is_empty(&lost) {
+                let choices = self.choices_in(&choices, &self.difference(&states, target)?)?;
                 return Ok(Region { states, choices });
             }
-            choices = self.choices_in(&choices, &reaching)?;
-            choices = self.without_choices(&choices, &self.some_successor_in(&lost)?)?;
-            states = reaching;
+            while !self.is_empty(&lost) {
+                let stuck = moves::disallow(self, &mut choices, &self.some_successor_in(&lost)?)?;
+                lost = self.intersection(&self.difference(&stuck, target)?, &states)?;
+                states = self.difference(&states, &lost)?;
+            }
         }
     }
 

@@ -28,7 +28,7 @@ use oxidd::BooleanFunction;
 pub use dump::{Numbered, Set};
 pub use encoding::{Bit, Encoding};
 
-use super::{Count, Dropped, Engine, Region, Settings, Usage, moves};
+use super::{Count, Dropped, Engine, Settings, Usage};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -295,33 +295,6 @@ impl Engine for SymbolicEngine {
             self.remember(target, &found);
         }
         Ok(found)
-    }
-
-    /// As the default, with two differences. Choices are only ever disallowed where they may step
-    /// into a lost state: a lost state needs no cutting, since none of its choices leads to what can
-    /// still win; so most relations stay as they are, and with them what the operation cache knows.
-    /// And states left without a choice are lost at once, before the next backward fixpoint.
-    fn almost_surely_reach(
-        &self,
-        target: &StateSet,
-        within: &ChoiceSet,
-    ) -> Result<Region<StateSet, ChoiceSet>> {
-        let mut states = self.all_states();
-        let mut choices = within.clone();
-        loop {
-            let reaching = self.can_reach(target, &choices, &Vec::new())?;
-            let mut lost = self.difference(&states, &reaching)?;
-            states = self.intersection(&states, &reaching)?;
-            if self.is_empty(&lost) {
-                let choices = self.choices_in(&choices, &self.difference(&states, target)?)?;
-                return Ok(Region { states, choices });
-            }
-            while !self.is_empty(&lost) {
-                let stuck = moves::disallow(self, &mut choices, &self.some_successor_in(&lost)?)?;
-                lost = self.intersection(&self.difference(&stuck, target)?, &states)?;
-                states = self.difference(&states, &lost)?;
-            }
-        }
     }
 
     fn count_states(&self, x: &StateSet) -> Result<Count> {

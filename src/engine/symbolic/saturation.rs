@@ -79,13 +79,11 @@ impl Saturation<'_> {
     }
 
     fn step(&self, cluster: &Cluster, from: &Bdd, bound: &Bdd) -> Result<Bdd> {
-        let found = match self.direction {
-            Direction::Forward => self.store.image(&cluster.relation, &cluster.touched, from)?,
-            Direction::Backward if cluster.confined => {
-                return self.store.pre(&cluster.relation, &cluster.touched, from);
-            }
-            Direction::Backward => self.store.pre(&cluster.relation, &cluster.touched, from)?,
-        };
-        self.store.and(&found, bound)
+        let (relation, touched) = (&cluster.relation, &cluster.touched);
+        match self.direction {
+            Direction::Forward => self.store.and(&self.store.image(relation, touched, from)?, bound),
+            Direction::Backward if cluster.confined => self.store.pre(relation, touched, from),
+            Direction::Backward => self.store.and(&self.store.pre(relation, touched, from)?, bound),
+        }
     }
 }
