@@ -66,7 +66,7 @@ fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     let question = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
     desk.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.empty = Some(load::empty_name(question.preferences.empty));
+        r.empty = Some(question.preferences.empty.name());
     });
     let build_time = |r: &mut CheckReport, s: f64| r.time.build = Some(s);
     let settings = load::settings(&args.model, &desk.watch);

@@ -56,7 +56,7 @@ fn work(desk: &Desk<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
     let question = desk.timed("parse", read, |_, _| ())?;
     desk.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.empty = Some(load::empty_name(question.preferences.empty));
+        r.empty = Some(question.preferences.empty.name());
     });
     let settings = || load::settings(&args.model, &desk.watch);
     let options = args.preferences.options();

@@ -12,7 +12,7 @@ use meliora::error::{Error, Limit, SourceFile};
 use meliora::lang;
 use meliora::lang::property::{Bound, Strategies};
 use meliora::model::expr::ExprId;
-use meliora::model::preference::{Empty, Preferences};
+use meliora::model::preference::Preferences;
 use meliora::model::{ModelKind, Program};
 use meliora::output::Number;
 
@@ -187,15 +187,6 @@ pub(super) fn symbolic(
 /// The model has no meaning in some state; a limit.
 pub(super) fn explicit(program: &Arc<Program>, settings: Settings) -> Result<ExplicitEngine, Error> {
     ExplicitEngine::new(Arc::clone(program), settings)
-}
-
-/// The name in reports.
-pub(super) fn empty_name(empty: Empty) -> &'static str {
-    match empty {
-        Empty::Bottom => "bottom",
-        Empty::Gain => "gain",
-        Empty::Incomparable => "incomparable",
-    }
 }
 
 /// Tells of states in which nothing is enabled, and of those in which a `dtmc` draws a command.

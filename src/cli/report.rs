@@ -181,7 +181,7 @@ fn work(desk: &Desk<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     let (question, plane, start) = desk.timed("parse", read, |r, s| r.check.time.parse = Some(s))?;
     desk.update(|r| {
         r.check.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.check.empty = Some(load::empty_name(question.preferences.empty));
+        r.check.empty = Some(question.preferences.empty.name());
     });
     let settings = load::settings(&args.model, &desk.watch);
     let build = || load::symbolic(&question.program, &args.model, settings);

@@ -116,7 +116,7 @@ fn work(desk: &Desk<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
     let (question, states) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
     desk.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.empty = Some(load::empty_name(question.preferences.empty));
+        r.empty = Some(question.preferences.empty.name());
     });
     let settings = load::settings(&args.model, &desk.watch);
     match args.engine.engine {

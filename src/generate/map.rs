@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::preference::{self, Empty, Statement};
+use super::preference;
 use super::world::{Cell, Direction, Directions, Item, Lock, Patrol, Place, World};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
+use crate::model::preference::{Empty, Statement};
 
 /// What a map file says.
 pub(super) struct Map {
@@ -166,9 +167,8 @@ impl<'a> Reader<'a> {
                     .or_else(|message| wrong(whole(line), message, ""))
             }
             "empty" => {
-                let known = |word: &Word| Empty::ALL.into_iter().find(|e| e.name() == word.text);
                 match arguments {
-                    [word] if known(word).is_some() => map.empty = known(word),
+                    [word] if Empty::named(word.text).is_some() => map.empty = Empty::named(word.text),
                     _ => return wrong(whole(line), "expected one of bottom, gain, incomparable", ""),
                 }
                 Ok(())

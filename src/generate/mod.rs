@@ -53,10 +53,11 @@ mod write;
 
 use std::sync::Arc;
 
-pub use preference::Empty;
+pub use crate::model::preference::Empty;
 pub use world::{Direction, Directions};
 
 use crate::error::{Error, Result, SourceFile};
+use crate::model::preference::Statement;
 use crate::random::Draw;
 use world::World;
 
@@ -271,7 +272,7 @@ fn finish(
     title: &str,
     choices: &Choices,
     forks: usize,
-    prefer: Option<Vec<preference::Statement>>,
+    prefer: Option<Vec<Statement>>,
     empty: Option<Empty>,
 ) -> Result<Generated> {
     let statements = match (&choices.prefer, prefer) {

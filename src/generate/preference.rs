@@ -1,58 +1,8 @@
 //! The preference order over the items: read, drawn, checked and written.
 
 use super::world::{Lock, World};
+use crate::model::preference::{Empty, Preorder, Relation, Statement};
 use crate::random::Draw;
-
-/// How two items compare.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Relation {
-    /// `>`: strictly preferred.
-    Strict,
-    /// `>=`: at least as good.
-    Weak,
-    /// `~`: indifferent.
-    Indifferent,
-}
-
-impl Relation {
-    /// The sign for it in preference files.
-    pub(super) fn symbol(self) -> &'static str {
-        match self {
-            Relation::Strict => ">",
-            Relation::Weak => ">=",
-            Relation::Indifferent => "~",
-        }
-    }
-}
-
-/// What it is worth to be able to achieve nothing: the statement `empty = …`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Empty {
-    /// Below every objective.
-    #[default]
-    Bottom,
-    /// To gain the first objective improves, to lose the last one does not weaken.
-    Gain,
-    /// Compares with nothing.
-    Incomparable,
-}
-
-impl Empty {
-    /// All values, the default first.
-    pub const ALL: [Empty; 3] = [Empty::Bottom, Empty::Gain, Empty::Incomparable];
-
-    /// The word for it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Empty::Bottom => "bottom",
-            Empty::Gain => "gain",
-            Empty::Incomparable => "incomparable",
-        }
-    }
-}
-
-/// One statement: an item, the relation, another item; by their numbers.
-pub(super) type Statement = (usize, Relation, usize);
 
 /// Reads `D>A, E>=A, A~B, X>Y>Z`: statements with commas between them, each a chain.
 ///
@@ -86,7 +36,7 @@ fn parse_chain(text: &str, world: &World, statements: &mut Vec<Statement>) -> Re
                 let right =
                     known.ok_or_else(|| (at, format!("expected the name of an item, found `{name}`")))?;
                 if let Some((item, Some(relation))) = left {
-                    statements.push((item, relation, right));
+                    statements.push(Statement { left: item, relation, right });
                 }
                 Some((right, None))
             }
@@ -106,30 +56,16 @@ fn parse_chain(text: &str, world: &World, statements: &mut Vec<Statement>) -> Re
 
 /// A strict statement must not be turned round by the others.
 pub(super) fn check(statements: &[Statement], world: &World) -> Result<(), String> {
-    let count = world.items.len();
-    let mut better = vec![vec![false; count]; count];
-    for &(a, relation, b) in statements {
-        better[a][b] = true;
-        better[b][a] |= relation == Relation::Indifferent;
-    }
-    for middle in 0..count {
-        let row = better[middle].clone();
-        for line in better.iter_mut().filter(|line| line[middle]) {
-            line.iter_mut().zip(&row).for_each(|(to, &from)| *to |= from);
-        }
-    }
+    let Err(found) = Preorder::new(world.items.len(), statements) else { return Ok(()) };
+    let strict = found.statements.first().and_then(|&s| statements.get(s));
     let name = |i: usize| world.items[i].name;
-    match statements
-        .iter()
-        .find(|&&(a, relation, b)| relation == Relation::Strict && (a == b || better[b][a]))
-    {
-        Some(&(a, _, b)) => Err(format!(
+    strict.map_or(Ok(()), |s| {
+        Err(format!(
             "`{0}>{1}` contradicts the other statements, by which {1} is at least as good as {0}",
-            name(a),
-            name(b)
-        )),
-        None => Ok(()),
-    }
+            name(s.left),
+            name(s.right)
+        ))
+    })
 }
 
 /// A random order in which every locked item is preferred to one or two others, and an item that is
@@ -141,10 +77,11 @@ pub(super) fn random(world: &World, forks: usize, draw: &mut Draw) -> Vec<Statem
     let (locked, mut order): (Vec<usize>, Vec<usize>) =
         (0..scattered).partition(|&i| world.is_locked(Lock::Item(i)));
     draw.shuffle(&mut order);
+    let better = |left, right| Statement { left, relation: Relation::Strict, right };
     let mut statements = Vec::new();
     for at in 1..order.len() {
         if draw.below(3) == 0 {
-            statements.push((order[at], Relation::Strict, order[draw.below(at)]));
+            statements.push(better(order[at], order[draw.below(at)]));
         }
     }
     for item in locked {
@@ -152,15 +89,13 @@ pub(super) fn random(world: &World, forks: usize, draw: &mut Draw) -> Vec<Statem
         draw.shuffle(&mut worse);
         worse.truncate(1 + draw.below(2));
         worse.sort_unstable();
-        statements.extend(worse.into_iter().map(|w| (item, Relation::Strict, w)));
+        statements.extend(worse.into_iter().map(|w| better(item, w)));
         order.push(item);
     }
-    statements.sort_by_key(|&(a, _, b)| (a, b));
-    for (level, better) in (scattered..world.items.len()).step_by(2).enumerate() {
-        let worse = if level == 0 { 0..scattered } else { better - 2..better };
-        let pairs = [better, better + 1]
-            .into_iter()
-            .flat_map(|b| worse.clone().map(move |w| (b, Relation::Strict, w)));
+    statements.sort_by_key(|s| (s.left, s.right));
+    for (level, first) in (scattered..world.items.len()).step_by(2).enumerate() {
+        let worse = if level == 0 { 0..scattered } else { first - 2..first };
+        let pairs = [first, first + 1].into_iter().flat_map(|b| worse.clone().map(move |w| better(b, w)));
         statements.extend(pairs);
     }
     statements
@@ -176,11 +111,11 @@ pub(super) fn write(world: &World, statements: &[Statement], empty: Empty, title
         text.push('\n');
     }
     let mut rest = statements.to_vec();
-    while let Some(&(item, relation, _)) = rest.first() {
-        let same = |s: &mut Statement| s.0 == item && s.1 == relation;
+    while let Some(&Statement { left, relation, .. }) = rest.first() {
+        let same = |s: &mut Statement| s.left == left && s.relation == relation;
         let names: Vec<String> =
-            rest.extract_if(.., same).map(|(.., worse)| world.items[worse].name.to_string()).collect();
-        text += &format!("prefer {} {} {};\n", world.items[item].name, relation.symbol(), names.join(", "));
+            rest.extract_if(.., same).map(|s| world.items[s.right].name.to_string()).collect();
+        text += &format!("prefer {} {relation} {};\n", world.items[left].name, names.join(", "));
     }
     text + &format!("\nempty = {};\n", empty.name())
 }

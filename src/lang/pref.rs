@@ -6,6 +6,7 @@ use super::ast::{Expr, Ident, Span};
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
+use crate::model::preference::{Empty, Relation};
 
 /// A preference file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -38,29 +39,6 @@ pub struct Chain {
     pub links: Vec<(Relation, Vec<Ident>)>,
     /// The whole statement.
     pub span: Span,
-}
-
-/// How two objectives compare.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Relation {
-    /// `>`: strictly preferred.
-    Strict,
-    /// `>=`: at least as good.
-    Weak,
-    /// `~`: indifferent.
-    Indifferent,
-}
-
-/// What it is worth to achieve nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Empty {
-    /// Below every objective.
-    #[default]
-    Bottom,
-    /// To gain the first objective improves, to lose the last one does not weaken.
-    Gain,
-    /// Compares with nothing.
-    Incomparable,
 }
 
 /// Reads a preference file. Whether the names are known is checked later.
@@ -157,11 +135,8 @@ impl Parser<'_> {
 
     fn empty(&mut self, start: Span, preferences: &mut Preferences) -> Parsed<()> {
         self.expect(Token::Eq)?;
-        let empty = match self.text(self.here()) {
-            "bottom" => Empty::Bottom,
-            "gain" => Empty::Gain,
-            "incomparable" => Empty::Incomparable,
-            _ => return Err(self.expected("`bottom`, `gain` or `incomparable`")),
+        let Some(empty) = Empty::named(self.text(self.here())) else {
+            return Err(self.expected("`bottom`, `gain` or `incomparable`"));
         };
         self.advance();
         let span = start.to(self.expect(Token::Semicolon)?);
@@ -171,15 +146,5 @@ impl Parser<'_> {
         }
         preferences.empty = Some((empty, span));
         Ok(())
-    }
-}
-
-impl std::fmt::Display for Relation {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Relation::Strict => ">",
-            Relation::Weak => ">=",
-            Relation::Indifferent => "~",
-        })
     }
 }

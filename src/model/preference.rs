@@ -42,13 +42,28 @@ pub enum Empty {
     Incomparable,
 }
 
-impl fmt::Display for Empty {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl Empty {
+    /// All values, the default first.
+    pub const ALL: [Empty; 3] = [Empty::Bottom, Empty::Gain, Empty::Incomparable];
+
+    /// The word for it in preference files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
             Empty::Bottom => "bottom",
             Empty::Gain => "gain",
             Empty::Incomparable => "incomparable",
-        })
+        }
+    }
+
+    /// The value with this name.
+    pub fn named(name: &str) -> Option<Empty> {
+        Empty::ALL.into_iter().find(|e| e.name() == name)
+    }
+}
+
+impl fmt::Display for Empty {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 
@@ -181,6 +196,16 @@ pub enum Relation {
     Weak,
     /// `x ~ y`
     Indifferent,
+}
+
+impl fmt::Display for Relation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Relation::Strict => ">",
+            Relation::Weak => ">=",
+            Relation::Indifferent => "~",
+        })
+    }
 }
 
 /// `left relation right`, objectives by position.

@@ -38,11 +38,7 @@ pub fn lower_preferences(
     }
     let order = Preorder::new(objectives.len(), &statements)
         .map_err(|found| contradiction(source, &objectives, &found, &statements, &spans))?;
-    let empty = match tree.empty {
-        None | Some((pref::Empty::Bottom, _)) => Empty::Bottom,
-        Some((pref::Empty::Gain, _)) => Empty::Gain,
-        Some((pref::Empty::Incomparable, _)) => Empty::Incomparable,
-    };
+    let empty = tree.empty.map_or_else(Empty::default, |(empty, _)| empty);
     Ok(Preferences { objectives, order, empty })
 }
 
@@ -113,13 +109,8 @@ impl<'a> Checker<'a> {
     fn pairs(&mut self, chain: &'a Chain) -> Vec<(usize, Relation, usize)> {
         let mut pairs = Vec::new();
         let mut left = self.side(&chain.first);
-        for (relation, names) in &chain.links {
+        for &(relation, ref names) in &chain.links {
             let right = self.side(names);
-            let relation = match relation {
-                pref::Relation::Strict => Relation::Strict,
-                pref::Relation::Weak => Relation::Weak,
-                pref::Relation::Indifferent => Relation::Indifferent,
-            };
             for &x in &left {
                 pairs.extend(right.iter().map(|&y| (x, relation, y)));
             }
@@ -170,7 +161,7 @@ fn contradiction(
     let name = |i: usize| objectives.get(i).map_or("?", |o| o.name.as_str());
     let mut cycle = String::new();
     for (&objective, &statement) in found.cycle.iter().zip(&found.statements) {
-        let relation = statements.get(statement).map_or(">=", |s| symbol(s.relation));
+        let relation = statements.get(statement).map_or(Relation::Weak, |s| s.relation);
         cycle.push_str(&format!("{} {relation} ", name(objective)));
     }
     let first = found.cycle.first().map_or("?", |&i| name(i));
@@ -186,12 +177,4 @@ fn contradiction(
         }
     }
     diagnostic.into()
-}
-
-fn symbol(relation: Relation) -> &'static str {
-    match relation {
-        Relation::Strict => ">",
-        Relation::Weak => ">=",
-        Relation::Indifferent => "~",
-    }
 }
