@@ -15,6 +15,7 @@ const SETTINGS: &[&str] = &[
     "--threads 2",
     "--memory 3MiB",
     "--order FILE --threads 2 --memory 4MiB",
+    "--order FILE --threads 2 --memory 24MiB",
     "--engine explicit",
     "--engine explicit --memory 64MiB --threads 2",
 ];

@@ -26,6 +26,9 @@ const BYTES_PER_NODE: u64 = 32;
 const BYTES_PER_ENTRY: u64 = 20;
 /// OxiDD aborts the process at 2^31 nodes: stay well below.
 const MOST_NODES: u64 = 1 << 30;
+/// OxiDD hands nodes to its threads in blocks of 2^16, and what one thread holds no other can use:
+/// a thread is worth having where it gets four blocks.
+const NODES_PER_THREAD: u64 = 4 << 16;
 /// Below this many nodes, garbage is not worth collecting.
 const FIRST_COLLECTION: usize = 4_000_000;
 
@@ -42,7 +45,8 @@ pub(super) struct Store {
 }
 
 impl Store {
-    /// A store for `width` bits: each and its next copy on adjacent levels.
+    /// A store for `width` bits: each and its next copy on adjacent levels. A small table is worked
+    /// on by fewer threads than `threads`.
     ///
     /// # Errors
     /// `memory` bytes are too few for an empty table.
@@ -54,7 +58,8 @@ impl Store {
             let what = format!("{memory} bytes hold no node table for {width} bits");
             return Err(Limit::Memory { what }.into());
         }
-        let manager = oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, threads.max(1));
+        let threads = u64::from(threads).min(capacity / NODES_PER_THREAD).max(1) as u32;
+        let manager = oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, threads);
         let (zero, one) = manager.with_manager_exclusive(|m| {
             m.add_vars(2 * width as u32);
             (Bdd::f(m), Bdd::t(m))
