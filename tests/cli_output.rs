@@ -109,27 +109,6 @@ fn a_full_disk_is_a_limit_that_was_hit() {
     assert!(!output.stderr.is_empty());
 }
 
-#[cfg(unix)]
-#[test]
-fn an_interruption_ends_with_130_and_what_is_known() {
-    let scratch = Scratch::new(&[("long.prism", common::LONG), ("long.pref", common::LONG_PREFS)]);
-    let child = Command::new(env!("CARGO_BIN_EXE_meliora"))
-        .args(["check", &scratch.show("long.prism"), &scratch.show("long.pref"), "-c", "N=4000", "--json"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(700));
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    let start = std::time::Instant::now();
-    let output = child.wait_with_output().unwrap();
-    assert!(start.elapsed().as_secs_f64() < 1.5, "{:?}", start.elapsed());
-    assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(report["complete"], false);
-}
-
 #[test]
 fn completions_and_manual_are_there() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
