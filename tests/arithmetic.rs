@@ -167,3 +167,78 @@ fn what_is_not_evaluated_may_have_no_value() {
         assert_eq!(said(&text), [None, None], "{text}");
     }
 }
+
+/// Expressions over the constant N = 0, none of which is ever evaluated where it has no value.
+const GUARDED: &[&str] = &[
+    "(N=0 ? 0 : mod(x,N))=0",
+    "(N>0 ? pow(2,N-1) : x)=0",
+    "(N=0 ? 1 : mod(7,N)) > 0",
+    "N>0 & mod(x,N)=0",
+    "x>0 & N>0 & mod(x,N)=0 & x<1",
+    "x+1>0 & N>0 & x<1 & pow(2,N-1)=0",
+    "N=0 | mod(x,N)=0",
+    "x=0 | N=0 | mod(x,N)=0",
+    "N>0 => mod(x,N)=0",
+    "x>0 & N>0 => mod(x,N)=0",
+    "!(x>0 & N>0) | mod(x,N)=0",
+    "(x>0 & N>0 ? mod(x,N) : 1) = 1",
+    "(N>0 & x>0 ? 9223372036854775807*(2-N) : x) = x",
+    "(N=1 ? mod(x,N) : N=2 ? mod(x,-N) : 5) = 5",
+];
+
+#[test]
+fn what_constants_keep_from_being_evaluated_may_have_no_value() {
+    for guarded in GUARDED {
+        let constant = guarded.replace('x', "N");
+        let text = format!(
+            "mdp const int N=0; const bool k = {constant}; formula f = {guarded}; label \"l\" = {guarded};\n\
+             module m x:[0..({constant}) ? 1 : 2]; [] {guarded} -> (f ? 0.5 : 1):(x'=f ? 0 : 1) + (f ? 0.5 : 0):true; endmodule"
+        );
+        assert_eq!(said(&text), [None, None], "{text}");
+    }
+}
+
+#[test]
+fn a_formula_that_has_no_value_is_wrong_where_it_is_evaluated() {
+    let model = |guard: &str| {
+        let text = format!(
+            "mdp const int N=0; formula f = mod(x,N); module m x:[0..1]; [] {guard} -> true; endmodule"
+        );
+        let source = SourceFile::new("m", text);
+        let loaded = lang::load(&source, &SourceFile::new("c", ""));
+        loaded.map_err(|e| match e {
+            Error::Input(wrong) => (wrong[0].label.clone(), source.text[wrong[0].span.clone()].to_owned()),
+            other => panic!("{other}"),
+        })
+    };
+    assert!(model("true").is_ok());
+    assert!(model("N>0 & f=0").is_ok());
+    for guard in ["f=0", "x=0 | f=0", "(x=0 ? 0 : f)=0", "N=0 & f=0", "x>0 & f=0 & N>0"] {
+        let (label, place) = model(guard).map(|_| ()).expect_err(guard);
+        assert_eq!((label.as_str(), place.as_str()), ("division by zero in `mod`", "mod(x,N)"), "{guard}");
+    }
+}
+
+#[test]
+fn a_type_is_wrong_also_where_nothing_is_evaluated() {
+    for expression in ["true ? 0 : mod(1.5,2)", "true ? 0 : true", "(false & 1) ? 0 : 1"] {
+        let (message, _) = constant("int", expression).expect_err(expression);
+        assert!(message.contains("type error"), "{expression}: {message}");
+    }
+}
+
+#[test]
+fn a_target_without_a_value_in_any_state_is_refused() {
+    let mut program = lang::load(
+        &SourceFile::new("m", "mdp const int N=0; module m x:[0..1]; endmodule"),
+        &SourceFile::new("c", ""),
+    )
+    .unwrap()
+    .program;
+    let target = |text: &str, program: &mut Program| {
+        let source = SourceFile::new("t", text);
+        lang::lower_target(program, &source, &lang::parse_expression(&source).unwrap()).is_ok()
+    };
+    assert!(target("N>0 & mod(x,N)=0", &mut program));
+    assert!(!target("x=0 | mod(x,N)=0", &mut program));
+}

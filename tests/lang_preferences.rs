@@ -84,7 +84,7 @@ fn a_dtmc_draws_where_two_choices_meet() {
                 module b\n y:[0..2];\n [s] y>0 -> true;\n [s] y=2 -> true;\nendmodule\n";
     let checked = lang::load(&SourceFile::new("m", text), &SourceFile::new("--const", "")).unwrap();
     let mut program = checked.program;
-    let overlap = program.overlap().unwrap();
+    let overlap = program.overlap();
     for (x, y, two) in [(0, 2, false), (1, 0, true), (2, 0, false), (2, 1, false), (2, 2, true)] {
         let choices: usize =
             program.synchronisations.iter().map(|s| enabled(&program, &s.factors, &[x, y])).sum();

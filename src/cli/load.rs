@@ -88,7 +88,7 @@ fn loaded(model: &Path, constants: &Arc<SourceFile>, watch: &Watch) -> Result<Lo
     }
     let mut program = checked.program;
     let overlap = match program.kind {
-        ModelKind::Dtmc => program.overlap().ok(),
+        ModelKind::Dtmc => Some(program.overlap()),
         ModelKind::Mdp => None,
     };
     Ok(Loaded { program, overlap })

@@ -84,22 +84,32 @@ pub enum Node {
     Ite(ExprId, ExprId, ExprId),
 }
 
-/// A pool of expressions. Equal expressions have equal ids; literals are folded.
+/// A pool of expressions. Equal expressions have equal ids; literals are folded, except where the
+/// result has no value: such a node stays and fails where it is evaluated.
 #[derive(Debug, Clone, Default)]
 pub struct ExprPool {
-    nodes: Vec<(Node, Type)>,
+    nodes: Vec<Entry>,
     index: AHashMap<Node, ExprId>,
+}
+
+/// A node with what is known of it.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    node: Node,
+    ty: Type,
+    /// A truth value that the node has in no state.
+    never: Option<bool>,
 }
 
 impl ExprPool {
     /// The node of `id`.
     pub fn node(&self, id: ExprId) -> Node {
-        self.nodes[id.index()].0
+        self.nodes[id.index()].node
     }
 
     /// The type of `id`.
     pub fn ty(&self, id: ExprId) -> Type {
-        self.nodes[id.index()].1
+        self.nodes[id.index()].ty
     }
 
     /// How many nodes there are.
@@ -136,48 +146,41 @@ impl ExprPool {
     }
 
     /// `op(a)`; the caller has checked the types. Folds literals.
-    ///
-    /// # Errors
-    /// An operation on literals that has no value, such as an overflow.
-    pub fn unary(&mut self, op: Unary, a: ExprId) -> Result<ExprId, EvalError> {
-        if let Some(v) = self.literal(a) {
-            let v = value::unary(op, v)?;
-            return Ok(self.value(v));
+    pub fn unary(&mut self, op: Unary, a: ExprId) -> ExprId {
+        if let Some(Ok(v)) = self.literal(a).map(|v| value::unary(op, v)) {
+            return self.value(v);
         }
         if let (Unary::Not, Node::Unary(Unary::Not, b)) = (op, self.node(a)) {
-            return Ok(b);
+            return b;
         }
         let ty = value::unary_type(op, self.ty(a));
-        Ok(self.intern(Node::Unary(op, a), ty))
+        self.intern(Node::Unary(op, a), ty)
     }
 
-    /// `a op b`; the caller has checked the types and made both sides the same. Folds literals and
-    /// the units of `&` and `|` as far as evaluation from the left allows.
-    ///
-    /// # Errors
-    /// An operation on literals that has no value, such as a division of integers by zero.
-    pub fn binary(&mut self, op: Binary, a: ExprId, b: ExprId) -> Result<ExprId, EvalError> {
+    /// `a op b`; the caller has checked the types and made both sides the same. Folds literals, the
+    /// units of `&` and `|`, and these where `b` is never evaluated.
+    pub fn binary(&mut self, op: Binary, a: ExprId, b: ExprId) -> ExprId {
         match (op, self.literal(a), self.literal(b)) {
             (Binary::And, Some(Value::Bool(true)), _) | (Binary::Or, Some(Value::Bool(false)), _) => {
-                return Ok(b);
-            }
-            (Binary::And, Some(Value::Bool(false)), _) | (Binary::Or, Some(Value::Bool(true)), _) => {
-                return Ok(a);
+                return b;
             }
             (Binary::And, _, Some(Value::Bool(true))) | (Binary::Or, _, Some(Value::Bool(false))) => {
-                return Ok(a);
+                return a;
             }
+            (Binary::And, ..) if self.never(a) == Some(true) => return a,
+            (Binary::Or, ..) if self.never(a) == Some(false) => return a,
             (_, Some(x), Some(y)) => {
-                let v = value::binary(op, x, y)?;
-                return Ok(self.value(v));
+                if let Ok(v) = value::binary(op, x, y) {
+                    return self.value(v);
+                }
             }
             _ => {}
         }
         if a == b && matches!(op, Binary::And | Binary::Or | Binary::Min | Binary::Max) {
-            return Ok(a);
+            return a;
         }
         let ty = value::binary_type(op, self.ty(a));
-        Ok(self.intern(Node::Binary(op, a, b), ty))
+        self.intern(Node::Binary(op, a, b), ty)
     }
 
     /// `condition ? then : otherwise`; the branches have one type. Folds a literal condition.
@@ -192,6 +195,54 @@ impl ExprPool {
         }
         let ty = self.ty(then);
         self.intern(Node::Ite(condition, then, otherwise), ty)
+    }
+
+    /// A truth value that `id` has in no state, as far as its operands show.
+    fn never(&self, id: ExprId) -> Option<bool> {
+        self.nodes[id.index()].never
+    }
+
+    fn never_of(&self, node: Node) -> Option<bool> {
+        match node {
+            Node::Literal(Value::Bool(b)) => Some(!b),
+            Node::Unary(Unary::Not, a) => self.never(a).map(|b| !b),
+            Node::Binary(op @ (Binary::And | Binary::Or), a, b) => {
+                // One operand that never has this value keeps the whole from having it.
+                let decisive = Some(op == Binary::And);
+                let (a, b) = (self.never(a), self.never(b));
+                if a == decisive || b == decisive { decisive } else { a.and(b) }
+            }
+            Node::Ite(_, a, b) if self.never(a) == self.never(b) => self.never(a),
+            _ => None,
+        }
+    }
+
+    /// Why `id` has a value in no state, where that is visible in the node itself.
+    pub fn fault(&self, id: ExprId) -> Option<EvalError> {
+        match self.node(id) {
+            Node::Unary(op, a) => value::unary(op, self.literal(a)?).err(),
+            // The second operand alone decides.
+            Node::Binary(Binary::Mod, _, n) => {
+                value::binary(Binary::Mod, Value::Int(0), self.literal(n)?).err()
+            }
+            Node::Binary(op, a, b) => value::binary(op, self.literal(a)?, self.literal(b)?).err(),
+            Node::Literal(_) | Node::Var(_) | Node::Ite(..) => None,
+        }
+    }
+
+    /// The operands of `id` that some state may need, in the order of evaluation.
+    pub fn needed(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
+        let operands = match self.node(id) {
+            Node::Literal(_) | Node::Var(_) => [None; 3],
+            Node::Unary(_, a) => [Some(a), None, None],
+            Node::Binary(_, a, b) => [Some(a), Some(b), None],
+            Node::Ite(c, a, b) => match self.never(c) {
+                Some(true) => [Some(c), Some(b), None],
+                Some(false) => [Some(c), Some(a), None],
+                None => [Some(c), Some(a), Some(b)],
+            },
+        };
+        operands.into_iter().flatten()
     }
 
     /// Whether evaluating `id` cannot fail for a reason visible in the node itself.
@@ -253,7 +304,8 @@ impl ExprPool {
             return id;
         }
         let id = ExprId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
-        self.nodes.push((node, ty));
+        let never = self.never_of(node);
+        self.nodes.push(Entry { node, ty, never });
         self.index.insert(node, id);
         id
     }

@@ -97,9 +97,12 @@ pub enum EvalError {
     /// The result does not fit 64 bits.
     #[error("the result does not fit a 64-bit integer")]
     Overflow,
-    /// `mod(i, n)` with n <= 0.
+    /// `mod(i, 0)`
+    #[error("division by zero in `mod`")]
+    ModByZero,
+    /// `mod(i, n)` with n < 0.
     #[error("`mod` needs a positive second argument")]
-    ModByNonPositive,
+    ModByNegative,
     /// `pow(i, n)` of integers with n < 0.
     #[error("`pow` of integers needs an exponent that is not negative")]
     NegativeExponent,
@@ -172,7 +175,8 @@ fn int_binary(op: Binary, a: i64, b: i64) -> Result<Value, EvalError> {
         Binary::Max => Ok(Value::Int(a.max(b))),
         Binary::Pow if b < 0 => Err(EvalError::NegativeExponent),
         Binary::Pow => int(int_pow(a, b)),
-        Binary::Mod if b <= 0 => Err(EvalError::ModByNonPositive),
+        Binary::Mod if b == 0 => Err(EvalError::ModByZero),
+        Binary::Mod if b < 0 => Err(EvalError::ModByNegative),
         Binary::Mod => Ok(Value::Int(a.rem_euclid(b))),
         _ => Ok(match op {
             Binary::Eq => Value::Bool(a == b),

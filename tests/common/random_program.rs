@@ -136,7 +136,7 @@ impl Builder<'_> {
         for index in 0..self.variables.len() {
             let value = self.variables[index].low;
             let is = self.is(index, value);
-            all = self.pool.binary(Binary::And, all, is).unwrap();
+            all = self.pool.binary(Binary::And, all, is);
         }
         all
     }
@@ -173,7 +173,7 @@ impl Builder<'_> {
         let (then, otherwise) = (self.pool.value(Value::Real(then)), self.pool.value(Value::Real(otherwise)));
         let p = self.pool.ite(condition, then, otherwise);
         let one = self.pool.value(Value::Real(1.0));
-        let q = self.pool.binary(Binary::Sub, one, p).unwrap();
+        let q = self.pool.binary(Binary::Sub, one, p);
         vec![p, q]
     }
 
@@ -203,15 +203,15 @@ impl Builder<'_> {
             1 | 2 => {
                 let e = self.integer(1);
                 let (low, high) = (self.int(low), self.int(high));
-                let e = self.pool.binary(Binary::Max, e, low).unwrap();
-                self.pool.binary(Binary::Min, e, high).unwrap()
+                let e = self.pool.binary(Binary::Max, e, low);
+                self.pool.binary(Binary::Min, e, high)
             }
             3 | 4 => {
                 let e = self.integer(1);
                 let n = self.int(high - low + 1);
                 let low = self.int(low);
-                let e = self.pool.binary(Binary::Mod, e, n).unwrap();
-                self.pool.binary(Binary::Add, low, e).unwrap()
+                let e = self.pool.binary(Binary::Mod, e, n);
+                self.pool.binary(Binary::Add, low, e)
             }
             _ => self.integer(1),
         }
@@ -230,12 +230,12 @@ impl Builder<'_> {
             2 => self.join(depth, Binary::Or),
             3 => {
                 let e = self.condition(depth - 1);
-                self.pool.unary(Unary::Not, e).unwrap()
+                self.pool.unary(Unary::Not, e)
             }
             4 => {
                 let (a, b) = (self.integer(depth - 1), self.integer(depth - 1));
                 let op = [Binary::Lt, Binary::Le, Binary::Eq][self.source.below(3)];
-                self.pool.binary(op, a, b).unwrap()
+                self.pool.binary(op, a, b)
             }
             _ => {
                 let (c, a) = (self.condition(depth - 1), self.condition(depth - 1));
@@ -247,7 +247,7 @@ impl Builder<'_> {
 
     fn join(&mut self, depth: usize, op: Binary) -> ExprId {
         let (a, b) = (self.condition(depth - 1), self.condition(depth - 1));
-        self.pool.binary(op, a, b).unwrap()
+        self.pool.binary(op, a, b)
     }
 
     fn integer(&mut self, depth: usize) -> ExprId {
@@ -261,11 +261,11 @@ impl Builder<'_> {
             2..=5 => {
                 let op = [Binary::Add, Binary::Sub, Binary::Mul, Binary::Max][kind - 2];
                 let (a, b) = (self.integer(depth - 1), self.integer(depth - 1));
-                self.pool.binary(op, a, b).unwrap()
+                self.pool.binary(op, a, b)
             }
             6 if self.faulty => {
                 let (a, b) = (self.integer(depth - 1), self.any_variable());
-                self.pool.binary(Binary::Mod, a, b).unwrap_or(a)
+                self.pool.binary(Binary::Mod, a, b)
             }
             _ => {
                 let c = self.condition(depth - 1);
@@ -291,11 +291,11 @@ impl Builder<'_> {
         let ty = self.variables[index].ty;
         let v = self.pool.var(VarId(index as u32), ty);
         match (ty, value) {
-            (Type::Bool, 0) => self.pool.unary(Unary::Not, v).unwrap(),
+            (Type::Bool, 0) => self.pool.unary(Unary::Not, v),
             (Type::Bool, _) => v,
             _ => {
                 let value = self.int(value);
-                self.pool.binary(Binary::Eq, v, value).unwrap()
+                self.pool.binary(Binary::Eq, v, value)
             }
         }
     }

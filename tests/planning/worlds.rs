@@ -56,7 +56,7 @@ impl Factored {
         let mut targets = Vec::new();
         for (first, second) in &self.objectives {
             let both = (random_predicate(&mut program, first), random_predicate(&mut program, second));
-            targets.push(program.pool.binary(Binary::And, both.0, both.1).unwrap());
+            targets.push(program.pool.binary(Binary::And, both.0, both.1));
         }
         let statements = self.statements.clone();
         World { program: Arc::new(program), targets, statements, scope: self.scope }
@@ -170,10 +170,10 @@ impl Graph {
         for &node in nodes {
             let [high, low] = self.digits(node).map(|(v, digit)| {
                 let (v, digit) = (pool.var(v, Type::Int), pool.value(Value::Int(digit)));
-                pool.binary(Binary::Eq, v, digit).unwrap()
+                pool.binary(Binary::Eq, v, digit)
             });
-            let here = pool.binary(Binary::And, high, low).unwrap();
-            some = pool.binary(Binary::Or, some, here).unwrap();
+            let here = pool.binary(Binary::And, high, low);
+            some = pool.binary(Binary::Or, some, here);
         }
         some
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ahash::AHashMap;
+use ahash::{AHashMap, AHashSet};
 
 use super::limits::MAX_ERRORS;
 use super::scope::{Env, Scope, Symbol};
@@ -23,6 +23,10 @@ pub(super) struct Lowerer<'a> {
     pub(super) diagnostics: Vec<Diagnostic>,
     /// The height of each node of the pool, where it is known; see [`super::ops::MAX_HEIGHT`].
     pub(super) heights: Vec<u32>,
+    /// The nodes without a value, each with its place; see [`super::faults`].
+    pub(super) faults: AHashMap<ExprId, Span>,
+    /// Nodes in which nothing is without a value.
+    pub(super) sound: AHashSet<ExprId>,
     /// How many parts of expressions were read; see [`super::limits`].
     pub(super) work: usize,
     /// Whether the model was found to be too large, and that was reported.
@@ -39,6 +43,8 @@ impl<'a> Lowerer<'a> {
             labels: None,
             diagnostics: Vec::new(),
             heights: Vec::new(),
+            faults: AHashMap::new(),
+            sound: AHashSet::new(),
             work: 0,
             is_full: false,
         }
@@ -93,16 +99,16 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// An expression of type `bool`.
+    /// A whole expression of type `bool`.
     pub(super) fn condition(&mut self, e: &Expr, env: Env, what: &str) -> Option<ExprId> {
-        let id = self.expr(e, env)?;
-        self.expect_type(id, Type::Bool, e.span, what)
+        self.typed(e, env, Type::Bool, what)
     }
 
-    /// An expression of a type, with an integer made real where a real is wanted.
+    /// A whole expression of a type, with an integer made real where a real is wanted.
     pub(super) fn typed(&mut self, e: &Expr, env: Env, ty: Type, what: &str) -> Option<ExprId> {
         let id = self.expr(e, env)?;
-        self.expect_type(id, ty, e.span, what)
+        let id = self.expect_type(id, ty, e.span, what)?;
+        self.whole(id, e.span)
     }
 
     pub(super) fn expect_type(&mut self, id: ExprId, ty: Type, span: Span, what: &str) -> Option<ExprId> {
@@ -234,7 +240,9 @@ impl<'a> Lowerer<'a> {
     fn conditional(&mut self, cases: &[(Expr, Expr)], otherwise: &Expr, env: Env) -> Option<ExprId> {
         let mut lowered = Vec::new();
         for (condition, then) in cases {
-            let condition = self.condition(condition, env, "the condition of `?`");
+            let what = "the condition of `?`";
+            let (id, span) = (self.expr(condition, env), condition.span);
+            let condition = id.and_then(|id| self.expect_type(id, Type::Bool, span, what));
             lowered.push((condition, self.expr(then, env), then.span));
         }
         let mut result = self.expr(otherwise, env);

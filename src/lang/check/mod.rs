@@ -3,6 +3,7 @@
 mod collect;
 mod constants;
 mod cycles;
+mod faults;
 mod limits;
 mod lower;
 mod modules;

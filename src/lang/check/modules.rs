@@ -163,6 +163,6 @@ impl<'a> Lowerer<'a> {
         }
         let what = format!("the new value of `{name}`");
         let value = self.expect_type(value?, ty, assignment.value.span, &what)?;
-        Some((variable, value))
+        Some((variable, self.whole(value, assignment.value.span)?))
     }
 }

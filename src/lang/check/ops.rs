@@ -3,7 +3,7 @@
 use super::lower::Lowerer;
 use crate::lang::ast::{BinaryOp, Span};
 use crate::model::expr::{Binary, ExprId, Node, Unary};
-use crate::model::value::{EvalError, Type, Value};
+use crate::model::value::Type;
 
 /// How high an expression may be once formulas are put in. Engines recurse over expressions.
 pub(super) const MAX_HEIGHT: u32 = 2000;
@@ -12,21 +12,18 @@ pub(super) const MAX_HEIGHT: u32 = 2000;
 pub(super) type Operand = (ExprId, Span);
 
 impl Lowerer<'_> {
-    /// Checks what the pool made: that it has a value, and that it is not too high.
-    fn made(&mut self, made: Result<ExprId, EvalError>, span: Span) -> Option<ExprId> {
-        match made {
-            Ok(id) if self.height(id) <= MAX_HEIGHT => Some(id),
-            Ok(_) => {
-                let message =
-                    format!("this expression nests more than {MAX_HEIGHT} operators, formulas included");
-                self.fail(span, message)
-            }
-            Err(error) => {
-                let diagnostic = self.wrong(span, "this expression has no value");
-                self.report(diagnostic.label(error.to_string()));
-                None
-            }
+    /// Checks that what the pool made is not too high, and notes where it has no value: whether that
+    /// is an error depends on whether it is ever evaluated.
+    fn made(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
+        if self.height(id) > MAX_HEIGHT {
+            let message =
+                format!("this expression nests more than {MAX_HEIGHT} operators, formulas included");
+            return self.fail(span, message);
         }
+        if self.pool.fault(id).is_some() {
+            self.faults.entry(id).or_insert(span);
+        }
+        Some(id)
     }
 
     /// The height of a node; its operands have been asked for before.
@@ -188,7 +185,7 @@ impl Lowerer<'_> {
         }
         let (x, y) = self.same_numbers(a, b)?;
         let made = self.pool.ite(c, x, y);
-        self.made(Ok(made), span)
+        self.made(made, span)
     }
 
     /// `f(e, …)`
@@ -268,9 +265,6 @@ impl Lowerer<'_> {
                 (Binary::Mod, (x?, y?))
             }
         };
-        if op == Binary::Mod && self.pool.literal(y) == Some(Value::Int(0)) {
-            return self.fail(span, "division by zero in `mod`");
-        }
         self.node(op, x, y, span)
     }
 }

@@ -64,7 +64,7 @@ fn deadlock(program: &Program, lowerer: &mut Lowerer<'_>) -> Option<ExprId> {
         some.push((any(lowerer, BinaryOp::And, &all)?, here));
     }
     let enabled = any(lowerer, BinaryOp::Or, &some)?;
-    lowerer.pool.unary(Unary::Not, enabled).ok()
+    Some(lowerer.pool.unary(Unary::Not, enabled))
 }
 
 /// The operands joined; the unit of the operator where there is none.

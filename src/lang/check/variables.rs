@@ -100,7 +100,7 @@ impl<'a> Lowerer<'a> {
                 _ => Value::Int(value),
             };
             let value = self.pool.value(value);
-            let equal = self.pool.binary(Binary::Eq, id, value).ok()?;
+            let equal = self.pool.binary(Binary::Eq, id, value);
             conditions.push((equal, Span::default()));
         }
         if conditions.is_empty() {
