@@ -27,7 +27,8 @@
 //! [`certify`] re-checks them by one-step conditions with none of the code that computed them. [`atlas`]
 //! lays regions over a plane for pictures, [`generate`] writes models of any size. Imports run along
 //! this line only. The library never prints, reads the clock or the environment, or ends the process;
-//! whatever runs out of memory or time returns [`error::Limit`] and keeps what it found.
+//! whatever runs out of memory or time returns [`error::Limit`] and keeps what it found; an
+//! [`observer::Observer`] carries the order to stop.
 //!
 //! # An example
 //!
@@ -90,6 +91,7 @@ pub mod export;
 pub mod generate;
 pub mod lang;
 pub mod model;
+pub mod observer;
 pub mod output;
 pub mod planning;
 pub mod query;

@@ -81,7 +81,7 @@ fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Loaded, Error> {
 }
 
 fn loaded(model: &Path, constants: &Arc<SourceFile>, watch: &Watch) -> Result<Loaded, Error> {
-    let checked = lang::load(&read(model)?, constants)?;
+    let checked = lang::load_observed(&read(model)?, constants, watch)?;
     watch.warn_of(&checked.warnings);
     if checked.ignored_rewards > 0 {
         watch.note("rewards are read and ignored");

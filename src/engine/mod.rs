@@ -14,10 +14,11 @@ use std::sync::Arc;
 pub use moves::Moves;
 use num_bigint::BigUint;
 
-use crate::error::{Limit, Result};
+use crate::error::Result;
 use crate::model::State;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
+pub use crate::observer::{Observer, Unobserved};
 
 /// An exact number of states, choices or transitions.
 pub type Count = BigUint;
@@ -31,25 +32,6 @@ pub enum Scope {
     /// Every valuation of the declared variables.
     All,
 }
-
-/// What an engine is told from outside while it works, and what it tells.
-///
-/// The library reads no clock and installs no handler: the caller does, and answers here.
-pub trait Observer: Send + Sync {
-    /// Called often, from inside loops: an answer ends the work with this limit.
-    fn stop(&self) -> Option<Limit> {
-        None
-    }
-
-    /// Called now and then with what is being done: a phase and its state in words.
-    fn progress(&self, _phase: &'static str, _detail: &dyn Fn() -> String) {}
-}
-
-/// An observer that never stops the work and ignores its progress.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Unobserved;
-
-impl Observer for Unobserved {}
 
 /// What an engine is created with.
 #[derive(Clone)]

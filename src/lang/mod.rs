@@ -10,7 +10,7 @@ pub mod property;
 pub mod token;
 pub mod valuation;
 
-pub use check::{Checked, check, load, load_preferences, lower_preferences, lower_target};
+pub use check::{Checked, check, load, load_observed, load_preferences, lower_preferences, lower_target};
 pub use flat::flat;
 pub use parse::{parse_expression, parse_model};
 pub use pref::parse_preferences;

@@ -3,6 +3,7 @@
 use logos::Logos;
 
 use super::ast::Span;
+use crate::observer::Poll;
 
 /// What a piece of text is; the text itself is found through its span.
 #[derive(Logos, Debug, Clone, Copy, PartialEq, Eq)]
@@ -172,10 +173,13 @@ impl Token {
 }
 
 /// Splits a text into tokens; the last one is [`Token::End`]. Never fails: what cannot be read
-/// becomes [`Token::Wrong`].
-pub fn tokens(text: &str) -> Vec<(Token, Span)> {
+/// becomes [`Token::Wrong`]. Ends early when that is asked for.
+pub(crate) fn tokens(text: &str, poll: &mut Poll<'_>) -> Vec<(Token, Span)> {
     let mut all: Vec<(Token, Span)> = Vec::new();
     for (token, range) in Token::lexer(text).spanned() {
+        if poll.is_over() {
+            break;
+        }
         let span = Span { start: range.start, end: range.end };
         let token = token.unwrap_or(Token::Wrong);
         match all.last_mut() {
@@ -269,9 +273,10 @@ pub fn is_identifier(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::observer::Unobserved;
 
     fn kinds(text: &str) -> Vec<Token> {
-        tokens(text).into_iter().map(|(t, _)| t).collect()
+        tokens(text, &mut Poll::new(&Unobserved)).into_iter().map(|(t, _)| t).collect()
     }
 
     #[test]

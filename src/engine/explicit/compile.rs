@@ -8,9 +8,11 @@ use ahash::AHashMap;
 
 use super::machine::{Code, Entry, Op, Reg, Routine, word};
 use super::share::{self, Keep};
+use crate::error::Result;
 use crate::model::Program;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::Type;
+use crate::observer::Poll;
 
 /// Translates expressions of a program.
 pub(super) struct Compiler<'a> {
@@ -26,12 +28,15 @@ type Hole = usize;
 
 impl<'a> Compiler<'a> {
     /// A compiler for a program; `roots` are all expressions that will be compiled.
-    pub(super) fn new(program: &'a Program, roots: &[ExprId]) -> Self {
+    ///
+    /// # Errors
+    /// The work is to stop.
+    pub(super) fn new(program: &'a Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<Self> {
         let code = Code { initial: vec![0; program.variables.len()], ..Code::default() };
         let (constants, kept) = (AHashMap::new(), AHashMap::new());
         let mut compiler = Compiler { pool: &program.pool, code, constants, kept };
-        compiler.compile_kept(share::plan(program, roots));
-        compiler
+        compiler.compile_kept(share::plan(program, roots, poll)?);
+        Ok(compiler)
     }
 
     /// The code of everything that was compiled.

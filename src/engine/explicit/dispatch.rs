@@ -12,9 +12,11 @@ use super::bounds::Bounds;
 use super::compile::Compiler;
 use super::machine::{Code, Entry, Machine};
 use super::share::{self, Key};
+use crate::error::Result;
 use crate::model::expr::{Binary, ExprId, Node};
 use crate::model::value::{EvalError, Type, Value};
 use crate::model::{CommandId, Program};
+use crate::observer::Poll;
 
 /// A table has at most so many cells.
 const MOST_CELLS: u64 = 1 << 18;
@@ -52,9 +54,21 @@ struct Conjunct {
 
 impl Division {
     /// Divides the guards of `commands`; there will be `tables` of these in all.
-    pub(super) fn new(program: &Program, bounds: &Bounds, commands: &[CommandId], tables: usize) -> Self {
-        let guards: Vec<Vec<Conjunct>> =
-            commands.iter().map(|c| conjuncts(program, bounds, program.commands[c.index()].guard)).collect();
+    ///
+    /// # Errors
+    /// The work is to stop.
+    pub(super) fn new(
+        program: &Program,
+        bounds: &Bounds,
+        commands: &[CommandId],
+        tables: usize,
+        poll: &mut Poll<'_>,
+    ) -> Result<Self> {
+        let mut guards: Vec<Vec<Conjunct>> = Vec::with_capacity(commands.len());
+        for command in commands {
+            poll.step()?;
+            guards.push(conjuncts(program, bounds, program.commands[command.index()].guard));
+        }
         let most = MOST_CELLS.min(ALL_CELLS / tables.max(1) as u64);
         let keys = keys(program, &guards, most);
         let divide = |(&command, guard): (&CommandId, Vec<Conjunct>)| {
@@ -63,7 +77,7 @@ impl Division {
             Divided { command, settled: parts(settled), rest: parts(rest) }
         };
         let commands = commands.iter().zip(guards).map(divide).collect();
-        Division { keys, commands }
+        Ok(Division { keys, commands })
     }
 
     /// All parts of guards.
@@ -72,16 +86,24 @@ impl Division {
     }
 
     /// The same as code.
-    pub(super) fn compile(&self, program: &Program, compiler: &mut Compiler<'_>) -> Dispatch {
+    ///
+    /// # Errors
+    /// The work is to stop.
+    pub(super) fn compile(
+        &self,
+        program: &Program,
+        compiler: &mut Compiler<'_>,
+        poll: &mut Poll<'_>,
+    ) -> Result<Dispatch> {
         let mut entry = |of: &[ExprId]| (!of.is_empty()).then(|| compiler.conjunction(of));
-        let candidate = |c: &Divided| Candidate {
-            command: c.command.0,
-            settled: entry(&c.settled),
-            rest: entry(&c.rest),
-        };
-        let candidates = self.commands.iter().map(candidate).collect();
+        let mut candidates = Vec::with_capacity(self.commands.len());
+        for c in &self.commands {
+            poll.step()?;
+            let (settled, rest) = (entry(&c.settled), entry(&c.rest));
+            candidates.push(Candidate { command: c.command.0, settled, rest });
+        }
         let (keys, cells) = share::table(program, &self.keys);
-        Dispatch { keys, cells, candidates }
+        Ok(Dispatch { keys, cells, candidates })
     }
 }
 

@@ -97,9 +97,11 @@ impl Task<'_> {
         let mut graph = Graph::new(self.meter)?;
         let (mut deadlocks, mut initial) = (Vec::new(), Vec::new());
         let mut state = 0;
+        // So does one in which many guards are to be looked at.
+        let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
         while state < space.len() {
             // A state with many successors takes as long as many states.
-            if state % PATIENCE == 0 || stepper.steps.len() >= PATIENCE {
+            if state % interval == 0 || stepper.steps.len() >= PATIENCE {
                 // In the scope `all` nothing need be reached: what counts is what was looked at.
                 let reached = if matches!(space, Space::Every(_)) { state } else { space.len() };
                 self.report(state, reached)?;
@@ -144,7 +146,7 @@ impl Task<'_> {
 
     fn initial_states<const W: usize>(&self) -> Result<Index> {
         let mut index = Index::new(W, self.meter)?;
-        let mut search = Search::new(self.program, &*self.settings.observer);
+        let mut search = Search::new(self.program, &*self.settings.observer)?;
         search.run(&mut |values| {
             if let Some(code) = self.layout.encode(values) {
                 index.intern::<W>(&fixed(&code))?;

@@ -2,10 +2,10 @@
 
 use super::compile::Compiler;
 use super::machine::{Code, Machine};
-use crate::engine::Observer;
 use crate::error::Result;
 use crate::model::expr::{Binary, ExprId, Node};
 use crate::model::{Program, State};
+use crate::observer::{Observer, Poll};
 
 /// How many partial valuations are tried between two looks at the observer.
 const PATIENCE: u64 = 1 << 16;
@@ -25,7 +25,10 @@ pub(super) struct Search<'a> {
 
 impl<'a> Search<'a> {
     /// A search for the initial states; conjuncts that fix a variable cut its range.
-    pub(super) fn new(program: &'a Program, observer: &'a dyn Observer) -> Self {
+    ///
+    /// # Errors
+    /// The observer stops it.
+    pub(super) fn new(program: &'a Program, observer: &'a dyn Observer) -> Result<Self> {
         let mut conjuncts = Vec::new();
         split(program, program.initial, &mut conjuncts);
         let mut order: Vec<(usize, i64, i64)> =
@@ -38,7 +41,7 @@ impl<'a> Search<'a> {
         }
         // Variables with few values first: they cost nothing, and let more conjuncts be tested.
         order.sort_by_key(|&(variable, low, high)| (high > low, variable));
-        let mut compiler = Compiler::new(program, &conjuncts);
+        let mut compiler = Compiler::new(program, &conjuncts, &mut Poll::new(observer))?;
         let mut tests = vec![Vec::new(); order.len() + 1];
         for &e in &conjuncts {
             let support = program.pool.support(e);
@@ -47,7 +50,7 @@ impl<'a> Search<'a> {
         }
         let code = compiler.finish();
         let machine = Machine::new(&code);
-        Search { program, observer, code, machine, tests, order, tried: 0 }
+        Ok(Search { program, observer, code, machine, tests, order, tried: 0 })
     }
 
     /// Calls `found` with every initial state.

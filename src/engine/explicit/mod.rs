@@ -72,7 +72,7 @@ impl ExplicitEngine {
     /// Cost: all guards in every state once, one look-up a transition.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         let layout = explore::layout(&program, &settings)?;
-        let prepared = Prepared::new(&program, &layout);
+        let prepared = Prepared::new(&program, &layout, &*settings.observer)?;
         let meter = Meter::new(settings.memory);
         let task = Task {
             program: &program,

@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
 use crate::model::{State, fault};
+use crate::observer::Poll;
 
 impl Engine for ExplicitEngine {
     type States = StateSet;
@@ -36,7 +37,8 @@ impl Engine for ExplicitEngine {
 
     fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
         let pool = &self.program.pool;
-        let mut compiler = Compiler::new(&self.program, &[predicate]);
+        let mut poll = Poll::new(&*self.settings.observer);
+        let mut compiler = Compiler::new(&self.program, &[predicate], &mut poll)?;
         let start = compiler.condition(predicate).start;
         let code = compiler.finish();
         let mut machine = Machine::new(&code);

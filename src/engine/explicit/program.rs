@@ -7,8 +7,10 @@ use super::compile::Compiler;
 use super::dispatch::{Dispatch, Division};
 use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
+use crate::error::Result;
 use crate::model::expr::{ExprId, Node};
 use crate::model::{Branch, Command, CommandId, ModelKind, Program};
+use crate::observer::{Observer, Poll};
 
 /// A program over the codes of one layout.
 pub(super) struct Prepared {
@@ -69,27 +71,36 @@ pub(super) struct Update {
 
 impl Prepared {
     /// Compiles all expressions of `program`.
-    pub(super) fn new(program: &Program, layout: &Layout) -> Self {
+    ///
+    /// # Errors
+    /// The observer stops it.
+    pub(super) fn new(program: &Program, layout: &Layout, observer: &dyn Observer) -> Result<Self> {
+        let mut poll = Poll::new(observer);
         let bounds = Bounds::new(program);
         let (participants, synchronisations) = participants(program);
-        let divide = |commands: &&[CommandId]| Division::new(program, &bounds, commands, participants.len());
-        let divisions: Vec<Division> = participants.iter().map(divide).collect();
+        let mut divide = |commands: &&[CommandId]| {
+            Division::new(program, &bounds, commands, participants.len(), &mut poll)
+        };
+        let divisions: Vec<Division> = participants.iter().map(&mut divide).collect::<Result<_>>()?;
         let mut roots = roots(program);
         roots.extend(divisions.iter().flat_map(Division::roots));
-        let mut compiler = Compiler::new(program, &roots);
-        let commands: Vec<Ready> =
-            program.commands.iter().map(|c| ready(program, layout, c, &mut compiler)).collect();
+        let mut compiler = Compiler::new(program, &roots, &mut poll)?;
+        let mut commands: Vec<Ready> = Vec::with_capacity(program.commands.len());
+        for command in &program.commands {
+            poll.step()?;
+            commands.push(ready(program, layout, command, &mut compiler));
+        }
         let initial = compiler.condition(program.initial);
         let sound = |c: &CommandId| {
             bounds.is_total(program.commands[c.index()].guard)
                 && commands[c.index()].chances == Chances::Sound
         };
-        let factor = |(division, own): (&Division, &&[CommandId])| Factor {
-            dispatch: division.compile(program, &mut compiler),
-            is_sound: own.iter().all(sound),
-        };
-        let factors = divisions.iter().zip(&participants).map(factor).collect();
-        Prepared {
+        let mut factors = Vec::with_capacity(divisions.len());
+        for (division, own) in divisions.iter().zip(&participants) {
+            let dispatch = division.compile(program, &mut compiler, &mut poll)?;
+            factors.push(Factor { dispatch, is_sound: own.iter().all(sound) });
+        }
+        Ok(Prepared {
             code: compiler.finish(),
             commands,
             factors,
@@ -97,7 +108,7 @@ impl Prepared {
             uniform: program.kind == ModelKind::Dtmc,
             initial,
             initial_is_partial: !bounds.is_total(program.initial),
-        }
+        })
     }
 }
 

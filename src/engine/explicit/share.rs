@@ -6,9 +6,11 @@
 
 use ahash::{AHashMap, AHashSet};
 
+use crate::error::Result;
 use crate::model::Program;
 use crate::model::expr::{ExprId, Node};
 use crate::model::value::Type;
+use crate::observer::Poll;
 
 /// Nodes with at least this many operators below them are worth a routine.
 const WORTH_SHARING: u32 = 3;
@@ -54,14 +56,18 @@ struct Fact {
 }
 
 /// Decides for the nodes below `roots`, operands before the nodes that use them.
-pub(super) fn plan(program: &Program, roots: &[ExprId]) -> Vec<(ExprId, Keep)> {
-    let facts = facts(program, roots);
+///
+/// # Errors
+/// The work is to stop.
+pub(super) fn plan(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<Vec<(ExprId, Keep)>> {
+    let facts = facts(program, roots, poll)?;
     let mut order: Vec<ExprId> = facts.keys().copied().collect();
     order.sort_unstable();
     let tables = tables(program, roots, &facts, &order);
     let mut sizes: AHashMap<ExprId, u32> = AHashMap::new();
     let mut kept = Vec::new();
     for e in order {
+        poll.step()?;
         let below = operands(program.pool.node(e)).filter_map(|a| sizes.get(&a).copied());
         let size = below.fold(own_work(program, e), u32::saturating_add);
         let keep = match tables.contains(&e) {
@@ -75,7 +81,7 @@ pub(super) fn plan(program: &Program, roots: &[ExprId]) -> Vec<(ExprId, Keep)> {
         sizes.insert(e, if keep.is_some() { 1 } else { size });
         kept.extend(keep.map(|keep| (e, keep)));
     }
-    kept
+    Ok(kept)
 }
 
 /// The operands of a node, in the order of evaluation.
@@ -93,10 +99,11 @@ fn own_work(program: &Program, e: ExprId) -> u32 {
     u32::from(!matches!(program.pool.node(e), Node::Literal(_) | Node::Var(_)))
 }
 
-fn facts(program: &Program, roots: &[ExprId]) -> AHashMap<ExprId, Fact> {
+fn facts(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<AHashMap<ExprId, Fact>> {
     let mut uses: AHashMap<ExprId, u32> = AHashMap::new();
     let mut stack = roots.to_vec();
     while let Some(e) = stack.pop() {
+        poll.step()?;
         let count = uses.entry(e).or_insert(0);
         *count += 1;
         if *count == 1 {
@@ -107,6 +114,7 @@ fn facts(program: &Program, roots: &[ExprId]) -> AHashMap<ExprId, Fact> {
     order.sort_unstable();
     let mut facts: AHashMap<ExprId, Fact> = AHashMap::new();
     for e in order {
+        poll.step()?;
         let (mut work, mut support) = (own_work(program, e), Some(Vec::new()));
         if let Node::Var(v) = program.pool.node(e) {
             support = Some(vec![v.0]);
@@ -119,7 +127,7 @@ fn facts(program: &Program, roots: &[ExprId]) -> AHashMap<ExprId, Fact> {
         let support = support.filter(|s| s.len() <= MOST_KEYS && fits(s));
         facts.insert(e, Fact { uses: uses[&e], work, support });
     }
-    facts
+    Ok(facts)
 }
 
 /// The largest nodes that fit a table and are worth one.

@@ -65,9 +65,10 @@ fn thresholds(program: &Program) -> AHashSet<VarId> {
         }
     }
     counters.retain(|v| program.variables[v.index()].ty == Type::Int);
+    // What guards share is looked at once.
+    let mut seen = AHashSet::new();
     for command in &program.commands {
         let mut stack = vec![command.guard];
-        let mut seen = AHashSet::new();
         while let Some(e) = stack.pop() {
             if !seen.insert(e) {
                 continue;

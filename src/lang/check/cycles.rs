@@ -17,6 +17,9 @@ impl Lowerer<'_> {
         let mut marks = vec![Mark::New; self.scope.definitions.len()];
         let mut found = false;
         for root in 0..marks.len() {
+            if self.poll.is_over() {
+                break;
+            }
             // The path from the root, each with what it depends on and has not been looked at.
             let mut path: Vec<(usize, Vec<usize>)> = Vec::new();
             self.open(root, &mut marks, &mut path);

@@ -27,6 +27,9 @@ impl<'a> Lowerer<'a> {
     /// Counts one more part of an expression; fails where that is too many.
     pub(super) fn count_work(&mut self, span: Span) -> Option<()> {
         self.work += 1;
+        if self.poll.is_over() {
+            return None;
+        }
         let (what, most) = match () {
             () if self.work > MOST_WORK => ("operators and operands", MOST_WORK),
             () if self.pool.len() > MOST_NODES => ("different expressions", MOST_NODES),

@@ -10,6 +10,7 @@ use crate::error::{Diagnostic, SourceFile};
 use crate::lang::ast::{BinaryOp, Expr, ExprKind, Span};
 use crate::model::expr::{ExprId, ExprPool};
 use crate::model::value::{Type, Value};
+use crate::observer::{Observer, Poll};
 
 /// What lowering works on: the pool that grows, the names, and the errors so far.
 pub(super) struct Lowerer<'a> {
@@ -27,6 +28,8 @@ pub(super) struct Lowerer<'a> {
     pub(super) faults: AHashMap<ExprId, Span>,
     /// Nodes in which nothing is without a value.
     pub(super) sound: AHashSet<ExprId>,
+    /// Whether the work is to stop: then every expression fails, and nothing is reported.
+    pub(super) poll: Poll<'a>,
     /// How many parts of expressions were read; see [`super::limits`].
     pub(super) work: usize,
     /// Whether the model was found to be too large, and that was reported.
@@ -34,7 +37,12 @@ pub(super) struct Lowerer<'a> {
 }
 
 impl<'a> Lowerer<'a> {
-    pub(super) fn new(source: &Arc<SourceFile>, scope: Scope<'a>, pool: ExprPool) -> Self {
+    pub(super) fn new(
+        source: &Arc<SourceFile>,
+        scope: Scope<'a>,
+        pool: ExprPool,
+        observer: &'a dyn Observer,
+    ) -> Self {
         Lowerer {
             source: Arc::clone(source),
             scope,
@@ -45,6 +53,7 @@ impl<'a> Lowerer<'a> {
             heights: Vec::new(),
             faults: AHashMap::new(),
             sound: AHashSet::new(),
+            poll: Poll::new(observer),
             work: 0,
             is_full: false,
         }

@@ -17,10 +17,12 @@ mod variables;
 use std::sync::Arc;
 
 use super::ast::{ConstDef, FormulaDef, Item, LabelDef, Model, ModelType};
-use super::{parse_constants, parse_model};
+use super::parse::parse_model_observed;
+use super::parse_constants;
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::model::expr::ExprPool;
 use crate::model::{ModelKind, Program};
+use crate::observer::{Observer, Unobserved};
 use collect::Parts;
 use lower::Lowerer;
 use scope::NO_RENAMING;
@@ -44,9 +46,21 @@ pub struct Checked {
 /// # Errors
 /// All errors of the text that could be told apart: of syntax first, then of meaning.
 pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
-    let model = parse_model(source);
+    load_observed(source, constants, &Unobserved)
+}
+
+/// As [`load`], for models so large that one may want to stop reading them.
+///
+/// # Errors
+/// Those of [`load`]; a limit.
+pub fn load_observed(
+    source: &Arc<SourceFile>,
+    constants: &Arc<SourceFile>,
+    observer: &dyn Observer,
+) -> Result<Checked> {
+    let model = parse_model_observed(source, observer);
     let bindings = parse_constants(constants)?;
-    check(&model?, source, constants, &bindings)
+    check(&model?, source, constants, &bindings, observer)
 }
 
 /// Flattens a model: gives undefined constants their values, checks names and types, carries out
@@ -55,24 +69,28 @@ pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Che
 /// `source` is the text that `model` was read from, `given` that of `bindings`.
 ///
 /// # Errors
-/// Everything PRISM refuses too: see the tests for each case.
+/// Everything PRISM refuses too: see the tests for each case; a limit.
 pub fn check(
     model: &Model,
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,
     bindings: &[super::valuation::Binding],
+    observer: &dyn Observer,
 ) -> Result<Checked> {
     let mut parts = Parts::default();
-    let mut lowerer = Lowerer::new(source, scope::Scope::default(), ExprPool::default());
+    let mut lowerer = Lowerer::new(source, scope::Scope::default(), ExprPool::default(), observer);
     parts.collect(model, &mut lowerer);
     lowerer.declare(&parts);
     let mut foreign = lowerer.give_constants(&parts, given, bindings);
-    if lowerer.find_cycles() || !foreign.is_empty() || !lowerer.diagnostics.is_empty() {
+    let cyclic = lowerer.find_cycles();
+    lowerer.poll.check()?;
+    if cyclic || !foreign.is_empty() || !lowerer.diagnostics.is_empty() {
         // Names and constants come first: without them, what follows would be noise.
         foreign.append(&mut lowerer.diagnostics);
         return Err(Error::Input(foreign));
     }
     let program = lowerer.program(&parts, bindings);
+    lowerer.poll.check()?;
     match program {
         Some(program) if lowerer.diagnostics.is_empty() => Ok(Checked {
             program: Program { pool: lowerer.pool, ..program },

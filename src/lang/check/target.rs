@@ -11,6 +11,7 @@ use crate::lang::ast::{BinaryOp, Expr, Span};
 use crate::model::expr::{ExprId, Unary};
 use crate::model::value::Value;
 use crate::model::{Program, VarId};
+use crate::observer::Unobserved;
 
 /// Checks a target, such as that of an objective, and puts it into the pool of the program. Names are
 /// the variables, constants and formulas of the model; names in quotes its labels, "init" (the
@@ -20,7 +21,7 @@ use crate::model::{Program, VarId};
 /// Unknown names and wrong types; the target must be of type `bool`.
 pub fn lower_target(program: &mut Program, source: &Arc<SourceFile>, target: &Expr) -> Result<ExprId> {
     let pool = std::mem::take(&mut program.pool);
-    let mut lowerer = Lowerer::new(source, scope(program), pool);
+    let mut lowerer = Lowerer::new(source, scope(program), pool, &Unobserved);
     let mut labels: AHashMap<String, ExprId> = program.labels.iter().cloned().collect();
     labels.insert("init".to_owned(), program.initial);
     if let Some(deadlock) = deadlock(program, &mut lowerer) {

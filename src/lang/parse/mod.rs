@@ -11,6 +11,7 @@ use std::sync::Arc;
 use super::ast::{Expr, Ident, Model, Span};
 use super::token::{Token, is_keyword, is_property_operator, tokens};
 use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
+use crate::observer::{Observer, Poll, Unobserved};
 
 /// How deep brackets, conditionals and signs may nest.
 pub const MAX_NESTING: usize = 200;
@@ -30,7 +31,12 @@ pub(crate) type Parsed<T> = std::result::Result<T, Failed>;
 /// # Errors
 /// All syntax errors that could be told apart, and what is not supported.
 pub fn parse_model(source: &Arc<SourceFile>) -> Result<Model> {
-    let mut parser = Parser::new(source);
+    parse_model_observed(source, &Unobserved)
+}
+
+/// As [`parse_model`], until the observer stops it.
+pub(crate) fn parse_model_observed(source: &Arc<SourceFile>, observer: &dyn Observer) -> Result<Model> {
+    let mut parser = Parser::observed(source, observer);
     let model = parser.model();
     parser.finish(model)
 }
@@ -52,19 +58,28 @@ pub(crate) struct Parser<'a> {
     next: usize,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
+    poll: Poll<'a>,
 }
 
 impl<'a> Parser<'a> {
     pub(crate) fn new(source: &'a Arc<SourceFile>) -> Self {
-        Parser { source, tokens: tokens(&source.text), next: 0, depth: 0, diagnostics: Vec::new() }
+        Parser::observed(source, &Unobserved)
+    }
+
+    fn observed(source: &'a Arc<SourceFile>, observer: &'a dyn Observer) -> Self {
+        let mut poll = Poll::new(observer);
+        let tokens = tokens(&source.text, &mut poll);
+        Parser { source, tokens, next: 0, depth: 0, diagnostics: Vec::new(), poll }
     }
 
     pub(crate) fn finish<T>(self, value: T) -> Result<T> {
+        self.poll.check()?;
         if self.diagnostics.is_empty() { Ok(value) } else { Err(Error::Input(self.diagnostics)) }
     }
 
     /// As [`Parser::finish`], for a value that is there only if no error was recorded.
     pub(crate) fn finish_parsed<T>(self, parsed: Parsed<T>) -> Result<T> {
+        self.poll.check()?;
         match parsed {
             Ok(value) => self.finish(value),
             Err(Failed) => Err(Error::Input(self.diagnostics)),
@@ -94,10 +109,12 @@ impl<'a> Parser<'a> {
         self.source.text.get(span.range()).unwrap_or("")
     }
 
-    /// Takes the next token; stays at the end.
+    /// Takes the next token; stays at the end, and goes there when the work is to stop.
     pub(crate) fn advance(&mut self) -> Span {
         let span = self.here();
-        if self.next + 1 < self.tokens.len() {
+        if self.poll.is_over() {
+            self.next = self.tokens.len() - 1;
+        } else if self.next + 1 < self.tokens.len() {
             self.next += 1;
         }
         span

@@ -1,0 +1,63 @@
+//! How long work hears that it is to stop, and tells how far it is.
+
+use crate::error::Limit;
+
+/// What long work is told from outside, and what it tells.
+///
+/// The library reads no clock and installs no handler: the caller does, and answers here.
+pub trait Observer: Send + Sync {
+    /// Called often, from inside loops: an answer ends the work with this limit.
+    fn stop(&self) -> Option<Limit> {
+        None
+    }
+
+    /// Called now and then with what is being done: a phase and its state in words.
+    fn progress(&self, _phase: &'static str, _detail: &dyn Fn() -> String) {}
+}
+
+/// An observer that never stops the work and ignores its progress.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Unobserved;
+
+impl Observer for Unobserved {}
+
+/// Steps between two questions to an observer: some tens of microseconds.
+const PATIENCE: u32 = 1 << 10;
+
+/// Asks an observer once in many steps, and keeps the answer.
+pub(crate) struct Poll<'o> {
+    observer: &'o dyn Observer,
+    steps: u32,
+    limit: Option<Limit>,
+}
+
+impl<'o> Poll<'o> {
+    pub(crate) fn new(observer: &'o dyn Observer) -> Self {
+        Poll { observer, steps: 0, limit: None }
+    }
+
+    /// Whether the work is to stop; to be asked at each of many small steps.
+    pub(crate) fn is_over(&mut self) -> bool {
+        self.steps = self.steps.wrapping_add(1);
+        if self.limit.is_none() && self.steps.is_multiple_of(PATIENCE) {
+            self.limit = self.observer.stop();
+        }
+        self.limit.is_some()
+    }
+
+    /// One of many small steps.
+    ///
+    /// # Errors
+    /// The work is to stop.
+    pub(crate) fn step(&mut self) -> Result<(), Limit> {
+        if self.is_over() { self.check() } else { Ok(()) }
+    }
+
+    /// The limit that has ended the work.
+    ///
+    /// # Errors
+    /// That limit.
+    pub(crate) fn check(&self) -> Result<(), Limit> {
+        self.limit.clone().map_or(Ok(()), Err)
+    }
+}
