@@ -249,3 +249,25 @@ fn a_wide_range_costs_nothing_until_its_values_are_reached() {
     let all = run(&filled(&scratch, "info MODEL --engine explicit --scope all --memory 64MiB")).expect(4);
     assert!(all.stderr.contains("too many for"), "{}", all.stderr);
 }
+
+/// Runs a command in a shell that first lowers a limit of the system.
+#[cfg(target_os = "linux")]
+fn limited(limit: &str, arguments: &str) -> (Option<i32>, String) {
+    let script = format!("ulimit {limit}; exec {} {arguments}", env!("CARGO_BIN_EXE_meliora"));
+    let mut command = Command::new("sh");
+    let output = command.args(["-c", &script]).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_system_that_gives_no_memory_or_no_threads_is_a_limit_that_is_named() {
+    let toy = "info models/toy.prism";
+    for (kib, memory) in [(400_000, "8MiB"), (900_000, "8MiB"), (1_400_000, "8MiB"), (3_000_000, "8GiB")] {
+        let (status, err) = limited(&format!("-v {kib}"), &format!("{toy} --memory {memory}"));
+        assert_eq!(status, Some(4), "{kib} KiB: {err}");
+        assert!(!err.contains("internal") && !err.contains("panicked"), "{kib} KiB: {err}");
+    }
+    let (status, err) = limited("-v 4000000", &format!("{toy} --memory 8MiB --threads 60000"));
+    assert_eq!(status, Some(0), "{err}");
+}

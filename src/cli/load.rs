@@ -178,7 +178,7 @@ pub(super) fn symbolic(
         "declared" => order::declared(program),
         file => order::parse(program, &read(Path::new(file))?)?,
     };
-    SymbolicEngine::new(Arc::clone(program), order, u32::from(args.threads), settings)
+    SymbolicEngine::new(Arc::clone(program), order, args.threads(), settings)
 }
 
 /// The explicit engine.

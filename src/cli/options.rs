@@ -35,7 +35,7 @@ pub(super) struct ModelArgs {
     #[arg(long, value_name = "SIZE", value_parser = size::parse)]
     pub(super) memory: Option<u64>,
 
-    /// Use at most so many threads
+    /// Use at most so many threads, and no more than the machine runs at once
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) threads: u16,
 
@@ -53,6 +53,12 @@ impl ModelArgs {
     /// The bytes that an engine may use.
     pub(super) fn memory(&self) -> u64 {
         self.memory.unwrap_or_else(size::default_memory)
+    }
+
+    /// The threads that the symbolic engine may use.
+    pub(super) fn threads(&self) -> u32 {
+        let most = std::thread::available_parallelism().map_or(1, usize::from);
+        u32::from(self.threads).min(u32::try_from(most).unwrap_or(u32::MAX))
     }
 
     /// All of `--const` as one list.

@@ -49,7 +49,7 @@ impl Store {
     /// on by fewer threads than `threads`.
     ///
     /// # Errors
-    /// `memory` bytes are too few for an empty table.
+    /// `memory` bytes are too few for an empty table, or the system does not give them or the threads.
     pub(super) fn new(width: usize, memory: u64, threads: u32, observer: Arc<dyn Observer>) -> Result<Self> {
         let cache_entries = cache_entries(memory);
         let left = memory.saturating_sub(cache_entries * BYTES_PER_ENTRY);
@@ -59,7 +59,7 @@ impl Store {
             return Err(Limit::Memory { what }.into());
         }
         let threads = u64::from(threads).min(capacity / NODES_PER_THREAD).max(1) as u32;
-        let manager = oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, threads);
+        let manager = manager(capacity, cache_entries, threads)?;
         let (zero, one) = manager.with_manager_exclusive(|m| {
             m.add_vars(2 * width as u32);
             (Bdd::f(m), Bdd::t(m))
@@ -251,6 +251,28 @@ impl Store {
     fn note_peak(&self) {
         self.peak.set(self.peak.get().max(self.nodes()));
     }
+}
+
+/// A manager, if the system gives its memory and its threads.
+///
+/// OxiDD takes both for granted: without the memory it aborts the process, without the threads, each
+/// with a stack of 1 GiB, it panics. So the memory is asked for and given back first, and that panic,
+/// which comes before there are any diagrams, is caught.
+fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result<BDDManagerRef> {
+    let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
+    if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
+        let mib = bytes.div_ceil(1 << 20);
+        let what = format!("the system refuses a node table of {mib} MiB: set a smaller `--memory`");
+        return Err(Limit::Size { what }.into());
+    }
+    let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, threads);
+    std::panic::catch_unwind(make).map_err(|_| {
+        let what = format!(
+            "the system refuses to start the threads of the node table ({threads}, with a stack of 1 GiB each): \
+             allow more memory to the process, or use `--engine explicit`"
+        );
+        Limit::Size { what }.into()
+    })
 }
 
 /// An eighth of the memory, between 2^10 and 2^20 entries.
