@@ -13,6 +13,7 @@ use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::Program;
 use meliora::model::preference::Preferences;
+use meliora::planning::explain::Verdict;
 use meliora::planning::{Analysis, Course, Kind, Options, Picks, Playbook, Rank, Safety, Setup, Simulation};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
@@ -428,4 +429,27 @@ fn plays_on_random_models_keep_their_promise() {
     for (what, [_, one, more]) in &ranks.borrow().0 {
         assert!(*one > 50 && *more > 10, "too few states have something to improve: {what:?} {one} {more}");
     }
+}
+
+#[test]
+fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
+    // From 1 the play must go on to 2, where A can not be reached any more.
+    let text = "mdp module m x : [0..2] init 0; [stay] x=0 -> true; [go] x=0 -> 0.5: true + 0.5: (x'=1);\n\
+        [on] x=1 -> (x'=2); endmodule";
+    let none = SourceFile::new("constants", "");
+    let mut program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let preferences = SourceFile::new("p", "objective A = F x=1;");
+    let preferences = lang::load_preferences(&preferences, &mut program).unwrap();
+    let program = Arc::new(program);
+    let order = order::declared(&program);
+    let engine = SymbolicEngine::new(program.clone(), order, 1, Settings::default()).unwrap();
+    let options = Options { safety: Safety::Prefix, ..Options::default() };
+    let mut analysis = Analysis::new(&engine, &preferences, options);
+    analysis.run(&mut |_| ()).unwrap();
+    let mut book = Playbook::new(&analysis, &program, Kind::Sasi).unwrap();
+    let memory = book.start(&[0]);
+    let actions = book.explain(&[0], memory).unwrap().actions;
+    let go = actions.iter().find(|a| a.name == "go").unwrap();
+    let bad = go.successors.iter().position(|s| s.state == [1]);
+    assert_eq!(go.verdict, Verdict::Unsafe(bad));
 }

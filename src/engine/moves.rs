@@ -103,3 +103,29 @@ fn losing<E: Engine>(engine: &E, moves: &[Moves<E::States>], lost: &E::States) -
     }
     pairs_into(engine, edges)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::{Engine, grouped};
+    use crate::engine::Settings;
+    use crate::engine::explicit::ExplicitEngine;
+    use crate::error::SourceFile;
+    use crate::lang;
+
+    #[test]
+    fn groups_have_no_empty_side_and_each_target_once() {
+        let source = SourceFile::new("m", "mdp module m x : [0..3] init 0; [a] true -> (x'=0); endmodule");
+        let program = lang::load(&source, &SourceFile::new("constants", "")).unwrap().program;
+        let settings = Settings { scope: crate::engine::Scope::All, ..Settings::default() };
+        let engine = ExplicitEngine::new(Arc::new(program), settings).unwrap();
+        let [a, b, c, into] = [0, 1, 2, 3].map(|x| engine.singleton(&[x]).unwrap());
+        let none = engine.no_states();
+        let pairs = [(&none, &into), (&a, &none), (&b, &into), (&none, &a), (&a, &b), (&c, &into)];
+        let groups = grouped(&engine, pairs.map(|(x, y)| (x.clone(), y.clone())).into()).unwrap();
+        let numbers = |set| engine.list_states(set, 4).unwrap().concat();
+        let groups: Vec<_> = groups.iter().map(|(x, y)| (numbers(x), numbers(y))).collect();
+        assert_eq!(groups, [(vec![1, 2], vec![3]), (vec![0], vec![1])]);
+    }
+}

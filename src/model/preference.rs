@@ -2,6 +2,7 @@
 //!
 //! No state and no diagram here; [`crate::planning`] applies these to regions.
 
+use std::collections::VecDeque;
 use std::fmt;
 use std::ops::Range;
 
@@ -142,9 +143,8 @@ impl ObjectiveSet {
 
     /// X ∪ Y
     pub fn extend_with(&mut self, other: &ObjectiveSet) {
-        if self.blocks.len() < other.blocks.len() {
-            self.blocks.resize(other.blocks.len(), 0);
-        }
+        let length = self.blocks.len().max(other.blocks.len());
+        self.blocks.resize(length, 0);
         for (block, more) in self.blocks.iter_mut().zip(&other.blocks) {
             *block |= more;
         }
@@ -341,15 +341,14 @@ fn contradiction(n: usize, statements: &[Statement], strict: usize) -> Contradic
     let Statement { left, right, .. } = statements[strict];
     // Breadth first from `right`: who was entered from whom, by which statement.
     let mut entered: Vec<Option<(usize, usize)>> = vec![None; n];
-    let mut queue = vec![right];
-    let mut next = 0;
-    while next < queue.len() && entered[left].is_none() {
-        let x = queue[next];
-        next += 1;
+    let mut queue = VecDeque::from([right]);
+    while entered[left].is_none()
+        && let Some(x) = queue.pop_front()
+    {
         for (y, statement) in stated_below(statements, x) {
             if y < n && y != right && entered[y].is_none() {
                 entered[y] = Some((x, statement));
-                queue.push(y);
+                queue.push_back(y);
             }
         }
     }

@@ -153,7 +153,8 @@ impl<'a, E: Engine> Analysis<'a, E> {
     fn next_outcome(&mut self) -> Result<Option<ObjectiveCounts>> {
         let Some(outcomes) = &mut self.outcomes else { return Ok(None) };
         let counted = |i: &usize| self.result.objectives.iter().any(|o| o.objective == *i);
-        let uncounted = (0..outcomes.len()).find(|i| outcomes.get(*i).is_some() && !counted(i));
+        let mut all = 0..self.preferences.objectives.len();
+        let uncounted = all.find(|i| outcomes.get(*i).is_some() && !counted(i));
         let next = match uncounted {
             Some(objective) => Some(objective),
             None => outcomes.advance(self.engine)?,

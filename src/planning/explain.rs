@@ -233,3 +233,57 @@ pub(super) fn lost(preferences: &Preferences, from: &ObjectiveSet, to: &Objectiv
     let order = &preferences.order;
     from.iter().filter(|&i| to.iter().any(|j| order.strictly(i, j))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::preference::{Empty, Preorder, Relation, Statement};
+
+    fn successor(dropped: bool, goal: bool, stays: bool) -> Successor {
+        Successor {
+            state: Vec::new(),
+            probability: 0.25,
+            most_preferred: ObjectiveSet::new(),
+            rank: Rank::Finite(0),
+            change: Change::Lateral,
+            gained: ObjectiveSet::new(),
+            lost: ObjectiveSet::new(),
+            dropped,
+            goal,
+            stays,
+            next: Memory { level: Rank::Finite(0), arena: None },
+            improves: false,
+        }
+    }
+
+    #[test]
+    fn what_strays_is_there_and_neither_improves_nor_stays() {
+        let fine =
+            [successor(true, false, false), successor(false, true, false), successor(false, false, true)];
+        assert_eq!(forbidden(Kind::Sasi, &fine), Verdict::Hopeless);
+        let [first, second, third] = fine;
+        let all = [first, second, third, successor(false, false, false)];
+        assert_eq!(forbidden(Kind::Sasi, &all), Verdict::Strays(3));
+        assert_eq!(forbidden(Kind::Spi, &all), Verdict::Hopeless);
+    }
+
+    #[test]
+    fn only_what_is_better_is_gained_and_what_is_worse_lost() {
+        let better = Statement { left: 1, right: 0, relation: Relation::Strict };
+        let of = |empty| {
+            let order = Preorder::new(3, &[better]).unwrap();
+            Preferences { objectives: Vec::new(), order, empty }
+        };
+        let (none, low, high) =
+            (ObjectiveSet::new(), [0].into_iter().collect(), [1, 2].into_iter().collect());
+        let [bottom, incomparable] = [Empty::Bottom, Empty::Incomparable].map(of);
+        assert_eq!(gained(&bottom, &low, &high), [1].into_iter().collect());
+        assert_eq!(lost(&bottom, &high, &low), [1].into_iter().collect());
+        assert_eq!(
+            (gained(&bottom, &none, &high), lost(&bottom, &high, &none)),
+            (high.clone(), high.clone())
+        );
+        assert_eq!(gained(&incomparable, &none, &high), none);
+        assert_eq!(lost(&incomparable, &high, &none), none);
+    }
+}

@@ -89,16 +89,6 @@ impl<E: Engine> Outcomes<E> {
         Ok(Outcome { target: target.clone(), positive, almost_sure })
     }
 
-    /// The number of objectives.
-    pub fn len(&self) -> usize {
-        self.targets.len()
-    }
-
-    /// Whether there is no objective.
-    pub fn is_empty(&self) -> bool {
-        self.targets.is_empty()
-    }
-
     /// F: the target of an objective, known before its regions are.
     pub fn target(&self, objective: usize) -> Option<&E::States> {
         self.targets.get(objective)

@@ -140,10 +140,8 @@ impl<'a, E: Engine> Playbook<'a, E> {
         let holds = |level: &Level<E>| {
             level.games.get(arena).is_some_and(|game| self.engine.contains(&game.states, state))
         };
-        let level = match self.levels.unbounded() {
-            Some(fixpoint) if holds(fixpoint) => Rank::Unbounded,
-            _ => Rank::Finite(self.levels.found.iter().take_while(|level| holds(level)).count()),
-        };
+        // The fixpoint lies in every level, so it does not have what another level has lost.
+        let level = Rank::Finite(self.levels.found.iter().take_while(|level| holds(level)).count());
         Memory { level, arena: Some(arena) }
     }
 

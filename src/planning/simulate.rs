@@ -263,3 +263,46 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
         Ok(found)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wait_has_its_extremes_and_its_average() {
+        let mut wait = Wait { plays: 0, least: u64::MAX, most: 0, total: 0 };
+        [4, 2, 9].into_iter().for_each(|steps| wait.add(steps));
+        assert_eq!(wait, Wait { plays: 3, least: 2, most: 9, total: 15 });
+        assert_eq!(wait.mean(), 5.0);
+    }
+
+    fn trace(play: u64, weakens_step: bool, weakens_start: bool) -> Trace {
+        let turn = Turn {
+            action: String::new(),
+            state: Vec::new(),
+            probability: 1.0,
+            most_preferred: ObjectiveSet::new(),
+            rank: Rank::Finite(0),
+            improves: false,
+            gained: ObjectiveSet::new(),
+            change: Change::Lateral,
+            lost: ObjectiveSet::new(),
+            weakens_step,
+            weakens_start,
+        };
+        Trace { play, turns: vec![turn] }
+    }
+
+    #[test]
+    fn a_tally_shows_the_first_play_that_weakens() {
+        let mut tally = Tally::new(&[], Rank::Finite(0));
+        tally.add(trace(1, false, false), true);
+        assert_eq!(tally.trace.play, 1);
+        tally.add(trace(2, true, false), false);
+        tally.add(trace(3, false, true), false);
+        tally.add(trace(4, true, true), true);
+        assert_eq!(tally.trace.play, 2);
+        assert_eq!((tally.plays, tally.settled, tally.given_up), (4, 2, 2));
+        assert_eq!((tally.weakened_step, tally.weakened_start), (2, 2));
+    }
+}

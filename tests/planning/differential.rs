@@ -153,6 +153,7 @@ impl<E: Engine> Check<'_, E> {
             let (engine, improvement) = (self.found.engine(), self.found.improvement().unwrap());
             let found = strategies(engine, kind, improvement, level).unwrap();
             let tiny = strategies(self.tiny.engine(), kind, self.tiny.improvement().unwrap(), expected);
+            assert_eq!(found.len(), improvement.arenas.len());
             for (found, expected) in found.iter().zip(tiny.unwrap()) {
                 self.states("winning", &found.states, &set(&expected.states));
                 self.choices(

@@ -127,6 +127,7 @@ fn check_level(
     let engine = analysis.engine();
     let (improvement, classes) = (analysis.improvement().unwrap(), analysis.classes().unwrap());
     let all = strategies(engine, kind, improvement, level).unwrap();
+    assert_eq!(all.len(), improvement.arenas.len());
     let start = permitted_at_start(engine, kind, classes, improvement, level).unwrap();
     for ((strategy, arena), game) in all.iter().zip(&improvement.arenas).zip(&level.games) {
         let reference = strategy.reference.map(|c| {

@@ -1,0 +1,203 @@
+//! An observer ends the work of both engines, wherever it is asked, and is obeyed at once.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
+
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Engine, Moves, Observer, Region, Settings, regions};
+use meliora::error::{Error, Limit, Result, SourceFile};
+use meliora::lang;
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
+use meliora::planning::{Analysis, Kind, Options, Picks, Playbook, Setup, Simulation};
+
+/// Stops the work from the question of this number on; hears of the phases.
+struct Patience {
+    asked: AtomicU64,
+    allowed: AtomicU64,
+    heard: Mutex<BTreeSet<&'static str>>,
+}
+
+impl Patience {
+    fn new(allowed: u64) -> Arc<Self> {
+        Arc::new(Patience {
+            asked: AtomicU64::new(0),
+            allowed: AtomicU64::new(allowed),
+            heard: Mutex::default(),
+        })
+    }
+}
+
+impl Observer for Patience {
+    fn stop(&self) -> Option<Limit> {
+        let before = self.asked.fetch_add(1, Relaxed);
+        (before >= self.allowed.load(Relaxed)).then_some(Limit::Interrupted)
+    }
+
+    fn progress(&self, phase: &'static str, _: &dyn Fn() -> String) {
+        self.heard.lock().unwrap().insert(phase);
+    }
+}
+
+/// How long a way is, and how many go side by side.
+type Size = (usize, usize);
+
+const LARGE: Size = (20, 1000);
+const SMALL: Size = (20, 1);
+
+/// Ways at the end of which chance decides between two objectives.
+fn ways((length, width): Size) -> (Arc<Program>, Preferences) {
+    let text = format!(
+        "mdp const int L={length}; module m x : [0..L+2]; y : [0..{width}]; [go] x<L -> (x'=x+1);\n\
+        [flip] x=L -> 0.5: (x'=L+1) + 0.5: (x'=L+2); endmodule init x=0 endinit"
+    );
+    let none = SourceFile::new("constants", "");
+    let mut program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let text = "objective B = F x=L+1; objective C = F x=L+2;";
+    let preferences = lang::load_preferences(&SourceFile::new("p", text), &mut program).unwrap();
+    (Arc::new(program), preferences)
+}
+
+fn explicit(program: &Arc<Program>, settings: Settings) -> Result<ExplicitEngine> {
+    ExplicitEngine::new(program.clone(), settings)
+}
+
+fn symbolic(program: &Arc<Program>, settings: Settings) -> Result<SymbolicEngine> {
+    SymbolicEngine::new(program.clone(), order::declared(program), 1, settings)
+}
+
+fn settings(observer: &Arc<Patience>) -> Settings {
+    Settings { memory: 64 << 20, observer: observer.clone(), ..Settings::default() }
+}
+
+type Build<E> = fn(&Arc<Program>, Settings) -> Result<E>;
+
+/// Every fixpoint over the ways needs a look at the observer, which now wants the work to end.
+fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
+    let (program, preferences) = ways(size);
+    let observer = Patience::new(u64::MAX);
+    let engine = build(&program, settings(&observer)).unwrap();
+    let (all, choices) = (engine.all_states(), engine.all_choices());
+    let last = engine.states_where(preferences.objectives[0].target).unwrap();
+    let others = engine.difference(&all, &last).unwrap();
+    let moving = engine.choices_in(&choices, &others).unwrap();
+    let none = engine.no_states();
+    let moves = |goal: &E::States| Moves { from: others.clone(), goal: goal.clone(), dropped: none.clone() };
+    let game = || Region { states: others.clone(), choices: moving.clone() };
+    observer.allowed.store(0, Relaxed);
+    stopped("can_reach", engine.can_reach(&last, &choices, &Vec::new()));
+    stopped("can_reach", engine.can_reach(&last, &choices, &vec![(last.clone(), others.clone())]));
+    stopped("stay_within", engine.stay_within(&others, &choices));
+    stopped("almost_surely_reach", engine.almost_surely_reach(&last, &choices));
+    stopped("almost_surely_win", engine.almost_surely_win(game(), &[moves(&last)]));
+    stopped("pmax_one", regions::pmax_one(&engine, &last));
+    stopped("pmin_positive", regions::pmin_positive(&engine, &last));
+    stopped("regions", regions::regions(&engine, &last));
+    stopped("build", build(&program, settings(&observer)));
+}
+
+#[track_caller]
+fn stopped<T>(what: &str, result: Result<T>) {
+    match result {
+        Err(Error::Limit(limit)) => assert_eq!(limit, Limit::Interrupted, "{what}"),
+        Err(other) => panic!("{what}: {other}"),
+        Ok(_) => panic!("{what} went on"),
+    }
+}
+
+#[test]
+fn no_fixpoint_of_the_explicit_engine_goes_on() {
+    no_fixpoint_goes_on(LARGE, explicit);
+}
+
+#[test]
+fn no_fixpoint_of_the_symbolic_engine_goes_on() {
+    no_fixpoint_goes_on(SMALL, symbolic);
+}
+
+/// From the building of the engine to random plays; what of it was finished.
+fn everything<E: Engine>(
+    (program, preferences): &(Arc<Program>, Preferences),
+    build: Build<E>,
+    observer: &Arc<Patience>,
+    finished: &mut Vec<(&'static str, u64)>,
+) -> Result<()> {
+    let mut done = |what| finished.push((what, observer.asked.load(Relaxed)));
+    let engine = build(program, settings(observer))?;
+    done("build");
+    let mut analysis = Analysis::new(&engine, preferences, Options::default());
+    analysis.run_outcomes(&mut |_| ())?;
+    done("outcomes");
+    analysis.run_improvement(&mut |_| ())?;
+    analysis.run_levels(Kind::Sasi, &mut |_| ())?;
+    analysis.run_levels(Kind::Spi, &mut |_| ())?;
+    done("levels");
+    let Some(mut book) = Playbook::new(&analysis, program, Kind::Sasi) else { return Ok(()) };
+    let memory = book.start(&[0, 0]);
+    book.strategy(memory)?;
+    done("strategy");
+    book.explain(&[0, 0], memory)?;
+    done("explanation");
+    let setup = Setup { picks: Picks::Progress, runs: 2, steps: 10, seed: 1 };
+    Simulation::new(&mut book, setup).run(&[0, 0])?;
+    done("simulation");
+    Ok(())
+}
+
+/// The work tells of its phases; wherever it is ended, it ends with that, and asks no more.
+fn each_answer_is_obeyed<E: Engine>(size: Size, build: Build<E>, phases: [&str; 2]) {
+    let case = ways(size);
+    let (observer, mut finished) = (Patience::new(u64::MAX), Vec::new());
+    everything(&case, build, &observer, &mut finished).unwrap();
+    assert_eq!(finished.len(), 6, "{finished:?}");
+    assert!(finished.windows(2).all(|w| w[0].1 < w[1].1), "a phase never asks: {finished:?}");
+    assert_eq!(*observer.heard.lock().unwrap(), phases.into());
+    let questions = observer.asked.load(Relaxed);
+    for allowed in (0..questions).step_by(questions as usize / 60 + 1).chain([questions - 1]) {
+        let observer = Patience::new(allowed);
+        stopped("everything", everything(&case, build, &observer, &mut Vec::new()));
+        assert_eq!(observer.asked.load(Relaxed), allowed + 1, "of {questions} questions");
+    }
+}
+
+#[test]
+fn the_explicit_engine_obeys_each_answer() {
+    each_answer_is_obeyed(LARGE, explicit, ["reachable states", "fixpoints"]);
+}
+
+#[test]
+fn the_symbolic_engine_obeys_each_answer() {
+    each_answer_is_obeyed(SMALL, symbolic, ["reachable states", "backward reachability"]);
+}
+
+/// An analysis that was stopped goes on where it was, and ends with the same result.
+fn the_rest_can_be_done_later<E: Engine>(size: Size, build: Build<E>) {
+    let (program, preferences) = ways(size);
+    let observer = Patience::new(u64::MAX);
+    let engine = build(&program, settings(&observer)).unwrap();
+    let mut whole = Analysis::new(&engine, &preferences, Options::default());
+    let before = observer.asked.load(Relaxed);
+    whole.run(&mut |_| ()).unwrap();
+    for more in (0..observer.asked.load(Relaxed) - before).rev() {
+        let engine = build(&program, settings(&observer)).unwrap();
+        let mut analysis = Analysis::new(&engine, &preferences, Options::default());
+        observer.allowed.store(observer.asked.load(Relaxed) + more, Relaxed);
+        let first = analysis.run(&mut |_| ());
+        observer.allowed.store(u64::MAX, Relaxed);
+        stopped("run", first);
+        analysis.run(&mut |_| ()).unwrap();
+        assert_eq!(analysis.result(), whole.result(), "stopped after {more} questions");
+    }
+}
+
+#[test]
+fn the_explicit_engine_can_do_the_rest_later() {
+    the_rest_can_be_done_later(LARGE, explicit);
+}
+
+#[test]
+fn the_symbolic_engine_can_do_the_rest_later() {
+    the_rest_can_be_done_later(SMALL, symbolic);
+}
