@@ -300,9 +300,11 @@ mod tests {
         assert_eq!(tally.trace.play, 1);
         tally.add(trace(2, true, false), false);
         tally.add(trace(3, false, true), false);
-        tally.add(trace(4, true, true), true);
+        let mut last = trace(4, true, true);
+        last.turns[0].change = Change::Weakening;
+        tally.add(last, true);
         assert_eq!(tally.trace.play, 2);
         assert_eq!((tally.plays, tally.settled, tally.given_up), (4, 2, 2));
-        assert_eq!((tally.weakened_step, tally.weakened_start), (2, 2));
+        assert_eq!((tally.weakened_step, tally.weakened_start, tally.weakened_reference), (2, 2, 1));
     }
 }
