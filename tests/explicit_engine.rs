@@ -9,10 +9,11 @@ use engines::brute::Brute;
 use engines::random_program::{random_predicate, random_program};
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{SymbolicEngine, order};
-use meliora::engine::{Scope, Settings};
+use meliora::engine::{Engine, Scope, Settings};
 use meliora::error::{Error, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
+use meliora::model::expr::ExprId;
 use proptest::prelude::*;
 
 fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
@@ -92,4 +93,55 @@ proptest! {
         let brute = Brute::new(&program, scope).unwrap();
         engines::agreement::check(&symbolic(&program, scope).unwrap(), &program, &brute, &predicates);
     }
+}
+
+/// A token among `places` flags: it goes on, or back to the first.
+fn token(places: usize) -> String {
+    let mut text = String::from("mdp module m x0 : bool init true;\n");
+    for place in 1..places {
+        text += &format!("x{place} : bool init false;\n");
+    }
+    for place in 0..places {
+        let next = (place + 1) % places;
+        text += &format!("[] x{place} -> (x{place}'=false) & (x{next}'=true);\n");
+        if place > 1 {
+            text += &format!("[back] x{place} -> 0.5: (x{place}'=false) & (x0'=true) + 0.5: true;\n");
+        }
+    }
+    text + "endmodule"
+}
+
+#[test]
+fn more_sets_of_written_variables_than_the_operation_cache_tells_apart() {
+    let none = SourceFile::new("constants", "");
+    let mut checked = lang::load(&SourceFile::new("m", token(40)), &none).unwrap();
+    let predicates = ["x0", "x3 | x17 | x38", "!x20"].map(|text| {
+        let source = SourceFile::new("target", text);
+        let expression = lang::parse_expression(&source).unwrap();
+        lang::lower_target(&mut checked.program, &source, &expression).unwrap()
+    });
+    let program = Arc::new(checked.program);
+    let by_symbolic = answers(&symbolic(&program, Scope::Reachable).unwrap(), &predicates);
+    assert_eq!(by_symbolic, answers(&explicit(&program, Scope::Reachable).unwrap(), &predicates));
+    // From 0 the token does not get to 3, 17 or 38 at once; from each of them it gets back to 0.
+    assert_eq!(by_symbolic[1].len(), 0);
+    assert_eq!(by_symbolic[3].len(), 3);
+}
+
+/// For each X and Y the states of Y with a choice into X, and the fixpoints of each X.
+fn answers<E: Engine>(engine: &E, predicates: &[ExprId]) -> Vec<Vec<Vec<i64>>> {
+    let sets: Vec<E::States> = predicates.iter().map(|&e| engine.states_where(e).unwrap()).collect();
+    let mut found = Vec::new();
+    for y in &sets {
+        let c = engine.choices_in(&engine.all_choices(), y).unwrap();
+        for x in &sets {
+            found.push(engine.sources(&engine.entering(&c, x).unwrap()).unwrap());
+        }
+    }
+    for x in &sets {
+        found.push(engine.can_reach(x, &engine.all_choices(), &Vec::new()).unwrap());
+        found.push(engine.almost_surely_reach(x, &engine.all_choices()).unwrap().states);
+        found.push(engine.stay_within(x, &engine.all_choices()).unwrap().states);
+    }
+    found.iter().map(|x| engine.list_states(x, usize::MAX).unwrap()).collect()
 }

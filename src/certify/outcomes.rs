@@ -44,7 +44,7 @@ fn almost_sure(checker: &mut Checker<'_>, name: &str, target: &StateSet) -> Chec
     let condition = || format!("`strategy:{region}` are the choices that stay in `{region}`");
     checker.equal_choices(&checker.choices(&format!("strategy:{region}"))?, &staying, condition)?;
     let step = |layer: &StateSet| {
-        let entering = engine.common_choices(&staying, &engine.some_successor_in(layer)?)?;
+        let entering = engine.entering(&staying, layer)?;
         Ok(engine.sources(&entering)?)
     };
     checker.layers(&region, &x, target, step)?;
@@ -54,7 +54,7 @@ fn almost_sure(checker: &mut Checker<'_>, name: &str, target: &StateSet) -> Chec
         checker.subset(&engine.intersection(lost, target)?, &engine.no_states(), condition)?;
         let rest = engine.difference(&left, lost)?;
         let safe = engine.choices_in(&engine.every_successor_in(&left)?, lost)?;
-        let saved = engine.sources(&engine.common_choices(&safe, &engine.some_successor_in(&rest)?)?)?;
+        let saved = engine.sources(&engine.entering(&safe, &rest)?)?;
         let condition =
             || format!("no state lost in round {j} of `{region}` has a safe step out of the round");
         checker.subset(&saved, &engine.no_states(), condition)?;

@@ -126,8 +126,12 @@ pub trait Engine {
     /// { s : (s,a) ∈ C for some a }
     fn sources(&self, c: &Self::Choices) -> Result<Self::States>;
 
+    /// { (s,a) ∈ C : succ(s,a) ∩ X ≠ ∅ }
+    fn entering(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
     /// { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }
-    fn some_successor_in(&self, x: &Self::States) -> Result<Self::Choices>;
+    fn some_successor_in(&self, x: &Self::States) -> Result<Self::Choices> {
+        self.entering(&self.all_choices(), x)
+    }
     /// { (s,a) enabled : succ(s,a) ⊆ Y }; no disabled pair is ever in it.
     fn every_successor_in(&self, y: &Self::States) -> Result<Self::Choices>;
     /// { s' : s' ∈ succ(s,a) for some (s,a) ∈ C }
@@ -157,7 +161,8 @@ pub trait Engine {
         let mut states = self.intersection(x, &self.sources(within)?)?;
         let mut removed = self.difference(&self.all_states(), &states)?;
         while !self.is_empty(&removed) {
-            let stuck = moves::disallow(self, &mut choices, &self.some_successor_in(&removed)?)?;
+            let gone = self.entering(&choices, &removed)?;
+            let stuck = moves::disallow(self, &mut choices, &gone)?;
             removed = self.intersection(&stuck, &states)?;
             states = self.difference(&states, &removed)?;
         }
@@ -192,7 +197,8 @@ pub trait Engine {
                 return Ok(Region { states, choices });
             }
             while !self.is_empty(&lost) {
-                let stuck = moves::disallow(self, &mut choices, &self.some_successor_in(&lost)?)?;
+                let gone = self.entering(&choices, &lost)?;
+                let stuck = moves::disallow(self, &mut choices, &gone)?;
                 lost = self.intersection(&self.difference(&stuck, target)?, &states)?;
                 states = self.difference(&states, &lost)?;
             }

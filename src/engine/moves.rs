@@ -14,14 +14,18 @@ pub struct Moves<S> {
     pub dropped: S,
 }
 
-/// ⋃ over (X, Y) of { (s,a) : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }.
+/// ⋃ over (X, Y) of { (s,a) ∈ C : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }.
 ///
 /// # Errors
 /// A limit of the engine. Cost: one pre-image a distinct non-empty Y with a non-empty X.
-pub(crate) fn pairs_into<E: Engine>(engine: &E, pairs: Dropped<E::States>) -> Result<E::Choices> {
+pub(crate) fn pairs_into<E: Engine>(
+    engine: &E,
+    choices: &E::Choices,
+    pairs: Dropped<E::States>,
+) -> Result<E::Choices> {
     let mut union = engine.no_choices();
     for (from, into) in grouped(engine, pairs)? {
-        let entering = engine.choices_in(&engine.some_successor_in(&into)?, &from)?;
+        let entering = engine.entering(&engine.choices_in(choices, &from)?, &into)?;
         union = engine.union_choices(&union, &entering)?;
     }
     Ok(union)
@@ -45,7 +49,7 @@ pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Dropped<E::States>) -> Resul
     Ok(groups)
 }
 
-/// Takes pairs out of a set, and returns the states that lost their last pair by it.
+/// Takes some of its pairs out of a set, and returns the states that lost their last pair by it.
 ///
 /// Looks at no state but those of the pairs, however large the set is.
 ///
@@ -54,11 +58,10 @@ pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Dropped<E::States>) -> Resul
 pub(crate) fn disallow<E: Engine>(
     engine: &E,
     choices: &mut E::Choices,
-    pairs: &E::Choices,
+    gone: &E::Choices,
 ) -> Result<E::States> {
-    let gone = engine.common_choices(choices, pairs)?;
-    *choices = engine.without_choices(choices, &gone)?;
-    let hit = engine.sources(&gone)?;
+    *choices = engine.without_choices(choices, gone)?;
+    let hit = engine.sources(gone)?;
     let alive = engine.sources(&engine.choices_in(choices, &hit)?)?;
     engine.difference(&hit, &alive)
 }
@@ -73,7 +76,8 @@ pub(super) fn almost_surely_win<E: Engine>(
     start: Region<E::States, E::Choices>,
     moves: &[Moves<E::States>],
 ) -> Result<Region<E::States, E::Choices>> {
-    let winning = pairs_into(engine, moves.iter().map(|m| (m.from.clone(), m.goal.clone())).collect())?;
+    let goals = moves.iter().map(|m| (m.from.clone(), m.goal.clone())).collect();
+    let winning = pairs_into(engine, &start.choices, goals)?;
     let dropped = moves.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect();
     let dropped = grouped(engine, dropped)?;
     let Region { mut states, mut choices } = start;
@@ -87,21 +91,27 @@ pub(super) fn almost_surely_win<E: Engine>(
             return Ok(Region { states, choices });
         }
         while !engine.is_empty(&lost) {
-            let stuck = disallow(engine, &mut choices, &losing(engine, moves, &lost)?)?;
+            let gone = losing(engine, &choices, moves, &lost)?;
+            let stuck = disallow(engine, &mut choices, &gone)?;
             lost = engine.intersection(&stuck, &states)?;
             states = engine.difference(&states, &lost)?;
         }
     }
 }
 
-/// The pairs with an edge into a lost state that is there and does not win.
-fn losing<E: Engine>(engine: &E, moves: &[Moves<E::States>], lost: &E::States) -> Result<E::Choices> {
+/// The pairs of a set with an edge into a lost state that is there and does not win.
+fn losing<E: Engine>(
+    engine: &E,
+    choices: &E::Choices,
+    moves: &[Moves<E::States>],
+    lost: &E::States,
+) -> Result<E::Choices> {
     let mut edges = Vec::with_capacity(moves.len());
     for m in moves {
         let into = engine.difference(&engine.difference(lost, &m.goal)?, &m.dropped)?;
         edges.push((m.from.clone(), into));
     }
-    pairs_into(engine, edges)
+    pairs_into(engine, choices, edges)
 }
 
 #[cfg(test)]

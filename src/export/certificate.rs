@@ -77,7 +77,7 @@ fn backward(engine: &SymbolicEngine, target: &StateSet, within: &ChoiceSet) -> R
     let mut open = engine.difference(&engine.all_states(), target)?;
     let mut layers = Vec::new();
     while !engine.is_empty(&layer) {
-        let closer = engine.common_choices(&engine.some_successor_in(&layer)?, within)?;
+        let closer = engine.entering(within, &layer)?;
         let next = engine.intersection(&engine.sources(&closer)?, &open)?;
         layers.push(layer);
         open = engine.difference(&open, &next)?;
@@ -96,7 +96,7 @@ fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSe
         if engine.is_empty(&lost) {
             return Ok(rounds);
         }
-        choices = engine.without_choices(&choices, &engine.some_successor_in(&lost)?)?;
+        choices = engine.without_choices(&choices, &engine.entering(&choices, &lost)?)?;
         left = engine.difference(&left, &lost)?;
         rounds.push(lost);
     }
@@ -110,7 +110,7 @@ fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Name
         let mut left = engine.difference(&engine.all_states(), &class.worse)?;
         let mut choices = engine.all_choices();
         while let Some(lost) = rounds.last().filter(|lost| !engine.is_empty(lost)) {
-            choices = engine.without_choices(&choices, &engine.some_successor_in(lost)?)?;
+            choices = engine.without_choices(&choices, &engine.entering(&choices, lost)?)?;
             let next = engine.difference(&left, &engine.sources(&choices)?)?;
             left = engine.difference(&left, &next)?;
             rounds.push(next);
@@ -216,7 +216,7 @@ fn level_rounds(
             let into = engine.difference(&engine.difference(&lost, goal)?, &part.dropped)?;
             edges.push((part.from.clone(), into));
         }
-        choices = engine.without_choices(&choices, &pairs_into(engine, edges)?)?;
+        choices = engine.without_choices(&choices, &pairs_into(engine, &choices, edges)?)?;
         choices = engine.choices_in(&choices, &left)?;
         let seeds = engine.sources(&engine.common_choices(&choices, &winning)?)?;
         let reaching = engine.can_reach(&seeds, &choices, &arena.dropped)?;

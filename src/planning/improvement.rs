@@ -115,7 +115,7 @@ impl<E: Engine> Improvement<E> {
 
 /// Kept: all enabled choices minus ⋃ over c of [c] ∩ some_successor_in(Worse(c)).
 fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
-    let weakening = pairs_into(engine, by_worse(classes))?;
+    let weakening = pairs_into(engine, &engine.all_choices(), by_worse(classes))?;
     Ok(Arena {
         reference: None,
         states: engine.all_states(),

@@ -219,7 +219,8 @@ pub(crate) fn goal_choices<E: Engine>(
     goals: &[E::States],
 ) -> Result<E::Choices> {
     let edges = arena.parts.iter().zip(goals);
-    pairs_into(engine, edges.map(|(part, goal)| (part.from.clone(), goal.clone())).collect())
+    let edges = edges.map(|(part, goal)| (part.from.clone(), goal.clone()));
+    pairs_into(engine, &engine.all_choices(), edges.collect())
 }
 
 /// { (s,a) : some edge that is not dropped enters X }, kept or not.
@@ -228,7 +229,8 @@ pub(crate) fn goal_choices<E: Engine>(
 /// A limit of the engine. Cost: one pre-image a distinct X \ dropped.
 pub(crate) fn edges_into<E: Engine>(engine: &E, arena: &Arena<E>, x: &E::States) -> Result<E::Choices> {
     let edge = |part: &Part<E>| Ok((part.from.clone(), engine.difference(x, &part.dropped)?));
-    pairs_into(engine, arena.parts.iter().map(edge).collect::<Result<Vec<_>>>()?)
+    let edges = arena.parts.iter().map(edge).collect::<Result<Vec<_>>>()?;
+    pairs_into(engine, &engine.all_choices(), edges)
 }
 
 /// μX. { s : some kept choice has a goal edge or a kept edge into X }.
@@ -288,5 +290,5 @@ fn still_good<E: Engine>(
         let gone = engine.difference(&engine.difference(old, goal)?, &before.states)?;
         edges.push((engine.intersection(&part.from, &before.states)?, gone));
     }
-    engine.without_choices(&before.choices, &pairs_into(engine, edges)?)
+    engine.without_choices(&before.choices, &pairs_into(engine, &before.choices, edges)?)
 }

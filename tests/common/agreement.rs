@@ -96,6 +96,10 @@ impl<E: Engine> Both<'_, E> {
         self.choices("common", &engine.common_choices(&c, &d).unwrap(), &(&brute_c & &brute_d));
         self.choices("without", &engine.without_choices(&c, &d).unwrap(), &(&brute_c - &brute_d));
         assert_eq!(engine.same_choices(&c, &d), brute_c == brute_d);
+        for (pairs, brute_pairs) in [(&within, &brute_within), (&d, &brute_d)] {
+            let entering = engine.entering(pairs, x).unwrap();
+            self.choices("entering", &entering, &(&brute.some_successor_in(brute_x) & brute_pairs));
+        }
         let count = engine.count_transitions(&within, x).unwrap();
         assert_eq!(count, brute.count_transitions(&brute_within, brute_x).into(), "transitions into x");
         self.fixpoints((x, brute_x), (y, brute_y), (&within, &brute_within));

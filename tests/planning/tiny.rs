@@ -129,8 +129,8 @@ impl Engine for Tiny {
         Ok(c.iter().map(|row| row.contains(&true)).collect())
     }
 
-    fn some_successor_in(&self, x: &Bits) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| self.successors_of(s, a).iter().any(|&t| x[t])))
+    fn entering(&self, c: &Pairs, x: &Bits) -> Result<Pairs> {
+        Ok(self.choices_where(|s, a| c[s][a] && self.successors_of(s, a).iter().any(|&t| x[t])))
     }
     fn every_successor_in(&self, y: &Bits) -> Result<Pairs> {
         Ok(self.choices_where(|s, a| self.successors_of(s, a).iter().all(|&t| y[t])))

@@ -128,8 +128,9 @@ impl Engine for ExplicitEngine {
         Ok(StateSet(found))
     }
 
-    fn some_successor_in(&self, x: &StateSet) -> Result<ChoiceSet> {
-        Ok(ChoiceSet(self.choices_into(&x.0)?))
+    fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
+        let into = self.choices_into(&x.0)?;
+        Ok(ChoiceSet(into.zip(&c.0, |into, c| into & c)?))
     }
 
     fn every_successor_in(&self, y: &StateSet) -> Result<ChoiceSet> {

@@ -143,16 +143,6 @@ impl SymbolicEngine {
         within.0.iter().zip(self.enabled.iter()).map(differs).collect()
     }
 
-    /// For each group the states with a successor in X, whether they are states of the scope or not.
-    fn predecessors(&self, x: &Bdd) -> Result<Vec<Bdd>> {
-        let mut found: Vec<Vec<Bdd>> = vec![Vec::new(); self.enabled.len()];
-        for piece in &self.transitions.pieces {
-            found[piece.group].push(self.store.pre(&piece.relation, &piece.touched, x)?);
-        }
-        found[self.enabled.len() - 1].push(x.clone());
-        found.into_iter().map(|parts| self.store.any(parts)).collect()
-    }
-
     /// Triples of one piece with source in C and target in X (`None`: anywhere).
     fn count_piece(&self, piece: &Piece, c: &Bdd, x: Option<&Bdd>) -> Result<Count> {
         let mut relation = self.store.and(&piece.relation, c)?;
@@ -251,14 +241,20 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.any(c.0.iter().cloned())?))
     }
 
-    fn some_successor_in(&self, x: &StateSet) -> Result<ChoiceSet> {
-        let found = self.predecessors(&x.0)?;
-        self.zip(&ChoiceSet(Rc::new(found)), &self.all_choices(), |f, g| self.store.and(f, g))
+    fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
+        let loops = self.enabled.len() - 1;
+        let mut found: Vec<Vec<Bdd>> = vec![Vec::new(); loops + 1];
+        for Piece { group, relation, touched, .. } in &self.transitions.pieces {
+            found[*group].push(self.store.pre_within(relation, touched, &x.0, &c.0[*group])?);
+        }
+        found[loops].push(self.store.and(&x.0, &c.0[loops])?);
+        let found = found.into_iter().map(|parts| self.store.any(parts));
+        Ok(ChoiceSet(Rc::new(found.collect::<Result<_>>()?)))
     }
 
     fn every_successor_in(&self, y: &StateSet) -> Result<ChoiceSet> {
         let outside = self.difference(&self.states, y)?;
-        let leaving = ChoiceSet(Rc::new(self.predecessors(&outside.0)?));
+        let leaving = self.some_successor_in(&outside)?;
         self.without_choices(&self.all_choices(), &leaving)
     }
 

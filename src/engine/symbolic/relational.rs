@@ -3,7 +3,7 @@
 //! The present and the next copy of bit p lie on the levels 2p and 2p+1. A relation is *local*: it
 //! says what happens to the bits it touches; the others keep their value and have no next copy in
 //! it. The results are kept in the manager's own operation cache, under operators and key shapes
-//! (two edges and a number, one edge and a number) that no operation of OxiDD uses, so that the
+//! (one or two edges and a number, three edges) that no operation in use of OxiDD has, so that the
 //! collection of garbage clears them as it must.
 
 use std::borrow::Borrow;
@@ -76,6 +76,72 @@ pub(super) fn pre(manager: &BDDManagerRef, r: &Bdd, touched: &Touched, x: &Bdd) 
     })
 }
 
+/// B(x) ∧ ∃ x' . R(x, x') ∧ X(x')
+///
+/// No step of the recursion leaves B, so that states outside of it, which are often many and without
+/// a pattern, are never built. The operator must be that of the touched set.
+pub(super) fn pre_within(
+    manager: &BDDManagerRef,
+    (r, touched, operator): (&Bdd, &Touched, Operator),
+    x: &Bdd,
+    bound: &Bdd,
+) -> AllocResult<Bdd> {
+    manager.with_manager_shared(|m| {
+        let edge = bounded(m, (touched, operator.0), r.as_edge(m), x.as_edge(m), bound.as_edge(m))?;
+        Ok(Bdd::from_edge(m, edge))
+    })
+}
+
+/// An operator of the operation cache under which OxiDD keeps no three edges (all but `Ite`, and those
+/// for quantified operations, which nothing here uses).
+///
+/// An entry has room for four words: with three edges and a result there is none for the number of a
+/// touched set, so each set has an operator of its own while there are any.
+#[derive(Clone, Copy)]
+pub(super) struct Operator(BDDOp);
+
+impl Operator {
+    /// The operator with this number; there are few.
+    pub(super) fn nth(index: usize) -> Option<Self> {
+        use BDDOp::*;
+        const ALL: [BDDOp; 32] = [
+            And,
+            Or,
+            Nand,
+            Nor,
+            Xor,
+            Equiv,
+            Imp,
+            ImpStrict,
+            ForallAnd,
+            ForallOr,
+            ForallNand,
+            ForallNor,
+            ForallXor,
+            ForallEquiv,
+            ForallImp,
+            ForallImpStrict,
+            ExistsAnd,
+            ExistsOr,
+            ExistsNand,
+            ExistsNor,
+            ExistsXor,
+            ExistsEquiv,
+            ExistsImp,
+            ExistsImpStrict,
+            UniqueAnd,
+            UniqueOr,
+            UniqueNand,
+            UniqueNor,
+            UniqueXor,
+            UniqueEquiv,
+            UniqueImp,
+            UniqueImpStrict,
+        ];
+        ALL.get(index).copied().map(Operator)
+    }
+}
+
 /// ∃ x . R(x, x') ∧ X(x), over x
 pub(super) fn image(manager: &BDDManagerRef, r: &Bdd, touched: &Touched, x: &Bdd) -> AllocResult<Bdd> {
     manager.with_manager_shared(|m| {
@@ -113,7 +179,7 @@ pub(super) fn node(manager: &BDDManagerRef, bit: u32, t: &Bdd, e: &Bdd) -> Alloc
 /// What was remembered for two functions under a number.
 pub(super) fn recall(manager: &BDDManagerRef, f: &Bdd, g: &Bdd, number: u32) -> Option<Bdd> {
     manager.with_manager_shared(|m| {
-        let found = m.look_up(BDDOp::UniqueOr, &[f.as_edge(m), g.as_edge(m)], number)?;
+        let found = m.look_up(BDDOp::UniqueOr, &[f.as_edge(m), g.as_edge(m)], &[number])?;
         Some(Bdd::from_edge(m, found))
     })
 }
@@ -122,7 +188,7 @@ pub(super) fn recall(manager: &BDDManagerRef, f: &Bdd, g: &Bdd, number: u32) -> 
 /// needs the place.
 pub(super) fn remember(manager: &BDDManagerRef, f: &Bdd, g: &Bdd, number: u32, result: &Bdd) {
     manager.with_manager_shared(|m| {
-        m.remember(BDDOp::UniqueOr, &[f.as_edge(m), g.as_edge(m)], number, result.as_edge(m));
+        m.remember(BDDOp::UniqueOr, &[f.as_edge(m), g.as_edge(m)], &[number], result.as_edge(m));
     });
 }
 
@@ -142,8 +208,8 @@ trait Diagram: Manager {
     fn make(&self, level: LevelNo, t: Own<Self::Edge>, e: Own<Self::Edge>) -> AllocResult<Own<Self::Edge>>;
     fn conjunction(&self, f: Ref<'_, Self::Edge>, g: Ref<'_, Self::Edge>) -> AllocResult<Own<Self::Edge>>;
     fn disjunction(&self, f: Ref<'_, Self::Edge>, g: Ref<'_, Self::Edge>) -> AllocResult<Own<Self::Edge>>;
-    fn look_up(&self, op: BDDOp, key: &[Ref<'_, Self::Edge>], id: u32) -> Option<Own<Self::Edge>>;
-    fn remember(&self, op: BDDOp, key: &[Ref<'_, Self::Edge>], id: u32, value: Ref<'_, Self::Edge>);
+    fn look_up(&self, op: BDDOp, key: &[Ref<'_, Self::Edge>], id: &[u32]) -> Option<Own<Self::Edge>>;
+    fn remember(&self, op: BDDOp, key: &[Ref<'_, Self::Edge>], id: &[u32], value: Ref<'_, Self::Edge>);
     fn constant(&self, value: BDDTerminal) -> AllocResult<Own<Self::Edge>>;
 }
 
@@ -187,14 +253,14 @@ impl<'id> Diagram for ManagerOf<'id> {
     }
 
     #[inline]
-    fn look_up(&self, op: BDDOp, key: &[Ref<'_, EdgeIn<'id>>], id: u32) -> Option<OwnEdgeIn<'id>> {
-        let ([found], []) = self.apply_cache().get_extended::<1, 0>(self, op, (key, &[id]))?;
+    fn look_up(&self, op: BDDOp, key: &[Ref<'_, EdgeIn<'id>>], id: &[u32]) -> Option<OwnEdgeIn<'id>> {
+        let ([found], []) = self.apply_cache().get_extended::<1, 0>(self, op, (key, id))?;
         Some(found)
     }
 
     #[inline]
-    fn remember(&self, op: BDDOp, key: &[Ref<'_, EdgeIn<'id>>], id: u32, value: Ref<'_, EdgeIn<'id>>) {
-        self.apply_cache().add_extended(self, op, (key, &[id]), (&[value], &[]));
+    fn remember(&self, op: BDDOp, key: &[Ref<'_, EdgeIn<'id>>], id: &[u32], value: Ref<'_, EdgeIn<'id>>) {
+        self.apply_cache().add_extended(self, op, (key, id), (&[value], &[]));
     }
 
     fn constant(&self, value: BDDTerminal) -> AllocResult<OwnEdgeIn<'id>> {
@@ -217,7 +283,7 @@ fn product<M: Diagram, const FORWARD: bool>(
         return m.conjunction(r, x);
     }
     let op = if FORWARD { BDDOp::UniqueAnd } else { BDDOp::ExistsAnd };
-    if let Some(found) = m.look_up(op, &[r, x], touched.id) {
+    if let Some(found) = m.look_up(op, &[r, x], &[touched.id]) {
         return Ok(found);
     }
     let (rt, re) = m.children(r, 2 * bit);
@@ -237,7 +303,7 @@ fn product<M: Diagram, const FORWARD: bool>(
         (t, EdgeDropGuard::new(m, product::<M, FORWARD>(m, re, xe, touched)?))
     };
     let result = m.make(2 * bit, t.into_edge(), e.into_edge())?;
-    m.remember(op, &[r, x], touched.id, result.borrowed());
+    m.remember(op, &[r, x], &[touched.id], result.borrowed());
     Ok(result)
 }
 
@@ -256,13 +322,69 @@ fn either<'m, M: Diagram, const FORWARD: bool>(
     Ok(EdgeDropGuard::new(m, m.disjunction(f.borrowed(), g.borrowed())?))
 }
 
+/// The pre-image within b.
+fn bounded<M: Diagram>(
+    m: &M,
+    of: (&Touched, BDDOp),
+    r: Ref<'_, M::Edge>,
+    x: Ref<'_, M::Edge>,
+    b: Ref<'_, M::Edge>,
+) -> AllocResult<Own<M::Edge>> {
+    if [r, x, b].into_iter().any(|f| m.is(f, BDDTerminal::False)) {
+        return m.constant(BDDTerminal::False);
+    }
+    let (touched, op) = of;
+    if m.is(b, BDDTerminal::True) {
+        return product::<M, false>(m, r, x, touched);
+    }
+    let bit = m.level_of(r).min(m.level_of(x)).min(m.level_of(b)) / 2;
+    if bit >= touched.end {
+        let inside = EdgeDropGuard::new(m, m.conjunction(x, b)?);
+        return m.conjunction(r, inside.borrowed());
+    }
+    if let Some(found) = m.look_up(op, &[r, x, b], &[]) {
+        return Ok(found);
+    }
+    let (rt, re) = m.children(r, 2 * bit);
+    let (xt, xe) = m.children(x, 2 * bit);
+    let (bt, be) = m.children(b, 2 * bit);
+    let (t, e) = if touched.contains(bit) {
+        let (rtt, rte) = m.children(rt, 2 * bit + 1);
+        let (ret, ree) = m.children(re, 2 * bit + 1);
+        let t = either_bounded(m, of, (rtt, xt), (rte, xe), bt)?;
+        (t, either_bounded(m, of, (ret, xt), (ree, xe), be)?)
+    } else {
+        let t = EdgeDropGuard::new(m, bounded(m, of, rt, xt, bt)?);
+        (t, EdgeDropGuard::new(m, bounded(m, of, re, xe, be)?))
+    };
+    let result = m.make(2 * bit, t.into_edge(), e.into_edge())?;
+    m.remember(op, &[r, x, b], &[], result.borrowed());
+    Ok(result)
+}
+
+/// The disjunction of two pre-images within b.
+fn either_bounded<'m, M: Diagram>(
+    m: &'m M,
+    of: (&Touched, BDDOp),
+    (r, x): (Ref<'_, M::Edge>, Ref<'_, M::Edge>),
+    (s, y): (Ref<'_, M::Edge>, Ref<'_, M::Edge>),
+    b: Ref<'_, M::Edge>,
+) -> AllocResult<EdgeDropGuard<'m, M>> {
+    let f = EdgeDropGuard::new(m, bounded(m, of, r, x, b)?);
+    if f.borrowed() == b || (r == s && x == y) {
+        return Ok(f);
+    }
+    let g = EdgeDropGuard::new(m, bounded(m, of, s, y, b)?);
+    Ok(EdgeDropGuard::new(m, m.disjunction(f.borrowed(), g.borrowed())?))
+}
+
 /// Moves the nodes of touched bits one level down.
 fn prime<M: Diagram>(m: &M, x: Ref<'_, M::Edge>, touched: &Touched) -> AllocResult<Own<M::Edge>> {
     let level = m.level_of(x);
     if level / 2 >= touched.end {
         return Ok(m.clone_edge(x));
     }
-    if let Some(found) = m.look_up(BDDOp::UniqueNand, &[x], touched.id) {
+    if let Some(found) = m.look_up(BDDOp::UniqueNand, &[x], &[touched.id]) {
         return Ok(found);
     }
     let (t, e) = m.children(x, level);
@@ -270,6 +392,6 @@ fn prime<M: Diagram>(m: &M, x: Ref<'_, M::Edge>, touched: &Touched) -> AllocResu
     let e = EdgeDropGuard::new(m, prime(m, e, touched)?);
     let to = level + u32::from(touched.contains(level / 2));
     let result = m.make(to, t.into_edge(), e.into_edge())?;
-    m.remember(BDDOp::UniqueNand, &[x], touched.id, result.borrowed());
+    m.remember(BDDOp::UniqueNand, &[x], &[touched.id], result.borrowed());
     Ok(result)
 }

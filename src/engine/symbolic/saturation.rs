@@ -83,7 +83,7 @@ impl Saturation<'_> {
         match self.direction {
             Direction::Forward => self.store.and(&self.store.image(relation, touched, from)?, bound),
             Direction::Backward if cluster.confined => self.store.pre(relation, touched, from),
-            Direction::Backward => self.store.and(&self.store.pre(relation, touched, from)?, bound),
+            Direction::Backward => self.store.pre_within(relation, touched, from, bound),
         }
     }
 }

@@ -4,7 +4,7 @@
 //! collects garbage when enough has gathered; when the node table is full it collects and tries
 //! once more.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
 use num_bigint::BigUint;
@@ -13,7 +13,7 @@ use oxidd::util::num::Natural;
 use oxidd::util::{AllocResult, FxHasher, SatCountCache};
 use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, Manager, ManagerRef};
 
-use super::relational::{self, Touched};
+use super::relational::{self, Operator, Touched};
 use crate::engine::{Count, Observer, Usage};
 use crate::error::{Limit, Result};
 
@@ -40,6 +40,8 @@ pub(super) struct Store {
     cache_entries: u64,
     collect_at: Cell<usize>,
     peak: Cell<usize>,
+    /// The touched sets that have an operator of the operation cache, by their numbers.
+    operators: RefCell<Vec<u32>>,
     zero: Bdd,
     one: Bdd,
 }
@@ -66,7 +68,8 @@ impl Store {
         });
         let collect_at = FIRST_COLLECTION.min(capacity as usize / 2);
         let (collect_at, peak) = (Cell::new(collect_at), Cell::new(0));
-        Ok(Store { manager, observer, capacity, cache_entries, collect_at, peak, zero, one })
+        let operators = RefCell::default();
+        Ok(Store { manager, observer, capacity, cache_entries, collect_at, peak, operators, zero, one })
     }
 
     /// false
@@ -145,6 +148,14 @@ impl Store {
         self.run(|| relational::pre(&self.manager, relation, touched, x))
     }
 
+    /// B(x) ∧ ∃ x' . R(x, x') ∧ X(x'), where the variables outside `touched` do not change.
+    pub(super) fn pre_within(&self, relation: &Bdd, touched: &Touched, x: &Bdd, bound: &Bdd) -> Result<Bdd> {
+        let Some(operator) = self.operator(touched) else {
+            return self.and(&self.pre(relation, touched, x)?, bound);
+        };
+        self.run(|| relational::pre_within(&self.manager, (relation, touched, operator), x, bound))
+    }
+
     /// ∃ x . R(x, x') ∧ X(x), read over x, where the variables outside `touched` do not change.
     pub(super) fn image(&self, relation: &Bdd, touched: &Touched, x: &Bdd) -> Result<Bdd> {
         self.run(|| relational::image(&self.manager, relation, touched, x))
@@ -205,6 +216,17 @@ impl Store {
         self.note_peak();
         let peak = self.peak.get() as u64;
         Usage { peak_nodes: peak, bytes: peak * BYTES_PER_NODE + self.cache_entries * BYTES_PER_ENTRY }
+    }
+
+    /// Which operator of the operation cache stands for a touched set; `None` when all are given away.
+    fn operator(&self, touched: &Touched) -> Option<Operator> {
+        let mut known = self.operators.borrow_mut();
+        let index = known.iter().position(|&id| id == touched.id()).unwrap_or(known.len());
+        let operator = Operator::nth(index)?;
+        if index == known.len() {
+            known.push(touched.id());
+        }
+        Some(operator)
     }
 
     /// Runs an operation that may find the node table full.
