@@ -54,7 +54,6 @@ pub(super) fn build(
         let state = pick::first(&store, &encoding, &bad)?;
         return Err(fault::in_state(&program, &state));
     }
-    let clusters = clusters.confined_to(&store, &states)?;
     let (enabled, deadlocks) = enabled(&store, &transitions, &states)?;
     if program.kind == ModelKind::Dtmc {
         transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;

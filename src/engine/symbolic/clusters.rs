@@ -30,8 +30,6 @@ pub(super) struct Cluster {
     pub(super) touched: Rc<Touched>,
     /// The first bit that the relation depends on or touches.
     pub(super) top: u32,
-    /// Whether all sources lie in the scope.
-    pub(super) confined: bool,
 }
 
 #[derive(Clone)]
@@ -85,7 +83,7 @@ impl Clusters {
             if !joined {
                 let parts = vec![Part { group: piece.group, relation: piece.relation.clone() }];
                 let (relation, touched) = (piece.relation.clone(), piece.touched.clone());
-                let cluster = Cluster { parts, relation, touched, top, confined: false };
+                let cluster = Cluster { parts, relation, touched, top };
                 building.push((piece.writes.clone(), cluster));
             }
         }
@@ -96,22 +94,6 @@ impl Clusters {
         clusters.sort_by_key(|c| c.top);
         let numbers = [names.of(&clusters, 0), names.of(&clusters, 1)];
         Clusters { clusters, numbers, names }
-    }
-
-    /// The same with the sources of the first clusters confined to the states of the scope. They
-    /// act on the whole diagram anyway; the others would lose that they act on parts.
-    pub(super) fn confined_to(&self, store: &Store, states: &Bdd) -> Result<Self> {
-        let mut clusters = self.clusters.clone();
-        let first = clusters.first().map(|c| c.top);
-        for cluster in clusters.iter_mut().filter(|c| Some(c.top) == first) {
-            cluster.relation = store.and(&cluster.relation, states)?;
-            cluster.top = first_bit(store, &cluster.relation, &cluster.touched);
-            cluster.confined = true;
-            for part in &mut cluster.parts {
-                part.relation = store.and(&part.relation, states)?;
-            }
-        }
-        Ok(Clusters::sorted(clusters, self.names.clone()))
     }
 
     /// The same with the steps of each group confined to its allowed states; `None` allows all.
@@ -129,12 +111,12 @@ impl Clusters {
                     Some(states) => bound.push(store.and(&part.relation, states)?),
                 }
             }
-            for (some, confined) in [(free, cluster.confined), (bound, true)] {
+            for some in [free, bound] {
                 let relation = store.any(some)?;
                 if !store.is_zero(&relation) {
                     let (parts, touched) = (Vec::new(), cluster.touched.clone());
                     let top = first_bit(store, &relation, &touched);
-                    clusters.push(Cluster { parts, relation, touched, top, confined });
+                    clusters.push(Cluster { parts, relation, touched, top });
                 }
             }
         }
@@ -165,7 +147,7 @@ impl Clusters {
             return self.saturation(store, Direction::Backward, tell).close(target, states, 0);
         }
         self.in_turn(store, target, tell, |cluster, new| {
-            let pre = |x: &Bdd| store.pre(&cluster.relation, &cluster.touched, x);
+            let pre = |x: &Bdd| store.pre_within(&cluster.relation, &cluster.touched, x, states);
             let mut sources = pre(new)?;
             for (from, to) in dropped {
                 let allowed = store.minus(new, to)?;
@@ -173,7 +155,7 @@ impl Clusters {
                     sources = store.ite(from, &pre(&allowed)?, &sources)?;
                 }
             }
-            store.and(&sources, states)
+            Ok(sources)
         })
     }
 
