@@ -1,5 +1,7 @@
 //! The order of the bits: declared, computed from the structure of the program, or the user's.
 
+mod copies;
+
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -27,12 +29,18 @@ pub fn by_variables(program: &Program, variables: &[VarId]) -> Vec<Bit> {
 }
 
 /// An order from the structure of the program: variables as declared, since authors put together
-/// what belongs together; but where all state is that of one module, flags up, threshold counters
-/// down, and positions between them.
+/// what belongs together; with two exceptions.
 ///
-/// The second rule is for grids and the like: a flag only remembers, and a counter (a battery, a
-/// clock) is only compared with bounds, so neither should part the bits that decide a move.
+/// Where all state is that of one module: flags up, threshold counters down, and positions between
+/// them. This is for grids and the like: a flag only remembers, and a counter (a battery, a clock)
+/// is only compared with bounds, so neither should part the bits that decide a move.
+///
+/// Where three or more copies of a module advance their clocks together: what stands before the
+/// clocks first, and the clocks and what follows them side by side.
 pub fn auto(program: &Program) -> Vec<Bit> {
+    if let Some(variables) = copies::by_roles(program) {
+        return by_variables(program, &variables);
+    }
     let mut modules = program.variables.iter().filter_map(|v| v.module);
     let first = modules.next();
     if modules.any(|m| Some(m) != first) {
