@@ -106,6 +106,11 @@ pub trait Engine {
     fn intersection(&self, x: &Self::States, y: &Self::States) -> Result<Self::States>;
     /// X \ Y
     fn difference(&self, x: &Self::States, y: &Self::States) -> Result<Self::States>;
+    /// Whether work on X costs less than on Y, however many states they have: no, where an engine
+    /// cannot tell.
+    fn is_simpler(&self, _x: &Self::States, _y: &Self::States) -> bool {
+        false
+    }
     /// X = ∅
     fn is_empty(&self, x: &Self::States) -> bool;
     /// X = Y
@@ -161,8 +166,7 @@ pub trait Engine {
         let mut states = self.intersection(x, &self.sources(within)?)?;
         let mut removed = self.difference(&self.all_states(), &states)?;
         while !self.is_empty(&removed) {
-            let gone = self.entering(&choices, &removed)?;
-            let stuck = moves::disallow(self, &mut choices, &gone)?;
+            let stuck = moves::withdraw(self, &mut choices, within, &removed, &states)?;
             removed = self.intersection(&stuck, &states)?;
             states = self.difference(&states, &removed)?;
         }
@@ -197,8 +201,7 @@ pub trait Engine {
                 return Ok(Region { states, choices });
             }
             while !self.is_empty(&lost) {
-                let gone = self.entering(&choices, &lost)?;
-                let stuck = moves::disallow(self, &mut choices, &gone)?;
+                let stuck = moves::withdraw(self, &mut choices, within, &lost, &states)?;
                 lost = self.intersection(&self.difference(&stuck, target)?, &states)?;
                 states = self.difference(&states, &lost)?;
             }

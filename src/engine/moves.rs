@@ -66,6 +66,33 @@ pub(crate) fn disallow<E: Engine>(
     engine.difference(&hit, &alive)
 }
 
+/// Takes the pairs that enter lost states out of C, and returns the states left that have no pair
+/// any more, perhaps with states that were not left before.
+///
+/// C is what those of `within` are that do not enter a state lost earlier. In systems of many
+/// independent parts all that is lost so far can be a much smaller diagram than what is lost in one
+/// round, as a ball is simpler than its shell: then C is found from `within` anew.
+///
+/// # Errors
+/// A limit of the engine. Cost: one pre-image.
+pub(super) fn withdraw<E: Engine>(
+    engine: &E,
+    choices: &mut E::Choices,
+    within: &E::Choices,
+    lost: &E::States,
+    left: &E::States,
+) -> Result<E::States> {
+    if engine.is_simpler(left, lost) {
+        let outside = engine.difference(&engine.all_states(), left)?;
+        if engine.is_simpler(&outside, lost) {
+            *choices = engine.without_choices(within, &engine.entering(within, &outside)?)?;
+            return engine.difference(left, &engine.sources(choices)?);
+        }
+    }
+    let gone = engine.entering(choices, lost)?;
+    disallow(engine, choices, &gone)
+}
+
 /// [`Engine::almost_surely_win`] by sets.
 ///
 /// Choices are disallowed only where they may step into a lost state: no choice of a lost state leads

@@ -241,6 +241,10 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.any(c.0.iter().cloned())?))
     }
 
+    fn is_simpler(&self, x: &StateSet, y: &StateSet) -> bool {
+        self.store.is_smaller(&x.0, &y.0)
+    }
+
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let loops = self.enabled.len() - 1;
         let mut found: Vec<Vec<Bdd>> = vec![Vec::new(); loops + 1];

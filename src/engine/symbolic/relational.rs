@@ -9,6 +9,7 @@
 use std::borrow::Borrow;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use ahash::AHashSet;
 use oxidd::bdd::BDDManagerRef;
 use oxidd::util::AllocResult;
 use oxidd::{BooleanFunction, Function, HasLevel, InnerNode, LevelNo, Manager, ManagerRef, Node};
@@ -158,6 +159,27 @@ pub(super) fn primed(manager: &BDDManagerRef, touched: &Touched, x: &Bdd) -> All
 /// The first bit that f depends on; `u32::MAX` for a constant.
 pub(super) fn top(manager: &BDDManagerRef, f: &Bdd) -> u32 {
     manager.with_manager_shared(|m| m.level_of(f.as_edge(m)) / 2)
+}
+
+/// Whether f has fewer nodes than g; looks at no more of f than it has to.
+pub(super) fn is_smaller(manager: &BDDManagerRef, f: &Bdd, g: &Bdd) -> bool {
+    let most = g.node_count();
+    manager.with_manager_shared(|m| {
+        // Constants count in both.
+        let (mut seen, mut stack) = (AHashSet::new(), vec![f.as_edge(m)]);
+        while let Some(e) = stack.pop() {
+            if !seen.insert(e.node_id()) {
+                continue;
+            }
+            if seen.len() >= most {
+                return false;
+            }
+            if let Node::Inner(n) = m.get_node(e) {
+                stack.extend([n.child(0), n.child(1)]);
+            }
+        }
+        true
+    })
 }
 
 /// f with `bit` set, and f with `bit` clear, where no earlier bit matters to f.

@@ -171,6 +171,11 @@ impl Store {
         relational::top(&self.manager, f)
     }
 
+    /// Whether f has fewer nodes than g.
+    pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> bool {
+        relational::is_smaller(&self.manager, f, g)
+    }
+
     /// f with `bit` set and with `bit` clear, where f depends on no earlier bit.
     pub(super) fn split(&self, f: &Bdd, bit: u32) -> (Bdd, Bdd) {
         relational::split(&self.manager, f, bit)
