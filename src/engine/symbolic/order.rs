@@ -97,11 +97,15 @@ fn thresholds(program: &Program) -> AHashSet<VarId> {
     counters
 }
 
-/// Whether the expression has a sum or difference of the variable itself.
+/// What counts says so near the top of an update; large shared formulas are not searched again and
+/// again.
+const MOST_NODES: usize = 100;
+
+/// Whether the expression has a sum or difference of the variable itself among its first nodes.
 fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
     let (mut stack, mut seen) = (vec![e], AHashSet::new());
     while let Some(e) = stack.pop() {
-        if !seen.insert(e) {
+        if seen.len() == MOST_NODES || !seen.insert(e) {
             continue;
         }
         match program.pool.node(e) {

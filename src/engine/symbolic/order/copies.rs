@@ -1,10 +1,10 @@
 //! The order for copies of one module whose clocks advance together.
 
-use ahash::AHashSet;
+use ahash::AHashMap;
 
 use super::counts;
 use crate::model::value::Type;
-use crate::model::{Command, Program, Synchronisation, VarId};
+use crate::model::{CommandId, Program, Synchronisation, VarId};
 
 /// Fewer copies are as well off in the order of declaration.
 const FEWEST: usize = 3;
@@ -15,55 +15,74 @@ const FEWEST: usize = 3;
 /// Their clocks depend on each other at every tick, and each on its own module through what stands
 /// before the clock only, which is mostly the mode the copy is in.
 pub(super) fn by_roles(program: &Program) -> Option<Vec<VarId>> {
-    let (copies, clock) = clocked(program)?;
-    let taken: AHashSet<VarId> = copies.iter().flatten().copied().collect();
-    let all = (0..program.variables.len() as u32).map(VarId);
+    let modules = Modules::of(program);
+    let together = program.synchronisations.iter().filter_map(|s| modules.advancing_together(program, s));
+    // The first clock, where several advance.
+    let Clocked { modules: copies, clock } = together.min_by_key(|c| c.clock)?;
+    let copies: Vec<&[VarId]> = copies.iter().map(|&m| modules.own[m].as_slice()).collect();
     let mut order: Vec<VarId> = copies.iter().flat_map(|copy| &copy[..clock]).copied().collect();
-    order.extend(all.filter(|v| !taken.contains(v)));
+    let mut taken = vec![false; program.variables.len()];
+    copies.iter().copied().flatten().for_each(|v| taken[v.index()] = true);
+    order.extend((0..program.variables.len() as u32).map(VarId).filter(|v| !taken[v.index()]));
     for role in clock..copies[0].len() {
         order.extend(copies.iter().map(|copy| copy[role]));
     }
     Some(order)
 }
 
-/// The variables of each copy, and which of them is the clock: the first one, where several advance.
-fn clocked(program: &Program) -> Option<(Vec<Vec<VarId>>, usize)> {
-    let together = program.synchronisations.iter().filter_map(|s| advancing_together(program, s));
-    together.min_by_key(|(_, clock)| *clock)
+/// Modules that are alike, and which of the variables of each is the clock.
+struct Clocked {
+    modules: Vec<usize>,
+    clock: usize,
 }
 
-/// The same for the clocks that one synchronisation advances.
-fn advancing_together(program: &Program, by: &Synchronisation) -> Option<(Vec<Vec<VarId>>, usize)> {
-    let mut found: Vec<(Vec<VarId>, usize)> = Vec::new();
-    for factor in &by.factors {
-        let mut commands = factor.iter().map(|c| &program.commands[c.index()]);
-        found.extend(commands.find_map(|c| advanced(program, c)));
+struct Modules {
+    /// The variables of each module, as declared.
+    own: Vec<Vec<VarId>>,
+    /// The same number for modules whose variables have the same types and ranges, as copies have.
+    alike: Vec<usize>,
+}
+
+impl Modules {
+    fn of(program: &Program) -> Self {
+        let mut own = vec![Vec::new(); program.modules.len()];
+        let mut shapes: Vec<Vec<(Type, i64, i64)>> = vec![Vec::new(); program.modules.len()];
+        for (index, variable) in program.variables.iter().enumerate() {
+            if let Some(module) = variable.module {
+                own[module].push(VarId(index as u32));
+                shapes[module].push((variable.ty, variable.low, variable.high));
+            }
+        }
+        let mut numbers = AHashMap::new();
+        let mut number = |shape| {
+            let next = numbers.len();
+            *numbers.entry(shape).or_insert(next)
+        };
+        Modules { own, alike: shapes.into_iter().map(&mut number).collect() }
     }
-    let alike = |a: &(Vec<VarId>, usize), b: &(Vec<VarId>, usize)| {
-        a.1 == b.1 && shape(program, &a.0) == shape(program, &b.0)
-    };
-    let copies = |of| found.iter().filter(move |&other| alike(of, other));
-    let one = found.iter().find(|&of| copies(of).count() >= FEWEST)?;
-    Some((copies(one).map(|(own, _)| own.clone()).collect(), one.1))
-}
 
-/// The variables of the module of a command, and which of them the command advances, if any.
-fn advanced(program: &Program, command: &Command) -> Option<(Vec<VarId>, usize)> {
-    let own: Vec<VarId> = (0..program.variables.len() as u32)
-        .map(VarId)
-        .filter(|v| program.variables[v.index()].module == Some(command.module))
-        .collect();
-    let mut updates = command.branches.iter().flat_map(|b| &b.updates);
-    let (clock, _) = updates.find(|(variable, e)| counts(program, *variable, *e))?;
-    let at = own.iter().position(|v| v == clock)?;
-    Some((own, at))
-}
+    /// The copies whose clocks one synchronisation advances, if there are enough.
+    fn advancing_together(&self, program: &Program, by: &Synchronisation) -> Option<Clocked> {
+        if by.factors.len() < FEWEST {
+            return None;
+        }
+        let mut groups: AHashMap<(usize, usize), Vec<usize>> = AHashMap::new();
+        for factor in &by.factors {
+            if let Some((module, clock)) = factor.iter().find_map(|&c| self.advanced(program, c)) {
+                groups.entry((self.alike[module], clock)).or_default().push(module);
+            }
+        }
+        let mut groups: Vec<_> = groups.into_iter().filter(|(_, group)| group.len() >= FEWEST).collect();
+        groups.sort();
+        groups.into_iter().next().map(|((_, clock), modules)| Clocked { modules, clock })
+    }
 
-/// Copies of a module have variables of the same types and ranges.
-fn shape(program: &Program, variables: &[VarId]) -> Vec<(Type, i64, i64)> {
-    let of = |v: &VarId| {
-        let variable = &program.variables[v.index()];
-        (variable.ty, variable.low, variable.high)
-    };
-    variables.iter().map(of).collect()
+    /// The module of a command, and which of its variables the command advances, if any.
+    fn advanced(&self, program: &Program, command: CommandId) -> Option<(usize, usize)> {
+        let command = &program.commands[command.index()];
+        let mut updates = command.branches.iter().flat_map(|b| &b.updates);
+        let (clock, _) = updates.find(|(variable, e)| counts(program, *variable, *e))?;
+        let at = self.own[command.module].binary_search(clock).ok()?;
+        Some((command.module, at))
+    }
 }
