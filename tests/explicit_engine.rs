@@ -111,21 +111,36 @@ fn token(places: usize) -> String {
     text + "endmodule"
 }
 
-#[test]
-fn more_sets_of_written_variables_than_the_operation_cache_tells_apart() {
+fn with_predicates<const N: usize>(model: &str, predicates: [&str; N]) -> (Arc<Program>, [ExprId; N]) {
     let none = SourceFile::new("constants", "");
-    let mut checked = lang::load(&SourceFile::new("m", token(40)), &none).unwrap();
-    let predicates = ["x0", "x3 | x17 | x38", "!x20"].map(|text| {
+    let mut checked = lang::load(&SourceFile::new("m", model), &none).unwrap();
+    let predicates = predicates.map(|text| {
         let source = SourceFile::new("target", text);
         let expression = lang::parse_expression(&source).unwrap();
         lang::lower_target(&mut checked.program, &source, &expression).unwrap()
     });
-    let program = Arc::new(checked.program);
+    (Arc::new(checked.program), predicates)
+}
+
+#[test]
+fn more_sets_of_written_variables_than_the_operation_cache_tells_apart() {
+    let (program, predicates) = with_predicates(&token(40), ["x0", "x3 | x17 | x38", "!x20"]);
     let by_symbolic = answers(&symbolic(&program, Scope::Reachable).unwrap(), &predicates);
     assert_eq!(by_symbolic, answers(&explicit(&program, Scope::Reachable).unwrap(), &predicates));
     // From 0 the token does not get to 3, 17 or 38 at once; from each of them it gets back to 0.
     assert_eq!(by_symbolic[1].len(), 0);
     assert_eq!(by_symbolic[3].len(), 3);
+}
+
+#[test]
+fn sets_without_a_pattern_have_large_diagrams() {
+    let model = "mdp module m x : [0..255]; y : [0..255];\n\
+        [up] x<255 -> 0.5: (x'=x+1) + 0.5: true; [right] y<255 -> (y'=y+1);\n\
+        [twice] x<128 & y>2 -> (x'=2*x) & (y'=y-2); [back] x=255 -> (x'=0); endmodule";
+    let predicates = ["mod(x*y+7*x*x,251)<100", "mod(3*x+x*y*y,241)>90", "x<200"];
+    let (program, predicates) = with_predicates(model, predicates);
+    let by_symbolic = answers(&symbolic(&program, Scope::Reachable).unwrap(), &predicates);
+    assert!(by_symbolic == answers(&explicit(&program, Scope::Reachable).unwrap(), &predicates));
 }
 
 /// For each X and Y the states of Y with a choice into X, and the fixpoints of each X.

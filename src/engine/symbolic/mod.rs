@@ -67,6 +67,10 @@ pub struct SymbolicEngine {
 /// Results of backward reachability worth keeping: about as many as a model has objectives.
 const MOST_REMEMBERED: usize = 16;
 
+/// From this many nodes of a set on, its predecessors are found within what is asked for: those of a
+/// smaller one are few, and there are more cases to tell apart within a bound.
+const LARGE: usize = 2000;
+
 /// How large the diagrams of a model are, in nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sizes {
@@ -246,14 +250,19 @@ impl Engine for SymbolicEngine {
     }
 
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
-        let loops = self.enabled.len() - 1;
+        let (store, loops) = (&self.store, self.enabled.len() - 1);
+        let large = store.has_nodes(&x.0, LARGE);
         let mut found: Vec<Vec<Bdd>> = vec![Vec::new(); loops + 1];
         for Piece { group, relation, touched, .. } in &self.transitions.pieces {
-            found[*group].push(self.store.pre_within(relation, touched, &x.0, &c.0[*group])?);
+            found[*group].push(match large {
+                true => store.pre_within(relation, touched, &x.0, &c.0[*group])?,
+                false => store.pre(relation, touched, &x.0)?,
+            });
         }
-        found[loops].push(self.store.and(&x.0, &c.0[loops])?);
-        let found = found.into_iter().map(|parts| self.store.any(parts));
-        Ok(ChoiceSet(Rc::new(found.collect::<Result<_>>()?)))
+        found[loops].push(store.and(&x.0, &c.0[loops])?);
+        let found = found.into_iter().map(|parts| store.any(parts)).collect::<Result<_>>()?;
+        let found = ChoiceSet(Rc::new(found));
+        if large { Ok(found) } else { self.common_choices(&found, c) }
     }
 
     fn every_successor_in(&self, y: &StateSet) -> Result<ChoiceSet> {

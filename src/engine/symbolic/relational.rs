@@ -161,24 +161,19 @@ pub(super) fn top(manager: &BDDManagerRef, f: &Bdd) -> u32 {
     manager.with_manager_shared(|m| m.level_of(f.as_edge(m)) / 2)
 }
 
-/// Whether f has fewer nodes than g; looks at no more of f than it has to.
-pub(super) fn is_smaller(manager: &BDDManagerRef, f: &Bdd, g: &Bdd) -> bool {
-    let most = g.node_count();
+/// Whether f has at least so many nodes, constants among them; looks at no more of them.
+pub(super) fn has_nodes(manager: &BDDManagerRef, f: &Bdd, many: usize) -> bool {
     manager.with_manager_shared(|m| {
-        // Constants count in both.
         let (mut seen, mut stack) = (AHashSet::new(), vec![f.as_edge(m)]);
         while let Some(e) = stack.pop() {
-            if !seen.insert(e.node_id()) {
-                continue;
+            if seen.len() >= many {
+                break;
             }
-            if seen.len() >= most {
-                return false;
-            }
-            if let Node::Inner(n) = m.get_node(e) {
+            if let (true, Node::Inner(n)) = (seen.insert(e.node_id()), m.get_node(e)) {
                 stack.extend([n.child(0), n.child(1)]);
             }
         }
-        true
+        seen.len() >= many
     })
 }
 

@@ -171,9 +171,14 @@ impl Store {
         relational::top(&self.manager, f)
     }
 
+    /// Whether f has at least so many nodes.
+    pub(super) fn has_nodes(&self, f: &Bdd, many: usize) -> bool {
+        relational::has_nodes(&self.manager, f, many)
+    }
+
     /// Whether f has fewer nodes than g.
     pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> bool {
-        relational::is_smaller(&self.manager, f, g)
+        !self.has_nodes(f, g.node_count())
     }
 
     /// f with `bit` set and with `bit` clear, where f depends on no earlier bit.
