@@ -30,6 +30,8 @@ pub(super) struct Cluster {
     pub(super) touched: Rc<Touched>,
     /// The first bit that the relation depends on or touches.
     pub(super) top: u32,
+    /// Whether all sources are allowed states, so that no other bound is needed.
+    pub(super) confined: bool,
 }
 
 #[derive(Clone)]
@@ -83,7 +85,7 @@ impl Clusters {
             if !joined {
                 let parts = vec![Part { group: piece.group, relation: piece.relation.clone() }];
                 let (relation, touched) = (piece.relation.clone(), piece.touched.clone());
-                let cluster = Cluster { parts, relation, touched, top };
+                let cluster = Cluster { parts, relation, touched, top, confined: false };
                 building.push((piece.writes.clone(), cluster));
             }
         }
@@ -111,12 +113,12 @@ impl Clusters {
                     Some(states) => bound.push(store.and(&part.relation, states)?),
                 }
             }
-            for some in [free, bound] {
+            for (some, confined) in [(free, false), (bound, true)] {
                 let relation = store.any(some)?;
                 if !store.is_zero(&relation) {
                     let (parts, touched) = (Vec::new(), cluster.touched.clone());
                     let top = first_bit(store, &relation, &touched);
-                    clusters.push(Cluster { parts, relation, touched, top });
+                    clusters.push(Cluster { parts, relation, touched, top, confined });
                 }
             }
         }

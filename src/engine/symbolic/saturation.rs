@@ -82,6 +82,7 @@ impl Saturation<'_> {
         let (relation, touched) = (&cluster.relation, &cluster.touched);
         match self.direction {
             Direction::Forward => self.store.and(&self.store.image(relation, touched, from)?, bound),
+            Direction::Backward if cluster.confined => self.store.pre(relation, touched, from),
             Direction::Backward => self.store.pre_within(relation, touched, from, bound),
         }
     }
