@@ -154,6 +154,11 @@ pub struct Synchronisation {
 }
 
 impl Program {
+    /// All variables in the order of declaration.
+    pub fn variable_ids(&self) -> impl Iterator<Item = VarId> + use<> {
+        (0..self.variables.len() as u32).map(VarId)
+    }
+
     /// The variable called `name`.
     pub fn variable(&self, name: &str) -> Option<VarId> {
         let index = self.variables.iter().position(|v| v.name == name)?;

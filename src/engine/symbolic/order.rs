@@ -15,8 +15,7 @@ use crate::model::{Program, VarId};
 
 /// The variables in the order of declaration, each from its most significant bit down.
 pub fn declared(program: &Program) -> Vec<Bit> {
-    let variables: Vec<VarId> = (0..program.variables.len() as u32).map(VarId).collect();
-    by_variables(program, &variables)
+    by_variables(program, &program.variable_ids().collect::<Vec<_>>())
 }
 
 /// The bits of the variables in the given order, each from its most significant bit down.
@@ -46,7 +45,7 @@ pub fn auto(program: &Program) -> Vec<Bit> {
     if modules.any(|m| Some(m) != first) {
         return declared(program);
     }
-    let variables: Vec<VarId> = (0..program.variables.len() as u32).map(VarId).collect();
+    let variables: Vec<VarId> = program.variable_ids().collect();
     by_variables(program, &arranged(program, &variables, &thresholds(program)))
 }
 

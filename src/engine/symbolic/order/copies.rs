@@ -23,7 +23,7 @@ pub(super) fn by_roles(program: &Program) -> Option<Vec<VarId>> {
     let mut order: Vec<VarId> = copies.iter().flat_map(|copy| &copy[..clock]).copied().collect();
     let mut taken = vec![false; program.variables.len()];
     copies.iter().copied().flatten().for_each(|v| taken[v.index()] = true);
-    order.extend((0..program.variables.len() as u32).map(VarId).filter(|v| !taken[v.index()]));
+    order.extend(program.variable_ids().filter(|v| !taken[v.index()]));
     for role in clock..copies[0].len() {
         order.extend(copies.iter().map(|copy| copy[role]));
     }
@@ -47,9 +47,9 @@ impl Modules {
     fn of(program: &Program) -> Self {
         let mut own = vec![Vec::new(); program.modules.len()];
         let mut shapes: Vec<Vec<(Type, i64, i64)>> = vec![Vec::new(); program.modules.len()];
-        for (index, variable) in program.variables.iter().enumerate() {
+        for (id, variable) in program.variable_ids().zip(&program.variables) {
             if let Some(module) = variable.module {
-                own[module].push(VarId(index as u32));
+                own[module].push(id);
                 shapes[module].push((variable.ty, variable.low, variable.high));
             }
         }
