@@ -55,11 +55,7 @@ pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Dropped<E::States>) -> Resul
 ///
 /// # Errors
 /// A limit of the engine. Cost: no image.
-pub(crate) fn disallow<E: Engine>(
-    engine: &E,
-    choices: &mut E::Choices,
-    gone: &E::Choices,
-) -> Result<E::States> {
+fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) -> Result<E::States> {
     *choices = engine.without_choices(choices, gone)?;
     let hit = engine.sources(gone)?;
     let alive = engine.sources(&engine.choices_in(choices, &hit)?)?;

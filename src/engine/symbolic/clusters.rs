@@ -41,7 +41,6 @@ struct Part {
 }
 
 /// All clusters, those that act on the first bits first.
-#[derive(Clone)]
 pub(super) struct Clusters {
     clusters: Vec<Cluster>,
     /// For each index what the clusters from there on are called, fired forward and backward.
