@@ -1,7 +1,7 @@
 //! The places where text of strangers comes in. Each takes any bytes and never panics, whatever they
 //! are; what is accepted must survive being written and read again.
 //!
-//! The fuzz targets in `fuzz/` and the tests in `tests/hostile.rs` are about these.
+//! The fuzz targets in `fuzz/` and the tests in `tests/dumps/hostile.rs` are about these.
 
 #![allow(dead_code, unreachable_pub, reason = "each user takes a part")]
 

@@ -1,12 +1,14 @@
 //! The planning algorithms against literal definitions: on an engine of plain vectors, and on both
 //! engines of the library.
 
+mod atlas;
 mod differential;
 #[path = "../common/engines.rs"]
 mod engines;
 mod examples;
 mod generate;
 mod literal;
+mod plays;
 mod preorder;
 mod regions;
 mod robot;

@@ -1,0 +1,125 @@
+//! The page in a browser: Chromium opens it, moves a slider, steps through the play; what the cells then
+//! show is compared with `meliora query`. Skipped, with a message, where there is no Chromium.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::common::{Finished, Scratch, meliora, run};
+
+type Cells = BTreeMap<(i64, i64), String>;
+
+/// The browser, if there is one.
+fn chromium() -> Option<PathBuf> {
+    let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"];
+    let given = std::env::var_os("CHROMIUM").map(PathBuf::from);
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let folders: Vec<PathBuf> = std::env::split_paths(&path).collect();
+    let found = names.iter().find_map(|n| folders.iter().map(|f| f.join(n)).find(|p| p.is_file()));
+    given.or(found)
+}
+
+/// What Chromium writes to stdout for these arguments.
+fn browse(browser: &Path, scratch: &Scratch, arguments: &[&str]) -> String {
+    let log = scratch.path("browser.out");
+    let mut child = Command::new(browser)
+        // The sandbox needs rights that containers do not give; the page is ours.
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"])
+        .arg(format!("--user-data-dir={}", scratch.show("profile")))
+        .args(["--no-first-run", "--virtual-time-budget=5000"])
+        .args(arguments)
+        .stdout(std::fs::File::create(&log).unwrap())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let until = Instant::now() + Duration::from_secs(120);
+    while child.try_wait().unwrap().is_none() {
+        if Instant::now() > until {
+            child.kill().unwrap();
+            panic!("the browser did not come to an end");
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    std::fs::read_to_string(log).unwrap()
+}
+
+/// The values of the cells of a map.
+fn cells(dom: &str, map: &str) -> Cells {
+    let figure = dom.split("<figure").find(|part| part.contains(&format!("id=\"map-{map}\""))).unwrap();
+    let attribute = |part: &str, name: &str| {
+        let from = part.find(&format!("{name}=\"")).unwrap() + name.len() + 2;
+        part[from..].split('"').next().unwrap().to_owned()
+    };
+    let number = |part: &str, name: &str| attribute(part, name).parse::<i64>().unwrap();
+    let parts = figure.split("<g class=\"cell\"").skip(1);
+    parts.map(|p| ((number(p, "data-row"), number(p, "data-col")), attribute(p, "data-value"))).collect()
+}
+
+/// What `query` says of the ranks in the cells where a condition holds.
+fn queried(dump: &str, kind: &str, levels: usize, condition: &str) -> Cells {
+    let mut cells = Cells::new();
+    let mut note = |region: &str, value: &str| {
+        let arguments = ["query", dump, region, "--where", condition, "--list", "100", "--json"];
+        let found = Finished::of(meliora().args(arguments)).expect(0).json();
+        for state in found["states"].as_array().unwrap() {
+            let value_of = |name: &str| state["state"][name].as_i64().unwrap();
+            cells.insert((value_of("r"), value_of("c")), value.to_owned());
+        }
+    };
+    note("reachable", "0");
+    for k in 1..=levels {
+        note(&format!("{kind}:{k}"), &k.to_string());
+    }
+    note(&format!("{kind}:unbounded"), "∞");
+    cells
+}
+
+#[test]
+fn a_page_shows_in_a_browser_what_query_says() {
+    let Some(browser) = chromium() else {
+        eprintln!("skipped: there is no Chromium here to open the page (set CHROMIUM to its path)");
+        return;
+    };
+    let scratch = Scratch::new(&[]);
+    let (page, dump) = (scratch.show("page.html"), scratch.show("dump"));
+    let robot = "models/robot5x5.prism models/robot5x5.pref --scope all --safety transition";
+    run(&format!("report {robot} --out {page}")).expect(0);
+    run(&format!("export {robot} --no-certificate --out {dump}")).expect(0);
+
+    // The view that a link leads to.
+    let linked = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#b=5&d=true&cell=3,2")]);
+    let condition = "b=5 & d & !e & !f & !ch";
+    assert_eq!(cells(&linked, "sasi"), queried(&dump, "sasi", 2, condition));
+    assert_eq!(cells(&linked, "spi"), queried(&dump, "spi", 5, condition));
+    assert!(linked.contains("r=3,c=2,b=5,d=true"), "the cell is described");
+
+    // The slider, moved as a hand would, in a copy with a few lines that move it.
+    let moved = scratch.show("moved.html");
+    let mover = "<script>const slider = document.getElementById('var-b'); slider.value = 3;\
+                 slider.dispatchEvent(new Event('input', { bubbles: true }));\
+                 document.querySelector('#map-sasi .cell[data-row=\"2\"][data-col=\"1\"] rect')\
+                 .dispatchEvent(new Event('click', { bubbles: true }));</script>";
+    let text = std::fs::read_to_string(&page).unwrap().replace("</body>", &format!("{mover}</body>"));
+    std::fs::write(&moved, text).unwrap();
+    let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{moved}")]);
+    let condition = "b=3 & !d & !e & !f & !ch";
+    let sasi = cells(&dom, "sasi");
+    assert_eq!(sasi, queried(&dump, "sasi", 2, condition));
+    assert_ne!(sasi, cells(&linked, "sasi"), "the slider changes the picture");
+    assert!(dom.contains("r=2,c=1,b=3"), "a click describes the cell");
+
+    // The play, at its second step.
+    let play = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#step=2")]);
+    assert!(play.contains("step 2 of") && play.contains("data-turn=\"2\" class=\"now\""));
+
+    // A picture of it all, wide and as on a phone.
+    for (name, size) in [("wide", "1200,1000"), ("phone", "390,1600")] {
+        let picture = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("report-{name}.png"));
+        let to = format!("--screenshot={}", picture.display());
+        let size = format!("--window-size={size}");
+        browse(&browser, &scratch, &[&to, &size, &format!("file://{page}")]);
+        let bytes = std::fs::read(&picture).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 30_000, "{name}: {} bytes", bytes.len());
+    }
+}

@@ -1,0 +1,182 @@
+//! Export, query and verify from the command line.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use serde_json::Value;
+
+use crate::common::{Finished, LONG, LONG_PREFS, Scratch, keys, meliora, run};
+
+fn export(scratch: &Scratch, model: &str, options: &str) -> String {
+    let out = scratch.show("dump");
+    run(&format!("export models/{model}.prism models/{model}.pref {options} --out {out} -q")).expect(0);
+    out
+}
+
+fn query(dump: &str, arguments: &[&str]) -> Finished {
+    Finished::of(meliora().args(["query", dump]).args(arguments))
+}
+
+fn count(dump: &str, region: &str) -> String {
+    query(dump, &[region, "--count"]).expect(0).stdout.trim().to_owned()
+}
+
+/// What `check` says of each region, by the region's name.
+fn expected(report: &Value) -> BTreeMap<String, String> {
+    let mut all = BTreeMap::new();
+    let mut add = |name: String, count: &Value| {
+        all.insert(name, count.as_str().unwrap().to_owned());
+    };
+    add("reachable".into(), &report["counts"]["states"]);
+    add("choices".into(), &report["counts"]["choices"]);
+    add("deadlock".into(), &report["counts"]["deadlocks"]);
+    add("initial".into(), &report["counts"]["initial"]);
+    for objective in report["objectives"].as_array().unwrap() {
+        let name = objective["name"].as_str().unwrap();
+        add(format!("target:{name}"), &objective["target"]);
+        add(format!("almost-sure:{name}"), &objective["almost_sure"]);
+        add(format!("positive:{name}"), &objective["positive"]);
+    }
+    for class in report["classes"].as_array().unwrap() {
+        let names: Vec<&str> =
+            class["most_preferred"].as_array().unwrap().iter().map(|n| n.as_str().unwrap()).collect();
+        let name = if names.is_empty() { "nothing".to_owned() } else { names.join("+") };
+        add(format!("class:{name}"), &class["states"]);
+    }
+    for kind in ["sasi", "spi"] {
+        for (k, level) in report[kind]["levels"].as_array().unwrap().iter().enumerate() {
+            add(format!("{kind}:{}", k + 1), level);
+        }
+        add(format!("{kind}:unbounded"), &report[kind]["unbounded"]);
+    }
+    all
+}
+
+#[test]
+fn a_dump_has_the_counts_of_check() {
+    for (model, options) in [
+        ("robot5x5", "--scope all --safety transition"),
+        ("robot5x5", "--scope reachable --order declared"),
+        ("robot5x5", "--scope all --safety prefix"),
+        ("toy", ""),
+        ("lateral", ""),
+        ("lateral_prefix", "--safety prefix"),
+    ] {
+        let scratch = Scratch::new(&[]);
+        let dump = export(&scratch, model, options);
+        let report =
+            run(&format!("check models/{model}.prism models/{model}.pref {options} --json")).expect(0).json();
+        for (region, number) in expected(&report) {
+            assert_eq!(count(&dump, &region), number, "{model} {options}: {region}");
+        }
+        run(&format!("verify {dump} models/{model}.prism models/{model}.pref")).expect(0);
+    }
+}
+
+#[test]
+fn the_papers_states_are_in_the_dump_with_their_strategy() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "robot5x5", "--scope all --safety transition");
+    let state = "r=2,c=2,b=8,d=false,e=false,f=false,ch=false";
+    let found = query(&dump, &["strategy:sasi:2", "--contains", state, "--json"]).expect(0).json();
+    assert_eq!(found["contains"][0]["choices"], serde_json::json!(["N"]));
+    query(&dump, &["sasi:2", "--contains", "r=0,c=0,b=0,d=false,e=false,f=false,ch=false"]).expect(1);
+}
+
+#[test]
+fn expressions_join_regions() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "robot5x5", "--scope all --safety transition");
+    for (region, number) in [
+        ("sasi:1 & !sasi:2", "670"),
+        ("!(sasi:1|!sasi:1)", "0"),
+        ("!reachable", "0"),
+        ("class:A | class:B & class:C", "314"),
+        ("!strategy:sasi:1", "11915"),
+        ("strategy:sasi:1 | !reachable", "1973"),
+    ] {
+        let found = count(&dump, region);
+        assert_eq!(found, number, "{region}");
+    }
+    let confined =
+        query(&dump, &["reachable", "--where", "b > 3 & !(d | e) & r + c = 4", "--count"]).expect(0);
+    assert_eq!(confined.stdout.trim(), "100");
+    let listed =
+        query(&dump, &["reachable", "--where", "b = 8 & r = 4", "--list", "3", "--json"]).expect(0).json();
+    assert_eq!(listed["states"].as_array().unwrap().len(), 3);
+    assert_eq!(keys(&listed["states"][0]["state"]), ["r", "c", "b", "d", "e", "f", "ch"]);
+}
+
+#[test]
+fn wrong_questions_point_at_their_place() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "toy", "");
+    for (arguments, word) in [
+        (vec!["sasi:7"], "no region `sasi:7`"),
+        (vec!["sasi:1 &"], "name of a region"),
+        (vec!["(sasi:1"], "not closed"),
+        (vec!["sasi:1 sasi:1"], "has ended"),
+        (vec!["sasi:1", "--where", "y = 1"], "y"),
+        (vec!["sasi:1", "--where", "\"goal\""], "no labels"),
+        (vec!["sasi:1", "--contains", "s=99"], "range"),
+    ] {
+        let found = query(&dump, &arguments).expect(3);
+        assert!(found.stderr.contains(word) && found.stdout.is_empty(), "{found:#?}");
+    }
+}
+
+#[test]
+fn a_changed_file_model_or_hash_is_refused() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "toy", "");
+    let model = fs::read_to_string("models/toy.prism").unwrap();
+    fs::write(scratch.path("m.prism"), model + "// changed\n").unwrap();
+    let other =
+        run(&format!("verify {dump} {} models/toy.pref --json", scratch.show("m.prism"))).expect(1).json();
+    assert!(other["violation"]["condition"].as_str().unwrap().contains("SHA-256 of the model"));
+    let file = scratch.path("dump").join("certificate.dddmp");
+    let text = fs::read_to_string(&file).unwrap();
+    fs::write(&file, text.replacen(" 1 -1\n", " 1 -2\n", 1)).unwrap();
+    run(&format!("verify {dump} models/toy.prism models/toy.pref")).expect(3);
+    fs::write(&file, "").unwrap();
+    let failed = run(&format!("verify {dump} models/toy.prism models/toy.pref --json")).expect(3).json();
+    assert_eq!((&failed["kind"], &failed["line"]), (&Value::from("input"), &Value::from(1)));
+}
+
+#[test]
+fn regions_are_chosen_by_globs() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "toy", "--region sasi:* --region class:nothing --format dot");
+    let mut files: Vec<String> = fs::read_dir(scratch.path("dump"))
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    files.sort();
+    assert_eq!(
+        files,
+        [
+            "class_nothing.dot",
+            "initial.dot",
+            "manifest.json",
+            "reachable.dot",
+            "regions.dddmp",
+            "sasi_1.dot",
+            "sasi_unbounded.dot"
+        ]
+    );
+    run(&format!("verify {dump} models/toy.prism models/toy.pref")).expect(3);
+    let nothing =
+        format!("export models/toy.prism models/toy.pref --region x* --out {}", scratch.show("other"));
+    run(&nothing).expect(2);
+    assert!(!scratch.path("other").exists());
+}
+
+#[test]
+fn constants_come_from_the_dump() {
+    let scratch = Scratch::new(&[("m.prism", LONG), ("p.pref", LONG_PREFS)]);
+    let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("dump"));
+    run(&format!("export {m} {p} -c N=20 --out {out}")).expect(0);
+    run(&format!("verify {out} {m} {p}")).expect(0);
+    let confined = query(&out, &["reachable", "--where", "x = N", "--count"]).expect(0).stdout;
+    assert_eq!(confined.trim(), count(&out, "target:A"));
+}

@@ -1,0 +1,159 @@
+//! The JSON of each command: keys, their order, their types.
+
+use serde_json::{Value, json};
+
+use crate::common::{Scratch, keys, run};
+
+const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
+
+#[test]
+fn check_has_the_keys_of_the_contract_in_their_order() {
+    let report = run(&format!("check {ROBOT} --safety transition --json")).expect(0).json();
+    assert_eq!(
+        keys(&report),
+        [
+            "schema",
+            "model",
+            "engine",
+            "scope",
+            "safety",
+            "empty",
+            "counts",
+            "objectives",
+            "classes",
+            "improvement",
+            "sasi",
+            "spi",
+            "initial",
+            "time",
+            "memory"
+        ]
+    );
+    assert_eq!(keys(&report["model"]), ["path", "type", "constants", "variables"]);
+    assert_eq!(keys(&report["model"]["variables"][0]), ["name", "type", "low", "high", "bits"]);
+    assert_eq!(keys(&report["counts"]), ["states", "choices", "transitions", "deadlocks", "initial"]);
+    assert_eq!(keys(&report["objectives"][0]), ["name", "target", "almost_sure", "positive"]);
+    assert_eq!(keys(&report["classes"][0]), ["most_preferred", "states"]);
+    assert_eq!(keys(&report["improvement"]), ["states", "transitions", "dropped"]);
+    assert_eq!(keys(&report["sasi"]), ["levels", "unbounded"]);
+    assert_eq!(
+        keys(&report["initial"][0]),
+        ["state", "most_preferred", "sasi_rank", "spi_rank", "sasi_actions", "spi_actions"]
+    );
+    assert_eq!(keys(&report["time"]), ["parse", "build", "outcomes", "improvement", "sasi", "spi", "total"]);
+    assert_eq!(keys(&report["memory"]), ["peak_nodes", "peak_rss_bytes"]);
+    assert!(report["time"].as_object().unwrap().values().all(Value::is_f64), "{}", report["time"]);
+    assert!(report["memory"]["peak_rss_bytes"].as_u64().unwrap() > 1 << 20);
+}
+
+#[test]
+fn the_papers_numbers_are_there() {
+    for engine in ["symbolic", "explicit"] {
+        let report =
+            run(&format!("check {ROBOT} --safety transition --json --engine {engine}")).expect(0).json();
+        assert_eq!(report["engine"], engine);
+        assert_eq!(
+            (&report["scope"], &report["safety"], &report["empty"]),
+            (&json!("all"), &json!("transition"), &json!("gain"))
+        );
+        assert_eq!(report["counts"]["states"], "3600");
+        assert_eq!(report["counts"]["choices"], "13888");
+        assert_eq!(report["counts"]["transitions"], "18496");
+        assert_eq!(
+            report["improvement"],
+            json!({"states": "7200", "transitions": "35524", "dropped": "734"})
+        );
+        assert_eq!(report["sasi"], json!({"levels": ["768", "98"], "unbounded": "0"}));
+        assert_eq!(
+            report["spi"],
+            json!({"levels": ["1946", "1477", "1165", "1010", "1004"], "unbounded": "1004"})
+        );
+        let initial = &report["initial"][0];
+        assert_eq!((&initial["sasi_rank"], &initial["sasi_actions"]), (&json!(2), &json!(["N"])));
+        assert_eq!(report["initial"].as_array().unwrap().len(), 1);
+    }
+}
+
+#[test]
+fn prefix_has_no_one_improvement_mdp() {
+    let report = run("check models/toy.prism models/toy.pref --safety prefix --json").expect(0).json();
+    assert_eq!(report["improvement"], Value::Null);
+    assert_eq!(report["safety"], "prefix");
+}
+
+#[test]
+fn a_search_cut_short_does_not_claim_to_know_the_fixpoint() {
+    let report = run(&format!("check {ROBOT} --safety transition --max-level 1 --json")).expect(0).json();
+    assert_eq!(report["sasi"], json!({"levels": ["768"], "unbounded": null}));
+    assert_eq!(report["spi"]["levels"], json!(["1946"]));
+    assert!(report.get("complete").is_none());
+}
+
+#[test]
+fn reach_has_the_keys_of_the_contract_in_their_order() {
+    let report = run("reach models/toy.prism --target s=3 --json").expect(0).json();
+    assert_eq!(
+        keys(&report),
+        [
+            "schema",
+            "model",
+            "engine",
+            "scope",
+            "counts",
+            "target",
+            "pmax_one",
+            "pmax_positive",
+            "pmin_one",
+            "pmin_positive",
+            "initial",
+            "time",
+            "memory"
+        ]
+    );
+    assert_eq!(report["schema"], "meliora.reach/1");
+    assert_eq!(report["target"], "1");
+    assert_eq!(report["pmax_positive"], "2");
+    assert_eq!(keys(&report["initial"]), ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"]);
+    assert_eq!(report["initial"]["pmax_positive"], "all");
+    assert_eq!(report["initial"]["pmax_one"], "none");
+}
+
+#[test]
+fn info_has_the_keys_of_the_contract_in_their_order() {
+    let report = run("info models/toy.prism --json").expect(0).json();
+    assert_eq!(keys(&report)[..5], ["schema", "model", "counts", "order", "nodes"]);
+    assert_eq!(report["schema"], "meliora.info/1");
+    assert_eq!(report["order"], json!(["s.2", "s.1", "s.0"]));
+    assert!(report["nodes"]["transition"].as_u64().unwrap() > 0);
+    assert!(report["nodes"]["reachable"].as_u64().unwrap() > 0);
+    let explicit = run("info models/toy.prism --json --engine explicit").expect(0).json();
+    assert_eq!(explicit["counts"], report["counts"]);
+    assert_eq!((&explicit["order"], &explicit["nodes"]), (&Value::Null, &Value::Null));
+}
+
+#[test]
+fn compare_agrees_and_says_what_it_took() {
+    let report = run(&format!("compare {ROBOT} --json")).expect(0).json();
+    assert_eq!(report["schema"], "meliora.compare/1");
+    assert_eq!((&report["equal"], &report["difference"]), (&json!(true), &Value::Null));
+    assert_eq!(report["membership"], "3600");
+    assert_eq!(report["engines"].as_array().unwrap().len(), 2);
+    assert!(["symbolic", "explicit"].contains(&report["prefer"]["engine"].as_str().unwrap()));
+    let report = run(&format!("compare {ROBOT} --json --membership 10")).expect(0).json();
+    assert_eq!(report["membership"], Value::Null);
+}
+
+#[test]
+fn errors_are_objects_too() {
+    let scratch =
+        Scratch::new(&[("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<2 -> (x'=y);\nendmodule\n")]);
+    let path = scratch.show("m.prism");
+    let error = run(&format!("info {path} --json")).expect(3).json();
+    assert_eq!(keys(&error), ["schema", "kind", "message", "file", "line", "column"]);
+    assert_eq!((&error["schema"], &error["kind"]), (&json!("meliora.error/1"), &json!("input")));
+    assert_eq!((&error["file"], &error["line"]), (&json!(path), &json!(4)));
+    assert_eq!(run("info missing --json").expect(3).json()["file"], "missing");
+    assert_eq!(run("info --json").expect(2).json()["kind"], "usage");
+    let refused = run("info models/toy.prism --engine explicit --order declared --json").expect(2).json();
+    assert_eq!(refused["kind"], "usage");
+}

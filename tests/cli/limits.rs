@@ -1,0 +1,271 @@
+//! Where the work ends early: the exit status, what is said, what is printed, and what is left behind.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ChildStderr, Command, Stdio};
+
+use serde_json::Value;
+
+use crate::common::{LONG, LONG_PREFS, Scratch, run};
+
+/// A model that takes minutes in every phase, with its preferences, and a place for a dump.
+fn hard() -> Scratch {
+    Scratch::new(&[("m.prism", &LONG.replace("const int N;", "const int N=4000;")), ("m.pref", LONG_PREFS)])
+}
+
+/// A run that was started, with what it says on stderr.
+struct Running {
+    child: Child,
+    err: BufReader<ChildStderr>,
+    said: String,
+}
+
+/// The command line with MODEL and PREFS put in.
+fn start(scratch: &Scratch, arguments: &str) -> Running {
+    let arguments = filled(scratch, arguments);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_meliora"));
+    command.args(arguments.split(' ')).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let err = BufReader::new(child.stderr.take().unwrap());
+    Running { child, err, said: String::new() }
+}
+
+fn filled(scratch: &Scratch, arguments: &str) -> String {
+    arguments
+        .replace("MODEL", &scratch.show("m.prism"))
+        .replace("PREFS", &scratch.show("m.pref"))
+        .replace("OUT", &scratch.show("dump"))
+}
+
+impl Running {
+    /// Waits until the run, which must have `-v`, says that the model has been read, and sends a signal.
+    fn kill_after_parsing(&mut self, signal: &str) {
+        while !self.said.contains("parse: ") {
+            assert_ne!(self.err.read_line(&mut self.said).unwrap(), 0, "it ended: {}", self.said);
+        }
+        let done = Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap();
+        assert!(done.success());
+    }
+
+    /// Waits for the end; gives the exit status and both texts.
+    fn end(mut self) -> (Option<i32>, String, String) {
+        let mut out = String::new();
+        self.child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+        self.err.read_to_string(&mut self.said).unwrap();
+        (self.child.wait().unwrap().code(), out, self.said)
+    }
+}
+
+/// Nothing is left but the two files of the model.
+#[track_caller]
+fn nothing_is_left_behind(scratch: &Scratch) {
+    let names = std::fs::read_dir(scratch.path("")).unwrap().map(|e| e.unwrap().file_name());
+    let mut names: Vec<_> = names.map(|n| n.into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, ["m.pref", "m.prism"]);
+}
+
+const COMMANDS: &[&str] = &[
+    "check MODEL PREFS --json",
+    "check MODEL PREFS --json --engine explicit",
+    "check MODEL PREFS --json --scope all",
+    "reach MODEL --target x=y --json",
+    "info MODEL --json",
+    "strategy MODEL PREFS --json",
+    "simulate MODEL PREFS --json",
+    "export MODEL PREFS --out OUT --json",
+    "compare MODEL PREFS --json",
+];
+
+#[test]
+fn an_interrupt_ends_every_command_with_130_and_what_is_known() {
+    let scratch = hard();
+    for command in COMMANDS {
+        let mut run = start(&scratch, &format!("{command} -v"));
+        run.kill_after_parsing("-INT");
+        let (status, out, err) = run.end();
+        assert_eq!(status, Some(130), "{command}: {err}");
+        assert!(err.contains("interrupted"), "{command}: {err}");
+        let report: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!(report["complete"], false, "{command}");
+        assert_eq!(report["error"]["message"], "interrupted", "{command}");
+        nothing_is_left_behind(&scratch);
+    }
+}
+
+#[test]
+fn the_signal_of_job_schedulers_is_an_interrupt_too() {
+    let scratch = hard();
+    let mut run = start(&scratch, "check MODEL PREFS --json -v");
+    run.kill_after_parsing("-TERM");
+    let (status, out, _) = run.end();
+    assert_eq!(status, Some(130));
+    assert_eq!(serde_json::from_str::<Value>(&out).unwrap()["complete"], false);
+}
+
+#[test]
+fn the_time_limit_ends_every_command_with_4_and_what_is_known() {
+    let scratch = hard();
+    for command in COMMANDS {
+        let (status, out, err) = start(&scratch, &format!("{command} --timeout 500ms")).end();
+        assert_eq!(status, Some(4), "{command}: {err}");
+        assert!(err.contains("--timeout"), "{command}: {err}");
+        assert!(err.contains("the work ended in the phase"), "{command}: {err}");
+        let report: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!(report["complete"], false, "{command}");
+        assert_eq!(report["error"]["kind"], "resource", "{command}");
+        nothing_is_left_behind(&scratch);
+    }
+}
+
+/// Whether a report that is cut short says nothing that the full one does not say.
+fn agrees(part: &Value, whole: &Value) -> bool {
+    match (part, whole) {
+        (Value::Null, _) => true,
+        (Value::Object(part), Value::Object(whole)) => part.iter().all(|(key, value)| {
+            let about_the_work = ["time", "memory", "complete", "error"].contains(&key.as_str());
+            about_the_work || whole.get(key).is_some_and(|w| agrees(value, w))
+        }),
+        (Value::Array(part), Value::Array(whole)) => {
+            part.len() <= whole.len() && part.iter().zip(whole).all(|(p, w)| agrees(p, w))
+        }
+        _ => part == whole,
+    }
+}
+
+#[test]
+fn what_is_printed_when_memory_ends_is_part_of_the_full_answer() {
+    let robot = "check models/robot5x5.prism models/robot5x5.pref --scope all --json --quiet";
+    for (engine, sizes) in [("explicit", 150..500), ("symbolic", 50..400)] {
+        let whole = run(&format!("{robot} --engine {engine}")).expect(0).json();
+        let mut phases = std::collections::BTreeSet::new();
+        for kilobytes in sizes.step_by(25) {
+            let finished = run(&format!("{robot} --engine {engine} --memory {kilobytes}KiB"));
+            assert!([0, 4].contains(&finished.status), "{finished:?}");
+            let part = finished.json();
+            assert!(agrees(&part, &whole), "{engine}, {kilobytes} KiB: {part:#}");
+            if finished.status == 4 {
+                assert_eq!(part["complete"], false);
+                assert!(finished.stderr.contains("--memory"), "{}", finished.stderr);
+                phases.insert(part["objectives"].as_array().map_or(0, Vec::len));
+            }
+        }
+        assert!(!phases.is_empty(), "{engine}: memory never ended");
+    }
+}
+
+#[test]
+fn a_small_operation_cache_is_slow_and_nothing_worse() {
+    // A megabyte leaves a cache of a few thousand entries and a table that is collected all the time.
+    let robot = "check models/robot5x5.prism models/robot5x5.pref --scope all --json --quiet";
+    let small = run(&format!("{robot} --memory 600KiB")).expect(0).json();
+    let large = run(robot).expect(0).json();
+    assert_eq!(small["sasi"], large["sasi"]);
+    assert_eq!(small["spi"], large["spi"]);
+}
+
+#[test]
+fn a_full_disk_ends_with_4_and_says_so() {
+    if !std::path::Path::new("/dev/full").exists() {
+        return;
+    }
+    let toy = "models/toy.prism models/toy.pref";
+    for arguments in [
+        format!("check {toy}"),
+        format!("check {toy} --json"),
+        format!("strategy {toy} --csv"),
+        "info models/toy.prism --flat".to_owned(),
+        "generate gridworld --rows 4 --cols 4 --items 2".to_owned(),
+        "man check".to_owned(),
+        "completions bash".to_owned(),
+    ] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_meliora"));
+        command.args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR"));
+        let output = command.stdout(full).stderr(Stdio::piped()).output().unwrap();
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(4), "{arguments}: {err}");
+        assert!(err.contains("could not be written"), "{arguments}: {err}");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_failure() {
+    for arguments in ["info models/robot5x5.prism --json", "man check", "--help"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_meliora"));
+        command.args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR"));
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let mut err = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut err).unwrap();
+        assert_eq!((child.wait().unwrap().code(), err.as_str()), (Some(0), ""), "{arguments}");
+    }
+}
+
+#[test]
+fn alternatives_that_multiply_are_a_limit_that_is_named() {
+    let modules = |command: &dyn Fn(usize) -> String| -> String {
+        (0..40).map(|i| format!("module m{i} x{i}:[0..3]; {} endmodule\n", command(i))).collect()
+    };
+    let alternatives = |i: usize| (0..4).map(|k| format!("[a] true -> (x{i}'={k});")).collect::<String>();
+    let branches = |i: usize| format!("[a] true -> 0.5:(x{i}'=1) + 0.5:(x{i}'=2);");
+    let text = format!("mdp {}", modules(&alternatives));
+    let scratch = Scratch::new(&[("m.prism", &text), ("m.pref", "objective A = F x0=1;")]);
+    for engine in ["symbolic", "explicit"] {
+        let finished = run(&filled(&scratch, &format!("check MODEL PREFS --engine {engine}"))).expect(4);
+        assert!(finished.stderr.contains("too large"), "{}", finished.stderr);
+    }
+    // Many branches are no difficulty for diagrams, only to list them one by one.
+    let text = format!("mdp {}", modules(&branches));
+    let scratch = Scratch::new(&[("m.prism", &text), ("m.pref", "objective A = F x0=1;")]);
+    let report = run(&filled(&scratch, "check MODEL PREFS --json")).expect(0).json();
+    assert_eq!(report["initial"][0]["most_preferred"][0], "A");
+    for command in ["check MODEL PREFS --engine explicit", "simulate MODEL PREFS", "strategy MODEL PREFS"] {
+        let finished = run(&filled(&scratch, command)).expect(4);
+        assert!(finished.stderr.contains("too large"), "{command}: {}", finished.stderr);
+    }
+}
+
+#[test]
+fn states_of_many_bits_are_a_limit_that_is_named() {
+    let variables: String = (0..2_000).map(|i| format!("x{i}:[0..9007199254740992];")).collect();
+    let scratch =
+        Scratch::new(&[("m.prism", &format!("mdp module m {variables} endmodule")), ("m.pref", "")]);
+    for engine in ["symbolic", "explicit"] {
+        let finished = run(&filled(&scratch, &format!("info MODEL --engine {engine}"))).expect(4);
+        assert!(finished.stderr.contains("bits for the"), "{}", finished.stderr);
+    }
+}
+
+#[test]
+fn a_wide_range_costs_nothing_until_its_values_are_reached() {
+    let text = "mdp module m x:[0..2000000000]; y:[0..2000000000]; [] x<9 -> (x'=x+1); endmodule";
+    let scratch = Scratch::new(&[("m.prism", text), ("m.pref", "")]);
+    for engine in ["symbolic", "explicit"] {
+        let report = run(&filled(&scratch, &format!("info MODEL --engine {engine} --json --memory 64MiB")));
+        assert_eq!(report.expect(0).json()["counts"]["states"], "10");
+    }
+    let all = run(&filled(&scratch, "info MODEL --engine explicit --scope all --memory 64MiB")).expect(4);
+    assert!(all.stderr.contains("too many for"), "{}", all.stderr);
+}
+
+/// Runs a command in a shell that first lowers a limit of the system.
+#[cfg(target_os = "linux")]
+fn limited(limit: &str, arguments: &str) -> (Option<i32>, String) {
+    let script = format!("ulimit {limit}; exec {} {arguments}", env!("CARGO_BIN_EXE_meliora"));
+    let mut command = Command::new("sh");
+    let output = command.args(["-c", &script]).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_system_that_gives_no_memory_or_no_threads_is_a_limit_that_is_named() {
+    let toy = "info models/toy.prism";
+    for (kib, memory) in [(400_000, "8MiB"), (900_000, "8MiB"), (1_400_000, "8MiB"), (3_000_000, "8GiB")] {
+        let (status, err) = limited(&format!("-v {kib}"), &format!("{toy} --memory {memory}"));
+        assert_eq!(status, Some(4), "{kib} KiB: {err}");
+        assert!(!err.contains("internal") && !err.contains("panicked"), "{kib} KiB: {err}");
+    }
+    let (status, err) = limited("-v 4000000", &format!("{toy} --memory 8MiB --threads 60000"));
+    assert_eq!(status, Some(0), "{err}");
+}

@@ -1,0 +1,17 @@
+//! The command as its users meet it: what it prints, where, and with which status.
+
+mod browser;
+mod common;
+mod compare;
+mod dumps;
+mod expect;
+mod generate;
+mod json;
+#[cfg(unix)]
+mod limits;
+mod output;
+mod readme;
+mod report;
+mod settings;
+mod status;
+mod strategies;

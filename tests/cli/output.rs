@@ -1,0 +1,133 @@
+//! What stands where: stdout for results, stderr for the rest, colours where they are wanted.
+
+use std::io::Read;
+use std::process::{Command, Stdio};
+
+use crate::common::{Finished, Scratch, meliora, run};
+
+const TOY: [&str; 3] = ["check", "models/toy.prism", "models/toy.pref"];
+
+/// A model with a deadlock, and preferences with an empty target.
+fn suspicious() -> Scratch {
+    Scratch::new(&[
+        ("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [a] x<2 -> (x'=x+1);\nendmodule\n"),
+        ("m.pref", "objective A = F x=2; objective B = F (x=2 & x=1); prefer B > A;\n"),
+    ])
+}
+
+#[test]
+fn the_report_names_its_inputs() {
+    let finished = Finished::of(meliora().args(TOY)).expect(0);
+    assert!(finished.stdout.contains("models/toy.prism"), "{}", finished.stdout);
+    assert!(finished.stdout.contains("models/toy.pref"), "{}", finished.stdout);
+    assert_eq!(finished.stderr, "");
+}
+
+#[test]
+fn counts_have_thousands_separators() {
+    let finished =
+        run("check models/robot5x5.prism models/robot5x5.pref --scope all --safety transition").expect(0);
+    assert!(finished.stdout.contains("18,496"), "{}", finished.stdout);
+    assert!(finished.stdout.contains("1,946"), "{}", finished.stdout);
+}
+
+#[test]
+fn warnings_go_to_stderr_and_q_silences_them() {
+    let scratch = suspicious();
+    let arguments = format!("check {} {}", scratch.show("m.prism"), scratch.show("m.pref"));
+    let loud = run(&arguments).expect(0);
+    assert!(loud.stderr.contains("objective `B`"), "{}", loud.stderr);
+    assert!(loud.stderr.contains("deadlock"), "{}", loud.stderr);
+    let quiet = run(&format!("{arguments} -q")).expect(0);
+    assert_eq!(quiet.stderr, "");
+    assert!(quiet.stdout.contains("m.prism"));
+}
+
+#[test]
+fn v_tells_of_phases_on_stderr_only() {
+    let plain = run("check models/toy.prism models/toy.pref --json").expect(0);
+    let verbose = run("check models/toy.prism models/toy.pref --json -v").expect(0);
+    assert_eq!(plain.stderr, "");
+    assert!(verbose.stderr.contains("outcomes"), "{}", verbose.stderr);
+    assert_eq!(plain.json()["sasi"], verbose.json()["sasi"]);
+}
+
+#[test]
+fn colours_are_used_where_they_are_wanted() {
+    let escapes = |arguments: &[&str], no_color: bool| {
+        let mut command = meliora();
+        command.args(TOY).args(arguments);
+        if no_color {
+            command.env("NO_COLOR", "1");
+        }
+        Finished::of(&mut command).expect(0).stdout.contains('\u{1b}')
+    };
+    assert!(!escapes(&[], false), "a pipe is no terminal");
+    assert!(!escapes(&["--color", "auto"], true));
+    assert!(escapes(&["--color", "always"], false));
+    assert!(escapes(&["--color", "always"], true), "the option is stronger than NO_COLOR");
+    assert!(!escapes(&["--color", "never"], false));
+    assert!(!escapes(&["--json", "--color", "always"], false), "JSON has no colours");
+}
+
+#[test]
+fn errors_heed_the_colour_settings() {
+    let finished = run("info missing --color always").expect(3);
+    assert!(finished.stderr.contains('\u{1b}'), "{}", finished.stderr);
+    assert!(!run("info missing").expect(3).stderr.contains('\u{1b}'));
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_failure() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_meliora"))
+        .args(["info", "models/robot5x5.prism", "--flat"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let status = child.wait().unwrap();
+    let mut errors = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut errors).unwrap();
+    assert_eq!((status.code(), errors.as_str()), (Some(0), ""));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_a_limit_that_was_hit() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_meliora"))
+        .args(TOY)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .stdout(full)
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(4));
+    assert!(!output.stderr.is_empty());
+}
+
+#[test]
+fn completions_and_manual_are_there() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = run(&format!("completions {shell}")).expect(0).stdout;
+        assert!(script.contains("meliora") && script.contains("reach"), "{shell}");
+    }
+    assert!(run("man").expect(0).stdout.contains(".TH meliora"));
+    assert!(run("man check").expect(0).stdout.contains("safety"));
+}
+
+#[test]
+fn flat_shows_what_the_engines_work_on() {
+    let scratch = Scratch::new(&[(
+        "m.prism",
+        "mdp\nconst int N = 2;\nformula low = x<N;\nmodule a\n  x : [0..N] init 0;\n  [s] low -> 0.5: (x'=x+1) + 0.5: true;\n\
+         endmodule\nmodule b = a [x=y] endmodule\n",
+    )]);
+    let text = run(&format!("info {} --flat", scratch.show("m.prism"))).expect(0).stdout;
+    let text = text.replace(' ', "");
+    for part in ["constintN=2;", "moduleb", "y:[0..2]", "(y'=y+1)"] {
+        assert!(text.contains(part), "{part} is missing in\n{text}");
+    }
+    assert!(!text.contains("formulalow"), "{text}");
+}

@@ -1,0 +1,117 @@
+//! The page and the pictures: what is in them.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
+
+const ROBOT: &str = "report models/robot5x5.prism models/robot5x5.pref";
+
+/// The data that the page's script reads.
+fn data(page: &str) -> Value {
+    let from = page.find("<script id=\"data\"").unwrap();
+    let text = &page[from..];
+    let text = &text[text.find('>').unwrap() + 1..text.find("</script>").unwrap()];
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn a_page_is_one_file_that_loads_nothing() {
+    let scratch = Scratch::new(&[]);
+    let out = scratch.show("page.html");
+    let found = run(&format!("{ROBOT} --scope all --safety transition --out {out} --json")).expect(0).json();
+    assert_eq!(found["schema"], "meliora.report/1");
+    assert_eq!(found["written"]["grid"], serde_json::json!(["r", "c"]));
+    assert_eq!(found["check"]["initial"][0]["sasi_rank"], 2);
+    let page = fs::read_to_string(out).unwrap();
+    assert_eq!(found["written"]["bytes"], page.len());
+    for loading in ["src=", "href=", "@import", "fetch(", "url(http"] {
+        assert!(!page.contains(loading), "{loading}");
+    }
+    assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count());
+    assert!(page.contains("2 improvements are guaranteed, any number of improvements is possible."));
+    // Without a script, too: the cell where planning starts is there with its rank.
+    assert!(page.contains("data-row=\"2\" data-col=\"2\" data-value=\"2\""));
+    assert_eq!(data(&page)["play"][0], serde_json::json!([2, 2, 8, 0, 0, 0, 0]));
+}
+
+#[test]
+fn without_a_plane_there_are_no_maps_but_all_the_rest() {
+    let model = "mdp\nmodule m\n p : [0..2] init 0; q : [0..2] init 0; w : [0..2] init 0;\n [] p<2 -> (p'=p+1);\n\
+                 endmodule\n";
+    let scratch = Scratch::new(&[("m.prism", model), ("p.pref", "objective A = F p=2;\n")]);
+    let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("page.html"));
+    run(&format!("report {m} {p} --out {out}")).expect(0);
+    let page = fs::read_to_string(&out).unwrap();
+    assert!(page.contains("--grid ROW,COLUMN") && !page.contains("id=\"data\""));
+    run(&format!("report {m} {p} --format svg --picture sasi")).expect(2);
+    let strip = run(&format!("report {m} {p} --format svg --picture classes --grid w")).expect(0).stdout;
+    assert_eq!(strip.matches("class=\"cell\"").count(), 3);
+}
+
+#[test]
+fn names_of_files_cannot_become_parts_of_the_page() {
+    let scratch = Scratch::new(&[]);
+    let model = scratch.path("<script>x&.prism");
+    fs::copy("models/robot5x5.prism", &model).unwrap();
+    let arguments = ["report", model.to_str().unwrap(), "models/robot5x5.pref"];
+    let page = Finished::of(meliora().args(arguments)).expect(0).stdout;
+    assert!(page.contains("&lt;script&gt;x&amp;.prism") && !page.contains("<script>x"));
+}
+
+#[test]
+fn other_formats_are_pictures_and_text() {
+    let hasse = run(&format!("{ROBOT} --format svg --picture hasse")).expect(0).stdout;
+    assert!(hasse.starts_with("<svg") && hasse.matches("class=\"cover\"").count() == 6, "{hasse}");
+    let map = run(&format!("{ROBOT} --format svg --scope all --at r=0,c=0,b=3")).expect(0).stdout;
+    assert_eq!(map.matches("class=\"cell\"").count(), 25);
+    let dot = run(&format!("{ROBOT} --format dot")).expect(0).stdout;
+    assert!(dot.starts_with("digraph") && dot.matches(" -> ").count() == 9, "{dot}");
+    insta::assert_snapshot!(
+        "robot_as_markdown",
+        run(&format!("{ROBOT} --format md --scope all")).expect(0).stdout
+    );
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_by_name() {
+    for (options, status, word) in [
+        ("--engine explicit", 2, "`--engine explicit`"),
+        ("--format md --picture sasi", 2, "`--picture`"),
+        ("--format dot --picture spi", 2, "preference order"),
+        ("--json", 2, "--out"),
+        ("--grid r,z", 3, "no variable `z`"),
+        ("--grid r,d", 3, "Boolean"),
+        ("--grid r,r", 3, "twice"),
+        ("--at r=9", 3, "range"),
+    ] {
+        let found = run(&format!("{ROBOT} {options}")).expect(status);
+        assert!(found.stderr.contains(word) && !found.stdout.contains("<html"), "{options}: {found:#?}");
+    }
+    let wide = "mdp module m x : [0..9999] init 0; y : [0..9999] init 0; [] true -> true; endmodule";
+    let scratch = Scratch::new(&[("m.prism", wide), ("p.pref", "objective A = F x=2;\n")]);
+    let (m, p) = (scratch.show("m.prism"), scratch.show("p.pref"));
+    let found = run(&format!("report {m} {p} --grid y,x")).expect(3);
+    assert!(found.stderr.contains("too many to draw"), "{found:#?}");
+}
+
+#[test]
+fn a_page_that_was_not_finished_is_not_there() {
+    let scratch = Scratch::new(&[("m.prism", LONG), ("p.pref", LONG_PREFS)]);
+    let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("page.html"));
+    run(&format!("report {m} {p} -c N=4000 --timeout 300ms --out {out}")).expect(4);
+    assert!(!scratch.path("page.html").exists());
+    let folder = scratch.show("nowhere/page.html");
+    run(&format!("{ROBOT} --out {folder}")).expect(3);
+}
+
+#[test]
+fn the_state_shown_first_can_be_chosen() {
+    let found =
+        Finished::of(meliora().args(ROBOT.split(' ')).args(["--scope", "all", "--at", "r=4,c=1,b=3,f=true"]))
+            .expect(0);
+    let data = data(&found.stdout);
+    assert_eq!(data["at"], serde_json::json!([4, 1, 3, 0, 0, 1, 0]));
+    assert_eq!(data["play"][0], data["at"]);
+}

@@ -1,0 +1,109 @@
+//! The answer does not depend on the order of the variables, the threads, the memory (and with it
+//! the operation cache and the collection of garbage), the engine or the run.
+
+use serde_json::{Map, Value};
+
+use crate::common::{Finished, Scratch, meliora};
+
+/// The settings that every model is asked under; FILE is an order that nobody would choose.
+const SETTINGS: &[&str] = &[
+    "--order auto",
+    "--order auto",
+    "--order declared",
+    "--order FILE",
+    "--threads 2",
+    "--memory 3MiB",
+    "--order FILE --threads 2 --memory 4MiB",
+    "--order FILE --threads 2 --memory 24MiB",
+    "--engine explicit",
+    "--engine explicit --memory 64MiB --threads 2",
+];
+
+/// Parts of a report that are about the work and not about the answer.
+const ABOUT_THE_WORK: &[&str] = &["time", "memory", "engine", "order", "nodes"];
+
+/// An answer without what is about the work.
+fn answer(command: &str, options: &[&str]) -> Map<String, Value> {
+    let mut run = meliora();
+    run.args(command.split(' ')).args(options).args(["--json", "--quiet"]);
+    let Value::Object(mut report) = Finished::of(&mut run).expect(0).json() else { panic!("no object") };
+    ABOUT_THE_WORK.iter().for_each(|key| {
+        report.remove(*key);
+    });
+    report
+}
+
+/// The option that gives constants their values, where there are any.
+fn given(constants: &str) -> Vec<&str> {
+    if constants.is_empty() { Vec::new() } else { vec!["-c", constants] }
+}
+
+/// All bits from the least significant ones of all variables up to the most significant ones.
+fn scattered(model: &str, constants: &str) -> String {
+    let mut run = meliora();
+    run.args(["info", model, "--json", "--quiet"]).args(given(constants));
+    let info = Finished::of(&mut run).expect(0).json();
+    let mut bits: Vec<String> =
+        info["order"].as_array().unwrap().iter().map(|b| b.as_str().unwrap().to_owned()).collect();
+    bits.reverse();
+    bits.sort_by_key(|b| b.rsplit_once('.').map_or(0, |(_, k)| k.parse().unwrap_or(0)));
+    bits.join(" ")
+}
+
+fn same_under_all_settings(name: &str, constants: &str) {
+    let (model, preferences) = (format!("models/{name}.prism"), format!("models/{name}.pref"));
+    let scratch = Scratch::new(&[("order", &scattered(&model, constants))]);
+    let order = scratch.show("order");
+    let commands = [
+        format!("check {model} {preferences}"),
+        format!("check {model} {preferences} --scope all --safety transition"),
+        format!("check {model} {preferences} --safety prefix"),
+        format!("simulate {model} {preferences} --kind spi --runs 20 --steps 30"),
+        format!("strategy {model} {preferences}"),
+    ];
+    for command in commands {
+        let mut expected = None;
+        for settings in SETTINGS {
+            let settings = settings.replace("FILE", &order);
+            let options: Vec<&str> = given(constants).into_iter().chain(settings.split(' ')).collect();
+            let found = answer(&command, &options);
+            match &expected {
+                None => expected = Some(found),
+                Some(expected) => assert_eq!(&found, expected, "{command} {settings}"),
+            }
+        }
+    }
+}
+
+macro_rules! models {
+    ($($test:ident: $name:literal, $constants:literal;)*) => {$(
+        #[test]
+        fn $test() {
+            same_under_all_settings($name, $constants);
+        }
+    )*};
+}
+
+models! {
+    chain: "chain", "N=6";
+    fleet: "fleet", "L=1";
+    lateral: "lateral", "";
+    lateral_prefix: "lateral_prefix", "";
+    line: "line", "K=1";
+    network: "network", "K=5,M=2";
+    rescue: "rescue", "H=2";
+    ring: "ring", "N=8,T=4";
+    robot: "robot5x5", "";
+    scramble: "scramble", "cells=97";
+    toy: "toy", "";
+}
+
+#[test]
+fn every_model_of_the_folder_is_asked() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let count = std::fs::read_dir(folder)
+        .unwrap()
+        .filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == "prism"))
+        .count();
+    assert_eq!(count, 11, "a new model needs a line above");
+}

@@ -1,0 +1,182 @@
+//! Exit statuses: the contract that scripts rely on.
+
+use crate::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
+
+#[test]
+fn work_that_is_done_ends_with_0() {
+    run("check models/toy.prism models/toy.pref").expect(0);
+    run("reach models/toy.prism --target s=3").expect(0);
+    run("info models/toy.prism").expect(0);
+    run("compare models/toy.prism models/toy.pref").expect(0);
+}
+
+#[test]
+fn help_and_version_go_to_stdout_with_0() {
+    assert!(run("--help").expect(0).stdout.contains("Usage"));
+    assert!(run("check --help").expect(0).stdout.contains("--safety"));
+    assert!(run("--version").expect(0).stdout.starts_with("meliora "));
+}
+
+#[test]
+fn wrong_usage_ends_with_2_and_nothing_on_stdout() {
+    for arguments in [
+        "",
+        "chekc",
+        "check models/toy.prism",
+        "check models/toy.prism models/toy.pref --safety most",
+        "check models/toy.prism models/toy.pref --max-level 0",
+        "check models/toy.prism models/toy.pref --memory much",
+        "check models/toy.prism models/toy.pref --memory 0",
+        "check models/toy.prism models/toy.pref --timeout soon",
+        "check models/toy.prism models/toy.pref --threads 0",
+        "check models/toy.prism models/toy.pref --const K",
+        "check models/toy.prism models/toy.pref -q -v",
+        "check models/toy.prism models/toy.pref --engine explicit --order declared",
+        "reach models/toy.prism",
+        "reach models/toy.prism --target s=1 --property P>0[Fs=1]",
+        "reach models/toy.prism --target s=1 --safety action",
+        "info models/toy.prism --max-level 3",
+        "info models/toy.prism --flat --json",
+        "compare models/toy.prism models/toy.pref --engine symbolic",
+        "completions klingon",
+        "man klingon",
+    ] {
+        let finished = run(arguments).expect(2);
+        assert!(!finished.stderr.is_empty(), "{arguments}");
+        if !arguments.contains("--json") {
+            assert_eq!(finished.stdout, "", "{arguments}");
+        }
+    }
+}
+
+#[test]
+fn an_option_that_makes_no_sense_is_refused_by_name() {
+    let refused = run("check models/toy.prism models/toy.pref --engine explicit --order declared").expect(2);
+    assert!(refused.stderr.contains("--order"), "{}", refused.stderr);
+    let refused = run("reach models/toy.prism --target s=1 --safety action").expect(2);
+    assert!(refused.stderr.contains("--safety"), "{}", refused.stderr);
+}
+
+#[test]
+fn files_that_cannot_be_read_end_with_3_and_are_named() {
+    let scratch = Scratch::new(&[]);
+    std::fs::write(scratch.path("bytes.prism"), b"mdp \xff\xfe").unwrap();
+    for file in ["missing.prism", "bytes.prism", "."] {
+        let path = scratch.show(file);
+        let finished = run(&format!("info {path}")).expect(3);
+        assert!(finished.stderr.contains(&path), "{}", finished.stderr);
+        assert_eq!(finished.stdout, "");
+    }
+    run("check models/toy.prism missing.pref").expect(3);
+}
+
+#[test]
+fn a_wrong_model_ends_with_3_and_shows_the_place() {
+    let scratch = Scratch::new(&[(
+        "m.prism",
+        "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<2 -> (x'=y+1);\nendmodule\n",
+    )]);
+    let finished = run(&format!("info {}", scratch.show("m.prism"))).expect(3);
+    assert!(finished.stderr.contains("m.prism:4:"), "{}", finished.stderr);
+    assert!(finished.stderr.contains("[] x<2 -> (x'=y+1);"), "{}", finished.stderr);
+}
+
+#[test]
+fn an_update_out_of_range_names_an_example_state() {
+    let scratch = Scratch::new(&[(
+        "m.prism",
+        "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<=2 -> (x'=x+1);\nendmodule\n",
+    )]);
+    for engine in ["symbolic", "explicit"] {
+        let finished = run(&format!("info {} --engine {engine}", scratch.show("m.prism"))).expect(3);
+        assert!(finished.stderr.contains("x=2"), "{}", finished.stderr);
+    }
+}
+
+#[test]
+fn constants_that_are_unknown_or_missing_end_with_3() {
+    let scratch = Scratch::new(&[("long.prism", LONG)]);
+    let path = scratch.show("long.prism");
+    run(&format!("info {path} -c N=5")).expect(0);
+    let missing = run(&format!("info {path}")).expect(3);
+    assert!(missing.stderr.contains('N'), "{}", missing.stderr);
+    let unknown = run(&format!("info {path} -c N=5,M=2")).expect(3);
+    assert!(unknown.stderr.contains('M'), "{}", unknown.stderr);
+    run(&format!("info {path} -c N=five")).expect(3);
+    run(&format!("info {path} -c N=5 -c N=6")).expect(3);
+}
+
+#[test]
+fn a_wrong_target_ends_with_3_and_names_the_option() {
+    let finished = run("reach models/toy.prism --target s=").expect(3);
+    assert!(finished.stderr.contains("--target"), "{}", finished.stderr);
+    run("reach models/toy.prism --target nobody").expect(3);
+    run("reach models/toy.prism --target s+1").expect(3);
+}
+
+#[test]
+fn a_wrong_order_file_ends_with_3() {
+    let scratch = Scratch::new(&[("order", "nobody\n"), ("good", "s\n")]);
+    run(&format!("info models/toy.prism --order {}", scratch.show("order"))).expect(3);
+    run(&format!("info models/toy.prism --order {}", scratch.show("good"))).expect(0);
+    run("info models/toy.prism --order nowhere").expect(3);
+}
+
+#[test]
+fn too_little_memory_ends_with_4_or_works_but_never_panics() {
+    for engine in ["symbolic", "explicit"] {
+        for memory in ["1", "1KiB", "64KiB", "1MiB"] {
+            let arguments = format!(
+                "check models/robot5x5.prism models/robot5x5.pref --scope all --engine {engine} --memory {memory}"
+            );
+            let finished = run(&arguments);
+            assert!([0, 4].contains(&finished.status), "{finished:#?}");
+            if finished.status == 4 {
+                assert!(finished.stderr.contains("--memory"), "{}", finished.stderr);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_explicit_engine_says_how_many_states_fitted_its_memory() {
+    let scratch = Scratch::new(&[("long.prism", LONG), ("long.pref", LONG_PREFS)]);
+    let (model, preferences) = (scratch.show("long.prism"), scratch.show("long.pref"));
+    for scope in ["reachable", "all"] {
+        let arguments = format!("check {model} {preferences} -c N=1000 --engine explicit --scope {scope}");
+        let finished = run(&format!("{arguments} --memory 14MiB")).expect(4);
+        assert!(finished.stderr.contains("states reached so far"), "{}", finished.stderr);
+    }
+}
+
+#[test]
+fn a_property_is_answered() {
+    let holds = |property: &str| {
+        let mut command = meliora();
+        command.args(["reach", "models/toy.prism", "--json", "--property", property]);
+        Finished::of(&mut command).expect(0).json()["holds"].clone()
+    };
+    assert_eq!(holds("Pmax>=1 [ F s=1 ]"), true);
+    assert_eq!(holds("P>=1 [ F s=1 ]"), false);
+    assert_eq!(holds("P<1 [ F s=3 ]"), true);
+    assert_eq!(holds("P<1 [ F s=1 ]"), false);
+}
+
+#[test]
+fn the_time_limit_is_kept() {
+    let scratch = Scratch::new(&[("long.prism", LONG), ("long.pref", LONG_PREFS)]);
+    for engine in ["symbolic", "explicit"] {
+        let arguments = format!(
+            "check {} {} -c N=4000 --engine {engine} --timeout 1s --json",
+            scratch.show("long.prism"),
+            scratch.show("long.pref")
+        );
+        let finished = run(&arguments).expect(4);
+        assert!(finished.stderr.contains("--timeout"), "{}", finished.stderr);
+        let report = finished.json();
+        assert_eq!(report["schema"], "meliora.check/1");
+        assert_eq!(report["complete"], false);
+        assert_eq!(report["error"]["kind"], "resource");
+        assert_eq!(report["model"]["constants"]["N"], 4000);
+    }
+}

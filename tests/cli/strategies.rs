@@ -1,0 +1,195 @@
+//! Strategies and plays, as tables, graphs and reasons: the paper's text on its robot.
+
+use serde_json::{Value, json};
+
+use crate::common::{Scratch, keys, run};
+
+const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
+
+fn permitted(state: &Value) -> Vec<&str> {
+    let actions = state["actions"].as_array().unwrap().iter();
+    actions.filter(|a| a["permitted"] == true).map(|a| a["name"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn the_paper_s_story_is_told_on_the_robot() {
+    let at = "--at r=2,c=2,b=8 --at r=3,c=2,b=7 --at r=3,c=1,b=6";
+    let sasi = run(&format!("strategy {ROBOT} --safety transition --kind sasi --json {at}")).expect(0).json();
+    let spi = run(&format!("strategy {ROBOT} --safety transition --kind spi --json {at}")).expect(0).json();
+    let start = &sasi["states"][0];
+    assert_eq!((&start["sasi_rank"], &start["spi_rank"]), (&json!(2), &json!("unbounded")));
+    assert_eq!(start["most_preferred"], json!([]));
+    assert_eq!(permitted(start), ["N"]);
+    assert_eq!(permitted(&spi["states"][0]), ["N", "S"]);
+    assert_eq!(start["actions"][1]["verdict"], "strays");
+    let north = &sasi["states"][1];
+    assert_eq!(start["actions"][0]["successors"][0]["state"], north["state"]);
+    assert_eq!(permitted(north), ["W"]);
+    let west = north["actions"][3]["successors"].as_array().unwrap();
+    assert!(west.iter().all(|s| s["change"] == "improving" && s["goal"] == true), "{west:?}");
+    // B and C are incomparable: on the ice between them, both ways are as good.
+    let ice = permitted(&sasi["states"][2]);
+    assert!(ice.contains(&"N") && ice.contains(&"S"), "{ice:?}");
+}
+
+#[test]
+fn the_second_improvement_of_the_robot_is_not_the_one_of_the_paper_s_text() {
+    let arguments = format!("strategy {ROBOT} --safety transition --at r=2,c=2,b=8 --dot");
+    let dot = run(&arguments).expect(0).stdout;
+    let gained =
+        |line: &str| line.split("\\n").nth(1)?.split_once(" gained").map(|(names, _)| names.to_owned());
+    let gains: std::collections::BTreeSet<String> = dot.lines().filter_map(gained).collect();
+    assert_eq!(gains.into_iter().collect::<Vec<_>>(), ["A", "A, B", "B", "B, C", "C", "F"]);
+}
+
+#[test]
+fn every_play_of_the_robot_improves_twice_before_its_longest_play_ends() {
+    let at = "--at r=2,c=2,b=8 --json";
+    let strategy = run(&format!("strategy {ROBOT} --safety action {at}")).expect(0).json();
+    let bound = strategy["states"][0]["longest_play"].as_u64().unwrap();
+    let options = format!("--safety action --strategy progress --runs 500 --steps {bound}");
+    let plays = &run(&format!("simulate {ROBOT} {options} {at}")).expect(0).json()["plays"][0];
+    assert_eq!((&plays["given_up"], &plays["fewer_than_rank"]), (&json!(0), &json!(0)));
+    assert_eq!((&plays["weakened_step"], &plays["weakened_start"]), (&json!(0), &json!(0)));
+    assert!(plays["steps_to"][1]["most"].as_u64().unwrap() <= bound);
+    assert_eq!(plays["steps_to"][1]["plays"], 500);
+}
+
+#[test]
+fn transition_plays_take_the_branch_that_the_construction_drops() {
+    let lateral = "models/lateral.prism models/lateral.pref --safety transition --json";
+    let action = &run(&format!("strategy {lateral}")).expect(0).json()["states"][0]["actions"][1];
+    assert_eq!((&action["name"], &action["permitted"]), (&json!("gamble"), &json!(true)));
+    assert_eq!(action["successors"][1]["dropped"], true);
+    let plays = &run(&format!("simulate {lateral} --runs 200")).expect(0).json()["plays"][0];
+    let (weakened, fewer) = (plays["weakened_step"].as_u64().unwrap(), &plays["fewer_than_rank"]);
+    assert!((50..150).contains(&weakened), "{weakened}");
+    assert_eq!(fewer, weakened);
+    assert_eq!(plays["trace"]["turns"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn the_reasons_are_told() {
+    let of = |safety: &str| {
+        let text = format!("strategy models/lateral.prism models/lateral.pref --safety {safety}");
+        run(&text).expect(0).stdout
+    };
+    assert!(of("action").contains("may weaken: Bronze lost in s=3"), "{}", of("action"));
+    assert!(of("transition").contains("ends in s=1, where 1 improvement is not sure"));
+    let trader = "models/lateral_prefix.prism models/lateral_prefix.pref";
+    let action = run(&format!("strategy {trader}")).expect(0).stdout;
+    assert!(action.contains("stays, but makes no progress"), "{action}");
+    let unsafe_swap = run(&format!("strategy {trader} --scope all --safety prefix --at good=3")).expect(0);
+    assert!(unsafe_swap.stdout.contains("Improves not surely"), "{}", unsafe_swap.stdout);
+}
+
+#[test]
+fn the_reports_have_their_keys_in_order() {
+    let report = run("strategy models/toy.prism models/toy.pref --json").expect(0).json();
+    assert_eq!(report["schema"], "meliora.strategy/1");
+    assert_eq!(
+        keys(&report),
+        [
+            "schema", "model", "engine", "scope", "safety", "empty", "kind", "asked", "states", "time",
+            "memory"
+        ]
+    );
+    let state = &report["states"][0];
+    assert_eq!(
+        keys(state),
+        ["state", "most_preferred", "sasi_rank", "spi_rank", "progress_action", "actions", "longest_play"]
+    );
+    let action = &state["actions"][0];
+    assert_eq!(keys(action), ["name", "kept", "permitted", "progress", "verdict", "reason", "successors"]);
+    assert_eq!(
+        keys(&action["successors"][0]),
+        ["state", "probability", "most_preferred", "change", "gained", "lost", "rank", "dropped", "goal"]
+    );
+    let report = run("simulate models/toy.prism models/toy.pref --json --runs 3").expect(0).json();
+    assert_eq!(report["schema"], "meliora.simulate/1");
+    assert_eq!((&report["kind"], &report["strategy"]), (&json!("sasi"), &json!("permissive")));
+    assert_eq!(report["plays"][0]["improvements"], json!([{"times": 1, "plays": 3}]));
+}
+
+#[test]
+fn csv_has_a_line_for_each_state_and_action_of_a_rank() {
+    let csv =
+        run(&format!("strategy {ROBOT} --safety transition --rank 2 --limit 98 --csv")).expect(0).stdout;
+    let states: std::collections::BTreeSet<&str> =
+        csv.lines().skip(1).map(|l| l.split(",,").next().unwrap()).collect();
+    assert!(csv.starts_with("r,c,b,d,e,f,ch,most_preferred,sasi_rank,spi_rank,action,"));
+    assert!(csv.contains("2,2,8,false,false,false,false,,2,unbounded,N,true,true,true,true,"), "{csv}");
+    assert!(states.len() >= 98, "{}", states.len());
+    let few =
+        run(&format!("strategy {ROBOT} --safety transition --rank 2 --limit 2 --json")).expect(0).json();
+    assert_eq!((&few["asked"], few["states"].as_array().unwrap().len()), (&json!("98"), 2));
+    let none = run("strategy models/toy.prism models/toy.pref --rank unbounded").expect(0).stdout;
+    assert!(none.contains("No state has this rank"), "{none}");
+}
+
+#[test]
+fn dot_draws_what_the_strategy_may_reach() {
+    let dot = run("strategy models/toy.prism models/toy.pref --dot").expect(0).stdout;
+    assert!(dot.starts_with("digraph strategy {") && dot.ends_with("}\n"), "{dot}");
+    assert!(
+        dot.contains("label=\"b\"") && dot.contains("label=\"c\"") && !dot.contains("label=\"a\""),
+        "{dot}"
+    );
+    assert!(dot.contains("Second gained"), "{dot}");
+    let cut = run("strategy models/toy.prism models/toy.pref --dot --limit 1").expect(0);
+    assert!(cut.stdout.contains('…') && cut.stderr.contains("--limit"), "{cut:?}");
+}
+
+#[test]
+fn wrong_states_are_shown_where_they_are_wrong() {
+    let toy = "models/toy.prism models/toy.pref";
+    for (command, part) in [("strategy", "range"), ("simulate", "range")] {
+        let error = run(&format!("{command} {toy} --at s=7")).expect(3).stderr;
+        assert!(error.contains(part) && error.contains("--at"), "{error}");
+    }
+    let scratch = Scratch::new(&[
+        ("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [a] x<1 -> (x'=x+1);\nendmodule\n"),
+        ("m.pref", "objective A = F x=1;\n"),
+    ]);
+    let files = format!("{} {}", scratch.show("m.prism"), scratch.show("m.pref"));
+    let error = run(&format!("strategy {files} --at x=2 -q")).expect(3).stderr;
+    assert!(error.contains("--scope all"), "{error}");
+    run(&format!("strategy {files} --at x=2 -q --scope all")).expect(0);
+    run(&format!("strategy {files} --rank most")).expect(2);
+    run(&format!("strategy {files} --rank 1 --at x=1")).expect(2);
+}
+
+/// A report without what may differ from run to run.
+fn lasting(arguments: &str) -> Value {
+    let mut report = run(arguments).expect(0).json();
+    let object = report.as_object_mut().unwrap();
+    for key in ["engine", "time", "memory"] {
+        object.remove(key);
+    }
+    report
+}
+
+#[test]
+fn the_same_seed_gives_the_same_plays_and_another_one_others() {
+    let plays = format!("simulate {ROBOT} --kind spi --runs 50 --json");
+    let [first, again, other] =
+        ["--seed 7", "--seed 7", "--seed 8"].map(|seed| lasting(&format!("{plays} {seed}"))["plays"].take());
+    assert_eq!(first, again);
+    assert_ne!(first, other);
+}
+
+#[test]
+fn both_engines_explain_and_play_alike() {
+    for kind in ["sasi", "spi"] {
+        for safety in ["action", "transition", "prefix"] {
+            for command in ["strategy --rank 1 --limit 60", "simulate --runs 30"] {
+                let ask = |engine| {
+                    lasting(&format!(
+                        "{command} {ROBOT} --kind {kind} --safety {safety} --json --engine {engine}"
+                    ))
+                };
+                assert_eq!(ask("symbolic"), ask("explicit"), "{command} {kind} {safety}");
+            }
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Files that come from elsewhere: dumps and their proofs, and text of strangers.
+
+#[path = "../common/entry.rs"]
+mod entry;
+mod files;
+mod hostile;
+mod verify;

@@ -1,0 +1,8 @@
+//! The engines against a reference by the book, their orders, and whether they stop when told to.
+
+#[path = "../common/engines.rs"]
+mod common;
+mod explicit;
+mod interruption;
+mod order;
+mod stopping;

@@ -1,0 +1,111 @@
+//! Maps over two variables: what a cell shows is what the sets say of its states.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::sync::Arc;
+
+use meliora::atlas::{self, Atlas, Plane};
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Engine, Scope, Settings};
+use meliora::error::SourceFile;
+use meliora::lang;
+use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
+
+/// The robot with its analysis and an atlas over its plane, handed to a test.
+fn with_atlas(
+    scope: Scope,
+    nodes: usize,
+    test: impl Fn(&SymbolicEngine, &Analysis<'_, SymbolicEngine>, &Atlas),
+) {
+    let read = |name: &str| SourceFile::new(name, fs::read_to_string(name).unwrap());
+    let mut program =
+        lang::load(&read("models/robot5x5.prism"), &SourceFile::new("constants", "")).unwrap().program;
+    let preferences = lang::load_preferences(&read("models/robot5x5.pref"), &mut program).unwrap();
+    let plane = Plane::guess(&program).unwrap();
+    let program = Arc::new(program);
+    let settings = Settings { scope, memory: 256 << 20, ..Settings::default() };
+    let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings).unwrap();
+    let mut analysis =
+        Analysis::new(&engine, &preferences, Options { safety: Safety::Action, max_level: None });
+    analysis.run(&mut |_| ()).unwrap();
+    let at = engine.list_states(&engine.initial_states(), 1).unwrap().remove(0);
+    let atlas = atlas::build(&engine, &analysis, plane, &at, nodes).unwrap();
+    test(&engine, &analysis, &atlas);
+}
+
+#[test]
+fn cells_say_of_each_state_what_the_sets_say() {
+    with_atlas(Scope::All, usize::MAX, |engine, analysis, atlas| {
+        assert!(!atlas.projected && atlas.rows_up);
+        for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
+            let view = state.iter().copied().map(Some).collect();
+            let cell = atlas.cell(&view).unwrap();
+            let rank = |kind| analysis.levels(kind).rank(engine, &state);
+            assert_eq!((cell.sasi, cell.spi), (rank(Kind::Sasi), rank(Kind::Spi)), "{state:?}");
+            let class = analysis.classes().unwrap().of(engine, &state).unwrap();
+            assert_eq!(cell.classes, [class], "{state:?}");
+        }
+    });
+}
+
+#[test]
+fn arrows_are_the_permitted_actions_and_point_where_they_lead() {
+    with_atlas(Scope::Reachable, usize::MAX, |engine, analysis, atlas| {
+        let directions: Vec<(&str, i8, i8)> =
+            atlas.choices.iter().map(|c| (c.name.as_str(), c.row, c.column)).collect();
+        assert_eq!(directions[..4], [("N", 1, 0), ("S", -1, 0), ("E", 0, 1), ("W", 0, -1)]);
+        for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
+            let view = state.iter().copied().map(Some).collect();
+            let prospects = analysis.prospects(engine.program(), &state).unwrap();
+            for (plan, ladder) in [(prospects.sasi, &atlas.sasi), (prospects.spi, &atlas.spi)] {
+                let here = atlas.choices.iter().zip(&ladder.permitted);
+                let names: Vec<&str> =
+                    here.filter(|(_, e)| atlas.holds(**e, &view)).map(|(c, _)| c.name.as_str()).collect();
+                let plan = plan.unwrap().actions;
+                let plain: Vec<&str> = plan.iter().map(|a| a.split('(').next().unwrap()).collect();
+                assert_eq!(names, plain, "{state:?}");
+            }
+        }
+    });
+}
+
+#[test]
+fn open_variables_give_the_best_that_some_value_allows() {
+    with_atlas(Scope::Reachable, usize::MAX, |engine, analysis, atlas| {
+        let mut best: BTreeMap<(i64, i64), usize> = BTreeMap::new();
+        for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
+            let Rank::Finite(rank) = analysis.levels(Kind::Sasi).rank(engine, &state) else { panic!() };
+            let cell = best.entry((state[0], state[1])).or_default();
+            *cell = rank.max(*cell);
+        }
+        // With the battery full there is but one state: the picture starts with any values.
+        let opening = atlas.opening();
+        assert_eq!(opening, vec![None; 7]);
+        for row in 0..5 {
+            for column in 0..5 {
+                let cell = atlas.cell(&atlas.view(&opening, row, column));
+                let expected = best.get(&(row, column)).map(|&k| Rank::Finite(k));
+                assert_eq!(cell.map(|c| c.sasi), expected, "{row},{column}");
+            }
+        }
+    });
+}
+
+#[test]
+fn what_is_too_large_loses_first_its_arrows_and_then_its_sliders() {
+    with_atlas(Scope::Reachable, usize::MAX, |_, _, whole| {
+        with_atlas(Scope::Reachable, whole.diagram.nodes.len() - 1, |_, _, atlas| {
+            assert!(!atlas.projected && atlas.choices.is_empty() && atlas.rows_up);
+            assert!(atlas.diagram.nodes.len() < whole.diagram.nodes.len());
+        });
+        with_atlas(Scope::Reachable, 100, |_, _, atlas| {
+            assert!(atlas.projected && atlas.diagram.nodes.len() <= 100);
+            for row in 0..5 {
+                for column in 0..5 {
+                    let cell = |atlas: &Atlas| atlas.cell(&atlas.view(&vec![None; 7], row, column));
+                    assert_eq!(cell(atlas), cell(whole), "{row},{column}");
+                }
+            }
+        });
+    });
+}

@@ -1,0 +1,261 @@
+//! Plays under a strategy keep on random models what it promises.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
+
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Engine, Scope, Settings};
+use meliora::error::SourceFile;
+use meliora::lang;
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
+use meliora::planning::explain::Verdict;
+use meliora::planning::{Analysis, Course, Kind, Options, Picks, Playbook, Rank, Safety, Setup, Simulation};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+
+/// A model of one variable: for each state its choices, for each choice where it leads.
+fn program(
+    choices: &[Vec<Vec<usize>>],
+    targets: &[usize],
+    above: &[(usize, usize)],
+    empty: &str,
+) -> (Program, Preferences) {
+    let mut text = format!("mdp\nmodule m\n  s : [0..{}] init 0;\n", choices.len() - 1);
+    for (s, choices) in choices.iter().enumerate() {
+        for to in choices {
+            let share = format!("1/{}", to.len());
+            let branches: Vec<String> = to.iter().map(|t| format!("{share}: (s'={t})")).collect();
+            text += &format!("  [] s={s} -> {};\n", branches.join(" + "));
+        }
+    }
+    text += "endmodule\n";
+    let mut preferences = String::new();
+    for (i, target) in targets.iter().enumerate() {
+        preferences += &format!("objective o{i} = F s={target};\n");
+    }
+    for (i, j) in above.iter().filter(|(i, j)| i > j && *i < targets.len()) {
+        preferences += &format!("prefer o{i} > o{j};\n");
+    }
+    preferences += &format!("empty = {empty};\n");
+    let mut program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
+    let preferences = lang::load_preferences(&SourceFile::new("p", preferences), &mut program).unwrap();
+    (program, preferences)
+}
+
+/// For each node the nodes it may lead to, each with whether the step is an improvement.
+fn edges(course: &Course) -> Vec<Vec<(usize, bool)>> {
+    let of = |node: &meliora::planning::course::Node| {
+        let pairs = node.at.actions.iter().zip(&node.next);
+        pairs
+            .flat_map(|(a, next)| a.successors.iter().zip(next))
+            .filter_map(|(s, to)| to.map(|to| (to, s.improves)))
+            .collect()
+    };
+    course.nodes.iter().map(of).collect()
+}
+
+/// The fewest improvements on the way from node 0 to each node; none where there is no way.
+fn fewest(edges: &[Vec<(usize, bool)>]) -> Vec<Option<usize>> {
+    let mut found = vec![None; edges.len()];
+    found[0] = Some(0);
+    let mut queue = VecDeque::from([0]);
+    while let Some(node) = queue.pop_front() {
+        for &(to, improves) in &edges[node] {
+            let count = found[node].unwrap() + usize::from(improves);
+            if found[to].is_none_or(|known| count < known) {
+                found[to] = Some(count);
+                queue.push_back(to);
+            }
+        }
+    }
+    found
+}
+
+/// Whether some way from node 0 has so many improvements.
+fn can_improve(edges: &[Vec<(usize, bool)>], times: usize) -> bool {
+    let mut seen = BTreeSet::from([(0, 0)]);
+    let mut queue = VecDeque::from([(0, 0)]);
+    while let Some((node, count)) = queue.pop_front() {
+        if count >= times {
+            return true;
+        }
+        for &(to, improves) in &edges[node] {
+            let next = (to, count + usize::from(improves));
+            if seen.insert(next) {
+                queue.push_back(next);
+            }
+        }
+    }
+    false
+}
+
+/// The Markov chain of a play keeps its promise: under SASI it almost surely comes to an end, and
+/// every end lies behind at least rank improvements; under SPI so many are possible.
+fn check_course(kind: Kind, course: &Course, rank: Rank, label: &str) {
+    assert!(course.complete);
+    let edges = edges(course);
+    let ends = |n: usize| course.nodes[n].at.memory.level == Rank::Finite(0);
+    let promised = match rank {
+        Rank::Finite(k) => k,
+        _ => 12,
+    };
+    if kind == Kind::Spi {
+        assert!(can_improve(&edges, promised), "{label}: {promised} are possible");
+        return;
+    }
+    let reached = fewest(&edges);
+    for node in 0..edges.len() {
+        if ends(node) {
+            assert!(edges[node].is_empty() && reached[node] >= Some(promised), "{label}: too few");
+        }
+    }
+    // In a finite chain, to be able to end from everywhere is to end almost surely.
+    let mut ending: Vec<bool> = (0..edges.len()).map(ends).collect();
+    for _ in 0..edges.len() {
+        for node in 0..edges.len() {
+            ending[node] |= edges[node].iter().any(|&(to, _)| ending[to]);
+        }
+    }
+    assert!(ending.iter().all(|&e| e), "{label}: a play may go on for ever");
+}
+
+fn check_plays(
+    book: &mut Playbook<'_, SymbolicEngine>,
+    safety: Safety,
+    start: &[i64],
+    picks: Picks,
+    bound: Option<usize>,
+) {
+    let steps = bound.map_or(60, |b| b as u64);
+    let tally = Simulation::new(book, Setup { picks, runs: 10, steps, seed: 3 }).run(start).unwrap();
+    assert_eq!(tally.plays, 10);
+    match safety {
+        Safety::Action => assert_eq!(tally.weakened_step, 0),
+        Safety::Prefix => assert_eq!(tally.weakened_reference, 0),
+        Safety::Transition => return,
+    }
+    if bound.is_some() {
+        assert_eq!(tally.given_up, 0);
+    }
+    if let (Kind::Sasi, Some(_), Rank::Finite(k)) = (book.kind(), bound, tally.rank) {
+        assert_eq!(tally.fewer_than(k), 0);
+    }
+}
+
+fn check(program: Program, preferences: &Preferences, ranks: &mut Ranks) {
+    let settings = Settings { scope: Scope::All, memory: 16 << 20, ..Settings::default() };
+    let program = Arc::new(program);
+    let engine = SymbolicEngine::new(Arc::clone(&program), order::auto(&program), 1, settings).unwrap();
+    for safety in [Safety::Action, Safety::Prefix, Safety::Transition] {
+        let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
+        analysis.run(&mut |_| ()).unwrap();
+        for kind in [Kind::Sasi, Kind::Spi] {
+            let mut book = Playbook::new(&analysis, &program, kind).unwrap();
+            for start in engine.list_states(&engine.all_states(), 10).unwrap() {
+                ranks.note(kind, safety, book.rank(&start));
+                for picks in [Picks::Permissive, Picks::Progress] {
+                    let course =
+                        Course::unfold(&mut book, std::slice::from_ref(&start), picks, 10_000).unwrap();
+                    // `transition` promises what the real system, which the course follows, need not keep.
+                    if safety != Safety::Transition {
+                        check_course(kind, &course, book.rank(&start), &format!("{kind} {safety} {start:?}"));
+                    }
+                    check_plays(&mut book, safety, &start, picks, course.longest_play());
+                }
+            }
+        }
+    }
+}
+
+/// How many starting states had which rank: a promise of nothing is easily kept.
+#[derive(Debug, Default)]
+struct Ranks(BTreeMap<(&'static str, &'static str), [usize; 3]>);
+
+impl Ranks {
+    fn note(&mut self, kind: Kind, safety: Safety, rank: Rank) {
+        let kind = if kind == Kind::Sasi { "SASI" } else { "SPI" };
+        let safety = match safety {
+            Safety::Action => "action",
+            Safety::Prefix => "prefix",
+            Safety::Transition => "transition",
+        };
+        let slot = match rank {
+            Rank::Finite(k) => k.min(2),
+            _ => 2,
+        };
+        self.0.entry((kind, safety)).or_default()[slot] += 1;
+    }
+}
+
+/// A random model with its preferences, as [`program`] takes it.
+type Drawn = (Vec<Vec<Vec<usize>>>, Vec<usize>, Vec<(usize, usize)>, &'static str);
+
+/// Layers of three states; most choices leave to chance where in the next layer they lead, and what
+/// lies a layer further on is mostly preferred. Others hardly ever have something to improve for sure.
+fn layered() -> impl Strategy<Value = Drawn> {
+    const WIDTH: usize = 3;
+    let stray = prop::option::weighted(0.15, 0..12usize);
+    let choice = (prop::collection::vec(prop::bool::weighted(0.75), WIDTH), stray);
+    let choices = prop::collection::vec(prop::collection::vec(choice, 1..=2), WIDTH..=4 * WIDTH);
+    let is_target = prop::collection::vec(prop::bool::weighted(0.9), 4 * WIDTH);
+    let preferred = prop::collection::vec(prop::bool::weighted(0.85), 16 * WIDTH * WIDTH);
+    let empty = prop::sample::select(vec!["bottom", "gain", "incomparable"]);
+    (choices, is_target, preferred, empty).prop_map(|(drawn, is_target, preferred, empty)| {
+        let n = drawn.len();
+        let leads = |s: usize, (next, stray): &(Vec<bool>, Option<usize>)| {
+            let first = (s / WIDTH + 1) * WIDTH;
+            let onwards = (0..WIDTH).filter(|&i| next[i]).map(|i| first + i);
+            let mut to: Vec<usize> = onwards.chain(*stray).map(|t| if t < n { t } else { s }).collect();
+            if to.is_empty() {
+                to.push(s);
+            }
+            to
+        };
+        let choices = drawn.iter().enumerate().map(|(s, all)| all.iter().map(|c| leads(s, c)).collect());
+        let targets: Vec<usize> = (0..n).filter(|&s| s == 0 || is_target[s]).collect();
+        let pairs = (0..targets.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let further = |i: usize, j: usize| targets[i] / WIDTH > targets[j] / WIDTH;
+        let above = pairs.filter(|&(i, j)| further(i, j) && preferred[4 * WIDTH * i + j]).collect();
+        (choices.collect(), targets, above, empty)
+    })
+}
+
+#[test]
+fn plays_on_random_models_keep_their_promise() {
+    let config = Config { cases: 300, failure_persistence: None, ..Config::default() };
+    let ranks = RefCell::new(Ranks::default());
+    let outcome = TestRunner::new(config).run(&layered(), |(choices, targets, above, empty)| {
+        let (program, preferences) = program(&choices, &targets, &above, empty);
+        check(program, &preferences, &mut ranks.borrow_mut());
+        Ok(())
+    });
+    outcome.unwrap_or_else(|e| panic!("{e}"));
+    for (what, [_, one, more]) in &ranks.borrow().0 {
+        assert!(*one > 50 && *more > 10, "too few states have something to improve: {what:?} {one} {more}");
+    }
+}
+
+#[test]
+fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
+    // From 1 the play must go on to 2, where A can not be reached any more.
+    let text = "mdp module m x : [0..2] init 0; [stay] x=0 -> true; [go] x=0 -> 0.5: true + 0.5: (x'=1);\n\
+        [on] x=1 -> (x'=2); endmodule";
+    let none = SourceFile::new("constants", "");
+    let mut program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let preferences = SourceFile::new("p", "objective A = F x=1;");
+    let preferences = lang::load_preferences(&preferences, &mut program).unwrap();
+    let program = Arc::new(program);
+    let order = order::declared(&program);
+    let engine = SymbolicEngine::new(program.clone(), order, 1, Settings::default()).unwrap();
+    let options = Options { safety: Safety::Prefix, ..Options::default() };
+    let mut analysis = Analysis::new(&engine, &preferences, options);
+    analysis.run(&mut |_| ()).unwrap();
+    let mut book = Playbook::new(&analysis, &program, Kind::Sasi).unwrap();
+    let memory = book.start(&[0]);
+    let actions = book.explain(&[0], memory).unwrap().actions;
+    let go = actions.iter().find(|a| a.name == "go").unwrap();
+    let bad = go.successors.iter().position(|s| s.state == [1]);
+    assert_eq!(go.verdict, Verdict::Unsafe(bad));
+}
