@@ -9,8 +9,8 @@ The family is the grid world of `meliora generate gridworld`, or files whose nam
 also one file with a constant. Each point is `meliora check` on a model and its preferences: states, seconds of the
 whole process (median of the runs) and its largest resident set (the greatest of the runs); what takes ten seconds is not run
 again. An engine that is stopped or runs out of memory is not tried on larger sizes. The CSV has one row a run, with machine
-and version; the plot has states against time and against memory, both axes logarithmic; --markdown writes the table of the
-README. Needs matplotlib for --plot.
+and version; the plot has states against time and against memory, both axes logarithmic; --markdown writes the table of
+`docs/benchmarks.md`. Needs matplotlib for --plot.
 Exit status: 0 done, 1 the engines differ in a number or a run failed, 2 usage.
 """
 
@@ -89,7 +89,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--memory", default="4GiB", metavar="SIZE", help="passed on to Meliora")
     parser.add_argument("--csv", type=Path)
     parser.add_argument("--plot", type=Path, help="crossover plot, .svg or .png")
-    parser.add_argument("--markdown", type=Path, help="table for the README")
+    parser.add_argument("--markdown", type=Path, help="table for docs/benchmarks.md")
     given = parser.parse_args()
     if bool(given.family) != bool(given.prefs):
         parser.error("--family and --prefs go together")
@@ -173,7 +173,7 @@ def write_csv(path: Path, points: list[Point], meliora: str) -> None:
 
 
 def write_markdown(path: Path, points: list[Point], given: argparse.Namespace, meliora: str) -> None:
-    """The table of the README: a row a member, a column an engine, and from where on which engine is ahead."""
+    """The table of docs/benchmarks.md: a row a member, a column an engine, and from where on which engine is ahead."""
     rows: dict[Member, dict[str, Point]] = {}
     for point in points:
         rows.setdefault(point.member, {})[point.engine] = point

@@ -1,10 +1,21 @@
-//! The output shown in the README is what the program writes, but for times and memory.
+//! The output shown in the README and in `docs/` is what the program writes, but for times and memory, and their
+//! links lead somewhere.
+
+use std::path::{Path, PathBuf};
 
 use crate::common::{Finished, Scratch, meliora};
 
-/// The blocks of the README that start with `$ meliora …`: the arguments and what is shown.
-fn shown() -> Vec<(String, Vec<String>)> {
-    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap();
+/// The README and the pages of `docs/`.
+fn pages() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let docs = std::fs::read_dir(root.join("docs")).unwrap().map(|file| file.unwrap().path());
+    let pages = docs.filter(|path| path.extension().is_some_and(|e| e == "md"));
+    [root.join("README.md")].into_iter().chain(pages).collect()
+}
+
+/// The blocks of a page that start with `$ meliora …`: the arguments and what is shown.
+fn shown(page: &Path) -> Vec<(String, Vec<String>)> {
+    let text = std::fs::read_to_string(page).unwrap();
     let mut blocks = Vec::new();
     for block in text.split("```text\n").skip(1) {
         let block = block.split("```").next().unwrap();
@@ -49,15 +60,33 @@ fn workshop() -> Scratch {
 }
 
 #[test]
-fn the_readme_shows_what_the_program_writes() {
-    let blocks = shown();
-    assert!(blocks.len() >= 4, "{blocks:?}");
-    let workshop = workshop();
-    for (arguments, expected) in blocks {
-        let mut command = meliora();
-        let finished = Finished::of(command.current_dir(workshop.path(".")).args(split(&arguments)));
-        let found = stable(&format!("{}{}", finished.stdout, finished.stderr));
-        let trimmed = |lines: Vec<String>| lines.join("\n").trim().to_owned();
-        assert_eq!(trimmed(found), trimmed(expected), "meliora {arguments}");
+fn the_pages_show_what_the_program_writes() {
+    let mut compared = 0;
+    for page in pages() {
+        let workshop = workshop();
+        for (arguments, expected) in shown(&page) {
+            let mut command = meliora();
+            let finished = Finished::of(command.current_dir(workshop.path(".")).args(split(&arguments)));
+            let found = stable(&format!("{}{}", finished.stdout, finished.stderr));
+            let trimmed = |lines: Vec<String>| lines.join("\n").trim().to_owned();
+            assert_eq!(trimmed(found), trimmed(expected), "{}: meliora {arguments}", page.display());
+            compared += 1;
+        }
     }
+    assert!(compared >= 13, "{compared} examples");
+}
+
+#[test]
+fn links_to_other_files_lead_to_files() {
+    let mut followed = 0;
+    for page in pages() {
+        let text = std::fs::read_to_string(&page).unwrap();
+        for link in text.split("](").skip(1).map(|rest| rest.split([')', '#']).next().unwrap()) {
+            if !link.is_empty() && !link.contains("://") {
+                assert!(page.parent().unwrap().join(link).exists(), "{}: {link}", page.display());
+                followed += 1;
+            }
+        }
+    }
+    assert!(followed >= 5, "{followed} links");
 }
