@@ -75,12 +75,12 @@ pub type Dropped<S> = Vec<(S, S)>;
 /// Sets of states and sets of choices of one model, and the operators on them.
 ///
 /// Every operation may run out of memory or time and then returns [`crate::error::Error::Limit`].
-/// Arguments must come from the same engine.
-pub trait Engine {
+/// Arguments must come from the same engine. Engines and sets may go from one thread to another.
+pub trait Engine: Send + Sync {
     /// A set of states of the scope.
-    type States: Clone;
+    type States: Clone + Send + Sync;
     /// A set of pairs of a state of the scope and a choice enabled there.
-    type Choices: Clone;
+    type Choices: Clone + Send + Sync;
 
     /// All states S of the scope.
     fn all_states(&self) -> Self::States;

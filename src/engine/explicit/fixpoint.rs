@@ -1,5 +1,7 @@
 //! Fixpoints by work lists: each edge is looked at once a fixpoint.
 
+use std::sync::atomic::Ordering::Relaxed;
+
 use super::ExplicitEngine;
 use super::graph::Predecessors;
 use super::meter::Array;
@@ -93,14 +95,14 @@ impl ExplicitEngine {
     /// Looks at the observer now and then.
     #[inline]
     pub(super) fn tick(&self) -> Result<()> {
-        let ticks = self.ticks.get().wrapping_add(1);
-        self.ticks.set(ticks);
+        let ticks = self.ticks.load(Relaxed).wrapping_add(1);
+        self.ticks.store(ticks, Relaxed);
         if ticks.is_multiple_of(PATIENCE) { self.poll() } else { Ok(()) }
     }
 
     #[cold]
     fn poll(&self) -> Result<()> {
-        self.settings.observer.progress("fixpoints", &|| format!("{} steps", self.ticks.get()));
+        self.settings.observer.progress("fixpoints", &|| format!("{} steps", self.ticks.load(Relaxed)));
         match self.settings.observer.stop() {
             Some(limit) => Err(limit.into()),
             None => Ok(()),

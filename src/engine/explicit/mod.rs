@@ -23,8 +23,8 @@ mod set;
 mod share;
 mod stepper;
 
-use std::cell::Cell;
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use super::Settings;
 use crate::error::Result;
@@ -58,7 +58,7 @@ pub struct ExplicitEngine {
     initial: Bits,
     deadlocks: Bits,
     /// Counts steps of work lists, to look at the observer now and then.
-    ticks: Cell<usize>,
+    ticks: AtomicUsize,
 }
 
 impl ExplicitEngine {
@@ -96,7 +96,7 @@ impl ExplicitEngine {
             every_choice,
             initial,
             deadlocks,
-            ticks: Cell::new(0),
+            ticks: AtomicUsize::new(0),
         })
     }
 

@@ -1,6 +1,5 @@
 //! From a program to an engine: encoding, relations, reachable states, faults.
 
-use std::rc::Rc;
 use std::sync::Arc;
 
 use super::clusters::Clusters;
@@ -68,7 +67,7 @@ pub(super) fn build(
         states: StateSet(states),
         initial: StateSet(initial),
         deadlocks: StateSet(deadlocks),
-        enabled: Rc::new(enabled),
+        enabled: Arc::new(enabled),
         reaching: Default::default(),
         store,
     })
@@ -128,6 +127,6 @@ fn united(store: &Store, encoding: &Encoding, a: &Piece, b: &Piece) -> Result<Pi
     writes.dedup();
     let own = frame(store, encoding, &a.relation, &a.writes, &writes)?;
     let theirs = frame(store, encoding, &b.relation, &b.writes, &writes)?;
-    let touched = Rc::new(encoding.touch(&writes));
+    let touched = Arc::new(encoding.touch(&writes));
     Ok(Piece { group: a.group, relation: store.or(&own, &theirs)?, writes, touched })
 }

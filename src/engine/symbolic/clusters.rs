@@ -4,8 +4,7 @@
 //! the same bit first are united into one *cluster*, as long as the union stays small. Reachability
 //! is by [`Saturation`]; where edges are dropped, which no relation says, clusters fire in turn.
 
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ahash::AHashMap;
 
@@ -27,7 +26,7 @@ pub(super) struct Cluster {
     /// The parts, each over the touched bits of the cluster.
     parts: Vec<Part>,
     pub(super) relation: Bdd,
-    pub(super) touched: Rc<Touched>,
+    pub(super) touched: Arc<Touched>,
     /// The first bit that the relation depends on or touches.
     pub(super) top: u32,
     /// Whether all sources are allowed states, so that no other bound is needed.
@@ -45,18 +44,18 @@ pub(super) struct Clusters {
     clusters: Vec<Cluster>,
     /// For each index what the clusters from there on are called, fired forward and backward.
     numbers: [Vec<u32>; 2],
-    names: Rc<Names>,
+    names: Arc<Names>,
 }
 
 /// Numbers for lists of relations: equal lists get equal numbers, so that the operation cache keeps
 /// what it knows of the lower clusters when only a higher one changes.
 #[derive(Default)]
-struct Names(RefCell<AHashMap<(Bdd, u32, u32), u32>>);
+struct Names(Mutex<AHashMap<(Bdd, u32, u32), u32>>);
 
 impl Names {
     /// For each index the number of the list from there on; even forward, odd backward.
     fn of(&self, clusters: &[Cluster], backward: u32) -> Vec<u32> {
-        let mut known = self.0.borrow_mut();
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut rest, mut numbers) = (backward, Vec::with_capacity(clusters.len()));
         for cluster in clusters.iter().rev() {
             let next = 2 * (known.len() as u32 + 1) + backward;
@@ -88,10 +87,10 @@ impl Clusters {
                 building.push((piece.writes.clone(), cluster));
             }
         }
-        Ok(Clusters::sorted(building.into_iter().map(|(_, c)| c).collect(), Rc::default()))
+        Ok(Clusters::sorted(building.into_iter().map(|(_, c)| c).collect(), Arc::default()))
     }
 
-    fn sorted(mut clusters: Vec<Cluster>, names: Rc<Names>) -> Self {
+    fn sorted(mut clusters: Vec<Cluster>, names: Arc<Names>) -> Self {
         clusters.sort_by_key(|c| c.top);
         let numbers = [names.of(&clusters, 0), names.of(&clusters, 1)];
         Clusters { clusters, numbers, names }
@@ -232,7 +231,7 @@ fn join(
     }
     cluster.parts.push(Part { group: piece.group, relation: own });
     if all != *writes {
-        cluster.touched = Rc::new(encoding.touch(&all));
+        cluster.touched = Arc::new(encoding.touch(&all));
         *writes = all;
     }
     cluster.relation = union;

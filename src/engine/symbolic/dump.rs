@@ -4,7 +4,6 @@ use ahash::{AHashMap, AHashSet};
 use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
 use oxidd_core::function::EdgeOfFunc;
 use oxidd_core::util::Ref;
-use std::rc::Rc;
 use std::sync::Arc;
 
 use super::encoding::Encoding;
@@ -135,7 +134,7 @@ impl SymbolicEngine {
             return Ok(None);
         }
         let leaves: Vec<Edge> = (0..numbers).map(leaf).collect();
-        Ok(Some(ChoiceSet(Rc::new(load(&self.store, diagram, offset, &leaves)?))))
+        Ok(Some(ChoiceSet(Arc::new(load(&self.store, diagram, offset, &leaves)?))))
     }
 
     /// The states with the choice of this number; empty where there is no such number.
@@ -149,7 +148,7 @@ impl SymbolicEngine {
         if let Some(all) = only.get_mut(number) {
             *all = self.store.one();
         }
-        ChoiceSet(Rc::new(only))
+        ChoiceSet(Arc::new(only))
     }
 
     /// The states of the scope in which some variables have these values.
@@ -189,7 +188,7 @@ impl SymbolicEngine {
 
     /// X × {0, …, numbers - 1}: for each number the same states, whether the choice is enabled or not.
     pub fn repeated(&self, x: &StateSet, numbers: usize) -> ChoiceSet {
-        ChoiceSet(Rc::new(vec![x.0.clone(); numbers]))
+        ChoiceSet(Arc::new(vec![x.0.clone(); numbers]))
     }
 }
 

@@ -19,9 +19,7 @@ mod store;
 mod transitions;
 mod translate;
 
-use std::cell::RefCell;
-use std::rc::Rc;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use oxidd::BooleanFunction;
 
@@ -44,7 +42,7 @@ pub struct StateSet(Bdd);
 
 /// A set of (state, choice) pairs: for each group of choices the states.
 #[derive(Clone)]
-pub struct ChoiceSet(Rc<Vec<Bdd>>);
+pub struct ChoiceSet(Arc<Vec<Bdd>>);
 
 /// The symbolic engine.
 pub struct SymbolicEngine {
@@ -58,9 +56,9 @@ pub struct SymbolicEngine {
     initial: StateSet,
     deadlocks: StateSet,
     /// For each group, and last for the self-loops of deadlocks, where it is enabled.
-    enabled: Rc<Vec<Bdd>>,
+    enabled: Arc<Vec<Bdd>>,
     /// The last targets with the states from which they can be reached, nothing confined.
-    reaching: RefCell<Vec<(StateSet, StateSet)>>,
+    reaching: Mutex<Vec<(StateSet, StateSet)>>,
     store: Store,
 }
 
@@ -122,13 +120,16 @@ impl SymbolicEngine {
         self.store.size(&x.0)
     }
 
+    fn reaching(&self) -> MutexGuard<'_, Vec<(StateSet, StateSet)>> {
+        self.reaching.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn recall(&self, target: &StateSet) -> Option<StateSet> {
-        let known = self.reaching.borrow();
-        known.iter().find(|(t, _)| t.0 == target.0).map(|(_, found)| found.clone())
+        self.reaching().iter().find(|(t, _)| t.0 == target.0).map(|(_, found)| found.clone())
     }
 
     fn remember(&self, target: &StateSet, found: &StateSet) {
-        let mut known = self.reaching.borrow_mut();
+        let mut known = self.reaching();
         if known.len() >= MOST_REMEMBERED {
             known.remove(0);
         }
@@ -138,7 +139,7 @@ impl SymbolicEngine {
     /// Applies `op` group by group.
     fn zip(&self, c: &ChoiceSet, d: &ChoiceSet, op: impl Fn(&Bdd, &Bdd) -> Result<Bdd>) -> Result<ChoiceSet> {
         let both = c.0.iter().zip(d.0.iter()).map(|(f, g)| op(f, g));
-        Ok(ChoiceSet(Rc::new(both.collect::<Result<_>>()?)))
+        Ok(ChoiceSet(Arc::new(both.collect::<Result<_>>()?)))
     }
 
     /// For each group `None` where `within` has all that is enabled, else what it has.
@@ -193,7 +194,7 @@ impl Engine for SymbolicEngine {
     }
 
     fn no_choices(&self) -> ChoiceSet {
-        ChoiceSet(Rc::new(vec![self.store.zero(); self.enabled.len()]))
+        ChoiceSet(Arc::new(vec![self.store.zero(); self.enabled.len()]))
     }
 
     fn union(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
@@ -238,7 +239,7 @@ impl Engine for SymbolicEngine {
 
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let within = c.0.iter().map(|f| self.store.and(f, &x.0));
-        Ok(ChoiceSet(Rc::new(within.collect::<Result<_>>()?)))
+        Ok(ChoiceSet(Arc::new(within.collect::<Result<_>>()?)))
     }
 
     fn sources(&self, c: &ChoiceSet) -> Result<StateSet> {
@@ -261,7 +262,7 @@ impl Engine for SymbolicEngine {
         }
         found[loops].push(store.and(&x.0, &c.0[loops])?);
         let found = found.into_iter().map(|parts| store.any(parts)).collect::<Result<_>>()?;
-        let found = ChoiceSet(Rc::new(found));
+        let found = ChoiceSet(Arc::new(found));
         if large { Ok(found) } else { self.common_choices(&found, c) }
     }
 

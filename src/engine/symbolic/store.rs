@@ -4,8 +4,8 @@
 //! collects garbage when enough has gathered; when the node table is full it collects and tries
 //! once more.
 
-use std::cell::{Cell, RefCell};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use num_bigint::BigUint;
 use oxidd::bdd::{BDDFunction, BDDManagerRef};
@@ -38,10 +38,10 @@ pub(super) struct Store {
     observer: Arc<dyn Observer>,
     capacity: u64,
     cache_entries: u64,
-    collect_at: Cell<usize>,
-    peak: Cell<usize>,
+    collect_at: AtomicUsize,
+    peak: AtomicUsize,
     /// The touched sets that have an operator of the operation cache, by their numbers.
-    operators: RefCell<Vec<u32>>,
+    operators: Mutex<Vec<u32>>,
     zero: Bdd,
     one: Bdd,
 }
@@ -67,8 +67,8 @@ impl Store {
             (Bdd::f(m), Bdd::t(m))
         });
         let collect_at = FIRST_COLLECTION.min(capacity as usize / 2);
-        let (collect_at, peak) = (Cell::new(collect_at), Cell::new(0));
-        let operators = RefCell::default();
+        let (collect_at, peak) = (AtomicUsize::new(collect_at), AtomicUsize::new(0));
+        let operators = Mutex::default();
         Ok(Store { manager, observer, capacity, cache_entries, collect_at, peak, operators, zero, one })
     }
 
@@ -224,13 +224,13 @@ impl Store {
     /// What was used so far.
     pub(super) fn usage(&self) -> Usage {
         self.note_peak();
-        let peak = self.peak.get() as u64;
+        let peak = self.peak.load(Relaxed) as u64;
         Usage { peak_nodes: peak, bytes: peak * BYTES_PER_NODE + self.cache_entries * BYTES_PER_ENTRY }
     }
 
     /// Which operator of the operation cache stands for a touched set; `None` when all are given away.
     fn operator(&self, touched: &Touched) -> Option<Operator> {
-        let mut known = self.operators.borrow_mut();
+        let mut known = self.operators.lock().unwrap_or_else(PoisonError::into_inner);
         let index = known.iter().position(|&id| id == touched.id()).unwrap_or(known.len());
         let operator = Operator::nth(index)?;
         if index == known.len() {
@@ -258,7 +258,7 @@ impl Store {
             return Err(limit.into());
         }
         let nodes = self.nodes();
-        if nodes >= self.collect_at.get() {
+        if nodes >= self.collect_at.load(Relaxed) {
             self.collect();
         }
         Ok(())
@@ -273,7 +273,7 @@ impl Store {
         // Collect again when as much has gathered as is alive now, but while there is still room.
         let next = (2 * live).max(FIRST_COLLECTION);
         let room = live + (self.capacity as usize).saturating_sub(live) / 2;
-        self.collect_at.set(next.min(room.max(1)));
+        self.collect_at.store(next.min(room.max(1)), Relaxed);
     }
 
     fn nodes(&self) -> usize {
@@ -281,7 +281,7 @@ impl Store {
     }
 
     fn note_peak(&self) {
-        self.peak.set(self.peak.get().max(self.nodes()));
+        self.peak.fetch_max(self.nodes(), Relaxed);
     }
 }
 

@@ -4,7 +4,7 @@
 //! synchronisation with disjoint guards. So a set of (state, choice) pairs is one set of states a
 //! group, and thousands of commands need few groups. A *piece* is a local relation of a group.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use ahash::AHashMap;
 
@@ -30,7 +30,7 @@ pub(super) struct Piece {
     /// The variables it writes, sorted.
     pub(super) writes: Vec<VarId>,
     /// Their bits.
-    pub(super) touched: Rc<Touched>,
+    pub(super) touched: Arc<Touched>,
 }
 
 /// All relations of a program, before it is known which states there are.
@@ -62,7 +62,7 @@ pub(super) struct Builder<'a> {
     store: &'a Store,
     encoding: &'a Encoding,
     commands: Vec<CommandRelation>,
-    touched: AHashMap<Vec<VarId>, Rc<Touched>>,
+    touched: AHashMap<Vec<VarId>, Arc<Touched>>,
 }
 
 impl<'a> Builder<'a> {
@@ -232,8 +232,8 @@ impl<'a> Builder<'a> {
     }
 
     /// One set for equal variables, so that the operation cache sees equal calls as equal.
-    fn touched(&mut self, writes: &[VarId]) -> Rc<Touched> {
-        let touch = || Rc::new(self.encoding.touch(writes));
+    fn touched(&mut self, writes: &[VarId]) -> Arc<Touched> {
+        let touch = || Arc::new(self.encoding.touch(writes));
         self.touched.entry(writes.to_vec()).or_insert_with(touch).clone()
     }
 }
