@@ -152,7 +152,8 @@ impl<'b, E: Engine, R: Checked> Run<'_, 'b, E, R> {
         match &self.analysis.result().counts {
             Some(counts) => {
                 let engine = self.analysis.engine();
-                load::warn_of_states(&self.desk.watch, engine, &counts.deadlocks, self.question.overlap)
+                let (question, watch) = (self.question, &self.desk.watch);
+                load::warn_of_states(watch, engine, &question.program, &counts.deadlocks, question.overlap)
             }
             None => Ok(()),
         }

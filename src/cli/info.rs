@@ -4,6 +4,7 @@ use clap::Args;
 use meliora::engine::{Engine, Scope};
 use meliora::error::Error;
 use meliora::lang;
+use meliora::model::Program;
 use meliora::model::expr::ExprId;
 use meliora::output::InfoReport;
 use meliora::output::info::{FlatReport, Nodes};
@@ -70,19 +71,24 @@ fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
                 let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
                 r.nodes = Some(Nodes { transition, reachable });
             });
-            count(desk, &engine, overlap)
+            count(desk, &engine, &program, overlap)
         }
         EngineArg::Explicit => {
             let build = || load::explicit(&program, settings);
             let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-            count(desk, &engine, overlap)
+            count(desk, &engine, &program, overlap)
         }
     }
 }
 
-fn count<E: Engine>(desk: &Desk<InfoReport>, engine: &E, overlap: Option<ExprId>) -> Result<(), Error> {
+fn count<E: Engine>(
+    desk: &Desk<InfoReport>,
+    engine: &E,
+    program: &Program,
+    overlap: Option<ExprId>,
+) -> Result<(), Error> {
     let counts = desk.timed("count", || Counts::of(engine), |r, s| r.time.count = Some(s))?;
-    load::warn_of_states(&desk.watch, engine, &counts.deadlocks.0, overlap)?;
+    load::warn_of_states(&desk.watch, engine, program, &counts.deadlocks.0, overlap)?;
     desk.update(|r| {
         r.counts = Some(counts);
         r.memory.peak_nodes = engine.usage().peak_nodes;

@@ -13,7 +13,7 @@ use meliora::lang;
 use meliora::lang::property::{Bound, Strategies};
 use meliora::model::expr::ExprId;
 use meliora::model::preference::Preferences;
-use meliora::model::{ModelKind, Program};
+use meliora::model::{ModelKind, Program, fault};
 use meliora::output::Number;
 
 use super::options::{ModelArgs, PreferenceArgs};
@@ -189,20 +189,29 @@ pub(super) fn explicit(program: &Arc<Program>, settings: Settings) -> Result<Exp
     ExplicitEngine::new(Arc::clone(program), settings)
 }
 
-/// Tells of states in which nothing is enabled, and of those in which a `dtmc` draws a command.
+/// Tells of states in which nothing is enabled, of probabilities that were rounded, and of states in
+/// which a `dtmc` draws a command.
 ///
 /// # Errors
 /// A limit.
 pub(super) fn warn_of_states<E: Engine>(
     watch: &Watch,
     engine: &E,
+    program: &Program,
     deadlocks: &Count,
     overlap: Option<ExprId>,
 ) -> Result<(), Error> {
     if *deadlocks != Count::ZERO {
         let (count, plural) = counted(deadlocks);
         let what = if plural { "states are deadlocks: each" } else { "state is a deadlock: it" };
-        watch.warn(&format!("{count} {what} gets a self-loop"));
+        let example = engine.list_states(&engine.deadlock_states(), 1)?.pop().unwrap_or_default();
+        let (such_as, example) = (if plural { ", such as " } else { ": " }, program.show_state(&example));
+        watch.warn(&format!("{count} {what} gets a self-loop{such_as}{example}"));
+    }
+    if let Some(state) = engine.rounded_state()
+        && let Some((command, sum)) = program.rounded_in(state)
+    {
+        watch.warn_of(&[fault::rounded(program, command, sum, state)]);
     }
     let Some(overlap) = overlap else { return Ok(()) };
     let states = engine.count_states(&engine.states_where(overlap)?)?;

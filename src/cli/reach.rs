@@ -77,7 +77,7 @@ fn answer<E: Engine>(desk: &Desk<ReachReport>, engine: &E, target: &Target) -> R
             r.time.build = Some(r.time.build.unwrap_or(0.0) + s);
         },
     )?;
-    load::warn_of_states(&desk.watch, engine, &counts.deadlocks.0, target.overlap)?;
+    load::warn_of_states(&desk.watch, engine, &target.program, &counts.deadlocks.0, target.overlap)?;
     desk.update(|r| r.counts = Some(counts));
     let states = engine.states_where(target.expression)?;
     let size = engine.count_states(&states)?;

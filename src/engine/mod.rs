@@ -90,6 +90,11 @@ pub trait Engine: Send + Sync {
     fn initial_states(&self) -> Self::States;
     /// The states in which nothing is enabled; each has the self-loop as its only choice.
     fn deadlock_states(&self) -> Self::States;
+    /// A state of the scope in which an enabled command has probabilities that sum to 1 only when rounded;
+    /// [`crate::model::Program::rounded_in`] says which. None where there is no such state.
+    fn rounded_state(&self) -> Option<&State> {
+        None
+    }
     /// The states of the scope in which a Boolean expression of the program's pool holds.
     ///
     /// # Errors

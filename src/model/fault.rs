@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::expr::ExprId;
 use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
-use crate::error::{Diagnostic, Error, Limit};
+use crate::error::{Diagnostic, Error, Kind, Limit};
 
 /// The error for a state in which [`Program::steps`] fails.
 pub fn in_state(program: &Program, state: &[i64]) -> Error {
@@ -36,7 +36,7 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
         StepError::Probability(id, sum) => {
             let message = format!("the probabilities of {} give {sum} in the state {at}", title(program, id));
             let help =
-                "probabilities lie between 0 and 1 and sum to 1 (within 1e-9) wherever the guard holds";
+                "probabilities lie between 0 and 1 and sum to 1 (within 1e-6) wherever the guard holds";
             let label = format!("gives {sum}");
             diagnostic(program, span(program, id), message, label, Some(help.to_owned())).into()
         }
@@ -54,6 +54,15 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
             Limit::Size { what }.into()
         }
     }
+}
+
+/// The warning of [`Program::rounded_in`].
+pub fn rounded(program: &Program, id: CommandId, sum: f64, state: &[i64]) -> Diagnostic {
+    let at = program.show_state(state);
+    let message = format!("the probabilities of {} sum to {sum} in the state {at}", title(program, id));
+    let help = "sums within 1e-6 of 1 are taken for 1; fractions such as 1/3 are exact";
+    diagnostic(program, span(program, id), message, "not 1".to_owned(), Some(help.to_owned()))
+        .kind(Kind::Warning)
 }
 
 /// The initial states' expression failed.

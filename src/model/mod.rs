@@ -7,6 +7,7 @@ pub mod fault;
 pub mod hasse;
 mod overlap;
 pub mod preference;
+pub(crate) mod rounding;
 pub mod step;
 pub mod value;
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::expr::ExprId;
+use super::rounding::Sum;
 use super::value::{EvalError, Value};
 use super::{Command, CommandId, ModelKind, Program, State, VarId};
 
@@ -128,7 +129,7 @@ impl Program {
         Ok(enabled)
     }
 
-    /// Every probability lies in [0,1] and they sum to 1 within 1e-9.
+    /// Every probability lies in [0,1] and they sum to 1, if need be rounded.
     fn check_probabilities(&self, id: CommandId, state: &[i64]) -> Result<(), StepError> {
         let mut sum = 0.0;
         for branch in &self.commands[id.index()].branches {
@@ -138,7 +139,7 @@ impl Program {
             }
             sum += p;
         }
-        if (sum - 1.0).abs() <= 1e-9 { Ok(()) } else { Err(StepError::Probability(id, sum)) }
+        if Sum::of(sum) == Sum::Wrong { Err(StepError::Probability(id, sum)) } else { Ok(()) }
     }
 
     fn real(&self, e: ExprId, id: CommandId, state: &[i64]) -> Result<f64, StepError> {

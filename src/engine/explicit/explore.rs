@@ -14,7 +14,7 @@ use super::set::{self, Bits};
 use super::stepper::{Broken, Stepper, sum};
 use crate::engine::{Scope, Settings};
 use crate::error::{Error, Limit, Result};
-use crate::model::{Program, fault};
+use crate::model::{Program, State, fault};
 
 /// How many states are visited between two looks at the observer.
 const PATIENCE: usize = 1 << 12;
@@ -36,6 +36,8 @@ pub(super) struct Explored {
     pub(super) graph: Graph,
     pub(super) initial: Bits,
     pub(super) deadlocks: Bits,
+    /// The first state in which probabilities were rounded.
+    pub(super) rounded: Option<State>,
 }
 
 /// What an exploration works with.
@@ -95,7 +97,7 @@ impl Task<'_> {
         let started = space.len();
         let mut stepper = Stepper::<W>::new(self.prepared);
         let mut graph = Graph::new(self.meter)?;
-        let (mut deadlocks, mut initial) = (Vec::new(), Vec::new());
+        let (mut deadlocks, mut initial, mut rounded) = (Vec::new(), Vec::new(), None);
         let mut state = 0;
         // So does one in which many guards are to be looked at.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
@@ -115,6 +117,9 @@ impl Task<'_> {
                 }
             }
             stepper.expand().map_err(|broken| self.broken(broken, &code))?;
+            if stepper.rounded {
+                rounded.get_or_insert_with(|| self.values(&code));
+            }
             if stepper.ends.is_empty() {
                 deadlocks.push(state);
                 graph.add(state as u32)?;
@@ -141,7 +146,7 @@ impl Task<'_> {
             states.into_iter().for_each(|s| set::set(bits.words_mut(), s));
             bits
         };
-        Ok(Explored { initial: bits(initial), deadlocks: bits(deadlocks), space, graph })
+        Ok(Explored { initial: bits(initial), deadlocks: bits(deadlocks), rounded, space, graph })
     }
 
     fn initial_states<const W: usize>(&self) -> Result<Index> {
@@ -174,9 +179,13 @@ impl Task<'_> {
     }
 
     fn fault(&self, code: &[u64]) -> Error {
+        fault::in_state(self.program, &self.values(code))
+    }
+
+    fn values(&self, code: &[u64]) -> State {
         let mut values = vec![0; self.program.variables.len()];
         self.layout.decode(code, &mut values);
-        fault::in_state(self.program, &values)
+        values
     }
 }
 

@@ -28,7 +28,7 @@ use std::sync::atomic::AtomicUsize;
 
 use super::Settings;
 use crate::error::Result;
-use crate::model::Program;
+use crate::model::{Program, State};
 use explore::{Explored, Space, Task};
 use graph::Graph;
 use layout::Layout;
@@ -57,6 +57,7 @@ pub struct ExplicitEngine {
     every_choice: Bits,
     initial: Bits,
     deadlocks: Bits,
+    rounded: Option<State>,
     /// Counts steps of work lists, to look at the observer now and then.
     ticks: AtomicUsize,
 }
@@ -81,7 +82,7 @@ impl ExplicitEngine {
             prepared: &prepared,
             meter: &meter,
         };
-        let Explored { space, graph, initial, deadlocks } = task.run()?;
+        let Explored { space, graph, initial, deadlocks, rounded } = task.run()?;
         let every_state = Bits::full(&meter, graph.states());
         let every_choice = Bits::full(&meter, graph.choices());
         Ok(ExplicitEngine {
@@ -96,6 +97,7 @@ impl ExplicitEngine {
             every_choice,
             initial,
             deadlocks,
+            rounded,
             ticks: AtomicUsize::new(0),
         })
     }

@@ -35,6 +35,10 @@ impl Engine for ExplicitEngine {
         StateSet(self.deadlocks.clone())
     }
 
+    fn rounded_state(&self) -> Option<&State> {
+        self.rounded.as_ref()
+    }
+
     fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
         let pool = &self.program.pool;
         let mut poll = Poll::new(&*self.settings.observer);

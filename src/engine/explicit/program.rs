@@ -9,6 +9,7 @@ use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
 use crate::error::Result;
 use crate::model::expr::{ExprId, Node};
+use crate::model::rounding::Sum;
 use crate::model::{Branch, Command, CommandId, ModelKind, Program};
 use crate::observer::{Observer, Poll};
 
@@ -47,6 +48,8 @@ pub(super) struct Ready {
 pub(super) enum Chances {
     /// They are constants and a distribution.
     Sound,
+    /// They are constants and a distribution that was rounded.
+    Rounded,
     /// They are constants and no distribution.
     Broken,
     /// They depend on the state.
@@ -178,10 +181,9 @@ fn chances(program: &Program, command: &Command) -> Chances {
         }
         sum += p.to_f64();
     }
-    if is_one(sum) { Chances::Sound } else { Chances::Broken }
-}
-
-/// Whether probabilities sum to 1, as [`Program::steps`] has it.
-pub(super) fn is_one(sum: f64) -> bool {
-    (sum - 1.0).abs() <= 1e-9
+    match Sum::of(sum) {
+        Sum::One => Chances::Sound,
+        Sum::Rounded => Chances::Rounded,
+        Sum::Wrong => Chances::Broken,
+    }
 }

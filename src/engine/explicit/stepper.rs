@@ -3,8 +3,9 @@
 use super::dispatch::Rows;
 use super::layout::Layout;
 use super::machine::Machine;
-use super::program::{Chances, Prepared, Ready, Update, is_one};
+use super::program::{Chances, Prepared, Ready, Update};
 use crate::error::Limit;
+use crate::model::rounding::Sum;
 use crate::model::value::{EvalError, Type};
 
 /// A state with more successors than this, counted with every combination, is refused.
@@ -47,6 +48,8 @@ pub(super) struct Stepper<'a, const W: usize> {
     /// For each command what its branches add to the code, in `effects`.
     commands: Vec<Slice>,
     effects: Vec<[u64; W]>,
+    /// Whether an enabled command had probabilities that were rounded.
+    pub(super) rounded: bool,
     /// What the choices add to the code, one after the other.
     pub(super) steps: Vec<[u64; W]>,
     /// Where each choice ends in `steps`.
@@ -65,6 +68,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             enabled: Vec::new(),
             commands: vec![Slice::default(); prepared.commands.len()],
             effects: Vec::new(),
+            rounded: false,
             steps: Vec::new(),
             ends: Vec::new(),
         }
@@ -191,6 +195,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             let ready = &prepared.commands[candidate.command as usize];
             match ready.chances {
                 Chances::Sound => {}
+                Chances::Rounded => self.rounded = true,
                 Chances::Broken => return Err(Broken::Fault),
                 Chances::Vary => self.check_probabilities(ready)?,
             }
@@ -212,7 +217,12 @@ impl<'a, const W: usize> Stepper<'a, W> {
             }
             total += p;
         }
-        if is_one(total) { Ok(()) } else { Err(Broken::Fault) }
+        match Sum::of(total) {
+            Sum::One => {}
+            Sum::Rounded => self.rounded = true,
+            Sum::Wrong => return Err(Broken::Fault),
+        }
+        Ok(())
     }
 
     /// What the branches of positive probability of an enabled command add to the code.

@@ -35,7 +35,8 @@ pub(super) fn build(
     let encoding = Encoding::new(&program, order);
     let store = Store::new(encoding.width(), settings.memory, threads, settings.observer.clone())?;
     let domain = encoding.domain(&store)?;
-    let (mut transitions, initial, initial_fails) = translate(&program, &encoding, &store, &domain)?;
+    let Translated { mut transitions, initial, initial_fails, rounded } =
+        translate(&program, &encoding, &store, &domain)?;
     let clusters = Clusters::new(&store, &encoding, &transitions.pieces)?;
     let states = match (given, settings.scope) {
         (Some(given), _) => store.and(&given(&store)?, &domain)?,
@@ -53,6 +54,7 @@ pub(super) fn build(
         let state = pick::first(&store, &encoding, &bad)?;
         return Err(fault::in_state(&program, &state));
     }
+    let rounded = pick::list(&store, &encoding, &store.and(&rounded, &states)?, 1)?.pop();
     let (enabled, deadlocks) = enabled(&store, &transitions, &states)?;
     if program.kind == ModelKind::Dtmc {
         transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;
@@ -67,26 +69,32 @@ pub(super) fn build(
         states: StateSet(states),
         initial: StateSet(initial),
         deadlocks: StateSet(deadlocks),
+        rounded,
         enabled: Arc::new(enabled),
         reaching: Default::default(),
         store,
     })
 }
 
-/// The relations, the initial states, and where the expression for those has no value.
-fn translate(
-    program: &Program,
-    encoding: &Encoding,
-    store: &Store,
-    domain: &Bdd,
-) -> Result<(Transitions, Bdd, Bdd)> {
+/// A program as diagrams.
+struct Translated {
+    transitions: Transitions,
+    initial: Bdd,
+    /// Where the expression for the initial states has no value.
+    initial_fails: Bdd,
+    /// Where an enabled command has probabilities that were rounded.
+    rounded: Bdd,
+}
+
+fn translate(program: &Program, encoding: &Encoding, store: &Store, domain: &Bdd) -> Result<Translated> {
     let translator = Translator::new(program, encoding, store);
-    let commands = CommandBuilder { store, encoding, translator: &translator };
+    let commands = CommandBuilder { store, encoding, translator: &translator, rounded: store.zero().into() };
     let transitions = Builder::build(program, store, encoding, &commands)?;
     let (initial, fails) = translator.condition(program.initial)?;
     // Where the expression has no value, its diagram may say anything.
     let initial = store.minus(&store.and(&initial, domain)?, &fails)?;
-    Ok((transitions, initial, store.and(&fails, domain)?))
+    let initial_fails = store.and(&fails, domain)?;
+    Ok(Translated { transitions, initial, initial_fails, rounded: commands.rounded.into_inner() })
 }
 
 /// For each group, and last for the self-loops of deadlocks, where it is enabled; and the deadlocks.

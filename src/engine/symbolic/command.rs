@@ -1,11 +1,14 @@
 //! One command as a local relation, with the states in which it has no meaning.
 
+use std::cell::RefCell;
+
 use super::bits::Bits;
 use super::encoding::Encoding;
 use super::partition::Partition;
 use super::store::{Bdd, Store};
 use super::translate::Translator;
 use crate::error::Result;
+use crate::model::rounding::Sum;
 use crate::model::value::Value;
 use crate::model::{Branch, Command, VarId};
 
@@ -26,6 +29,8 @@ pub(super) struct CommandBuilder<'a> {
     pub(super) store: &'a Store,
     pub(super) encoding: &'a Encoding,
     pub(super) translator: &'a Translator<'a>,
+    /// Where the commands built so far have probabilities that were rounded.
+    pub(super) rounded: RefCell<Bdd>,
 }
 
 impl CommandBuilder<'_> {
@@ -80,11 +85,10 @@ impl CommandBuilder<'_> {
             let plus = |x: Value, y: Value| Ok(Value::Real(x.to_f64() + y.to_f64()));
             sum = sum.combine(store, &p, plus)?.0;
         }
-        let off = |v: Value| {
-            let far = (v.to_f64() - 1.0).abs();
-            far.is_nan() || far > 1e-9
-        };
-        wrong.push(sum.states_where(store, off)?);
+        wrong.push(sum.states_where(store, |v| Sum::of(v.to_f64()) == Sum::Wrong)?);
+        let rounded = sum.states_where(store, |v| Sum::of(v.to_f64()) == Sum::Rounded)?;
+        let before = self.rounded.borrow().clone();
+        self.rounded.replace(store.or(&before, &rounded)?);
         Ok((taken, store.any(wrong)?))
     }
 

@@ -55,6 +55,7 @@ pub struct SymbolicEngine {
     states: StateSet,
     initial: StateSet,
     deadlocks: StateSet,
+    rounded: Option<State>,
     /// For each group, and last for the self-loops of deadlocks, where it is enabled.
     enabled: Arc<Vec<Bdd>>,
     /// The last targets with the states from which they can be reached, nothing confined.
@@ -176,6 +177,10 @@ impl Engine for SymbolicEngine {
 
     fn deadlock_states(&self) -> StateSet {
         self.deadlocks.clone()
+    }
+
+    fn rounded_state(&self) -> Option<&State> {
+        self.rounded.as_ref()
     }
 
     fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
