@@ -1,5 +1,6 @@
 //! Messages that point at a place in a text, and their one rendering.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -10,14 +11,32 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 pub struct SourceFile {
     /// The path as the user gave it, or a description such as `--target`.
     pub name: String,
-    /// The whole text.
+    /// The whole text. Every line ends with `\n`, alone or after `\r`: a lone `\r` has become one; and a
+    /// byte order mark is not there.
     pub text: String,
+    /// The text as it was, where that is another one.
+    original: Option<String>,
 }
 
 impl SourceFile {
     /// A text with its name.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Arc<Self> {
-        Arc::new(SourceFile { name: name.into(), text: text.into() })
+        let (name, text) = (name.into(), text.into());
+        let plain = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        match lines_ended(plain) {
+            Cow::Borrowed(same) if same.len() == text.len() => {
+                Arc::new(SourceFile { name, text, original: None })
+            }
+            read => {
+                let read = read.into_owned();
+                Arc::new(SourceFile { name, text: read, original: Some(text) })
+            }
+        }
+    }
+
+    /// The text as it was given.
+    pub fn original(&self) -> &str {
+        self.original.as_deref().unwrap_or(&self.text)
     }
 
     /// The line and column, both from 1, of a byte offset; columns count characters.
@@ -37,6 +56,23 @@ impl SourceFile {
         let start = self.floor(span.start);
         start..self.floor(span.end).max(start)
     }
+}
+
+/// The text with `\n` in place of every `\r` that stands alone.
+fn lines_ended(text: &str) -> Cow<'_, str> {
+    let alone = |(at, _): &(usize, &str)| text.as_bytes().get(at + 1) != Some(&b'\n');
+    let mut ends = text.match_indices('\r').filter(alone).map(|(at, _)| at).peekable();
+    if ends.peek().is_none() {
+        return Cow::Borrowed(text);
+    }
+    let mut ended = String::with_capacity(text.len());
+    let mut start = 0;
+    for end in ends {
+        ended.push_str(&text[start..end]);
+        ended.push('\n');
+        start = end + 1;
+    }
+    Cow::Owned(ended + &text[start..])
 }
 
 /// What a diagnostic reports.
@@ -177,6 +213,15 @@ mod tests {
         assert_eq!(file.position(2), (1, 2));
         assert_eq!(file.position(4), (2, 1));
         assert_eq!(file.position(99), (2, 2));
+    }
+
+    #[test]
+    fn lines_end_with_either_sign_and_marks_of_byte_order_are_no_text() {
+        let file = SourceFile::new("m", "\u{feff}a\rb\r\nc\r");
+        assert_eq!(file.text, "a\nb\r\nc\n");
+        assert_eq!(file.original(), "\u{feff}a\rb\r\nc\r");
+        assert_eq!(file.position(2), (2, 1));
+        assert_eq!(SourceFile::new("m", "a\r\nb").original(), "a\r\nb");
     }
 
     #[test]

@@ -92,8 +92,8 @@ fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
     desk.timed("analysis", || analysis.run(&mut |_| ()), |_, _| ())?;
     let inputs = Inputs {
-        model: (args.model.path(), sha256(question.program.source.text.as_bytes())),
-        preferences: (args.preferences.path(), sha256(question.source.text.as_bytes())),
+        model: (args.model.path(), sha256(question.program.source.original().as_bytes())),
+        preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),
     };
     let all = args.region.is_empty();
     let wanted = |name: &str| all || globs.is_match(name);

@@ -67,7 +67,10 @@ fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     }
     let scope = if manifest.scope == "all" { Scope::All } else { Scope::Reachable };
     let settings = args.limits.settings(scope, desk);
-    let hashes = (sha256(question.program.source.text.as_bytes()), sha256(question.source.text.as_bytes()));
+    let hashes = (
+        sha256(question.program.source.original().as_bytes()),
+        sha256(question.source.original().as_bytes()),
+    );
     let verify = || {
         let hashes = (hashes.0.as_str(), hashes.1.as_str());
         certify::verify(&question.program, &question.preferences, hashes, &dump, settings)

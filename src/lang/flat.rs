@@ -1,5 +1,7 @@
 //! A flat program as text of the modelling language: what `info --flat` shows.
 
+mod composition;
+
 use std::fmt::Write as _;
 
 use ahash::{AHashMap, AHashSet};
@@ -7,16 +9,17 @@ use ahash::{AHashMap, AHashSet};
 use super::ast::{BinaryOp, Expr, ExprKind, Ident, Span};
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::{Type, Value};
-use crate::model::{Command, CommandId, ModelKind, Program, Synchronisation, Variable};
+use crate::model::{Command, ModelKind, Program, Variable};
+use composition::Composition;
 
 /// An expression that occurs twice gets a name of its own from this many nodes on.
 const LARGE: u64 = 40;
 /// Expressions of heights that this divides get names too, so that nothing nests too deeply.
 const TALL: u32 = 64;
 
-/// The program as a model file: constants and formulas are put in, renamings carried out. It reads
-/// back as the same program, unless a `system` block composed it: then a comment lists what moves
-/// together.
+/// The program as a model file: constants and formulas are put in, renamings carried out, and a
+/// `system` block stands at its end where the modules are not composed in full parallel. It reads
+/// back as a program with the same states, choices and names of actions.
 pub fn flat(program: &Program) -> String {
     let mut text = String::new();
     text.push_str(match program.kind {
@@ -24,18 +27,18 @@ pub fn flat(program: &Program) -> String {
         ModelKind::Dtmc => "dtmc\n",
     });
     for (name, value) in &program.constants {
-        let _ = write!(text, "\nconst {} {name} = {value};", value.ty());
+        let _ = write!(text, "\nconst {} {name} = {};", value.ty(), literal(*value));
     }
-    let printer = Printer::new(program);
+    let (printer, composition) = (Printer::new(program), Composition::of(program));
     printer.shared(&mut text);
     for variable in program.variables.iter().filter(|v| v.module.is_none()) {
         let _ = write!(text, "\nglobal {}", declaration(variable));
     }
     for module in 0..program.modules.len() {
-        printer.module(module, &mut text);
+        printer.module(module, &composition, &mut text);
     }
-    if !composed_in_full(program) {
-        synchronisations(program, &mut text);
+    if let Some(system) = composition.system(program) {
+        let _ = writeln!(text, "\n{system}");
     }
     if program.variables.iter().any(|v| v.initial.is_none()) {
         let _ = writeln!(text, "\ninit {} endinit", printer.expr(program.initial));
@@ -91,20 +94,22 @@ impl<'a> Printer<'a> {
         text.push('\n');
     }
 
-    fn module(&self, module: usize, text: &mut String) {
+    fn module(&self, module: usize, composition: &Composition, text: &mut String) {
         let _ = writeln!(text, "\nmodule {}", self.program.modules[module]);
         for variable in self.program.variables.iter().filter(|v| v.module == Some(module)) {
             let _ = writeln!(text, "    {}", declaration(variable));
         }
-        for command in self.program.commands.iter().filter(|c| c.module == module) {
-            let _ = writeln!(text, "    {}", self.command(command));
+        for (index, command) in self.program.commands.iter().enumerate() {
+            let labels = if command.module == module { composition.labels(index) } else { &[] };
+            for label in labels {
+                let _ = writeln!(text, "    {}", self.command(command, label));
+            }
         }
         text.push_str("endmodule\n");
     }
 
-    fn command(&self, command: &Command) -> String {
-        let action = command.action.map_or("", |a| self.program.actions[a].as_str());
-        let mut text = format!("[{action}] {} -> ", self.expr(command.guard));
+    fn command(&self, command: &Command, label: &str) -> String {
+        let mut text = format!("[{label}] {} -> ", self.expr(command.guard));
         for (i, branch) in command.branches.iter().enumerate() {
             let plus = if i > 0 { " + " } else { "" };
             let _ = write!(text, "{plus}{} : ", self.expr(branch.probability));
@@ -265,46 +270,5 @@ fn operands(pool: &ExprPool, id: ExprId) -> Vec<ExprId> {
         Node::Unary(_, a) => vec![a],
         Node::Binary(_, a, b) => vec![a, b],
         Node::Ite(c, a, b) => vec![c, a, b],
-    }
-}
-
-/// Whether the program is what all its modules do in parallel, synchronised on common actions.
-fn composed_in_full(program: &Program) -> bool {
-    let mut expected: Vec<(Option<usize>, Vec<Vec<CommandId>>)> = Vec::new();
-    for (index, command) in program.commands.iter().enumerate() {
-        let id = CommandId(u32::try_from(index).unwrap_or(u32::MAX));
-        let module = |factor: &Vec<CommandId>| program.commands[factor[0].index()].module;
-        let joint = expected.iter_mut().find(|(action, factors)| {
-            *action == command.action && (action.is_some() || module(&factors[0]) == command.module)
-        });
-        match joint {
-            None => expected.push((command.action, vec![vec![id]])),
-            Some((_, factors)) => match factors.iter_mut().find(|f| module(f) == command.module) {
-                Some(factor) => factor.push(id),
-                None => factors.push(vec![id]),
-            },
-        }
-    }
-    expected.sort();
-    let mut found: Vec<_> = program.synchronisations.iter().map(|s| (s.action, s.factors.clone())).collect();
-    found.sort();
-    found == expected
-}
-
-/// What moves together, as a comment.
-fn synchronisations(program: &Program, text: &mut String) {
-    text.push_str("\n// The modules are composed as follows, not in full parallel.\n");
-    for Synchronisation { action, factors } in &program.synchronisations {
-        let action = action.map_or("", |a| program.actions[a].as_str());
-        let factor = |f: &Vec<CommandId>| {
-            let number = |c: &CommandId| {
-                let command = &program.commands[c.index()];
-                let label = command.action.map_or("", |a| program.actions[a].as_str());
-                format!("{}[{label}]#{}", program.modules[command.module], command.number)
-            };
-            f.iter().map(number).collect::<Vec<_>>().join(" or ")
-        };
-        let factors = factors.iter().map(factor).collect::<Vec<_>>().join(" with ");
-        let _ = writeln!(text, "// [{action}] {factors}");
     }
 }

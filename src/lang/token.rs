@@ -8,7 +8,7 @@ use crate::observer::Poll;
 /// What a piece of text is; the text itself is found through its span.
 #[derive(Logos, Debug, Clone, Copy, PartialEq, Eq)]
 #[logos(skip r"[ \t\r\n\f]+")]
-#[logos(skip(r"//[^\n]*", allow_greedy = true))]
+#[logos(skip(r"//[^\r\n]*", allow_greedy = true))]
 pub enum Token {
     /// A keyword or a name.
     #[regex("[A-Za-z_][A-Za-z0-9_]*")]
@@ -20,7 +20,7 @@ pub enum Token {
     #[regex(r"[0-9]*\.[0-9]+([eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+")]
     Real,
     /// A name in double quotes.
-    #[regex("\"[^\"\n]*\"")]
+    #[regex("\"[^\"\r\n]*\"")]
     Quoted,
     /// `!`
     #[token("!")]
@@ -40,9 +40,6 @@ pub enum Token {
     /// `->`
     #[token("->")]
     Arrow,
-    /// `<-`
-    #[token("<-")]
-    Rename,
     /// `:`
     #[token(":")]
     Colon,
@@ -143,7 +140,6 @@ impl Token {
             Token::Implies => "`=>`",
             Token::Iff => "`<=>`",
             Token::Arrow => "`->`",
-            Token::Rename => "`<-`",
             Token::Colon => "`:`",
             Token::Semicolon => "`;`",
             Token::Comma => "`,`",
@@ -288,7 +284,10 @@ mod tests {
 
     #[test]
     fn the_longest_operator_wins() {
-        assert_eq!(kinds("<=> <= <- =>"), [Token::Iff, Token::Le, Token::Rename, Token::Implies, Token::End]);
+        assert_eq!(
+            kinds("<=> <= <- =>"),
+            [Token::Iff, Token::Le, Token::Lt, Token::Minus, Token::Implies, Token::End]
+        );
         assert_eq!(kinds("x'=1 // end"), [Token::Word, Token::Prime, Token::Eq, Token::Int, Token::End]);
     }
 

@@ -1,8 +1,6 @@
 //! Small random programs from a sequence of numbers: shorter sequences and smaller numbers give
 //! simpler programs, so that a failing one shrinks well.
 
-use std::sync::Arc;
-
 use meliora::error::SourceFile;
 use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora::model::value::{Type, Value};
@@ -56,7 +54,7 @@ pub fn random_program(numbers: &[u16], faulty: bool) -> Program {
     let synchronisations = synchronisations(&mut commands, modules, actions);
     let literal = b.pool.value(Value::Bool(true));
     Program {
-        source: Arc::new(SourceFile { name: "random".into(), text: String::new() }),
+        source: SourceFile::new("random", ""),
         kind,
         constants: vec![],
         given_constants: vec![],

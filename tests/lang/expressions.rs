@@ -199,7 +199,7 @@ fn all_states(variables: &[Variable]) -> Vec<Vec<i64>> {
 
 fn program(pool: ExprPool, initial: ExprId) -> Program {
     Program {
-        source: Arc::new(SourceFile { name: "test".into(), text: String::new() }),
+        source: SourceFile::new("test", ""),
         kind: ModelKind::Mdp,
         constants: vec![],
         given_constants: vec![],

@@ -1,10 +1,17 @@
 //! What models mean once they are flat: precedence, renaming, constants, composition.
 
+use std::sync::Arc;
+
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang::property::{Bound, Strategies};
 use meliora::lang::{flat, load, lower_target, parse_expression, parse_property, parse_state};
-use meliora::model::Program;
+use meliora::model::step::{Choice, Step};
 use meliora::model::value::Value;
+use meliora::model::{Program, State};
+use proptest::prelude::*;
 
 fn program_with(text: &str, constants: &str) -> Program {
     let loaded = load(&SourceFile::new("m.prism", text), &SourceFile::new("--const", constants));
@@ -282,4 +289,115 @@ fn actions_may_be_called_like_operators_of_properties() {
          system m ||| n {W<-S} endsystem",
     );
     assert_eq!(program.actions, ["E", "W", "S"]);
+}
+
+/// What can happen in every state that can be reached: the labels with the states that they lead to.
+fn behaviour(text: &str) -> Vec<(State, Vec<String>)> {
+    let program = Arc::new(program(text));
+    let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default()).expect("it is small");
+    let states = engine.list_states(&engine.all_states(), usize::MAX).expect("it is small");
+    let steps = |state: State| {
+        let show = |step: &Step| {
+            let action = match &step.choice {
+                Choice::Combination { synchronisation, .. } => {
+                    program.synchronisations[*synchronisation].action
+                }
+                _ => None,
+            };
+            let label = action.map_or("", |a| program.actions[a].as_str());
+            format!("{label} {:?}", step.successors)
+        };
+        let mut steps: Vec<String> =
+            program.steps(&state).expect("it has a meaning").iter().map(show).collect();
+        steps.sort();
+        (state, steps)
+    };
+    states.into_iter().map(steps).collect()
+}
+
+/// A composition of the modules `a`, `b` and `c`.
+fn any_system() -> impl Strategy<Value = String> {
+    let action = || prop::sample::select(vec!["s", "t", "u"]);
+    let wrap = move |inner: String| {
+        prop_oneof![
+            3 => Just(inner.clone()),
+            1 => action().prop_map({ let i = inner.clone(); move |x| format!("({i} / {{{x}}})") }),
+            2 => (action(), action()).prop_map({ let i = inner.clone(); move |(x, y)| format!("({i} {{{x}<-{y}}})") }),
+            1 => action().prop_map(move |x| format!("({inner} {{{x}<-new}})")),
+        ]
+    };
+    let join = move |a: String, b: String| {
+        prop_oneof![
+            Just(format!("({a} || {b})")),
+            Just(format!("({a} ||| {b})")),
+            (action(), action()).prop_map(move |(x, y)| format!("({a} |[{x},{y}]| {b})")),
+        ]
+    };
+    let leaf = move |name: &str| wrap(name.to_owned());
+    let orders = vec![["a", "b", "c"], ["b", "c", "a"], ["c", "a", "b"]];
+    prop::sample::select(orders)
+        .prop_flat_map(move |[x, y, z]| (leaf(x), leaf(y), leaf(z)))
+        .prop_flat_map(move |(x, y, z)| (join(x, y), Just(z)))
+        .prop_flat_map(move |(xy, z)| (wrap(xy), Just(z)))
+        .prop_flat_map(move |(xy, z)| join(xy, z))
+        .prop_flat_map(wrap)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn a_composition_written_flat_reads_back_as_the_same(system in any_system()) {
+        let text = format!(
+            "mdp\nmodule a\n x : [0..2];\n [s] x<2 -> (x'=x+1);\n [s] x=2 -> 0.5 : (x'=0) + 0.5 : true;\n [t] x=1 -> (x'=2);\n \
+             [] x=0 -> (x'=1);\nendmodule\nmodule b\n y : [0..2];\n [s] y<2 -> (y'=y+1);\n [u] y=1 -> (y'=0);\nendmodule\n\
+             module c\n z : bool;\n [t] z -> (z'=false);\n [u] !z -> (z'=true);\n [] z -> (z'=false);\nendmodule\n\
+             system {system} endsystem"
+        );
+        let source = SourceFile::new("m", text.clone());
+        prop_assume!(load(&source, &SourceFile::new("--const", "")).is_ok());
+        let again = flat(&program(&text));
+        prop_assert_eq!(behaviour(&text), behaviour(&again), "{}\n{}", system, again);
+    }
+}
+
+#[test]
+fn a_carriage_return_ends_a_line() {
+    let text = "mdp // a type\rmodule m // a module\r x : [0..3];\r [] x<3 -> (x'=x+1);\rendmodule";
+    assert_eq!(program(text).commands.len(), 1);
+    assert_eq!(program(&format!("\u{feff}{}", text.replace('\r', "\r\n"))).commands.len(), 1);
+}
+
+#[test]
+fn an_arrow_to_the_left_is_a_comparison_in_expressions() {
+    let program = program("mdp\nformula f = x<-1;\nmodule m\n x : [-3..3];\n [] f -> (x'=-x);\nendmodule");
+    assert_eq!(program.pool.eval(program.commands[0].guard, &[-2]), Ok(Value::Bool(true)));
+    assert_eq!(program.pool.eval(program.commands[0].guard, &[-1]), Ok(Value::Bool(false)));
+}
+
+#[test]
+fn what_is_observable_is_read_and_ignored() {
+    let text = "mdp\nobservables x, y endobservables\nobservable \"high\" = x>2;\nmodule m\n x : [0..3];\n y : bool;\n \
+                [] x<3 -> (x'=x+1);\nendmodule";
+    assert_eq!(program(text).variables.len(), 2);
+}
+
+#[test]
+fn probabilities_that_were_rounded_are_a_distribution_with_a_warning() {
+    for (command, enabled) in [
+        ("[] x=0 -> 0.333333 : (x'=1) + 0.333333 : (x'=2) + 0.333333 : (x'=3)", true),
+        ("[] x=0 -> (x+1)*0.4999996 : (x'=1) + 0.5 : (x'=2)", true),
+        ("[] x=0 -> 1/3 : (x'=1) + 1/3 : (x'=2) + 1/3 : (x'=3)", false),
+        ("[] x=0 -> true;\n [] x=1 -> 0.333333 : (x'=1) + 0.666666 : (x'=2)", false),
+    ] {
+        let program = Arc::new(program(&format!("mdp\nmodule m\n x : [0..3];\n {command};\nendmodule")));
+        let explicit =
+            ExplicitEngine::new(Arc::clone(&program), Settings::default()).expect("it has a meaning");
+        let symbolic =
+            SymbolicEngine::new(Arc::clone(&program), order::auto(&program), 1, Settings::default());
+        let expected = enabled.then(|| vec![0]);
+        assert_eq!(explicit.rounded_state(), expected.as_ref(), "{command}");
+        assert_eq!(symbolic.expect("it has a meaning").rounded_state(), expected.as_ref(), "{command}");
+        assert_eq!(program.rounded_in(&[0]).is_some(), enabled, "{command}");
+    }
 }

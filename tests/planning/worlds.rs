@@ -115,7 +115,7 @@ impl Graph {
         let targets = self.targets.iter().map(|t| self.at(&mut pool, t)).collect();
         let all = (0..commands.len() as u32).map(CommandId).collect();
         let program = Program {
-            source: Arc::new(SourceFile { name: "graph".into(), text: String::new() }),
+            source: SourceFile::new("graph", ""),
             kind: ModelKind::Mdp,
             constants: vec![],
             given_constants: vec![],

@@ -19,6 +19,8 @@ pub(super) const ITEM_WORDS: &[&str] = &[
     "dtmc",
     "nondeterministic",
     "probabilistic",
+    "observables",
+    "observable",
 ];
 
 /// Words that begin what other types of model have, with what they are.
@@ -38,8 +40,6 @@ const FOREIGN: &[(&str, &str)] = &[
     ("imdp", "interval models (`imdp`)"),
     ("idtmc", "interval models (`idtmc`)"),
     ("ipomdp", "interval models (`ipomdp`)"),
-    ("observables", "observables"),
-    ("observable", "observables"),
     ("player", "players"),
     ("invariant", "invariants"),
 ];
@@ -78,6 +78,8 @@ impl Parser<'_> {
             "rewards" => Item::Rewards(self.rewards()?),
             "init" => Item::Init(self.init()?),
             "system" => Item::System(self.system()?),
+            "observables" => return self.observables(),
+            "observable" => return self.observable(),
             _ => return self.foreign_part(span, word),
         };
         model.items.push(item);
@@ -105,12 +107,33 @@ impl Parser<'_> {
         self.report(self.unsupported(span, format!("{what} are not supported")).help(help));
         self.advance();
         match word {
-            "observables" => self.skip_past("endobservables"),
             "invariant" => self.skip_past("endinvariant"),
             "player" => self.skip_past("endplayer"),
-            "observable" => self.recover(ITEM_WORDS),
             _ => {}
         }
+        Ok(())
+    }
+
+    /// `observables x, y endobservables`: what a player of a `pomdp` sees says nothing of the model.
+    fn observables(&mut self) -> Parsed<()> {
+        self.advance();
+        if self.eat_word("endobservables") {
+            return Ok(());
+        }
+        self.ident("the name of a variable")?;
+        while self.eat(Token::Comma) {
+            self.ident("the name of a variable")?;
+        }
+        self.expect_word("endobservables").map(|_| ())
+    }
+
+    /// `observable "name" = expression;`
+    fn observable(&mut self) -> Parsed<()> {
+        self.advance();
+        self.quoted()?;
+        self.expect(Token::Eq)?;
+        self.expression()?;
+        self.expect(Token::Semicolon)?;
         Ok(())
     }
 

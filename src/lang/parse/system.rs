@@ -108,7 +108,7 @@ impl Parser<'_> {
             let mut renames = Vec::new();
             loop {
                 let old = self.action()?;
-                self.expect(Token::Rename)?;
+                self.rename_arrow()?;
                 renames.push((old, self.action()?));
                 if !self.eat(Token::Comma) {
                     break;
@@ -118,6 +118,16 @@ impl Parser<'_> {
             SystemKind::Rename(Box::new(system), renames)
         };
         Ok(System { kind, span: start.to(self.before()) })
+    }
+
+    /// `<-`, which the lexer cannot tell from the two operators of `x<-1`.
+    fn rename_arrow(&mut self) -> Parsed<()> {
+        if (self.peek(), self.peek_at(1)) != (Token::Lt, Token::Minus) {
+            return Err(self.expected("`<-`"));
+        }
+        self.advance();
+        self.advance();
+        Ok(())
     }
 
     /// `a,b,…` and what closes the list.
