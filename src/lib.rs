@@ -87,6 +87,7 @@ pub mod diagnostic;
 pub mod dump;
 pub mod engine;
 pub mod error;
+pub mod escape;
 pub mod export;
 pub mod generate;
 pub mod lang;

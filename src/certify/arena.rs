@@ -1,7 +1,9 @@
 //! Where improvements are looked for: kept choices, goal edges, dropped edges.
 
 use super::checker::{Check, Checker, Stop};
-use super::outcomes::members;
+use super::outcomes::Class;
+use super::sets::Sets;
+use crate::dump::names;
 use crate::engine::Engine;
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::model::preference::Change;
@@ -18,8 +20,8 @@ pub(super) struct Part {
 
 /// The safe choices, with the edges that improve.
 pub(super) struct Arena {
-    /// What the names of its sets end in: `@C` under `prefix`.
-    pub(super) suffix: String,
+    /// Under `prefix` the class that improvements are measured against.
+    pub(super) reference: Option<String>,
     /// The states that count for a level; under `prefix` those of the reference class.
     pub(super) start: StateSet,
     /// The states that plays may be in.
@@ -31,7 +33,7 @@ pub(super) struct Arena {
 }
 
 /// A class with what steps into others mean.
-struct Class {
+struct Side {
     name: String,
     states: StateSet,
     better: StateSet,
@@ -39,42 +41,40 @@ struct Class {
 }
 
 /// The arenas for the safety of the dump.
-pub(super) fn arenas(checker: &mut Checker<'_>) -> Check<Vec<Arena>> {
-    let classes = classes(checker)?;
-    match checker.dump.manifest.safety.as_str() {
-        "action" => Ok(vec![single(checker, classes, false)?]),
-        "transition" => Ok(vec![single(checker, classes, true)?]),
-        "prefix" => prefix(checker, classes),
-        other => Err(Stop::violated(format!("`{other}` is a kind of safety"), None)),
+pub(super) fn arenas(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Arena>> {
+    let sides = sides(checker, classes)?;
+    match checker.manifest.safety.as_str() {
+        "action" => Ok(vec![single(checker, sides, false)?]),
+        "transition" => Ok(vec![single(checker, sides, true)?]),
+        "prefix" => prefix(checker, sides),
+        other => Err(Stop::violated(format!("`{}` is a kind of safety", other.escape_debug()), None)),
     }
 }
 
-fn classes(checker: &Checker<'_>) -> Check<Vec<Class>> {
+fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> Check<Vec<Side>> {
     let engine = &checker.engine;
-    let named = checker.named("class:");
-    let mut classes = Vec::new();
-    for (name, states) in &named {
-        let from = members(checker, name)?;
+    let mut sides = Vec::new();
+    for class in &classes {
         let (mut better, mut worse) = (engine.no_states(), engine.no_states());
-        for (other, there) in &named {
-            match checker.preferences.change(&from, &members(checker, other)?) {
-                Change::Improving => better = engine.union(&better, there)?,
-                Change::Weakening => worse = engine.union(&worse, there)?,
+        for other in &classes {
+            match checker.preferences.change(&class.members, &other.members) {
+                Change::Improving => better = engine.union(&better, &other.states)?,
+                Change::Weakening => worse = engine.union(&worse, &other.states)?,
                 Change::Lateral => {}
             }
         }
-        classes.push(Class { name: name.clone(), states: states.clone(), better, worse });
+        sides.push(Side { name: class.name.clone(), states: class.states.clone(), better, worse });
     }
-    Ok(classes)
+    Ok(sides)
 }
 
 /// `action`: no choice with a weakening edge is kept. `transition`: weakening edges are dropped, and
 /// choices that have no others.
-fn single(checker: &Checker<'_>, classes: Vec<Class>, drops: bool) -> Check<Arena> {
+fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Arena> {
     let engine = &checker.engine;
     let mut kept = engine.all_choices();
     let mut parts = Vec::new();
-    for class in classes {
+    for class in sides {
         let refused = if drops {
             engine.every_successor_in(&class.worse)?
         } else {
@@ -85,18 +85,15 @@ fn single(checker: &Checker<'_>, classes: Vec<Class>, drops: bool) -> Check<Aren
         parts.push(Part { from: class.states, better: class.better, dropped });
     }
     let all = engine.all_states();
-    Ok(Arena { suffix: String::new(), start: all.clone(), states: all, kept, parts })
+    Ok(Arena { reference: None, start: all.clone(), states: all, kept, parts })
 }
 
 /// One arena a class: the states from which it need never be weakened.
-fn prefix(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Arena>> {
+fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
     let mut arenas = Vec::new();
-    for class in classes {
-        if checker.engine.is_empty(&class.states) {
-            continue;
-        }
-        let name = format!("safe:{}", class.name);
-        let safe = checker.states(&name)?;
+    for class in sides {
+        let name = names::safe(&class.name);
+        let safe = checker.proof.states(&name)?;
         let engine = &checker.engine;
         let kept = engine.choices_in(&engine.every_successor_in(&safe)?, &safe)?;
         let weaker = engine.intersection(&safe, &class.worse)?;
@@ -105,36 +102,41 @@ fn prefix(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Arena>> {
         let condition = || format!("each state of `{name}` has a choice that stays in it");
         checker.subset(&safe, &engine.sources(&kept)?, condition)?;
         unsafe_rounds(checker, &name, &safe, &class.worse)?;
-        let engine = &checker.engine;
         let better = engine.intersection(&class.better, &safe)?;
         let part = Part { from: safe.clone(), better, dropped: engine.no_states() };
         let start = engine.intersection(&class.states, &safe)?;
-        let empty = engine.is_empty(&start);
-        checker.passed(&name, true, true);
-        if !empty {
-            let suffix = format!("@{}", class.name);
-            arenas.push(Arena { suffix, start, states: safe, kept, parts: vec![part] });
+        if !engine.is_empty(&start) {
+            arenas.push(Arena { reference: Some(class.name), start, states: safe, kept, parts: vec![part] });
         }
+        checker.passed(&name);
     }
     Ok(arenas)
 }
 
-/// Round 0 weakens; from each later round, every choice may step into an earlier one.
+/// A state is lost that weakens, or whose every choice may step into states lost before.
 fn unsafe_rounds(checker: &Checker<'_>, name: &str, safe: &StateSet, worse: &StateSet) -> Check {
     let engine = &checker.engine;
-    let mut left = engine.all_states();
-    for (j, lost) in checker.sequence(&format!("refuted:{name}")).iter().enumerate() {
-        let staying = engine.sources(&engine.every_successor_in(&left)?)?;
+    let left = checker.rounds(name, &engine.all_states(), |j, lost, left, _| {
+        let staying = engine.sources(&engine.every_successor_in(left)?)?;
         let condition =
             || format!("each state lost in round {j} of `{name}` weakens, or must risk an earlier round");
         let kept = engine.difference(&engine.intersection(lost, &staying)?, worse)?;
-        checker.subset(&kept, &engine.no_states(), condition)?;
-        left = engine.difference(&left, lost)?;
-    }
+        checker.subset(&kept, &engine.no_states(), condition)
+    })?;
     checker.subset(&left, safe, || format!("each state outside of `{name}` is lost in some round"))
 }
 
 impl Arena {
+    /// What a level is called in the arena.
+    pub(super) fn name(&self, level: &str) -> String {
+        self.reference.as_ref().map_or_else(|| level.to_owned(), |class| names::against(level, class))
+    }
+
+    /// Where its levels are: with a reference class they are no regions, but show that these are right.
+    pub(super) fn sets<'c>(&self, checker: &'c Checker<'_>) -> &'c Sets {
+        if self.reference.is_some() { &checker.proof } else { &checker.regions }
+    }
+
     /// The choices with an edge from a part into what belongs to the part.
     pub(super) fn into(
         &self,

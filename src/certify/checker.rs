@@ -1,13 +1,13 @@
 //! The sets of a dump, and the conditions that they are put to.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::sets::Sets;
 use super::{Checked, Violation};
-use crate::dump::manifest::{File, Kind};
-use crate::dump::{Diagram, Dump, Edge};
+use crate::dump::manifest::Kind;
+use crate::dump::{Dump, Edge, Manifest, names};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
-use crate::engine::{Engine, Settings};
+use crate::engine::{Engine, Scope, Settings};
 use crate::error::Error;
 use crate::model::preference::Preferences;
 use crate::model::{Program, State};
@@ -40,10 +40,12 @@ pub(super) type Check<T = ()> = Result<T, Stop>;
 pub(super) struct Checker<'a> {
     pub(super) engine: SymbolicEngine,
     pub(super) preferences: &'a Preferences,
-    pub(super) dump: &'a Dump,
+    pub(super) manifest: &'a Manifest,
+    /// What readers rely on: each set is defined by model, preferences and options.
+    pub(super) regions: Sets,
+    /// What shows that these are right.
+    pub(super) proof: Sets,
     pub(super) checked: Vec<Checked>,
-    states: BTreeMap<String, StateSet>,
-    choices: BTreeMap<String, ChoiceSet>,
 }
 
 impl<'a> Checker<'a> {
@@ -58,71 +60,22 @@ impl<'a> Checker<'a> {
         let Some(order) = Encoding::order_of(program, &manifest.encoding.order) else {
             return Err(Stop::violated("the order of the bits is one of the model's bits", None));
         };
-        let Some(all) = manifest.regions.root("reachable").and_then(|r| Edge::new(i64::from(r.node))) else {
+        let root = manifest.regions.root(names::REACHABLE).filter(|r| r.kind == Kind::States);
+        let Some(all) = root.and_then(|r| Edge::new(i64::from(r.node))) else {
             return Err(Stop::violated("the dump has the region `reachable`", None));
         };
+        let (Some(file), Some(certificate)) = (&manifest.certificate, &dump.certificate) else {
+            return Err(Stop::violated("the dump has a certificate", None));
+        };
         let engine = SymbolicEngine::with_states(Arc::clone(program), order, settings, &dump.regions, all)?;
-        let (states, choices) = (BTreeMap::new(), BTreeMap::new());
-        let mut checker = Checker { engine, preferences, dump, checked: Vec::new(), states, choices };
-        checker.load(&manifest.regions, &dump.regions)?;
-        if let (Some(file), Some(diagram)) = (&manifest.certificate, &dump.certificate) {
-            checker.load(file, diagram)?;
-        }
-        Ok(checker)
-    }
-
-    fn load(&mut self, file: &File, diagram: &Diagram) -> Check {
-        let edge = |node: i32| Edge::new(i64::from(node)).unwrap_or(Edge::FALSE);
-        let roots: Vec<_> = file.roots.iter().filter(|r| r.kind == Kind::States).collect();
-        let edges: Vec<Edge> = roots.iter().map(|r| edge(r.node)).collect();
-        for (root, set) in roots.iter().zip(self.engine.load_states(diagram, &edges)?) {
-            self.states.insert(root.name.clone(), set);
-        }
-        let numbers = self.engine.numbered_choices().len();
-        for root in file.roots.iter().filter(|r| r.kind == Kind::Choices) {
-            let Some(set) = self.engine.load_choices(diagram, edge(root.node), numbers)? else {
-                return Err(Stop::violated(format!("`{}` has only choices of the model", root.name), None));
-            };
-            self.choices.insert(root.name.clone(), set);
-        }
-        Ok(())
-    }
-
-    /// A set of states that must be there.
-    pub(super) fn states(&self, name: &str) -> Check<StateSet> {
-        match self.states.get(name) {
-            Some(x) => Ok(x.clone()),
-            None => Err(Stop::violated(format!("the dump has `{name}`, which this check needs"), None)),
-        }
-    }
-
-    /// A set of choices that must be there.
-    pub(super) fn choices(&self, name: &str) -> Check<ChoiceSet> {
-        match self.choices.get(name) {
-            Some(c) => Ok(c.clone()),
-            None => Err(Stop::violated(format!("the dump has `{name}`, which this check needs"), None)),
-        }
-    }
-
-    /// Whether there is a set of states of this name.
-    pub(super) fn has(&self, name: &str) -> bool {
-        self.states.contains_key(name)
-    }
-
-    /// `prefix:0`, `prefix:1`, … as far as they go.
-    pub(super) fn sequence(&self, prefix: &str) -> Vec<StateSet> {
-        (0..).map_while(|j| self.states.get(&format!("{prefix}:{j}")).cloned()).collect()
-    }
-
-    /// The sets of states whose names begin so, with the rest of the name.
-    pub(super) fn named(&self, prefix: &str) -> Vec<(String, StateSet)> {
-        let all = self.states.iter();
-        all.filter_map(|(name, x)| Some((name.strip_prefix(prefix)?.to_owned(), x.clone()))).collect()
+        let regions = Sets::load(&engine, &manifest.regions, &dump.regions)?;
+        let proof = Sets::load(&engine, file, certificate)?;
+        Ok(Checker { engine, preferences, manifest, regions, proof, checked: Vec::new() })
     }
 
     /// Notes that a region is what it is said to be.
-    pub(super) fn passed(&mut self, region: &str, inside: bool, outside: bool) {
-        self.checked.push(Checked { region: region.to_owned(), inside, outside });
+    pub(super) fn passed(&mut self, region: &str) {
+        self.checked.push(Checked { region: region.to_owned(), inside: true, outside: true });
     }
 
     /// X ⊆ Y
@@ -155,8 +108,7 @@ impl<'a> Checker<'a> {
         Ok(())
     }
 
-    /// Layer 0 lies in `start`, each later layer in one step of the layer before, and together they
-    /// have all of the region.
+    /// The layers of a region are its states by their distance from `start`, and have all of it.
     pub(super) fn layers(
         &self,
         name: &str,
@@ -164,77 +116,104 @@ impl<'a> Checker<'a> {
         start: &StateSet,
         step: impl Fn(&StateSet) -> Check<StateSet>,
     ) -> Check {
-        let layers = self.sequence(&format!("layers:{name}"));
-        let mut reached = self.engine.no_states();
-        let mut bound = start.clone();
+        let mut open = region.clone();
+        let mut next = start.clone();
+        let layers = self.proof.sequence(|j| names::layer(name, j))?;
         for (j, layer) in layers.iter().enumerate() {
             let condition = || match j {
-                0 => format!("each state of layer 0 of `{name}` is at the goal"),
-                _ => format!("each state of layer {j} of `{name}` has a step into layer {}", j - 1),
+                0 => format!("layer 0 of `{name}` are the states at its goal"),
+                _ => format!("layer {j} of `{name}` are the further states with a step into layer {}", j - 1),
             };
-            self.subset(layer, &bound, condition)?;
-            reached = self.engine.union(&reached, layer)?;
+            self.equal(layer, &self.engine.intersection(&next, &open)?, condition)?;
+            self.some(layer, || format!("layer {j} of `{name}` has a state"))?;
+            open = self.engine.difference(&open, layer)?;
             if j + 1 < layers.len() {
-                bound = step(layer)?;
+                next = step(layer)?;
             }
         }
-        self.subset(region, &reached, || format!("each state of `{name}` is in one of its layers"))
+        let condition = || format!("each state of `{name}` is in one of its layers");
+        self.subset(&open, &self.engine.no_states(), condition)
     }
 
-    /// The states: values only; from the initial ones and closed, or all of them.
+    /// The rounds in which states of X are lost: what is left of X after each of them goes to `check`
+    /// with the round; the result is what is left after the last.
+    pub(super) fn rounds(
+        &self,
+        name: &str,
+        x: &StateSet,
+        check: impl Fn(usize, &StateSet, &StateSet, &StateSet) -> Check,
+    ) -> Check<StateSet> {
+        let mut left = x.clone();
+        for (j, lost) in self.proof.sequence(|j| names::refuted(name, j))?.iter().enumerate() {
+            self.some(lost, || format!("round {j} of `{name}` has a state"))?;
+            self.subset(lost, &left, || format!("no state lost in round {j} of `{name}` was lost before"))?;
+            let rest = self.engine.difference(&left, lost)?;
+            check(j, lost, &left, &rest)?;
+            left = rest;
+        }
+        Ok(left)
+    }
+
+    /// X ≠ ∅
+    fn some(&self, x: &StateSet, condition: impl FnOnce() -> String) -> Check {
+        if self.engine.is_empty(x) { Err(Stop::violated(condition(), None)) } else { Ok(()) }
+    }
+
+    /// The states: values only; from the initial ones and closed, or all of them. What is enabled there.
     pub(super) fn scope(&mut self) -> Check {
         let engine = &self.engine;
-        let all = self.states("reachable")?;
+        let all = self.regions.states(names::REACHABLE)?;
         self.subset(&all, &engine.valuations(), || {
             "each state of `reachable` has values in range".to_owned()
         })?;
-        for (name, x) in &self.states {
+        for (name, x) in self.regions.all_states().chain(self.proof.all_states()) {
             self.subset(x, &all, || format!("each state of `{name}` is one of `reachable`"))?;
         }
         let initial = engine.initial_states();
-        if self.has("initial") {
-            self.equal(&self.states("initial")?, &initial, || "`initial` are the initial states".to_owned())?;
-        }
-        let mut below = true;
-        if self.dump.manifest.scope == "all" {
+        if engine.settings().scope == Scope::All {
             let condition = || "`reachable` has all valuations, as the scope `all` says".to_owned();
             self.equal(&all, &engine.valuations(), condition)?;
         } else {
             self.subset(&initial, &all, || "each initial state is in `reachable`".to_owned())?;
             let next = engine.successors(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
-            below = self.has("layers:reachable:0");
-            if below {
-                let step =
-                    |x: &StateSet| Ok(engine.successors(&engine.choices_in(&engine.all_choices(), x)?)?);
-                self.layers("reachable", &all, &initial, step)?;
-            }
+            let step = |x: &StateSet| Ok(engine.successors(&engine.choices_in(&engine.all_choices(), x)?)?);
+            self.layers(names::REACHABLE, &all, &initial, step)?;
         }
-        if let Some(choices) = self.choices.get("choices") {
-            self.equal_choices(choices, &engine.all_choices(), || {
-                "`choices` are the enabled ones".to_owned()
-            })?;
+        let condition = || "`initial` are the initial states".to_owned();
+        self.equal(&self.regions.states(names::INITIAL)?, &initial, condition)?;
+        let condition = || "`choices` are the enabled ones".to_owned();
+        self.equal_choices(&self.regions.choices(names::CHOICES)?, &engine.all_choices(), condition)?;
+        let condition = || "`deadlock` are the states where nothing is enabled".to_owned();
+        self.equal(&self.regions.states(names::DEADLOCK)?, &engine.deadlock_states(), condition)?;
+        for name in [names::REACHABLE, names::INITIAL, names::DEADLOCK, names::CHOICES] {
+            self.passed(name);
         }
-        if let Some(deadlocks) = self.states.get("deadlock") {
-            let condition = || "`deadlock` are the states where nothing is enabled".to_owned();
-            self.equal(deadlocks, &engine.deadlock_states(), condition)?;
-        }
-        self.passed("reachable", below, true);
         Ok(())
     }
 
-    /// The counts in the manifest.
+    /// The counts in the manifest, of both files.
     pub(super) fn counts(&self) -> Check {
-        for root in &self.dump.manifest.regions.roots {
-            let count = match root.kind {
-                Kind::States => self.engine.count_states(&self.states(&root.name)?)?,
-                Kind::Choices => self.engine.count_choices(&self.choices(&root.name)?)?,
-            };
+        let proof = self.manifest.certificate.iter().flat_map(|file| &file.roots);
+        let regions = self.manifest.regions.roots.iter().map(|root| (root, &self.regions));
+        for (root, sets) in regions.chain(proof.map(|root| (root, &self.proof))) {
+            let count = sets.count(&self.engine, root)?;
             if count.to_string() != root.count {
-                let condition = format!("`{}` has {} members: it has {count}", root.name, root.count);
+                let said = root.count.escape_debug();
+                let condition = format!("`{}` has {said} members: it has {count}", root.name);
                 return Err(Stop::violated(condition, None));
             }
         }
         Ok(())
+    }
+
+    /// Each set of both files is one that a check has asked for.
+    pub(super) fn nothing_else(&self) -> Check {
+        match self.regions.unknown().or_else(|| self.proof.unknown()) {
+            None => Ok(()),
+            Some(name) => {
+                Err(Stop::violated(format!("`{name}` is a set that a dump with these options has"), None))
+            }
+        }
     }
 }

@@ -2,99 +2,116 @@
 
 use super::arena::{Arena, arenas};
 use super::checker::{Check, Checker, Stop};
+use super::outcomes::Class;
+use crate::dump::names;
 use crate::engine::Engine;
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 
 /// Checks the levels of both kinds.
-pub(super) fn check(checker: &mut Checker<'_>) -> Check {
-    let arenas = arenas(checker)?;
-    for kind in ["sasi", "spi"] {
-        levels(checker, &arenas, kind)?;
+pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check {
+    let arenas = arenas(checker, classes)?;
+    let found = [levels(checker, &arenas, "sasi")?, levels(checker, &arenas, "spi")?];
+    match checker.manifest.max_level {
+        Some(max) if found.iter().max() != Some(&max) => {
+            Err(Stop::violated(format!("the search for levels was cut after {max}"), None))
+        }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// One level of one kind.
 struct Level<'n> {
     kind: &'n str,
-    /// `1`, `2`, … or `unbounded`.
-    label: String,
-    /// The level below: what a goal edge must enter.
+    /// `sasi:1`, `sasi:2`, … or `sasi:unbounded`.
+    name: String,
+    /// The level below, which a goal edge must enter, and its name where there is one.
     entered: StateSet,
+    below: Option<String>,
 }
 
-fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> Check {
-    let found = (1..).take_while(|k| checker.has(&format!("{kind}:{k}"))).count();
-    let mut entered = checker.engine.all_states();
+/// The levels of one kind; gives their number.
+fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> Check<usize> {
+    let found = (1..).take_while(|k| checker.regions.has(&names::level(kind, k))).count();
+    let (mut entered, mut below) = (checker.engine.all_states(), None);
     for k in 1..=found {
-        let name = format!("{kind}:{k}");
-        let states = checker.states(&name)?;
-        checker.subset(&states, &entered, || format!("each state of `{name}` is in the level below"))?;
-        let level = Level { kind, label: k.to_string(), entered };
-        let before = if k == 1 { None } else { Some(k - 1) };
-        whole(checker, arenas, &level, &states, before)?;
-        entered = states;
+        let level = Level { kind, name: names::level(kind, k), entered, below };
+        let states = checker.regions.states(&level.name)?;
+        let condition = || format!("`{}` has a state, and fewer than the level below", level.name);
+        if checker.engine.is_empty(&states) || checker.engine.same_states(&states, &level.entered) && k > 1 {
+            return Err(Stop::violated(condition(), None));
+        }
+        checker.subset(&states, &level.entered, || {
+            format!("each state of `{}` is in the level below", level.name)
+        })?;
+        whole(checker, arenas, &level, &states)?;
+        (entered, below) = (states, Some(level.name));
     }
-    let unbounded = format!("{kind}:unbounded");
-    if checker.has(&unbounded) {
-        ending(checker, arenas, kind, found, entered)
-    } else if checker.dump.manifest.max_level == Some(found) {
-        Ok(())
-    } else {
-        Err(Stop::violated(format!("the dump has `{unbounded}`, or its levels were cut"), None))
+    if checker.manifest.max_level != Some(found) {
+        ending(
+            checker,
+            arenas,
+            kind,
+            found,
+            Level { kind, name: names::level(kind, names::UNBOUNDED), entered, below },
+        )?;
     }
+    Ok(found)
 }
 
 /// The last level is the fixpoint of unbounded ranks, or the one after it is empty.
-fn ending(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str, found: usize, last: StateSet) -> Check {
-    let name = format!("{kind}:unbounded");
-    let states = checker.states(&name)?;
-    if checker.engine.is_empty(&states) {
-        let level = Level { kind, label: (found + 1).to_string(), entered: last };
-        for arena in arenas {
-            let nobody = checker.engine.no_states();
-            let bound = format!("{kind}:{}{}", level.label, arena.suffix);
-            let upper = if checker.has(&bound) { checker.states(&bound)? } else { nobody.clone() };
-            outside(checker, arena, &level, &upper, (found > 0).then_some(found))?;
-            let winning = checker.engine.intersection(&upper, &arena.start)?;
-            checker.subset(&winning, &nobody, || format!("no state wins level {} of {kind}", found + 1))?;
-        }
-        checker.passed(&name, true, true);
-        return Ok(());
-    }
-    checker.equal(&states, &last, || format!("`{name}` is the last level"))?;
-    let level = Level { kind, label: "unbounded".to_owned(), entered: last };
-    whole(checker, arenas, &level, &states, None)
-}
-
-/// A level in all arenas; `before` is the number of the level below where there is one.
-fn whole(
+fn ending(
     checker: &mut Checker<'_>,
     arenas: &[Arena],
-    level: &Level<'_>,
-    states: &StateSet,
-    before: Option<usize>,
+    kind: &str,
+    found: usize,
+    unbounded: Level<'_>,
 ) -> Check {
-    let name = format!("{}:{}", level.kind, level.label);
+    let name = &unbounded.name;
+    let states = checker.regions.states(name)?;
+    if !checker.engine.is_empty(&states) {
+        checker.equal(&states, &unbounded.entered, || format!("`{name}` is the last level"))?;
+        return whole(checker, arenas, &unbounded, &states);
+    }
+    let nobody = checker.engine.no_states();
+    let strategy = names::strategy(name);
+    let condition = || format!("`{strategy}` has no choice, as `{name}` has no state");
+    checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.engine.no_choices(), condition)?;
+    checker.passed(name);
+    checker.passed(&strategy);
+    let next = Level { name: names::level(kind, found + 1), ..unbounded };
+    for arena in arenas {
+        let upper = match &arena.reference {
+            Some(_) => checker.proof.states(&arena.name(&next.name))?,
+            None => nobody.clone(),
+        };
+        outside(checker, arena, &next, &upper)?;
+        let winning = checker.engine.intersection(&upper, &arena.start)?;
+        checker.subset(&winning, &nobody, || format!("no state wins `{}`", next.name))?;
+    }
+    Ok(())
+}
+
+/// A level in all arenas.
+fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states: &StateSet) -> Check {
+    let name = &level.name;
     let mut won = checker.engine.no_states();
     let mut permitted = checker.engine.no_choices();
     for arena in arenas {
-        let own = format!("{name}{}", arena.suffix);
-        let region = checker.states(&own)?;
-        let strategy = checker.choices(&format!("strategy:{own}"))?;
+        let own = arena.name(name);
+        let region = arena.sets(checker).states(&own)?;
+        let strategy = arena.sets(checker).choices(&names::strategy(&own))?;
         inside(checker, arena, level, &own, &region, &strategy)?;
-        if level.label != "unbounded" {
-            outside(checker, arena, level, &region, before)?;
-        }
+        outside(checker, arena, level, &region)?;
         let engine = &checker.engine;
         won = engine.union(&won, &engine.intersection(&region, &arena.start)?)?;
         permitted = engine.union_choices(&permitted, &engine.choices_in(&strategy, &arena.start)?)?;
     }
     checker.equal(states, &won, || format!("`{name}` is what its reference classes win"))?;
-    let condition = || format!("`strategy:{name}` is what its reference classes permit");
-    checker.equal_choices(&checker.choices(&format!("strategy:{name}"))?, &permitted, condition)?;
-    checker.passed(&name, true, true);
-    checker.passed(&format!("strategy:{name}"), true, true);
+    let strategy = names::strategy(name);
+    let condition = || format!("`{strategy}` is what its reference classes permit");
+    checker.equal_choices(&checker.regions.choices(&strategy)?, &permitted, condition)?;
+    checker.passed(name);
+    checker.passed(&strategy);
     Ok(())
 }
 
@@ -150,15 +167,9 @@ fn inside(
 
 /// SASI: rounds in which the states outside are lost, after those outside of the level below. SPI: no
 /// kept choice enters the region or a goal edge from outside.
-fn outside(
-    checker: &Checker<'_>,
-    arena: &Arena,
-    level: &Level<'_>,
-    region: &StateSet,
-    before: Option<usize>,
-) -> Check {
+fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &StateSet) -> Check {
     let engine = &checker.engine;
-    let name = format!("{}:{}{}", level.kind, level.label, arena.suffix);
+    let name = arena.name(&level.name);
     let goals = level.goals(checker, arena)?;
     if level.kind == "spi" {
         let ahead = engine.union_choices(&goals, &moving(checker, arena, region)?)?;
@@ -166,19 +177,18 @@ fn outside(
         return checker
             .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
     }
-    let mut left = match before {
-        Some(k) => checker.states(&format!("{}:{k}{}", level.kind, arena.suffix))?,
+    let below = match &level.below {
+        Some(below) => arena.sets(checker).states(&arena.name(below))?,
         None => arena.states.clone(),
     };
-    for (j, lost) in checker.sequence(&format!("refuted:{name}")).iter().enumerate() {
-        let gone = engine.difference(&engine.all_states(), &left)?;
+    let left = checker.rounds(&name, &below, |j, lost, left, rest| {
+        let gone = engine.difference(&engine.all_states(), left)?;
         let safe = engine.choices_in(&arena.kept, lost)?;
         let safe = engine.without_choices(&safe, &level.straying(checker, arena, &gone)?)?;
-        left = engine.difference(&left, lost)?;
-        let ahead = engine.union_choices(&goals, &moving(checker, arena, &left)?)?;
+        let ahead = engine.union_choices(&goals, &moving(checker, arena, rest)?)?;
         let saved = engine.sources(&engine.common_choices(&safe, &ahead)?)?;
         let condition = || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
-        checker.subset(&saved, &engine.no_states(), condition)?;
-    }
+        checker.subset(&saved, &engine.no_states(), condition)
+    })?;
     checker.subset(&left, region, || format!("each state outside of `{name}` is lost in some round"))
 }

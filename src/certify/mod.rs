@@ -4,25 +4,32 @@
 //! satisfy; that it is neither too large nor too small follows by induction over the layers and
 //! rounds that the dump carries. Nothing of [`crate::planning`] is used here.
 //!
+//! All that the manifest says is derived anew and compared, and a set of either file that no check asks
+//! for is refused: `docs/dumps.md` says what an accepted dump guarantees.
+//!
 //! | Region | not too large | not too small |
 //! | --- | --- | --- |
 //! | `reachable` | layers from the initial states | closed under all choices |
 //! | `positive:A` | layers towards the target | no choice enters it from outside |
 //! | `almost-sure:A` | closed under its strategy, layers towards the target | rounds of lost states |
-//! | `class:C` | equal to what the regions say | |
+//! | `initial`, `deadlock`, `choices`, `target:A`, `class:C`, strategies | equal to what the model and the regions say | |
 //! | `sasi:k` | closed under its strategy, layers towards a goal edge | rounds of lost states |
 //! | `spi:k` | layers towards a goal edge | no kept choice enters it from outside |
 
 mod arena;
 mod checker;
+mod claims;
 mod levels;
 mod outcomes;
+mod sets;
 
+use std::path::Path;
 use std::sync::Arc;
 
-use crate::dump::Dump;
-use crate::engine::Settings;
-use crate::error::Result;
+use crate::dump::manifest::FILE;
+use crate::dump::{Dump, dot};
+use crate::engine::{Observer, Settings};
+use crate::error::{Error, Result};
 use crate::model::preference::Preferences;
 use crate::model::{Program, State};
 use checker::{Checker, Stop};
@@ -77,6 +84,22 @@ pub fn verify(
     }
 }
 
+/// Whether the DOT files that a manifest names are the pictures of its regions.
+///
+/// # Errors
+/// A limit.
+pub fn pictures(directory: &Path, dump: &Dump, observer: &dyn Observer) -> Result<Option<Violation>> {
+    let file = &dump.manifest.regions;
+    let found = dot::false_picture(file, &dump.regions, directory, observer);
+    let wrong = found.map_err(|e| observer.stop().map_or(Error::writing(directory, &e), Error::from))?;
+    let named = dump.manifest.certificate.iter().flat_map(|f| &f.roots).find(|r| r.dot.is_some());
+    let wrong = wrong.or(named.map(|root| root.name.as_str()));
+    Ok(wrong.map(|name| Violation {
+        condition: format!("the DOT file that the manifest names for `{name}` is its picture"),
+        state: None,
+    }))
+}
+
 fn run(
     program: &Arc<Program>,
     preferences: &Preferences,
@@ -85,41 +108,19 @@ fn run(
     settings: Settings,
     checked: &mut Vec<Checked>,
 ) -> Result<(), Stop> {
-    same_inputs(program, preferences, hashes, dump)?;
+    let manifest = &dump.manifest;
+    claims::inputs(manifest, hashes)?;
+    manifest.check_file(FILE, &manifest.regions, &dump.regions)?;
+    if let (Some(file), Some(diagram)) = (&manifest.certificate, &dump.certificate) {
+        manifest.check_file(FILE, file, diagram)?;
+    }
     let mut checker = Checker::new(program, preferences, dump, settings)?;
+    claims::all(&checker.engine, preferences, hashes, manifest)?;
     checker.scope()?;
     checker.counts()?;
-    let result = outcomes::check(&mut checker).and_then(|()| levels::check(&mut checker));
+    let result = outcomes::check(&mut checker)
+        .and_then(|classes| levels::check(&mut checker, classes))
+        .and_then(|()| checker.nothing_else());
     checked.append(&mut checker.checked);
     result
-}
-
-/// The texts, the constants and the variables are those of the dump.
-fn same_inputs(
-    program: &Program,
-    preferences: &Preferences,
-    (model, prefs): (&str, &str),
-    dump: &Dump,
-) -> Result<(), Stop> {
-    let manifest = &dump.manifest;
-    let same = |what: &str, now: &str, then: &str| {
-        let condition =
-            || format!("{what} is the one that the dump was made from: it is {now}, the dump says {then}");
-        if now == then { Ok(()) } else { Err(Stop::violated(condition(), None)) }
-    };
-    same("the SHA-256 of the model", model, &manifest.model.sha256)?;
-    same("the SHA-256 of the preferences", prefs, &manifest.preferences.sha256)?;
-    same("`empty`", &preferences.empty.to_string(), &manifest.empty)?;
-    let objectives: Vec<&str> = preferences.objectives.iter().map(|o| o.name.as_str()).collect();
-    same("the list of objectives", &objectives.join(", "), &manifest.objectives.join(", "))?;
-    for (name, value) in &program.constants {
-        let then =
-            manifest.constants.get(name).map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned));
-        same(&format!("the constant `{name}`"), &value.to_string(), &then.unwrap_or_default())?;
-    }
-    let range = |name: &str, low: i64, high: i64| format!("{name} {low}..{high}");
-    let now: Vec<String> = program.variables.iter().map(|v| range(&v.name, v.low, v.high)).collect();
-    let then: Vec<String> =
-        manifest.encoding.variables.iter().map(|v| range(&v.name, v.low, v.high)).collect();
-    same("the list of variables", &now.join(", "), &then.join(", "))
 }

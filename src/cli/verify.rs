@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use meliora::certify;
+use meliora::dump::Dump;
 use meliora::dump::directory::{read_directory, read_manifest, sha256};
 use meliora::dump::manifest::FILE;
-use meliora::dump::{Dump, Manifest};
 use meliora::engine::Scope;
 use meliora::error::Error;
 use meliora::output::VerifyReport;
@@ -53,7 +53,7 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
 
 fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     let manifest = read_manifest(&args.directory)?;
-    let read = || load::certified(&args.model, &args.preferences, &constants(&manifest), &desk.watch);
+    let read = || load::certified(&args.model, &args.preferences, &manifest.given_constants(), &desk.watch);
     let question = desk.timed("parse", read, |_, _| ())?;
     let load = || read_directory(&args.directory, true, desk.watch.as_ref());
     let dump: Dump = desk.timed("load", load, |_, _| ())?;
@@ -75,16 +75,10 @@ fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
         let hashes = (hashes.0.as_str(), hashes.1.as_str());
         certify::verify(&question.program, &question.preferences, hashes, &dump, settings)
     };
-    let verdict = desk.timed("verify", verify, |_, _| ())?;
+    let mut verdict = desk.timed("verify", verify, |_, _| ())?;
+    if verdict.violation.is_none() {
+        verdict.violation = certify::pictures(&args.directory, &dump, desk.watch.as_ref())?;
+    }
     desk.update(|r| r.set(&question.program, &verdict));
     Ok(())
-}
-
-/// The constants that were given to `export`, as `--const` takes them.
-fn constants(manifest: &Manifest) -> String {
-    let value = |name: &String| {
-        let value = manifest.constants.get(name)?;
-        Some(format!("{name}={}", value.as_str().map_or_else(|| value.to_string(), str::to_owned)))
-    };
-    manifest.given.iter().filter_map(value).collect::<Vec<_>>().join(",")
 }

@@ -126,7 +126,28 @@ impl Diagram {
 
     /// How many inner nodes the function has.
     pub fn size(&self, edge: Edge) -> usize {
-        self.below(&[edge]).iter().filter(|&&seen| seen).count()
+        self.sizes(&[edge])[0]
+    }
+
+    /// How many inner nodes each of these functions has. Cost: linear in the sum.
+    pub fn sizes(&self, edges: &[Edge]) -> Vec<usize> {
+        // For each node the last function that it was seen in, from 1.
+        let mut seen = vec![0usize; self.nodes.len()];
+        let mut open = Vec::new();
+        let size = |(position, &edge): (usize, &Edge)| {
+            let mut size = 0;
+            open.push(edge);
+            while let Some(edge) = open.pop() {
+                let Some(index) = edge.id().checked_sub(2) else { continue };
+                if let Some(node) = self.nodes.get(index).filter(|_| seen[index] != position + 1) {
+                    seen[index] = position + 1;
+                    size += 1;
+                    open.extend([node.then, node.otherwise]);
+                }
+            }
+            size
+        };
+        edges.iter().enumerate().map(size).collect()
     }
 
     /// For each node whether it is part of one of these functions.

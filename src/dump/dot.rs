@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use super::directory::Watched;
@@ -30,6 +30,64 @@ pub fn write_all(
         root.dot = Some(name);
     }
     Ok(())
+}
+
+/// The first root of which the directory does not have the picture that [`write_all`] writes, where the
+/// manifest names one.
+///
+/// # Errors
+/// The observer wants an end.
+pub fn false_picture<'f>(
+    file: &'f manifest::File,
+    diagram: &Diagram,
+    directory: &Path,
+    observer: &dyn Observer,
+) -> io::Result<Option<&'f str>> {
+    let mut taken = BTreeSet::new();
+    for root in &file.roots {
+        let name = file_name(&root.name, &mut taken);
+        let Some(said) = &root.dot else { continue };
+        let is_right = *said == name && {
+            let input = fs::File::open(directory.join(&name)).ok();
+            let mut same = Comparing { input: input.map(BufReader::new), differs: false };
+            let mut out = BufWriter::new(Watched { inner: &mut same, observer });
+            write(diagram, Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE), &root.name, &mut out)?;
+            out.flush()?;
+            drop(out);
+            same.is_equal()
+        };
+        if !is_right {
+            return Ok(Some(&root.name));
+        }
+    }
+    Ok(None)
+}
+
+/// Compares what is written with what is there.
+struct Comparing<R> {
+    input: Option<R>,
+    differs: bool,
+}
+
+impl<R: Read> Comparing<R> {
+    /// Whether all was the same, to the end.
+    fn is_equal(&mut self) -> bool {
+        let ended = self.input.as_mut().is_some_and(|input| matches!(input.read(&mut [0]), Ok(0)));
+        ended && !self.differs
+    }
+}
+
+impl<R: Read> Write for Comparing<R> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut there = vec![0; bytes.len()];
+        let read = self.input.as_mut().map(|input| input.read_exact(&mut there));
+        self.differs |= !matches!(read, Some(Ok(()))) || there != bytes;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// A name that every file system takes: `almost-sure_A.dot`.

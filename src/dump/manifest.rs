@@ -1,22 +1,32 @@
 //! `manifest.json`: what the roots of a dump are and how to read its variables.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value as Json;
 
 use super::{Diagram, Edge};
 use crate::error::{Error, Result};
+use crate::escape::is_shown;
 
 /// The schema that this version writes and reads.
 pub const SCHEMA: &str = "meliora.dump/1";
 /// The manifest's name in the directory.
 pub const FILE: &str = "manifest.json";
+/// The name of the file with the regions.
+pub const REGIONS: &str = "regions.dddmp";
+/// The name of the file with the certificate.
+pub const CERTIFICATE: &str = "certificate.dddmp";
+/// The name of the program that writes dumps.
+pub const TOOL: &str = "meliora";
 /// Choices are numbered by at most so many bits.
 const MOST_CHOICE_BITS: u32 = 20;
 
 /// Everything that is needed to interpret a dump without the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// [`SCHEMA`]
     pub schema: String,
@@ -25,6 +35,7 @@ pub struct Manifest {
     /// The model.
     pub model: Source,
     /// The values of all constants of the model.
+    #[serde(deserialize_with = "each_once")]
     pub constants: BTreeMap<String, Json>,
     /// The names of those that `--const` gave.
     pub given: Vec<String>,
@@ -52,6 +63,7 @@ pub struct Manifest {
 
 /// The program that wrote a dump.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Tool {
     /// `meliora`
     pub name: String,
@@ -61,6 +73,7 @@ pub struct Tool {
 
 /// A text that was read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Source {
     /// Its path as the user gave it.
     pub path: String,
@@ -71,6 +84,7 @@ pub struct Source {
 /// How states are bits: a variable's value is `low` plus the number that its bits make, bit 0 the
 /// least significant. Patterns past `high` are no values.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Encoding {
     /// The model's variables in the order of declaration.
     pub variables: Vec<Variable>,
@@ -80,6 +94,7 @@ pub struct Encoding {
 
 /// A variable of the model.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Variable {
     /// Its name.
     pub name: String,
@@ -101,6 +116,7 @@ pub struct Variable {
 /// How choices are bits: their number, bit 0 the least significant and deepest; these variables
 /// stand above those of the states. Only roots of kind `choices` depend on them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Choices {
     /// The names of the bits from the root down; none where no root has them.
     pub order: Vec<String>,
@@ -110,6 +126,7 @@ pub struct Choices {
 
 /// Choices with one number: at most one of them is enabled in a state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ChoiceNumber {
     /// The number.
     pub number: usize,
@@ -123,7 +140,8 @@ pub struct ChoiceNumber {
 }
 
 /// A file with a diagram.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct File {
     /// Its name in the directory.
     pub path: String,
@@ -137,6 +155,7 @@ pub struct File {
 
 /// A named function of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Root {
     /// Its name, as in `meliora query`.
     pub name: String,
@@ -165,6 +184,43 @@ pub enum Kind {
     Choices,
 }
 
+/// What tells whether the rest can be read.
+#[derive(Deserialize)]
+struct Head {
+    schema: Option<String>,
+}
+
+/// A map in which no key is there twice: readers differ in which of the values they take.
+fn each_once<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<String, Json>, D::Error> {
+    struct Once;
+    impl<'de> Visitor<'de> for Once {
+        type Value = BTreeMap<String, Json>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a map")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Self::Value, A::Error> {
+            let mut map = BTreeMap::new();
+            while let Some((key, value)) = entries.next_entry::<String, Json>()? {
+                if map.insert(key.clone(), value).is_some() {
+                    return Err(A::Error::custom(format!("`{}` is there twice", key.escape_debug())));
+                }
+            }
+            Ok(map)
+        }
+    }
+    deserializer.deserialize_map(Once)
+}
+
+/// A name: something to see, and nothing that moves a cursor.
+fn plain(what: &str, name: &str) -> Result<(), String> {
+    if name.is_empty() || name.chars().any(|c| c.is_whitespace() || !is_shown(c)) {
+        return Err(format!("`{}` is no name of {what}", name.escape_debug()));
+    }
+    Ok(())
+}
+
 impl Variable {
     /// Whether it is a Boolean.
     pub fn is_bool(&self) -> bool {
@@ -173,8 +229,13 @@ impl Variable {
 
     fn check(&self) -> Result<(), String> {
         let name = &self.name;
+        plain("a variable", name)?;
+        self.names.iter().try_for_each(|bit| plain("a bit", bit))?;
         if !self.is_bool() && self.ty != "int" {
-            return Err(format!("the type of `{name}` is `{}`, neither `bool` nor `int`", self.ty));
+            return Err(format!(
+                "the type of `{name}` is `{}`, neither `bool` nor `int`",
+                self.ty.escape_debug()
+            ));
         }
         if self.low > self.high || (self.is_bool() && (self.low, self.high) != (0, 1)) {
             return Err(format!("the range of `{name}` is {}..{}", self.low, self.high));
@@ -198,13 +259,33 @@ impl File {
         if self.nodes != diagram.nodes.len() + 1 {
             return Err(format!("`{}` has {} nodes, not {}", self.path, diagram.nodes.len() + 1, self.nodes));
         }
-        let mut names = BTreeSet::new();
+        let mut positions = BTreeSet::new();
         for root in &self.roots {
-            if !names.insert(&root.name) {
-                return Err(format!("the region `{}` is there twice", root.name));
-            }
+            positions.insert(root.root);
             if diagram.roots.get(root.root).map(|e| e.number()) != Some(root.node) {
                 return Err(format!("`{}` has no root {} that is node {}", self.path, root.root, root.node));
+            }
+        }
+        let (named, roots) = (self.roots.len(), diagram.roots.len());
+        if (named, roots) != (positions.len(), positions.len()) {
+            return Err(format!(
+                "`{}` has {roots} roots, which {named} names do not name once each",
+                self.path
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether it has the name of its part of the dump, and names that are names.
+    fn check_names(&self, path: &str) -> Result<(), String> {
+        if self.path != path {
+            return Err(format!("the file is `{path}`, not `{}`", self.path.escape_debug()));
+        }
+        let mut names = BTreeSet::new();
+        for root in &self.roots {
+            plain("a region", &root.name)?;
+            if !names.insert(&root.name) {
+                return Err(format!("the region `{}` is there twice", root.name));
             }
         }
         Ok(())
@@ -218,15 +299,15 @@ impl Manifest {
     /// [`Error::Dump`] with the line for text that is no manifest.
     pub fn parse(name: &str, text: &str) -> Result<Self> {
         let wrong = |line: usize, message: String| Error::Dump { file: name.to_owned(), line, message };
-        let json: Json = serde_json::from_str(text).map_err(|e| wrong(e.line(), e.to_string()))?;
-        match json.get("schema").and_then(Json::as_str) {
+        let head: Head = serde_json::from_str(text).map_err(|e| wrong(e.line(), e.to_string()))?;
+        match head.schema.as_deref() {
             Some(SCHEMA) => {}
             Some(other) => {
+                let other = other.escape_debug();
                 return Err(wrong(0, format!("the schema is `{other}`; this version reads `{SCHEMA}`")));
             }
             None => return Err(wrong(0, format!("there is no `schema`: `{SCHEMA}` was expected"))),
         }
-        // From the text again, for the line in the message.
         let manifest: Manifest = serde_json::from_str(text).map_err(|e| wrong(e.line(), e.to_string()))?;
         manifest.check().map_err(|message| wrong(0, message))?;
         Ok(manifest)
@@ -257,12 +338,37 @@ impl Manifest {
         Ok(())
     }
 
+    /// The constants that were given, as `--const` takes them.
+    pub fn given_constants(&self) -> String {
+        let value = |name: &String| {
+            let value = self.constants.get(name)?;
+            let text = match value.as_str() {
+                // The language has no word for these.
+                Some("inf") => "1e999".to_owned(),
+                Some("-inf") => "-1e999".to_owned(),
+                _ => value.to_string(),
+            };
+            Some(format!("{name}={text}"))
+        };
+        self.given.iter().filter_map(value).collect::<Vec<_>>().join(",")
+    }
+
     /// The names of all variables from the root down.
     pub fn variables(&self) -> impl Iterator<Item = &String> {
         self.choices.order.iter().chain(&self.encoding.order)
     }
 
     fn check(&self) -> Result<(), String> {
+        self.regions.check_names(REGIONS)?;
+        if let Some(file) = &self.certificate {
+            file.check_names(CERTIFICATE)?;
+        }
+        for name in self.constants.keys().chain(&self.given) {
+            plain("a constant", name)?;
+        }
+        for name in &self.objectives {
+            plain("an objective", name)?;
+        }
         let mut bits = BTreeSet::new();
         for variable in &self.encoding.variables {
             variable.check()?;
@@ -285,6 +391,14 @@ impl Manifest {
 
     fn check_choices(&self) -> Result<(), String> {
         let (bits, numbers) = (self.choices.order.len(), &self.choices.numbers);
+        for choice in numbers {
+            let commands = choice.commands.iter().flatten();
+            [&choice.name]
+                .into_iter()
+                .chain(&choice.action)
+                .chain(commands)
+                .try_for_each(|n| plain("a choice", n))?;
+        }
         if bits > MOST_CHOICE_BITS as usize {
             return Err(format!("{bits} bits for choices are more than {MOST_CHOICE_BITS}"));
         }

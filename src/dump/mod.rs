@@ -12,6 +12,7 @@ pub mod diagram;
 pub mod directory;
 pub mod dot;
 pub mod manifest;
+pub mod names;
 
 pub use diagram::{Diagram, Edge, Node};
 pub use directory::{Dump, read_directory, write_directory};

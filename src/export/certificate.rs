@@ -4,6 +4,7 @@
 
 use super::Named;
 use super::regions::{class_name, kind_name, numbered};
+use crate::dump::names;
 use crate::engine::moves::pairs_into;
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::{Engine, Scope};
@@ -19,7 +20,7 @@ type Of<'a> = Analysis<'a, SymbolicEngine>;
 pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
     let mut named = Vec::new();
     if engine.settings().scope == Scope::Reachable {
-        number(&mut named, "layers:reachable", &forward(engine)?);
+        layers(&mut named, names::REACHABLE, &forward(engine)?);
     }
     for (index, objective) in analysis.preferences().objectives.iter().enumerate() {
         if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
@@ -35,9 +36,12 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Name
     Ok(named)
 }
 
-/// `prefix:0`, `prefix:1`, …
-fn number(named: &mut Vec<Named>, prefix: &str, sets: &[StateSet]) {
-    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(format!("{prefix}:{j}"), x)));
+fn layers(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
+    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::layer(region, j), x)));
+}
+
+fn rounds(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
+    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::refuted(region, j), x)));
 }
 
 fn outcome_layers(
@@ -47,12 +51,13 @@ fn outcome_layers(
     named: &mut Vec<Named>,
 ) -> Result<()> {
     let positive = backward(engine, &outcome.target, &engine.all_choices())?;
-    number(named, &format!("layers:positive:{name}"), &positive);
+    layers(named, &names::positive(name), &positive);
     let staying = engine.every_successor_in(&outcome.almost_sure)?;
     let staying = engine.choices_in(&staying, &outcome.almost_sure)?;
     let almost_sure = backward(engine, &outcome.target, &staying)?;
-    number(named, &format!("layers:almost-sure:{name}"), &almost_sure);
-    number(named, &format!("refuted:almost-sure:{name}"), &lost_rounds(engine, &outcome.target)?);
+    let region = names::almost_sure(name);
+    layers(named, &region, &almost_sure);
+    rounds(named, &region, &lost_rounds(engine, &outcome.target)?);
     Ok(())
 }
 
@@ -105,19 +110,19 @@ fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSe
 /// Under `prefix`: where each class need never be weakened, and why not elsewhere.
 fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Named>) -> Result<()> {
     for class in analysis.classes().iter().flat_map(|c| &c.list) {
-        let name = class_name(analysis.preferences(), &class.most_preferred);
-        let mut rounds = vec![class.worse.clone()];
+        let name = names::safe(&class_name(analysis.preferences(), &class.most_preferred));
+        let mut lost = vec![class.worse.clone()];
         let mut left = engine.difference(&engine.all_states(), &class.worse)?;
         let mut choices = engine.all_choices();
-        while let Some(lost) = rounds.last().filter(|lost| !engine.is_empty(lost)) {
-            choices = engine.without_choices(&choices, &engine.entering(&choices, lost)?)?;
+        while let Some(last) = lost.last().filter(|last| !engine.is_empty(last)) {
+            choices = engine.without_choices(&choices, &engine.entering(&choices, last)?)?;
             let next = engine.difference(&left, &engine.sources(&choices)?)?;
             left = engine.difference(&left, &next)?;
-            rounds.push(next);
+            lost.push(next);
         }
-        rounds.pop();
-        named.push(Named::states(format!("safe:{name}"), &left));
-        number(named, &format!("refuted:safe:{name}"), &rounds);
+        lost.pop();
+        named.push(Named::states(&name, &left));
+        rounds(named, &name, &lost);
     }
     Ok(())
 }
@@ -125,22 +130,19 @@ fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Name
 fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Vec<Named>) -> Result<()> {
     let Some(improvement) = analysis.improvement() else { return Ok(()) };
     let all = numbered(analysis, kind);
-    let found = analysis.levels(kind).found.len();
     for (index, arena) in improvement.arenas.iter().enumerate() {
-        let suffix = suffix(analysis, arena);
         let mut before = arena.states.clone();
-        for (position, (label, level)) in all.iter().enumerate() {
+        for (label, level) in &all {
             let Some(game) = level.games.get(index) else { continue };
-            let name = format!("{}:{label}{suffix}", kind_name(kind));
+            let name = name_in(analysis, arena, kind, label);
             let strategy = strategy::strategy(engine, kind, arena, game)?;
             if arena.reference.is_some() {
                 named.push(Named::states(&name, &game.states));
-                named.push(Named::choices(format!("strategy:{name}"), &strategy.permissive));
+                named.push(Named::choices(names::strategy(&name), &strategy.permissive));
             }
-            number(named, &format!("layers:{name}"), &strategy.layers);
-            if kind == Kind::Sasi && position < found {
-                let rounds = level_rounds(engine, arena, &game.goals, &before)?;
-                number(named, &format!("refuted:{name}"), &rounds);
+            layers(named, &name, &strategy.layers);
+            if kind == Kind::Sasi {
+                rounds(named, &name, &level_rounds(engine, arena, &game.goals, &before)?);
                 before = game.states.clone();
             }
         }
@@ -162,13 +164,13 @@ fn last_level(
     named: &mut Vec<Named>,
 ) -> Result<()> {
     let found = &analysis.levels(kind).found;
-    let name = format!("{}:{}{}", kind_name(kind), found.len() + 1, suffix(analysis, arena));
+    let name = name_in(analysis, arena, kind, found.len() + 1);
     let goals = next_goals(engine, arena, found.last())?;
     let left = match kind {
         Kind::Sasi => {
-            let rounds = level_rounds(engine, arena, &goals, before)?;
-            number(named, &format!("refuted:{name}"), &rounds);
-            rounds.iter().try_fold(before.clone(), |x, lost| engine.difference(&x, lost))?
+            let lost = level_rounds(engine, arena, &goals, before)?;
+            rounds(named, &name, &lost);
+            lost.iter().try_fold(before.clone(), |x, lost| engine.difference(&x, lost))?
         }
         Kind::Spi => {
             let winning = goal_choices(engine, arena, &goals)?;
@@ -182,10 +184,18 @@ fn last_level(
     Ok(())
 }
 
-/// `@A+B` for an arena with a reference class.
-fn suffix(analysis: &Of<'_>, arena: &Arena<SymbolicEngine>) -> String {
-    let class = arena.reference.and_then(|c| analysis.classes()?.list.get(c));
-    class.map_or_else(String::new, |c| format!("@{}", class_name(analysis.preferences(), &c.most_preferred)))
+/// The name of a level in an arena: with its reference class, where it has one.
+fn name_in(
+    analysis: &Of<'_>,
+    arena: &Arena<SymbolicEngine>,
+    kind: Kind,
+    label: impl std::fmt::Display,
+) -> String {
+    let level = names::level(kind_name(kind), label);
+    match arena.reference.and_then(|c| analysis.classes()?.list.get(c)) {
+        Some(class) => names::against(&level, &class_name(analysis.preferences(), &class.most_preferred)),
+        None => level,
+    }
 }
 
 /// The goals of the level after the last one.

@@ -1,5 +1,7 @@
-//! The manifest of an analysis.
+//! What the manifest of a dump says of the model, the preferences and the options; used by those who
+//! write a dump and by those who check one.
 
+use ahash::AHashMap;
 use serde_json::Value as Json;
 
 use super::Inputs;
@@ -7,22 +9,25 @@ use crate::dump::Manifest;
 use crate::dump::manifest::{self, ChoiceNumber, Choices, Encoding, File, Source, Tool, Variable};
 use crate::engine::symbolic::{Numbered, SymbolicEngine};
 use crate::engine::{Engine, Scope};
+use crate::model::preference::Preferences;
 use crate::model::value::{Type, Value};
 use crate::model::{CommandId, Program};
-use crate::planning::levels::End;
-use crate::planning::{Analysis, Kind};
 
 /// How choices are numbered; with names for the bits only where some set needs them.
-pub(super) fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
+pub(crate) fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
     let bits = if paired { engine.choice_bits() } else { 0 };
     // No name in a model has an `@`, so these are new.
     let order = (0..bits).rev().map(|bit| format!("choice@{bit}")).collect();
     let program = engine.program();
     let all = engine.numbered_choices();
     let labels: Vec<Option<&String>> = all.iter().map(|n| label(program, n)).collect();
+    let mut uses: AHashMap<&String, usize> = AHashMap::new();
+    for label in labels.iter().flatten() {
+        *uses.entry(label).or_default() += 1;
+    }
     let number = |(number, choice): (usize, &Numbered)| {
         let action = labels[number].cloned();
-        let several = labels.iter().filter(|l| l.is_some() && **l == labels[number]).count() > 1;
+        let several = labels[number].is_some_and(|label| uses[label] > 1);
         let commands = commands(program, choice);
         let name = match (&action, choice) {
             (_, Numbered::Deadlock) => "deadlock".to_owned(),
@@ -59,37 +64,46 @@ fn alternatives(commands: &[Vec<String>]) -> String {
     commands.iter().map(|factor| factor.join("|")).collect::<Vec<_>>().join(",")
 }
 
-/// The manifest, all but the hashes of the files.
-pub(super) fn manifest(
-    engine: &SymbolicEngine,
-    analysis: &Analysis<'_, SymbolicEngine>,
-    inputs: &Inputs,
-    choices: Choices,
-    regions: File,
-    certificate: Option<File>,
-) -> Manifest {
-    let source = |(path, sha256): &(String, String)| Source { path: path.clone(), sha256: sha256.clone() };
-    let (program, preferences) = (engine.program(), analysis.preferences());
-    let cut = [Kind::Sasi, Kind::Spi].iter().any(|&k| matches!(analysis.levels(k).end, Some(End::Cut)));
-    Manifest {
-        schema: manifest::SCHEMA.to_owned(),
-        tool: Tool { name: "meliora".to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() },
-        model: source(&inputs.model),
-        constants: program.constants.iter().map(|(name, value)| (name.clone(), json(*value))).collect(),
-        given: program.given_constants.clone(),
-        preferences: source(&inputs.preferences),
-        objectives: preferences.objectives.iter().map(|o| o.name.clone()).collect(),
-        empty: preferences.empty.to_string(),
-        scope: match engine.settings().scope {
-            Scope::Reachable => "reachable".to_owned(),
-            Scope::All => "all".to_owned(),
-        },
-        safety: analysis.options().safety.to_string(),
-        max_level: analysis.options().max_level.filter(|_| cut),
-        encoding: encoding(engine),
-        choices,
-        regions,
-        certificate,
+/// What a dump is made from and of: all of its manifest that follows from the inputs and the options.
+pub(crate) struct Subject<'a> {
+    /// With the model, the scope and the order of the bits.
+    pub(crate) engine: &'a SymbolicEngine,
+    /// The preferences.
+    pub(crate) preferences: &'a Preferences,
+    /// Where both were read.
+    pub(crate) inputs: &'a Inputs,
+    /// `action`, `transition` or `prefix`.
+    pub(crate) safety: String,
+    /// Where the search for levels was cut.
+    pub(crate) max_level: Option<usize>,
+}
+
+impl Subject<'_> {
+    /// The manifest that it has with these choices and files.
+    pub(crate) fn manifest(&self, choices: Choices, regions: File, certificate: Option<File>) -> Manifest {
+        let source =
+            |(path, sha256): &(String, String)| Source { path: path.clone(), sha256: sha256.clone() };
+        let program = self.engine.program();
+        Manifest {
+            schema: manifest::SCHEMA.to_owned(),
+            tool: Tool { name: manifest::TOOL.to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() },
+            model: source(&self.inputs.model),
+            constants: program.constants.iter().map(|(name, value)| (name.clone(), json(*value))).collect(),
+            given: program.given_constants.clone(),
+            preferences: source(&self.inputs.preferences),
+            objectives: self.preferences.objectives.iter().map(|o| o.name.clone()).collect(),
+            empty: self.preferences.empty.to_string(),
+            scope: match self.engine.settings().scope {
+                Scope::Reachable => "reachable".to_owned(),
+                Scope::All => "all".to_owned(),
+            },
+            safety: self.safety.clone(),
+            max_level: self.max_level,
+            encoding: encoding(self.engine),
+            choices,
+            regions,
+            certificate,
+        }
     }
 }
 

@@ -3,20 +3,21 @@
 //! | Roots of `certificate.dddmp` | what they are |
 //! | --- | --- |
 //! | `layers:R:j` | the states of region R by their distance from its goal; layer 0 is at the goal |
-//! | `refuted:R:j` | the states outside R in the rounds in which they are found to be lost |
+//! | `refuted:R:j` | states outside R, all of them together, in rounds in which they are found to be lost |
 //! | `safe:C` | under `prefix`, the states from which class C need never be weakened |
-//! | `sasi:k@C`, `strategy:sasi:k@C` | under `prefix`, level k with C as the reference class |
+//! | `sasi:k@C`, `strategy:sasi:k@C` | under `prefix`, level k with C as the reference class; of the level after the last one, some states that hold all which win it |
 
 mod certificate;
-mod describe;
+pub(crate) mod describe;
 mod regions;
 
-use crate::dump::manifest::{File, Kind, Root};
-use crate::dump::{Diagram, Dump};
+use crate::dump::manifest::{self, File, Kind, Root};
+use crate::dump::{Diagram, Dump, names};
+use crate::engine::Engine;
 use crate::engine::symbolic::{Set, SymbolicEngine};
-use crate::engine::{Count, Engine};
 use crate::error::{Error, Result};
-use crate::planning::Analysis;
+use crate::planning::levels::End;
+use crate::planning::{Analysis, Kind as Concept};
 
 /// The texts that an analysis was made from.
 #[derive(Debug, Clone)]
@@ -61,27 +62,43 @@ pub fn export(
     inputs: &Inputs,
     selection: &Selection<'_>,
 ) -> Result<Dump> {
+    if analysis.preferences().objectives.iter().any(|o| o.name == names::NOTHING) {
+        let message = "an objective called `nothing` cannot be told from the class `nothing` in a dump";
+        return Err(Error::Usage(message.to_owned()));
+    }
     let mut named = regions::all(engine, analysis)?;
-    let always = |name: &str| matches!(name, "reachable" | "initial");
+    let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
     named.retain(|n| always(&n.name) || (selection.wanted)(&n.name));
     if !named.iter().any(|n| (selection.wanted)(&n.name)) {
         return Err(Error::Usage("no region has a name that `--region` matches".to_owned()));
     }
     if named.iter().any(|n| n.name.starts_with("strategy:")) {
         // What a strategy leaves out can only be told from all that is enabled.
-        if !named.iter().any(|n| n.name == "choices") {
-            named.push(Named::choices("choices", &engine.all_choices()));
+        if !named.iter().any(|n| n.name == names::CHOICES) {
+            named.push(Named::choices(names::CHOICES, &engine.all_choices()));
         }
     }
     let certificate = if selection.certificate { Some(certificate::all(engine, analysis)?) } else { None };
     let mut sets = named.iter().chain(certificate.iter().flatten());
     let paired = sets.any(|n| matches!(n.set, Set::Choices(_)));
     let choices = describe::choices(engine, paired);
-    let (regions, diagram) = file(engine, "regions.dddmp", &named, &choices.order)?;
-    let certified = certificate.map(|named| file(engine, "certificate.dddmp", &named, &choices.order));
+    let (regions, diagram) = file(engine, manifest::REGIONS, &named, &choices.order)?;
+    let certified = certificate.map(|named| file(engine, manifest::CERTIFICATE, &named, &choices.order));
     let (certificate, layers) = certified.transpose()?.unzip();
-    let manifest = describe::manifest(engine, analysis, inputs, choices, regions, certificate);
-    Ok(Dump { manifest, regions: diagram, certificate: layers })
+    let options = analysis.options();
+    let cut = |&kind: &Concept| matches!(analysis.levels(kind).end, Some(End::Cut));
+    let subject = describe::Subject {
+        engine,
+        preferences: analysis.preferences(),
+        inputs,
+        safety: options.safety.to_string(),
+        max_level: options.max_level.filter(|_| [Concept::Sasi, Concept::Spi].iter().any(cut)),
+    };
+    Ok(Dump {
+        manifest: subject.manifest(choices, regions, certificate),
+        regions: diagram,
+        certificate: layers,
+    })
 }
 
 /// The labels of the choices by their numbers, or their commands where they have none; the self-loop of
@@ -95,20 +112,23 @@ pub(crate) fn choice_labels(engine: &SymbolicEngine) -> Vec<String> {
 fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -> Result<(File, Diagram)> {
     let sets: Vec<Set> = named.iter().map(|n| n.set.clone()).collect();
     let diagram = engine.diagram(&sets, bits)?;
+    let sizes = diagram.sizes(&diagram.roots);
     let mut roots = Vec::with_capacity(named.len());
     for (position, (named, edge)) in named.iter().zip(&diagram.roots).enumerate() {
         let (kind, count) = match &named.set {
             Set::States(x) => (Kind::States, engine.count_states(x)?),
             Set::Choices(c) => (Kind::Choices, engine.count_choices(c)?),
         };
-        roots.push(root(&named.name, kind, position, edge.number(), &count, &diagram));
+        roots.push(Root {
+            name: named.name.clone(),
+            kind,
+            root: position,
+            node: edge.number(),
+            nodes: sizes[position],
+            count: count.to_string(),
+            dot: None,
+        });
     }
     let file = File { path: path.to_owned(), sha256: String::new(), nodes: diagram.nodes.len() + 1, roots };
     Ok((file, diagram))
-}
-
-fn root(name: &str, kind: Kind, position: usize, node: i32, count: &Count, diagram: &Diagram) -> Root {
-    let edge = diagram.roots.get(position).copied();
-    let nodes = edge.map_or(0, |e| diagram.size(e));
-    Root { name: name.to_owned(), kind, root: position, node, nodes, count: count.to_string(), dot: None }
 }

@@ -1,6 +1,7 @@
 //! The regions of a finished analysis, by the names that `meliora query` knows.
 
 use super::Named;
+use crate::dump::names;
 use crate::engine::Engine;
 use crate::engine::symbolic::SymbolicEngine;
 use crate::error::Result;
@@ -13,10 +14,10 @@ type Of<'a> = Analysis<'a, SymbolicEngine>;
 /// All regions and strategies.
 pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
     let mut named = vec![
-        Named::states("reachable", &engine.all_states()),
-        Named::states("initial", &engine.initial_states()),
-        Named::states("deadlock", &engine.deadlock_states()),
-        Named::choices("choices", &engine.all_choices()),
+        Named::states(names::REACHABLE, &engine.all_states()),
+        Named::states(names::INITIAL, &engine.initial_states()),
+        Named::states(names::DEADLOCK, &engine.deadlock_states()),
+        Named::choices(names::CHOICES, &engine.all_choices()),
     ];
     let preferences = analysis.preferences();
     if let Some(outcomes) = analysis.outcomes() {
@@ -25,21 +26,23 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Name
             let name = &objective.name;
             let outside = engine.difference(&outcome.almost_sure, &outcome.target)?;
             let staying = engine.every_successor_in(&outcome.almost_sure)?;
-            named.push(Named::states(format!("target:{name}"), &outcome.target));
-            named.push(Named::states(format!("almost-sure:{name}"), &outcome.almost_sure));
-            named.push(Named::states(format!("positive:{name}"), &outcome.positive));
+            named.push(Named::states(names::target(name), &outcome.target));
+            let sure = names::almost_sure(name);
+            named.push(Named::states(&sure, &outcome.almost_sure));
+            named.push(Named::states(names::positive(name), &outcome.positive));
             let strategy = engine.choices_in(&staying, &outside)?;
-            named.push(Named::choices(format!("strategy:almost-sure:{name}"), &strategy));
+            named.push(Named::choices(names::strategy(&sure), &strategy));
         }
     }
     for class in analysis.classes().iter().flat_map(|c| &c.list) {
         let name = class_name(preferences, &class.most_preferred);
-        named.push(Named::states(format!("class:{name}"), &class.states));
+        named.push(Named::states(names::class(&name), &class.states));
     }
     let complete = analysis.classes().is_some();
-    if complete && !named.iter().any(|n| n.name == "class:nothing") {
+    let nothing = names::class(names::NOTHING);
+    if complete && !named.iter().any(|n| n.name == nothing) {
         // Scripts ask for it by name: it is there, even where no state is in it.
-        named.push(Named::states("class:nothing", &engine.no_states()));
+        named.push(Named::states(nothing, &engine.no_states()));
     }
     for kind in [Kind::Sasi, Kind::Spi] {
         levels(engine, analysis, kind, &mut named)?;
@@ -49,7 +52,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Name
 
 /// `A+B`, or `nothing`.
 pub(super) fn class_name(preferences: &Preferences, class: &ObjectiveSet) -> String {
-    if class.is_empty() { "nothing".to_owned() } else { preferences.names(class).join("+") }
+    names::members(&preferences.names(class))
 }
 
 /// `sasi` or `spi`.
@@ -65,15 +68,15 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
         return Ok(());
     };
     for (number, level) in numbered(analysis, kind) {
-        let name = format!("{}:{number}", kind_name(kind));
+        let name = names::level(kind_name(kind), number);
         named.push(Named::states(&name, &level.states));
         let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
-        named.push(Named::choices(format!("strategy:{name}"), &permitted));
+        named.push(Named::choices(names::strategy(&name), &permitted));
     }
     if matches!(analysis.levels(kind).end, Some(End::Empty)) {
-        let name = format!("{}:unbounded", kind_name(kind));
+        let name = names::level(kind_name(kind), names::UNBOUNDED);
         named.push(Named::states(&name, &engine.no_states()));
-        named.push(Named::choices(format!("strategy:{name}"), &engine.no_choices()));
+        named.push(Named::choices(names::strategy(&name), &engine.no_choices()));
     }
     Ok(())
 }
@@ -82,5 +85,5 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
 pub(super) fn numbered<'a>(analysis: &'a Of<'_>, kind: Kind) -> Vec<(String, &'a Level<SymbolicEngine>)> {
     let levels = analysis.levels(kind);
     let found = levels.found.iter().enumerate().map(|(k, level)| ((k + 1).to_string(), level));
-    found.chain(levels.unbounded().map(|level| ("unbounded".to_owned(), level))).collect()
+    found.chain(levels.unbounded().map(|level| (names::UNBOUNDED.to_owned(), level))).collect()
 }

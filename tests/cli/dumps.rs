@@ -180,3 +180,34 @@ fn constants_come_from_the_dump() {
     let confined = query(&out, &["reachable", "--where", "x = N", "--count"]).expect(0).stdout;
     assert_eq!(confined.trim(), count(&out, "target:A"));
 }
+
+#[test]
+fn constants_of_every_size_survive_a_dump() {
+    let model = "mdp const double big; const double small = 0.00007; const double tiny = 1e-7; const int n;
+        module m x:[0..3]; [] x<3 & big>small & tiny>0 -> (x'=x+1); endmodule";
+    let scratch = Scratch::new(&[("m.prism", model), ("m.pref", "objective A = F x=n;")]);
+    let (m, p, out) = (scratch.show("m.prism"), scratch.show("m.pref"), scratch.show("dump"));
+    for big in
+        ["1e16", "1e22", "123456789012345680.0", "0.1", "3", "5e-324", "1.7976931348623157e308", "1e999"]
+    {
+        run(&format!("export {m} {p} -c big={big},n=2 --out {out} -q")).expect(0);
+        run(&format!("verify {out} {m} {p}")).expect(0);
+    }
+}
+
+#[test]
+fn a_false_picture_is_refused() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "toy", "--format dot");
+    let verify = format!("verify {dump} models/toy.prism models/toy.pref --json");
+    run(&verify).expect(0);
+    let picture = scratch.path("dump").join("sasi_1.dot");
+    let text = fs::read_to_string(&picture).unwrap();
+    for other in [text.replacen("dashed", "solid", 1), text.clone() + " ", text[1..].to_owned()] {
+        fs::write(&picture, other).unwrap();
+        let condition = run(&verify).expect(1).json()["violation"]["condition"].to_string();
+        assert!(condition.contains("`sasi:1`"), "{condition}");
+    }
+    fs::remove_file(&picture).unwrap();
+    run(&verify).expect(1);
+}

@@ -88,6 +88,7 @@ fn hostile_files_are_errors_with_a_line() {
         (".ids 0 1", ".ids 0", 14, "`.ids`"),
         (".permids 0 1", ".permids 1 0", 11, "in order"),
         (".orderedvarnames x y", ".orderedvarnames x x", 9, "twice"),
+        (".suppvarnames x y", ".suppvarnames y x", 14, "differ"),
         (".nroots 2", ".nroots 7", 14, ".nroots"),
         (".rootids -3 3", ".rootids -3 0", 13, "no number of a node"),
         (".rootids -3 3", ".rootids -3 8", 14, "no node"),
@@ -209,10 +210,13 @@ fn the_directory_is_whole_or_not_there() {
 fn manifests_that_do_not_fit_are_errors() {
     for (text, word) in [
         ("", "EOF"),
-        ("[1, 2", "EOF"),
+        ("[1, 2", "expected a string"),
         ("{}", "schema"),
         (r#"{"schema":"meliora.dump/2"}"#, "meliora.dump/2"),
         (r#"{"schema":"meliora.dump/1"}"#, "missing field"),
+        (r#"{"schema":"meliora.dump/1","note":"checked"}"#, "unknown field"),
+        (r#"{"schema":"meliora.dump/1","schema":"meliora.dump/1"}"#, "duplicate field"),
+        (r#"{"schema":"meliora.dump/1","constants":{"K":1,"K":2}}"#, "`K` is there twice"),
     ] {
         let error = meliora::dump::Manifest::parse("m.json", text).unwrap_err();
         assert!(matches!(&error, Error::Dump { message, .. } if message.contains(word)), "{text}: {error}");

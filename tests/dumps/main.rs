@@ -3,5 +3,6 @@
 #[path = "../common/entry.rs"]
 mod entry;
 mod files;
+mod forger;
 mod hostile;
 mod verify;

@@ -116,6 +116,8 @@ fn arc<R: BufRead>(lines: &Lines<'_, R>, id: i64, to: i64) -> Result<Edge> {
 struct Header {
     nodes: i64,
     variables: Vec<String>,
+    /// `.suppvarnames`, where it is there.
+    support: Option<Vec<String>>,
     roots: Vec<Edge>,
     seen: Vec<String>,
     width: Option<usize>,
@@ -159,7 +161,8 @@ impl Header {
             ".nnodes" => self.nodes = count(lines, &mut words, i32::MAX as usize - 1)?.max(1) as i64,
             ".nvars" | ".nsuppvars" => self.variables_counted(lines, &mut words)?,
             ".orderedvarnames" => self.variables = names(lines, &mut words)?,
-            ".suppvarnames" | ".dd" => {}
+            ".suppvarnames" => self.support = Some(names(lines, &mut words)?),
+            ".dd" => {}
             ".ids" | ".permids" => self.listed.push(identity(lines, &mut words)?),
             ".nroots" => self.root_count = Some(count(lines, &mut words, MOST_VARIABLES)?),
             ".rootids" => self.roots = roots(lines, &mut words)?,
@@ -192,6 +195,9 @@ impl Header {
             return Err(
                 lines.wrong(format!("`.nvars` is {counted}, but `.orderedvarnames` has {named} names"))
             );
+        }
+        if self.support.as_ref().is_some_and(|names| *names != self.variables) {
+            return Err(lines.wrong("`.suppvarnames` and `.orderedvarnames` differ"));
         }
         if self.listed.iter().any(|&n| n != counted) {
             return Err(lines.wrong(format!("`.ids` and `.permids` do not list the {counted} variables")));

@@ -1,0 +1,89 @@
+//! What the manifest says of model, preferences and options: derived anew, and compared.
+//!
+//! Free are the version of the program and the paths of the inputs, which say nothing that could be
+//! checked, and the order of the bits, which is any order of the model's bits that the files have.
+
+use serde_json::Value as Json;
+
+use super::checker::{Check, Stop};
+use crate::dump::Manifest;
+use crate::dump::manifest::File;
+use crate::engine::symbolic::SymbolicEngine;
+use crate::export::Inputs;
+use crate::export::describe::{self, Subject};
+use crate::model::preference::Preferences;
+
+/// The hashes of the texts are those of the dump.
+pub(super) fn inputs(manifest: &Manifest, (model, preferences): (&str, &str)) -> Check {
+    for (what, now, then) in
+        [("model", model, &manifest.model.sha256), ("preferences", preferences, &manifest.preferences.sha256)]
+    {
+        if now != then {
+            let condition = format!(
+                "the SHA-256 of the {what} is the one that the dump was made from: it is {now}, the dump says {}",
+                then.escape_debug()
+            );
+            return Err(Stop::violated(condition, None));
+        }
+    }
+    Ok(())
+}
+
+/// All that the manifest says, but of its files, is what model, preferences and options say.
+pub(super) fn all(
+    engine: &SymbolicEngine,
+    preferences: &Preferences,
+    hashes: (&str, &str),
+    manifest: &Manifest,
+) -> Check {
+    let inputs = Inputs {
+        model: (manifest.model.path.clone(), hashes.0.to_owned()),
+        preferences: (manifest.preferences.path.clone(), hashes.1.to_owned()),
+    };
+    let subject = Subject {
+        engine,
+        preferences,
+        inputs: &inputs,
+        safety: manifest.safety.clone(),
+        max_level: manifest.max_level,
+    };
+    let mut expected = subject.manifest(describe::choices(engine, true), File::default(), None);
+    expected.tool.version.clone_from(&manifest.tool.version);
+    let said = Manifest { regions: File::default(), certificate: None, ..manifest.clone() };
+    match difference(&json(&expected), &json(&said), String::new()) {
+        None => Ok(()),
+        Some((path, expected, said)) => {
+            Err(Stop::violated(format!("`{path}` is {expected}: the manifest says {said}"), None))
+        }
+    }
+}
+
+fn json(manifest: &Manifest) -> Json {
+    // The structure has string keys only and no fallible parts.
+    serde_json::to_value(manifest).unwrap_or_default()
+}
+
+/// The first place in which two values differ, and both values there.
+fn difference(expected: &Json, said: &Json, path: String) -> Option<(String, String, String)> {
+    match (expected, said) {
+        (Json::Object(a), Json::Object(b)) if a.keys().eq(b.keys()) => {
+            let prefix = if path.is_empty() { path } else { format!("{path}.") };
+            a.iter().zip(b.values()).find_map(|((key, a), b)| difference(a, b, format!("{prefix}{key}")))
+        }
+        (Json::Array(a), Json::Array(b)) if a.len() == b.len() => {
+            let mut pairs = a.iter().zip(b).enumerate();
+            pairs.find_map(|(position, (a, b))| difference(a, b, format!("{path}[{position}]")))
+        }
+        _ if expected == said => None,
+        _ => Some((path, shown(expected), shown(said))),
+    }
+}
+
+/// A value for a message: its beginning.
+fn shown(value: &Json) -> String {
+    let text = value.to_string();
+    match text.char_indices().nth(200) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}

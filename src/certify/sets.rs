@@ -1,0 +1,99 @@
+//! The sets of one file of a dump. The two files have name spaces of their own, and each name is asked
+//! for by some check, or the dump has something in it that nobody defines.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::checker::{Check, Stop};
+use crate::dump::manifest::{File, Kind, Root};
+use crate::dump::{Diagram, Edge};
+use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::engine::{Count, Engine};
+
+/// The sets of a file by their names.
+#[derive(Default)]
+pub(super) struct Sets {
+    states: BTreeMap<String, StateSet>,
+    choices: BTreeMap<String, ChoiceSet>,
+    asked: RefCell<BTreeSet<String>>,
+}
+
+impl Sets {
+    /// Loads all sets of a file, and compares what the manifest says of their sizes.
+    pub(super) fn load(engine: &SymbolicEngine, file: &File, diagram: &Diagram) -> Check<Self> {
+        let mut sets = Sets::default();
+        let (states, choices): (Vec<&Root>, Vec<&Root>) =
+            file.roots.iter().partition(|r| r.kind == Kind::States);
+        let edges: Vec<Edge> = states.iter().map(|r| edge(r)).collect();
+        for (root, set) in states.iter().zip(engine.load_states(diagram, &edges)?) {
+            sets.states.insert(root.name.clone(), set);
+        }
+        let numbers = engine.numbered_choices().len();
+        for root in choices {
+            let Some(set) = engine.load_choices(diagram, edge(root), numbers)? else {
+                return Err(Stop::violated(format!("`{}` has only choices of the model", root.name), None));
+            };
+            sets.choices.insert(root.name.clone(), set);
+        }
+        let edges: Vec<Edge> = file.roots.iter().map(edge).collect();
+        for (root, nodes) in file.roots.iter().zip(diagram.sizes(&edges)) {
+            if root.nodes != nodes {
+                let condition = format!("`{}` has {} nodes: it has {nodes}", root.name, root.nodes);
+                return Err(Stop::violated(condition, None));
+            }
+        }
+        Ok(sets)
+    }
+
+    /// A set of states that must be there.
+    pub(super) fn states(&self, name: &str) -> Check<StateSet> {
+        self.asked.borrow_mut().insert(name.to_owned());
+        self.states.get(name).cloned().ok_or_else(|| missing(name, "states"))
+    }
+
+    /// A set of choices that must be there.
+    pub(super) fn choices(&self, name: &str) -> Check<ChoiceSet> {
+        self.asked.borrow_mut().insert(name.to_owned());
+        self.choices.get(name).cloned().ok_or_else(|| missing(name, "choices"))
+    }
+
+    /// How many members the set of a root has.
+    pub(super) fn count(&self, engine: &SymbolicEngine, root: &Root) -> Check<Count> {
+        let name = &root.name;
+        match (root.kind, self.states.get(name), self.choices.get(name)) {
+            (Kind::States, Some(x), _) => Ok(engine.count_states(x)?),
+            (Kind::Choices, _, Some(c)) => Ok(engine.count_choices(c)?),
+            (Kind::States, None, _) => Err(missing(name, "states")),
+            (Kind::Choices, _, None) => Err(missing(name, "choices")),
+        }
+    }
+
+    /// Whether there is a set of states of this name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.states.contains_key(name)
+    }
+
+    /// The sets of states with these names for 0, 1, … as far as they go.
+    pub(super) fn sequence(&self, name: impl Fn(usize) -> String) -> Check<Vec<StateSet>> {
+        (0..).map(name).take_while(|name| self.has(name)).map(|name| self.states(&name)).collect()
+    }
+
+    /// All sets of states, with their names.
+    pub(super) fn all_states(&self) -> impl Iterator<Item = (&String, &StateSet)> {
+        self.states.iter()
+    }
+
+    /// A name that no check has asked for.
+    pub(super) fn unknown(&self) -> Option<String> {
+        let asked = self.asked.borrow();
+        self.states.keys().chain(self.choices.keys()).find(|name| !asked.contains(*name)).cloned()
+    }
+}
+
+fn missing(name: &str, kind: &str) -> Stop {
+    Stop::violated(format!("the dump has `{name}`, a set of {kind}, which this check needs"), None)
+}
+
+fn edge(root: &Root) -> Edge {
+    Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE)
+}

@@ -1,0 +1,49 @@
+//! Text of others, made safe to look at: names in files and names of files may hold what moves a
+//! cursor, hides a word or turns a line around.
+
+use std::borrow::Cow;
+
+/// Whether a terminal shows the character and does nothing else with it.
+pub fn is_shown(c: char) -> bool {
+    let turns_or_hides = matches!(c,
+        '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'
+        | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}');
+    !c.is_control() && !turns_or_hides
+}
+
+/// The text on one line, with escapes such as `\n` and `\u{1b}` in place of what is not shown.
+pub fn line(text: &str) -> Cow<'_, str> {
+    escaped(text, is_shown)
+}
+
+/// The text on its lines, with escapes in place of what is not shown.
+pub fn lines(text: &str) -> Cow<'_, str> {
+    escaped(text, |c| c == '\n' || is_shown(c))
+}
+
+fn escaped(text: &str, keep: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if text.chars().all(&keep) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match c {
+            c if keep(c) => out.push(c),
+            '\n' | '\r' | '\t' => out.extend(c.escape_default()),
+            c => out.extend(c.escape_unicode()),
+        }
+    }
+    Cow::Owned(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_hides_or_turns_is_spelled_out() {
+        assert_eq!(line("a \u{1b}[2J\u{9b}b\r\n"), "a \\u{1b}[2J\\u{9b}b\\r\\n");
+        assert_eq!(lines("é\n\u{202e}x"), "é\n\\u{202e}x");
+        assert!(matches!(line("plain, é, ≥"), Cow::Borrowed(_)));
+    }
+}

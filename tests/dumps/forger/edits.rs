@@ -1,0 +1,345 @@
+//! What a forger changes.
+
+use meliora::dump::manifest::{ChoiceNumber, File, Kind, Root};
+use meliora::dump::{Diagram, Dump, Edge, Manifest, Node, directory};
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+use rand::seq::{IndexedMutRandom, IndexedRandom};
+use serde_json::Value as Json;
+
+use super::shop::{edge, text};
+
+/// The function with one more member or one less.
+fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {
+    if level as usize == diagram.variables.len() {
+        return from.complement();
+    }
+    let (then, otherwise) = diagram.cofactors(from, level);
+    let (then, otherwise) = match bits >> level & 1 {
+        1 => (toggled(diagram, then, level + 1, bits), otherwise),
+        _ => (then, toggled(diagram, otherwise, level + 1, bits)),
+    };
+    if then == otherwise { then } else { diagram.push(level, then, otherwise).unwrap() }
+}
+
+/// An edit of a dump; false where there is nothing to edit.
+pub(super) type Edit = fn(&mut Dump, &mut ChaCha8Rng) -> bool;
+
+/// What a forger does before sizes, counts and hashes are made right again.
+pub(super) const EDITS: &[(&str, Edit)] = &[
+    ("a region is another one", |d, r| another(&mut d.manifest.regions, r)),
+    ("a region is its complement", |d, r| changed(&mut d.manifest.regions, r, Edge::complement)),
+    ("a region is empty", |d, r| changed(&mut d.manifest.regions, r, |_| Edge::FALSE)),
+    ("a region has one member more or less", |d, r| member(&mut d.manifest.regions, &mut d.regions, r)),
+    ("a node of the regions is changed", |d, r| node(&mut d.regions, r)),
+    ("a region is changed, its own set is in the certificate", shadowed),
+    ("a set of the certificate is another one", |d, r| another(proof(d).0, r)),
+    ("a set of the certificate is its complement", |d, r| changed(proof(d).0, r, Edge::complement)),
+    ("a set of the certificate is empty", |d, r| changed(proof(d).0, r, |_| Edge::FALSE)),
+    ("a set of the certificate has one member more or less", |d, r| {
+        let (file, diagram) = proof(d);
+        member(file, diagram, r)
+    }),
+    ("a node of the certificate is changed", |d, r| node(proof(d).1, r)),
+    ("a region is left out", |d, r| removed(&mut d.manifest.regions, r)),
+    ("a set of the certificate is left out", |d, r| removed(proof(d).0, r)),
+    ("a region has another name", |d, r| renamed(&mut d.manifest.regions, r)),
+    ("a set of the certificate has another name", |d, r| renamed(proof(d).0, r)),
+    ("a region is there under one more name", |d, r| added(&mut d.manifest.regions, r)),
+    ("a set is added to the certificate", |d, r| added(proof(d).0, r)),
+    ("the names of two regions are swapped", |d, r| swapped(&mut d.manifest.regions, r)),
+    ("a region is of the other kind", |d, r| other_kind(&mut d.manifest.regions, r)),
+    ("a set of the certificate is of the other kind", |d, r| other_kind(proof(d).0, r)),
+    ("names of choices are swapped", |d, r| {
+        two_choices(d, r, |a, b| std::mem::swap(&mut a.name, &mut b.name))
+    }),
+    ("labels of choices are swapped", |d, r| {
+        two_choices(d, r, |a, b| std::mem::swap(&mut a.action, &mut b.action))
+    }),
+    ("commands of choices are swapped", |d, r| {
+        two_choices(d, r, |a, b| std::mem::swap(&mut a.commands, &mut b.commands))
+    }),
+    ("the bits are in another order", |d, r| {
+        let width = d.manifest.encoding.order.len();
+        let (i, j) = (r.random_range(0..width), r.random_range(0..width));
+        d.manifest.encoding.order.swap(i, j);
+        names_of_bits(d);
+        i != j
+    }),
+    ("two bits of a variable are swapped", |d, _| {
+        let variable = d.manifest.encoding.variables.iter_mut().find(|v| v.names.len() > 1);
+        variable.map(|v| v.names.swap(0, 1)).is_some()
+    }),
+    ("a bit has another name", |d, _| {
+        let old = std::mem::replace(&mut d.manifest.encoding.variables[0].names[0], "z".to_owned());
+        d.manifest.encoding.order.iter_mut().filter(|b| **b == old).for_each(|b| *b = "z".to_owned());
+        names_of_bits(d);
+        true
+    }),
+    ("the safety is another one", |d, r| {
+        d.manifest.safety = (*["action", "transition", "prefix", "none", ""].choose(r).unwrap()).to_owned();
+        true
+    }),
+    ("the scope is another one", |d, r| {
+        d.manifest.scope = (*["all", "reachable", "nonsense"].choose(r).unwrap()).to_owned();
+        if r.random_bool(0.5) {
+            proof(d).0.roots.retain(|root| !root.name.starts_with("layers:reachable"));
+        }
+        true
+    }),
+    ("the greatest level is another one", |d, r| {
+        d.manifest.max_level = *[None, Some(0), Some(1), Some(2), Some(3), Some(99)].choose(r).unwrap();
+        true
+    }),
+    ("the last levels are left out and said to be cut", cut),
+    ("a constant is another one", |d, r| {
+        let names: Vec<String> = d.manifest.constants.keys().cloned().collect();
+        let values = ["7", "-1", "0.5", "true", "\"inf\"", "\"1,K=5\"", "null", "1e16"];
+        let value = serde_json::from_str(values.choose(r).unwrap()).unwrap();
+        names.choose(r).and_then(|name| d.manifest.constants.insert(name.clone(), value)).is_some()
+    }),
+    ("a constant is added or was not given", |d, r| {
+        match r.random_range(0..3) {
+            0 => drop(d.manifest.constants.insert("extra".to_owned(), Json::from(1))),
+            1 => d.manifest.given.push("tiny".to_owned()),
+            _ => d.manifest.given.truncate(1),
+        }
+        true
+    }),
+    ("a node that no region has", |d, _| {
+        let level = d.manifest.choices.order.len() as u32;
+        d.regions.push(level, Edge::TRUE, Edge::FALSE).is_ok()
+    }),
+    ("the regions are listed in another order", |d, _| {
+        d.manifest.regions.roots.reverse();
+        true
+    }),
+    ("the version or a path is another one", |d, r| {
+        let manifest = &mut d.manifest;
+        let texts = [&mut manifest.tool.version, &mut manifest.model.path, &mut manifest.preferences.path];
+        texts.into_iter().nth(r.random_range(0..3)).unwrap().push_str("\u{1b}[2J");
+        true
+    }),
+];
+
+/// Edits that must be harmless: else the test would pass where everything is refused.
+pub(super) const HARMLESS: &[&str] = &[
+    "a node that no region has",
+    "the regions are listed in another order",
+    "the version or a path is another one",
+];
+
+fn proof(dump: &mut Dump) -> (&mut File, &mut Diagram) {
+    (dump.manifest.certificate.as_mut().unwrap(), dump.certificate.as_mut().unwrap())
+}
+
+fn root<'f>(file: &'f mut File, random: &mut ChaCha8Rng) -> &'f mut Root {
+    let position = random.random_range(0..file.roots.len());
+    &mut file.roots[position]
+}
+
+fn changed(file: &mut File, random: &mut ChaCha8Rng, change: fn(Edge) -> Edge) -> bool {
+    let root = root(file, random);
+    root.node = change(edge(root.node)).number();
+    true
+}
+
+fn another(file: &mut File, random: &mut ChaCha8Rng) -> bool {
+    let by = root(file, random).clone();
+    let like: Vec<usize> = (0..file.roots.len()).filter(|&i| file.roots[i].kind == by.kind).collect();
+    file.roots[*like.choose(random).unwrap()].node = by.node;
+    true
+}
+
+fn member(file: &mut File, diagram: &mut Diagram, random: &mut ChaCha8Rng) -> bool {
+    let choice_bits = diagram.variables.iter().filter(|v| v.starts_with("choice@")).count() as u32;
+    let bits = random.random();
+    let root = root(file, random);
+    let from = edge(root.node);
+    let top = if root.kind == Kind::States { choice_bits } else { 0 };
+    root.node = toggled(diagram, from, top, bits).number();
+    true
+}
+
+fn node(diagram: &mut Diagram, random: &mut ChaCha8Rng) -> bool {
+    let position = random.random_range(0..diagram.nodes.len());
+    let node = &mut diagram.nodes[position];
+    match random.random_range(0..3) {
+        0 => node.otherwise = node.otherwise.complement(),
+        1 => node.otherwise = if node.otherwise == Edge::FALSE { Edge::TRUE } else { Edge::FALSE },
+        _ if node.otherwise != Edge::TRUE => node.then = Edge::TRUE,
+        _ => return false,
+    }
+    node.then != node.otherwise
+}
+
+/// Replaces a region, and puts its function into the certificate under the same name.
+fn shadowed(dump: &mut Dump, random: &mut ChaCha8Rng) -> bool {
+    let position = random.random_range(0..dump.manifest.regions.roots.len());
+    let root = dump.manifest.regions.roots[position].clone();
+    let (from, to) = (dump.regions.clone(), &mut dump.certificate.as_mut().unwrap().nodes);
+    // The functions of the regions over nodes of their own.
+    let shift = to.len() as i32;
+    let moved = |e: Edge| if e.is_constant() { e } else { edge(e.number() + e.number().signum() * shift) };
+    to.extend(from.nodes.iter().map(|n| Node { then: moved(n.then), otherwise: moved(n.otherwise), ..*n }));
+    let node = moved(edge(root.node)).number();
+    proof(dump).0.roots.push(Root { node, ..root });
+    let (file, diagram) = (&mut dump.manifest.regions, &mut dump.regions);
+    let offset =
+        if file.roots[position].kind == Kind::States { dump.manifest.choices.order.len() as u32 } else { 0 };
+    let changed = toggled(diagram, edge(file.roots[position].node), offset, random.random());
+    file.roots[position].node = changed.number();
+    true
+}
+
+fn removed(file: &mut File, random: &mut ChaCha8Rng) -> bool {
+    let position = random.random_range(0..file.roots.len());
+    file.roots.remove(position);
+    true
+}
+
+/// A name that no dump has, or that this one need not have.
+fn name(random: &mut ChaCha8Rng) -> String {
+    const NAMES: &[&str] = &[
+        "sasi:7",
+        "spi:0",
+        "sasi:01",
+        "almost-sure:Z",
+        "class:C+B",
+        "class:A+A",
+        "class:",
+        "nobody",
+        "sasi:1@nothing",
+        "strategy:sasi:9",
+        "layers:reachable:999",
+        "layers:sasi:1:77",
+        "refuted:spi:1:0",
+        "refuted:sasi:1:50",
+        "safe:A",
+        "sasi:unbounded@A",
+        "target:",
+        "positive:A ",
+        "reachable",
+        "deadlock",
+        "\u{1b}[31mred",
+        "strategy:sasi:unbounded",
+    ];
+    (*NAMES.choose(random).unwrap()).to_owned()
+}
+
+fn renamed(file: &mut File, random: &mut ChaCha8Rng) -> bool {
+    let name = name(random);
+    root(file, random).name = name;
+    true
+}
+
+fn added(file: &mut File, random: &mut ChaCha8Rng) -> bool {
+    let root = Root { name: name(random), ..root(file, random).clone() };
+    file.roots.push(root);
+    true
+}
+
+fn swapped(file: &mut File, random: &mut ChaCha8Rng) -> bool {
+    let (i, j) = (random.random_range(0..file.roots.len()), random.random_range(0..file.roots.len()));
+    let name = file.roots[i].name.clone();
+    file.roots[i].name = std::mem::replace(&mut file.roots[j].name, name);
+    i != j
+}
+
+fn other_kind(file: &mut File, random: &mut ChaCha8Rng) -> bool {
+    let root = root(file, random);
+    root.kind = if root.kind == Kind::States { Kind::Choices } else { Kind::States };
+    true
+}
+
+fn two_choices(
+    dump: &mut Dump,
+    random: &mut ChaCha8Rng,
+    change: fn(&mut ChoiceNumber, &mut ChoiceNumber),
+) -> bool {
+    let numbers = &mut dump.manifest.choices.numbers;
+    let middle = random.random_range(1..numbers.len());
+    let (left, right) = numbers.split_at_mut(middle);
+    change(left.choose_mut(random).unwrap(), right.choose_mut(random).unwrap());
+    true
+}
+
+fn names_of_bits(dump: &mut Dump) {
+    let names: Vec<String> = dump.manifest.variables().cloned().collect();
+    dump.regions.variables.clone_from(&names);
+    proof(dump).1.variables = names;
+}
+
+fn cut(dump: &mut Dump, random: &mut ChaCha8Rng) -> bool {
+    let last = random.random_range(0..3);
+    dump.manifest.max_level = Some(last);
+    let gone = |name: &str| {
+        let level = name.split(['@']).next().unwrap_or_default();
+        let mut words = level.split(':').skip_while(|w| *w != "sasi" && *w != "spi").skip(1);
+        words.next().is_some_and(|k| k == "unbounded" || k.parse().is_ok_and(|k: usize| k > last))
+    };
+    dump.manifest.regions.roots.retain(|r| !gone(&r.name));
+    proof(dump).0.roots.retain(|r| !gone(&r.name));
+    true
+}
+
+/// Changes one place of the manifest's text; sizes, counts and hashes stay what they were, or are what
+/// is changed.
+pub(super) fn field(manifest: &Manifest, random: &mut ChaCha8Rng) -> String {
+    let mut json = serde_json::to_value(manifest).unwrap();
+    let mut place = String::new();
+    while let Some(next) = step(json.pointer(&place).unwrap(), random) {
+        place += &format!("/{}", next.replace('~', "~0").replace('/', "~1"));
+    }
+    let at = json.pointer_mut(&place).unwrap();
+    *at = match (&*at, random.random_range(0..4)) {
+        (Json::Number(n), 0) => Json::from(n.as_f64().unwrap() + 0.5),
+        (Json::Number(n), 1) => Json::from(n.as_i64().unwrap_or(0).wrapping_add(1)),
+        (Json::Number(_), _) => Json::from(*[0i64, -1, 1, 2, i64::MAX].choose(random).unwrap()),
+        (Json::String(s), 0) => Json::from(format!("{s}x")),
+        (Json::String(_), 1) => Json::from(""),
+        (Json::String(s), 2) => Json::from(s.to_uppercase()),
+        (Json::Null, 0) => Json::from(1),
+        (Json::Null, 1) => Json::from("x"),
+        (Json::Bool(b), _) => Json::from(!*b),
+        (Json::Array(all), 0) => Json::from(all.iter().skip(1).cloned().collect::<Vec<_>>()),
+        (Json::Array(all), 1) => all.iter().chain(all.first()).cloned().collect(),
+        (Json::Array(all), 2) => all.iter().rev().cloned().collect(),
+        (Json::Object(all), 0) => all.iter().skip(1).map(|(k, v)| (k.clone(), v.clone())).collect(),
+        (Json::Object(all), 1) => {
+            let mut all = all.clone();
+            all.insert("note".to_owned(), Json::from("checked by hand"));
+            Json::Object(all)
+        }
+        _ => Json::Null,
+    };
+    json.to_string()
+}
+
+/// A part of a value to go on in.
+fn step(at: &Json, random: &mut ChaCha8Rng) -> Option<String> {
+    if random.random_bool(0.1) {
+        return None;
+    }
+    match at {
+        Json::Array(all) if !all.is_empty() => Some(random.random_range(0..all.len()).to_string()),
+        Json::Object(all) => all.keys().nth(random.random_range(0..all.len().max(1))).cloned(),
+        _ => None,
+    }
+}
+
+/// Changes one byte of a file and the hash with it.
+pub(super) fn byte(dump: &Dump, random: &mut ChaCha8Rng) -> (Manifest, String, String) {
+    let mut texts = [text(&dump.regions), text(dump.certificate.as_ref().unwrap())];
+    let text = texts.choose_mut(random).unwrap();
+    let places: Vec<usize> =
+        text.bytes().enumerate().filter(|(_, b)| b.is_ascii_digit()).map(|(i, _)| i).collect();
+    let place = *places.choose(random).unwrap();
+    let digit = random.random_range(0..10).to_string();
+    text.replace_range(place..=place, &digit);
+    let mut manifest = dump.manifest.clone();
+    manifest.regions.sha256 = directory::sha256(texts[0].as_bytes());
+    manifest.certificate.as_mut().unwrap().sha256 = directory::sha256(texts[1].as_bytes());
+    let [regions, certificate] = texts;
+    (manifest, regions, certificate)
+}

@@ -1,0 +1,123 @@
+//! A forger who knows the format: sizes, counts and hashes are made right again after every edit, and
+//! only what the dump says is false. What gets past `verify` must be harmless by definition, that is,
+//! the very dump that `export` writes for the options it names, but for what says nothing (`docs/dumps.md`).
+
+mod edits;
+mod shop;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use meliora::dump::Dump;
+use meliora::dump::manifest::{CERTIFICATE, FILE, REGIONS};
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
+
+use edits::{EDITS, HARMLESS, byte, field};
+use shop::{Shop, sealed, text};
+
+/// Two choices of one label, a deadlock, patterns of bits that are no values, constants of three kinds.
+const MODEL: &str =
+    "mdp const int K; const double p; const double huge; const bool sure = true; const double tiny = 0.00005;
+    module m x:[1..K] init 2; b:bool;
+      [go] x<K -> p:(x'=x+1) + 1-p:(b'=!b); [go] x<K & !b -> (x'=x+1);
+      [back] x>1 & b -> (x'=x-1)&(b'=false); [] x=2 & b -> (x'=1);
+    endmodule";
+const PREFERENCES: &str = "objective A = F x=3; objective B = F (x=4 & b); objective C = F x=K;
+    objective D = F (x=1 & b); prefer C > B > A; prefer C > D;";
+const CONSTANTS: &str = "K=5,p=0.3,huge=1e16";
+
+/// How often a kind of edit was tried, refused, and harmless.
+#[derive(Default)]
+struct Tally {
+    tried: usize,
+    refused: usize,
+    harmless: usize,
+}
+
+struct Table(BTreeMap<&'static str, Tally>);
+
+impl Table {
+    /// Judges what now lies in the directory.
+    fn judge(&mut self, shop: &mut Shop, kind: &'static str, directory: &Path) {
+        let tally = self.0.entry(kind).or_default();
+        tally.tried += 1;
+        match shop.verify(directory) {
+            None => tally.refused += 1,
+            Some(dump) => {
+                assert!(shop.is_harmless(&dump), "{kind}: accepted: {}", dump.manifest.text());
+                tally.harmless += 1;
+            }
+        }
+    }
+
+    fn print(&self) {
+        println!("| {:62} | tried | refused | harmless |", "edit");
+        for (kind, tally) in &self.0 {
+            println!("| {kind:62} | {:5} | {:7} | {:8} |", tally.tried, tally.refused, tally.harmless);
+        }
+        let sum = |part: fn(&Tally) -> usize| self.0.values().map(part).sum::<usize>();
+        let (tried, refused, harmless) = (sum(|t| t.tried), sum(|t| t.refused), sum(|t| t.harmless));
+        println!("| {:62} | {tried:5} | {refused:7} | {harmless:8} |", "all");
+    }
+}
+
+fn put(directory: &Path, manifest: &str, regions: &str, certificate: &str) {
+    for (name, text) in [(FILE, manifest), (REGIONS, regions), (CERTIFICATE, certificate)] {
+        fs::write(directory.join(name), text).unwrap();
+    }
+}
+
+fn forge(shop: &mut Shop, dump: &Dump, table: &mut Table, random: &mut ChaCha8Rng, rounds: usize) {
+    let scratch = tempfile::tempdir().unwrap();
+    let directory = scratch.path();
+    let [regions, certificate] = [text(&dump.regions), text(dump.certificate.as_ref().unwrap())];
+    put(directory, &dump.manifest.text(), &regions, &certificate);
+    assert!(shop.verify(directory).is_some_and(|d| shop.is_harmless(&d)), "an honest dump is refused");
+    for _ in 0..rounds {
+        for (kind, edit) in EDITS {
+            let mut forged = dump.clone();
+            if edit(&mut forged, random) {
+                let forged = sealed(forged);
+                let [regions, certificate] =
+                    [text(&forged.regions), text(forged.certificate.as_ref().unwrap())];
+                put(directory, &forged.manifest.text(), &regions, &certificate);
+                table.judge(shop, kind, directory);
+            }
+        }
+        for _ in 0..5 {
+            put(directory, &field(&dump.manifest, random), &regions, &certificate);
+            table.judge(shop, "a field of the manifest is changed", directory);
+            let (manifest, regions, certificate) = byte(dump, random);
+            put(directory, &manifest.text(), &regions, &certificate);
+            table.judge(shop, "a digit of a file is changed", directory);
+        }
+    }
+}
+
+#[test]
+fn nothing_false_gets_past_verify() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut table = Table(BTreeMap::new());
+    let mut shop = Shop::new(MODEL, PREFERENCES);
+    for scope in ["reachable", "all"] {
+        for safety in ["action", "transition", "prefix"] {
+            for max_level in [None, Some(1)] {
+                let named = (scope.to_owned(), safety.to_owned(), max_level, CONSTANTS.to_owned());
+                let dump = shop.honest(named).unwrap().clone();
+                forge(&mut shop, &dump, &mut table, &mut random, 4);
+            }
+        }
+    }
+    let read = |path: &str| fs::read_to_string(path).unwrap();
+    let mut shop = Shop::new(&read("models/lateral_prefix.prism"), &read("models/lateral_prefix.pref"));
+    for safety in ["action", "prefix"] {
+        let dump = shop.honest(("all".to_owned(), safety.to_owned(), None, String::new())).unwrap().clone();
+        forge(&mut shop, &dump, &mut table, &mut random, 4);
+    }
+    table.print();
+    for kind in HARMLESS {
+        assert_eq!(table.0[kind].refused, 0, "{kind}: refused, though it says nothing");
+    }
+}

@@ -1,0 +1,193 @@
+//! Honest dumps, and what is made of dishonest ones.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use meliora::certify;
+use meliora::dump::manifest::{File, Kind};
+use meliora::dump::{Diagram, Dump, Edge, dddmp, read_directory};
+use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::{Scope, Settings, Unobserved};
+use meliora::error::{Result, SourceFile};
+use meliora::export::{Inputs, Selection, export};
+use meliora::lang;
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
+use meliora::planning::{Analysis, Options, Safety};
+
+const HASHES: (&str, &str) = ("the model's", "the preferences'");
+
+/// The options that a manifest can name.
+pub(super) type Named = (String, String, Option<usize>, String);
+
+/// A model with its preferences, and the dumps that are honest.
+pub(super) struct Shop {
+    model: Arc<SourceFile>,
+    preferences: Arc<SourceFile>,
+    honest: BTreeMap<Named, Option<Dump>>,
+}
+
+impl Shop {
+    pub(super) fn new(model: &str, preferences: &str) -> Self {
+        let source = |name: &str, text: &str| SourceFile::new(name, text);
+        Shop {
+            model: source("m.prism", model),
+            preferences: source("p.pref", preferences),
+            honest: BTreeMap::new(),
+        }
+    }
+
+    fn program(&self, constants: &str) -> Result<(Arc<Program>, Preferences)> {
+        let mut program = lang::load(&self.model, &SourceFile::new("--const", constants))?.program;
+        let preferences = lang::load_preferences(&self.preferences, &mut program)?;
+        Ok((Arc::new(program), preferences))
+    }
+
+    /// What `export` writes.
+    fn export(&self, (scope, safety, max_level, constants): &Named) -> Option<Dump> {
+        let (program, preferences) = self.program(constants).ok()?;
+        let settings = Settings { memory: 4 << 20, scope: scope_named(scope)?, ..Settings::default() };
+        let engine = SymbolicEngine::new(Arc::clone(&program), order::auto(&program), 1, settings).ok()?;
+        let options = Options { safety: safety_named(safety)?, max_level: *max_level };
+        let mut analysis = Analysis::new(&engine, &preferences, options);
+        analysis.run(&mut |_| ()).unwrap();
+        let named = |text: &str| (text.to_owned(), text.to_owned());
+        let inputs = Inputs { model: named(HASHES.0), preferences: named(HASHES.1) };
+        let selection = Selection { wanted: &|_| true, certificate: true };
+        let dump = export(&engine, &analysis, &inputs, &selection).unwrap();
+        Some(sealed(dump))
+    }
+
+    pub(super) fn honest(&mut self, named: Named) -> Option<&Dump> {
+        if !self.honest.contains_key(&named) {
+            let dump = self.export(&named);
+            self.honest.insert(named.clone(), dump);
+        }
+        self.honest[&named].as_ref()
+    }
+
+    /// What `meliora verify` says of a directory: accepted, with what was read, or not.
+    pub(super) fn verify(&self, directory: &Path) -> Option<Dump> {
+        let dump = read_directory(directory, true, &Unobserved).ok()?;
+        let (program, preferences) = self.program(&dump.manifest.given_constants()).ok()?;
+        let scope = scope_named(&dump.manifest.scope).unwrap_or_default();
+        let settings = Settings { memory: 4 << 20, scope, ..Settings::default() };
+        let verdict = certify::verify(&program, &preferences, HASHES, &dump, settings).ok()?;
+        verdict.violation.is_none().then_some(dump)
+    }
+
+    /// Whether an accepted dump is the one that `export` writes for the options that it names.
+    pub(super) fn is_harmless(&mut self, forged: &Dump) -> bool {
+        let said = &forged.manifest;
+        let named = (said.scope.clone(), said.safety.clone(), said.max_level, said.given_constants());
+        let Some(honest) = self.honest(named) else { return false };
+        let mut free = said.clone();
+        free.tool.version.clone_from(&honest.manifest.tool.version);
+        free.model.path.clone_from(&honest.manifest.model.path);
+        free.preferences.path.clone_from(&honest.manifest.preferences.path);
+        free.regions = honest.manifest.regions.clone();
+        free.certificate = honest.manifest.certificate.clone();
+        free == honest.manifest
+            && same_sets(honest, forged, |d| (&d.manifest.regions, &d.regions), &|_| false)
+            && same_sets(
+                honest,
+                forged,
+                |d| (d.manifest.certificate.as_ref().unwrap(), d.certificate.as_ref().unwrap()),
+                &|name| is_witness(honest, name),
+            )
+    }
+}
+
+/// What shows that other sets are right may do so in more than one way: rounds, and what holds all
+/// states that win the level after the last one.
+fn is_witness(honest: &Dump, name: &str) -> bool {
+    let after_the_last = |level: &str| honest.manifest.regions.root(level).is_none();
+    let level = name.split_once('@').map(|(level, _)| level);
+    name.starts_with("refuted:")
+        || level.is_some_and(|l| (l.starts_with("sasi:") || l.starts_with("spi:")) && after_the_last(l))
+}
+
+fn scope_named(name: &str) -> Option<Scope> {
+    [("reachable", Scope::Reachable), ("all", Scope::All)]
+        .into_iter()
+        .find(|(n, _)| *n == name)
+        .map(|(_, s)| s)
+}
+
+fn safety_named(name: &str) -> Option<Safety> {
+    [Safety::Action, Safety::Transition, Safety::Prefix].into_iter().find(|s| s.to_string() == name)
+}
+
+type Part = for<'d> fn(&'d Dump) -> (&'d File, &'d Diagram);
+
+/// Whether the sets of one file are the same, those apart whose names are `free`.
+fn same_sets(honest: &Dump, forged: &Dump, part: Part, free: &dyn Fn(&str) -> bool) -> bool {
+    let ((a, left), (b, right)) = (part(honest), part(forged));
+    let bound = |file: &File| -> Vec<(String, Kind, i32)> {
+        let mut all: Vec<_> =
+            file.roots.iter().filter(|r| !free(&r.name)).map(|r| (r.name.clone(), r.kind, r.node)).collect();
+        all.sort_by(|x, y| x.0.cmp(&y.0));
+        all
+    };
+    let (a, b) = (bound(a), bound(b));
+    left.variables == right.variables
+        && a.len() == b.len()
+        && a.iter().zip(&b).all(|(x, y)| {
+            (&x.0, x.1) == (&y.0, y.1) && same(left, edge(x.2), right, edge(y.2), &mut BTreeMap::new())
+        })
+}
+
+pub(super) fn edge(number: i32) -> Edge {
+    Edge::new(i64::from(number)).unwrap()
+}
+
+/// Whether two functions of two diagrams are the same.
+fn same(a: &Diagram, x: Edge, b: &Diagram, y: Edge, known: &mut BTreeMap<(i32, i32), bool>) -> bool {
+    if x.is_constant() || y.is_constant() {
+        return x.number() == y.number();
+    }
+    let key = (x.number(), y.number());
+    if let Some(&known) = known.get(&key) {
+        return known;
+    }
+    let level = a.level(x);
+    let ((xt, xe), (yt, ye)) = (a.cofactors(x, level), b.cofactors(y, level));
+    let equal = level == b.level(y) && same(a, xt, b, yt, known) && same(a, xe, b, ye, known);
+    known.insert(key, equal);
+    equal
+}
+
+/// Makes sizes, counts and hashes those of the diagrams.
+pub(super) fn sealed(mut dump: Dump) -> Dump {
+    let offset = dump.manifest.choices.order.len() as u32;
+    seal(&mut dump.manifest.regions, &mut dump.regions, offset);
+    if let (Some(file), Some(diagram)) = (&mut dump.manifest.certificate, &mut dump.certificate) {
+        seal(file, diagram, offset);
+    }
+    dump
+}
+
+fn seal(file: &mut File, diagram: &mut Diagram, offset: u32) {
+    diagram.roots.clear();
+    for (position, root) in file.roots.iter_mut().enumerate() {
+        let function = edge(root.node);
+        root.root = position;
+        diagram.roots.push(function);
+        root.nodes = diagram.size(function);
+        let top = if root.kind == Kind::States { offset } else { 0 };
+        root.count = if diagram.level(function) < top {
+            "0".to_owned()
+        } else {
+            diagram.count(function, top).to_string()
+        };
+    }
+    file.nodes = diagram.nodes.len() + 1;
+    file.sha256 = meliora::dump::directory::sha256(text(diagram).as_bytes());
+}
+
+pub(super) fn text(diagram: &Diagram) -> String {
+    let mut bytes = Vec::new();
+    dddmp::write(diagram, &mut bytes).unwrap();
+    String::from_utf8(bytes).unwrap()
+}
