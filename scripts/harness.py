@@ -169,7 +169,7 @@ def gridworld(meliora: str, size: int, items: int, seed: int, folder: Path) -> W
     home.mkdir(parents=True, exist_ok=True)
     numbers = {"--rows": size, "--cols": size, "--items": items, "--seed": seed}
     options = [text for name, value in numbers.items() for text in (name, str(value))]
-    finished = run([meliora, "generate", "gridworld", *options, "--out", str(home / "world")], 60.0)
+    finished = run([meliora, "generate", "gridworld", *options, "--force", "--out", str(home / "world")], 60.0)
     if finished.status != 0:
         stop(f"`meliora generate gridworld` failed: {complaint(finished)}")
     model, preferences = (_only(home, suffix) for suffix in (".prism", ".pref"))

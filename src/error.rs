@@ -50,15 +50,24 @@ fn first_message(diagnostics: &[Diagnostic]) -> String {
 }
 
 impl Error {
-    /// What the system said of a file that is written; a full disk is a limit.
+    /// What the system said of a file that is written; a full disk is a limit. `path` is the user's: the
+    /// error may know another one, of a temporary file.
     pub fn writing(path: &Path, error: &io::Error) -> Self {
-        let (path, message) = (path.display().to_string(), error.to_string());
+        let (path, message) = (path.display().to_string(), said(error));
         match error.kind() {
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
                 Limit::Output { what: format!("{path}: {message}") }.into()
             }
             _ => Error::Io { path, message },
         }
+    }
+}
+
+/// What the system said, without the path that was added to it on the way.
+fn said(error: &io::Error) -> String {
+    match (error.raw_os_error(), error.kind()) {
+        (Some(_), _) | (None, io::ErrorKind::Other) => error.to_string(),
+        (None, kind) => kind.to_string(),
     }
 }
 

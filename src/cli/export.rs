@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
-use meliora::dump::directory::{sha256, write_directory};
+use meliora::dump::directory::{check_directory, sha256, write_directory};
 use meliora::error::Error;
 use meliora::export::{Inputs, Selection, export};
 use meliora::output::ExportReport;
@@ -19,8 +19,8 @@ use super::supervise::{Desk, supervise};
 /// Write regions and strategies as decision diagrams that CUDD, Python's dd and `query` read
 ///
 /// DIR gets `regions.dddmp` (every region a root of one diagram), `manifest.json` (what the roots and
-/// variables are) and `certificate.dddmp` (what `verify` needs). A DIR that exists must be empty or an
-/// older dump, which is replaced.
+/// variables are) and `certificate.dddmp` (what `verify` needs). A DIR that exists must be empty, or hold an
+/// older dump and nothing else: it is replaced.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExportArgs {
     #[command(flatten)]
@@ -83,6 +83,11 @@ fn globs(patterns: &[String]) -> Result<GlobSet, Error> {
 }
 
 fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(), Error> {
+    if args.out.as_os_str() == "-" {
+        let message = "a dump is a directory of files: it cannot go to standard output";
+        return Err(Error::Usage(message.to_owned()));
+    }
+    check_directory(&args.out)?;
     let read = || load::question(&args.model, &args.preferences, &desk.watch);
     let question = desk.timed("parse", read, |_, _| ())?;
     desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &question.program));

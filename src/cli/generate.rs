@@ -7,7 +7,8 @@ use meliora::error::Error;
 use meliora::generate::{self, Choices, Direction, Directions, Empty, Generated, Parameters};
 
 use super::exit::Status;
-use super::{files, load, terminal};
+use super::files::{self, Target};
+use super::{load, terminal};
 
 /// Write a model and preferences of a parametrised family
 #[derive(Debug, Clone, Args)]
@@ -51,9 +52,13 @@ struct GridworldArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
 
-    /// Write PREFIX.prism and PREFIX.pref
+    /// Write PREFIX.prism and PREFIX.pref; - is stdout
     #[arg(short, long, value_name = "PREFIX")]
     out: Option<PathBuf>,
+
+    /// Overwrite files that exist
+    #[arg(long, requires = "out")]
+    force: bool,
 
     /// Without --out: which of the two goes to stdout
     #[arg(long, value_enum, default_value_t, conflicts_with = "out")]
@@ -157,9 +162,9 @@ pub(super) fn run(args: &GenerateArgs) -> Result<Status, Error> {
         None => generate::gridworld(&args.parameters(), &choices)?,
     };
     match (&args.out, args.print) {
-        (Some(prefix), _) => write(prefix, &generated)?,
-        (None, Part::Model) => terminal::print(&generated.model)?,
-        (None, Part::Prefs) => terminal::print(&generated.preferences)?,
+        (Some(prefix), _) if prefix.as_os_str() != "-" => write(prefix, &generated, args)?,
+        (_, Part::Model) => terminal::print(&generated.model)?,
+        (_, Part::Prefs) => terminal::print(&generated.preferences)?,
     }
     Ok(Status::Done)
 }
@@ -216,21 +221,19 @@ fn drift(text: &str) -> Result<Directions, String> {
     text.chars().map(direction).collect()
 }
 
-/// Both files, or neither where the disk is full.
-fn write(prefix: &Path, generated: &Generated) -> Result<(), Error> {
-    let files = [("prism", &generated.model), ("pref", &generated.preferences)].map(|(extension, text)| {
+/// Both files or neither.
+fn write(prefix: &Path, generated: &Generated, args: &GridworldArgs) -> Result<(), Error> {
+    let inputs: Vec<&Path> = args.from_map.iter().map(PathBuf::as_path).collect();
+    let target = |extension: &str| {
         // Not `with_extension`: a prefix may have a dot in it.
         let mut name = prefix.as_os_str().to_owned();
-        name.push(format!(".{extension}"));
-        (PathBuf::from(name), text)
-    });
-    let mut ready = Vec::new();
-    for (path, text) in files {
-        let file = files::prepare(&path, text)?;
-        ready.push((path, file));
+        name.push(extension);
+        Target::new(Path::new(&name), &inputs)
+    };
+    let (model, preferences) = (target(".prism")?, target(".pref")?);
+    if let Some(taken) = [&model, &preferences].into_iter().find(|t| t.is_taken() && !args.force) {
+        let message = "the file exists: `--force` overwrites it".to_owned();
+        return Err(Error::Io { path: taken.path().display().to_string(), message });
     }
-    for (path, file) in ready {
-        files::persist(file, &path)?;
-    }
-    Ok(())
+    files::write_all(&[(&model, &generated.model), (&preferences, &generated.preferences)])
 }

@@ -7,6 +7,7 @@ mod files;
 mod load;
 mod options;
 mod plan;
+mod signals;
 mod size;
 mod supervise;
 mod terminal;
@@ -69,6 +70,7 @@ enum Command {
 
 /// Runs the command that the arguments (the program's name first) ask for.
 pub(crate) fn run(args: &[OsString]) -> Status {
+    signals::prepare();
     let json = asks_for_json(args);
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,

@@ -1,6 +1,6 @@
 //! `meliora report`: what was found, to be looked at.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use meliora::atlas::{self, Atlas, Plane};
@@ -16,11 +16,12 @@ use meliora::planning::{Analysis, Kind, Picks, Playbook, Rank, Setup, Simulation
 
 use super::check::{self, Checked};
 use super::exit::Status;
+use super::files::Target;
 use super::load::{self, Question};
 use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, KindArg};
+use super::size;
 use super::supervise::{Desk, supervise};
-use super::{files, size};
 
 /// The play in a page has at most so many steps.
 const STEPS: u64 = 200;
@@ -36,7 +37,7 @@ pub(super) struct ReportArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// The file to write
+    /// The file to write; - is stdout
     #[arg(short, long, value_name = "FILE", required_if_eq("json", "true"))]
     out: Option<PathBuf>,
 
@@ -168,6 +169,12 @@ impl ReportArgs {
 }
 
 fn work(desk: &Desk<PageReport>, args: &ReportArgs) -> Result<(), Error> {
+    let inputs = [args.model.model.as_path(), &args.preferences.preferences, Path::new(&args.model.order)];
+    let target = args.out.as_ref().map(|out| Target::new(out, &inputs)).transpose()?;
+    if args.shown.json && target.as_ref().is_some_and(Target::is_stdout) {
+        let message = "`--json` writes to standard output: the page needs a file (`--out FILE`)";
+        return Err(Error::Usage(message.to_owned()));
+    }
     let read = || {
         let question = load::question(&args.model, &args.preferences, &desk.watch)?;
         let plane = match &args.grid {
@@ -194,7 +201,7 @@ fn work(desk: &Desk<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         Some(start) => Some(start),
         None => engine.list_states(&engine.initial_states(), 1)?.pop(),
     };
-    Run { desk, question: &question, args, analysis: &analysis }.write(plane, start)
+    Run { desk, question: &question, args, target, analysis: &analysis }.write(plane, start)
 }
 
 /// A finished analysis with the report that it fills in.
@@ -202,6 +209,7 @@ struct Run<'a> {
     desk: &'a Desk<PageReport>,
     question: &'a Question,
     args: &'a ReportArgs,
+    target: Option<Target>,
     analysis: &'a Analysis<'a, SymbolicEngine>,
 }
 
@@ -218,14 +226,14 @@ impl Run<'_> {
         };
         let (atlas, play) = self.desk.timed("draw", draw, |_, _| ())?;
         let text = self.text(atlas.as_ref(), play.as_ref())?;
-        let Some(path) = &self.args.out else {
+        let Some(target) = self.target.as_ref().filter(|t| !t.is_stdout()) else {
             self.desk.update(|r| r.drawing = Some(text));
             return Ok(());
         };
-        files::persist(files::prepare(path, &text)?, path)?;
+        target.write(&text)?;
         let grid = atlas.as_ref().map_or_else(Vec::new, |a| a.names());
         let written = Written {
-            path: path.display().to_string(),
+            path: target.path().display().to_string(),
             format: self.args.format.name(),
             bytes: text.len() as u64,
             grid,

@@ -7,6 +7,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use super::manifest::{self, Manifest};
+use super::place::Place;
 use super::{Diagram, dddmp, dot};
 use crate::engine::Observer;
 use crate::error::{Error, Result};
@@ -34,9 +35,9 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Writes a dump into a directory that does not exist yet, is empty, or holds a dump, which it
-/// replaces. The files appear together, when all are written; hashes and sizes in the manifest are
-/// filled in here. With `dot`, each region also gets a DOT file.
+/// Writes a dump into a directory that does not exist yet, is empty, or holds a dump and nothing else,
+/// which it replaces. The files appear together, when all are written, and the old dump is there until
+/// then; hashes and sizes in the manifest are filled in here. With `dot`, each region also gets a DOT file.
 ///
 /// # Errors
 /// The directory holds something else, or cannot be written.
@@ -50,14 +51,8 @@ pub fn write_directory(
         Some(limit) => limit.into(),
         None => Error::writing(directory, &e),
     };
-    if let Some(message) = occupied(directory).map_err(failed)? {
-        return Err(Error::Io { path: directory.display().to_string(), message });
-    }
-    let parent = match directory.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let new = tempfile::Builder::new().prefix(".meliora-dump-").tempdir_in(parent).map_err(failed)?;
+    let place = Place::find(directory)?;
+    let new = place.beside().map_err(failed)?;
     let manifest = &mut dump.manifest;
     fill(&mut manifest.regions, &dump.regions, new.path(), observer).map_err(failed)?;
     if let (Some(file), Some(diagram)) = (&mut manifest.certificate, &dump.certificate) {
@@ -67,52 +62,16 @@ pub fn write_directory(
         dot::write_all(&mut manifest.regions, &dump.regions, new.path(), observer).map_err(failed)?;
     }
     fs::write(new.path().join(manifest::FILE), manifest.text()).map_err(failed)?;
-    readable(new.path()).map_err(failed)?;
-    install(new, directory).map_err(failed)?;
+    place.install(new)?;
     Ok(dump.manifest)
 }
 
-/// Temporary directories are for their owner only; a result is for whom the parent lets in.
-fn readable(path: &Path) -> io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        fs::set_permissions(path, fs::Permissions::from_mode(0o755))?;
-    }
-    let _ = path;
-    Ok(())
-}
-
-/// Why a directory cannot be written over; none where it can.
-fn occupied(directory: &Path) -> io::Result<Option<String>> {
-    let mut entries = match fs::read_dir(directory) {
-        Ok(entries) => entries,
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(e),
-    };
-    if entries.next().is_none() || read_manifest(directory).is_ok() {
-        return Ok(None);
-    }
-    Ok(Some("the directory exists and is neither empty nor a dump of this program".to_owned()))
-}
-
-/// Puts the new directory in the place of the old one, which is removed last.
-fn install(new: tempfile::TempDir, directory: &Path) -> io::Result<()> {
-    let old = new.path().with_extension("old");
-    let replaced = match fs::rename(directory, &old) {
-        Ok(()) => true,
-        Err(e) if e.kind() == io::ErrorKind::NotFound => false,
-        Err(e) => return Err(e),
-    };
-    if let Err(e) = fs::rename(new.path(), directory) {
-        if replaced {
-            fs::rename(&old, directory)?;
-        }
-        return Err(e);
-    }
-    // It has moved: there is nothing left to clean up under the temporary name.
-    let _ = new.keep();
-    if replaced { fs::remove_dir_all(&old) } else { Ok(()) }
+/// Whether [`write_directory`] may write there, to be asked before long work.
+///
+/// # Errors
+/// As there.
+pub fn check_directory(directory: &Path) -> Result<()> {
+    Place::find(directory).map(drop)
 }
 
 /// Writes one diagram and notes its hash and size.

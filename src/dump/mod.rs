@@ -13,6 +13,7 @@ pub mod directory;
 pub mod dot;
 pub mod manifest;
 pub mod names;
+mod place;
 
 pub use diagram::{Diagram, Edge, Node};
 pub use directory::{Dump, read_directory, write_directory};

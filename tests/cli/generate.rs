@@ -65,8 +65,10 @@ fn forks_promise_improvements() {
     let scratch = Scratch::new(&[]);
     let prefix = scratch.show("forks");
     for (rows, items, levels) in [(16, 3, 1), (16, 7, 2)] {
-        run(&format!("generate gridworld --rows {rows} --cols {rows} --items {items} --out {prefix}"))
-            .expect(0);
+        run(&format!(
+            "generate gridworld --rows {rows} --cols {rows} --items {items} --out {prefix} --force"
+        ))
+        .expect(0);
         let report = run(&format!("check {prefix}.prism {prefix}.pref --json")).expect(0).json();
         let found = report["sasi"]["levels"].as_array().unwrap().len();
         assert!(found >= levels, "{found} levels with {items} items");

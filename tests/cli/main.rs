@@ -5,6 +5,8 @@ mod common;
 mod compare;
 mod dumps;
 mod expect;
+#[cfg(unix)]
+mod files;
 mod generate;
 mod json;
 #[cfg(unix)]

@@ -1,0 +1,139 @@
+//! Where the directory of a dump is to appear, and how it gets there: at every moment the old one or the
+//! new one is whole in its place, and nothing of others is ever removed.
+
+use std::collections::BTreeSet;
+use std::fs::{self, Metadata};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+use super::directory::read_manifest;
+use super::manifest::{CERTIFICATE, FILE, REGIONS};
+use crate::error::{Error, Result};
+
+/// A place that may be written.
+pub(super) struct Place {
+    given: PathBuf,
+    /// Where all links lead, from the root on: it stays right while directories move.
+    path: PathBuf,
+    /// The mode of the directory that is there.
+    old: Option<Metadata>,
+    /// The files of the dump that is there.
+    files: BTreeSet<String>,
+}
+
+impl Place {
+    /// A directory that does not exist yet, is empty, or holds a dump and nothing else.
+    ///
+    /// # Errors
+    /// It holds something else; its parent is not there.
+    pub(super) fn find(given: &Path) -> Result<Self> {
+        let failed = |e: io::Error| Error::writing(given, &e);
+        let (path, old) = match fs::metadata(given) {
+            Ok(old) => (fs::canonicalize(given).map_err(failed)?, Some(old)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => (new_path(given).map_err(failed)?, None),
+            Err(e) => return Err(failed(e)),
+        };
+        let mut place = Place { given: given.to_owned(), path, old, files: BTreeSet::new() };
+        if place.old.is_some() {
+            place.look()?;
+        }
+        Ok(place)
+    }
+
+    /// Lists the files of the dump that is there.
+    fn look(&mut self) -> Result<()> {
+        let mut there = BTreeSet::new();
+        for entry in fs::read_dir(&self.path).map_err(|e| Error::writing(&self.given, &e))? {
+            let entry = entry.map_err(|e| Error::writing(&self.given, &e))?;
+            there.insert(entry.file_name().to_string_lossy().into_owned());
+        }
+        if there.is_empty() {
+            return Ok(());
+        }
+        let Ok(manifest) = read_manifest(&self.path) else {
+            return Err(self.refused("the directory exists and is neither empty nor a dump of this program"));
+        };
+        let mut own: BTreeSet<String> = [FILE, REGIONS, CERTIFICATE].map(str::to_owned).into();
+        own.extend(manifest.regions.roots.into_iter().filter_map(|root| root.dot));
+        if let Some(foreign) = there.iter().find(|name| !own.contains(*name)) {
+            let message = format!("the directory holds `{foreign}`, which is no part of the dump there");
+            return Err(self.refused(&(message + ": give another directory")));
+        }
+        self.files = there;
+        Ok(())
+    }
+
+    fn refused(&self, message: &str) -> Error {
+        Error::Io { path: self.given.display().to_string(), message: message.to_owned() }
+    }
+
+    /// A new directory beside the place, with the mode that the place has or new directories get.
+    pub(super) fn beside(&self) -> io::Result<TempDir> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".meliora-dump-");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(fs::Permissions::from_mode(0o777));
+        }
+        builder.tempdir_in(self.path.parent().unwrap_or(&self.path))
+    }
+
+    /// Puts the new directory in its place. An old dump is exchanged for it, and then removed.
+    pub(super) fn install(mut self, new: TempDir) -> Result<()> {
+        let failed = |e: io::Error| Error::writing(&self.given, &e);
+        if let Some(old) = &self.old {
+            fs::set_permissions(new.path(), old.permissions()).map_err(failed)?;
+            // Hours may have passed.
+            self.look()?;
+        }
+        if self.files.is_empty() {
+            // An empty directory is replaced.
+            fs::rename(new.path(), &self.path).map_err(|e| Error::writing(&self.given, &e))?;
+            let _ = new.keep();
+            return Ok(());
+        }
+        exchange(new.path(), &self.path).map_err(|e| match e.kind() {
+            io::ErrorKind::Unsupported | io::ErrorKind::InvalidInput => {
+                self.refused("this file system cannot exchange two directories: remove the old dump, or give another directory")
+            }
+            _ => Error::writing(&self.given, &e),
+        })?;
+        let old = new.keep();
+        self.remove(&old).map_err(|e| {
+            let message =
+                format!("the new dump is in its place, but the old one is left in {}: {e}", old.display());
+            self.refused(&message)
+        })
+    }
+
+    /// Removes the files of the old dump, and nothing that was not one.
+    fn remove(&self, old: &Path) -> io::Result<()> {
+        self.files.iter().try_for_each(|name| fs::remove_file(old.join(name)))?;
+        fs::remove_dir(old)
+    }
+}
+
+/// The path of a directory that does not exist yet.
+fn new_path(given: &Path) -> io::Result<PathBuf> {
+    let parent = given.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match given.file_name() {
+        Some(name) if fs::symlink_metadata(given).is_err() => Ok(fs::canonicalize(parent)?.join(name)),
+        _ => Err(io::Error::other("this is a link to nothing")),
+    }
+}
+
+/// Exchanges two directories in one step.
+#[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+fn exchange(a: &Path, b: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE)?)
+}
+
+/// Elsewhere there is no such step.
+#[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
+fn exchange(_: &Path, _: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}

@@ -1,0 +1,218 @@
+//! What becomes of files: what is there already, what is no regular file, and what is left where the work
+//! ends half way.
+
+use std::fs::{self, Permissions};
+use std::io::Read;
+use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crate::common::{Finished, Scratch, run};
+
+const TOY: &str = "models/toy.prism models/toy.pref";
+
+/// A page of the toy with a path for `--out`.
+fn report(out: &str) -> Finished {
+    run(&format!("report {TOY} --format md --out {out} -q"))
+}
+
+fn mode(path: &Path) -> u32 {
+    fs::metadata(path).unwrap().mode() & 0o7777
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// A command in a shell, in the folder of the project.
+fn shell(script: &str) -> Finished {
+    let mut command = assert_cmd::Command::new("sh");
+    command.args(["-c", script]).env("MELIORA", env!("CARGO_BIN_EXE_meliora"));
+    Finished::of(command.current_dir(env!("CARGO_MANIFEST_DIR")))
+}
+
+#[test]
+fn a_file_is_replaced_whole_and_keeps_its_mode_and_its_links() {
+    let scratch = Scratch::new(&[("old", "old"), ("secret", "old")]);
+    fs::set_permissions(scratch.path("secret"), Permissions::from_mode(0o640)).unwrap();
+    symlink("secret", scratch.path("link")).unwrap();
+    symlink("new", scratch.path("dangling")).unwrap();
+    for (out, end) in [("old", "old"), ("link", "secret"), ("dangling", "new")] {
+        report(&scratch.show(out)).expect(0);
+        assert!(fs::read_to_string(scratch.path(end)).unwrap().contains("toy"), "{out}");
+    }
+    assert_eq!(fs::read_link(scratch.path("link")).unwrap(), Path::new("secret"));
+    assert_eq!(fs::read_link(scratch.path("dangling")).unwrap(), Path::new("new"));
+    assert_eq!(mode(&scratch.path("secret")), 0o640);
+    assert_eq!(names(&scratch.path("")), ["dangling", "link", "new", "old", "secret"]);
+}
+
+#[test]
+fn what_is_no_regular_file_is_written_through() {
+    let scratch = Scratch::new(&[]);
+    symlink("/dev/null", scratch.path("null")).unwrap();
+    report(&scratch.show("null")).expect(0);
+    assert!(fs::metadata(scratch.path("null")).unwrap().file_type().is_char_device());
+    assert!(fs::symlink_metadata(scratch.path("null")).unwrap().is_symlink());
+    let fifo = scratch.path("fifo");
+    assert!(Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+    let reader = std::thread::spawn({
+        let fifo = fifo.clone();
+        move || fs::read_to_string(fifo).unwrap()
+    });
+    report(&scratch.show("fifo")).expect(0);
+    assert!(reader.join().unwrap().contains("toy"));
+    assert!(fs::metadata(&fifo).unwrap().file_type().is_fifo());
+    if Path::new("/dev/full").exists() {
+        symlink("/dev/full", scratch.path("full")).unwrap();
+        let finished = report(&scratch.show("full")).expect(4);
+        assert!(finished.stderr.contains("could not be written"), "{}", finished.stderr);
+    }
+}
+
+#[test]
+fn standard_output_has_two_names() {
+    let plain = run(&format!("report {TOY} --format dot -q")).expect(0).stdout;
+    assert_eq!(run(&format!("report {TOY} --format dot -q --out -")).expect(0).stdout, plain);
+    let scratch = Scratch::new(&[]);
+    let file = scratch.show("x");
+    shell(&format!("(echo first; $MELIORA report {TOY} --format dot -q --out /dev/stdout) > {file}"))
+        .expect(0);
+    assert_eq!(fs::read_to_string(&file).unwrap(), format!("first\n{plain}"));
+    run(&format!("report {TOY} --json --out -")).expect(2);
+    run(&format!("export {TOY} --out -")).expect(2);
+    let world = "generate gridworld --rows 4 --cols 4 --items 2";
+    assert_eq!(run(&format!("{world} --out -")).expect(0).stdout, run(world).expect(0).stdout);
+}
+
+#[test]
+fn inputs_read_only_files_and_directories_are_refused_by_the_name_that_was_given() {
+    let text = |name: &str| fs::read_to_string(format!("models/toy.{name}")).unwrap();
+    let scratch = Scratch::new(&[("m.prism", &text("prism")), ("m.pref", &text("pref")), ("fixed", "old")]);
+    let (model, preferences) = (scratch.show("m.prism"), scratch.show("m.pref"));
+    symlink("m.prism", scratch.path("link")).unwrap();
+    fs::hard_link(scratch.path("m.pref"), scratch.path("hard")).unwrap();
+    fs::set_permissions(scratch.path("fixed"), Permissions::from_mode(0o444)).unwrap();
+    for (out, status, word) in [
+        ("m.prism", 2, "an input of the same run"),
+        ("link", 2, "an input of the same run"),
+        ("hard", 2, "an input of the same run"),
+        ("fixed", 3, "read-only"),
+        ("", 3, "directory"),
+        ("no/such/page", 3, "no folder"),
+        ("m.prism/page", 3, "directory"),
+    ] {
+        let out = scratch.show(out);
+        let finished = run(&format!("report {model} {preferences} --out {out}")).expect(status);
+        assert!(
+            finished.stderr.contains(word) && finished.stderr.contains(&out),
+            "{out}: {}",
+            finished.stderr
+        );
+        assert!(!finished.stderr.replace(&scratch.show(""), "").contains(".tmp"), "{}", finished.stderr);
+    }
+    assert_eq!(fs::read_to_string(&model).unwrap(), text("prism"));
+    assert_eq!(fs::read_to_string(&preferences).unwrap(), text("pref"));
+    assert_eq!(fs::read_to_string(scratch.path("fixed")).unwrap(), "old");
+    assert_eq!(names(&scratch.path("")), ["fixed", "hard", "link", "m.pref", "m.prism"]);
+}
+
+#[test]
+fn generate_writes_both_files_or_none_and_overwrites_only_when_told() {
+    let scratch = Scratch::new(&[("w.pref", "mine")]);
+    let world = format!("generate gridworld --rows 4 --cols 4 --items 2 --out {}", scratch.show("w"));
+    let refused = run(&world).expect(3);
+    assert!(refused.stderr.contains("--force") && refused.stderr.contains("w.pref"), "{}", refused.stderr);
+    assert_eq!(names(&scratch.path("")), ["w.pref"]);
+    assert_eq!(fs::read_to_string(scratch.path("w.pref")).unwrap(), "mine");
+    run(&format!("{world} --force")).expect(0);
+    let written = fs::read_to_string(scratch.path("w.pref")).unwrap();
+    fs::remove_file(scratch.path("w.prism")).unwrap();
+    fs::create_dir(scratch.path("w.prism")).unwrap();
+    run(&format!("{world} --force --seed 2")).expect(3);
+    assert_eq!(fs::read_to_string(scratch.path("w.pref")).unwrap(), written);
+    assert_eq!(names(&scratch.path("")), ["w.pref", "w.prism"]);
+}
+
+#[test]
+fn export_keeps_what_is_no_part_of_a_dump() {
+    let text = fs::read_to_string("models/toy.prism").unwrap();
+    let scratch = Scratch::new(&[]);
+    let dump = scratch.path("dump");
+    let export = format!("export {TOY} --out {} -q", dump.display());
+    run(&export).expect(0);
+    run(&export).expect(0);
+    fs::write(dump.join("m.prism"), &text).unwrap();
+    let model = dump.join("m.prism");
+    let refused =
+        run(&format!("export {} models/toy.pref --out {}", model.display(), dump.display())).expect(3);
+    assert!(refused.stderr.contains("`m.prism`"), "{}", refused.stderr);
+    assert_eq!(fs::read_to_string(&model).unwrap(), text);
+    let thesis = scratch.path("mine");
+    fs::create_dir(&thesis).unwrap();
+    fs::write(thesis.join("thesis.tex"), "years of work").unwrap();
+    run(&format!("export {TOY} --out {}", thesis.display())).expect(3);
+    assert_eq!(names(&thesis), ["thesis.tex"]);
+    assert_eq!(names(&scratch.path("")), ["dump", "mine"]);
+}
+
+#[test]
+fn export_works_from_inside_through_links_and_as_the_umask_says() {
+    let scratch = Scratch::new(&[]);
+    let (here, root) = (scratch.show(""), env!("CARGO_MANIFEST_DIR"));
+    let export = format!("$MELIORA export {root}/models/toy.prism {root}/models/toy.pref -q --out");
+    shell(&format!("umask 027; {export} {here}/dump")).expect(0);
+    assert_eq!((mode(&scratch.path("dump")), mode(&scratch.path("dump/manifest.json"))), (0o750, 0o640));
+    fs::set_permissions(scratch.path("dump"), Permissions::from_mode(0o701)).unwrap();
+    symlink("dump", scratch.path("link")).unwrap();
+    for (folder, out) in
+        [("dump", "../dump"), ("dump", "."), ("", "link"), ("", "link/"), ("", "dump/../dump")]
+    {
+        shell(&format!("cd {here}/{folder} && {export} {out}")).expect(0);
+        assert_eq!(names(&scratch.path("")), ["dump", "link"], "{out}");
+        assert_eq!(names(&scratch.path("dump")), ["certificate.dddmp", "manifest.json", "regions.dddmp"]);
+        assert_eq!(mode(&scratch.path("dump")), 0o701);
+    }
+    run(&format!("verify {} {TOY}", scratch.show("link"))).expect(0);
+}
+
+#[test]
+fn the_largest_size_of_a_file_is_a_limit_and_leaves_nothing_behind() {
+    let scratch = Scratch::new(&[("page", "old")]);
+    let here = scratch.show("");
+    for command in [
+        format!("export models/robot5x5.prism models/robot5x5.pref --out {here}/dump"),
+        format!("report models/robot5x5.prism models/robot5x5.pref --out {here}/page"),
+        format!("generate gridworld --rows 30 --cols 30 --out {here}/world"),
+    ] {
+        let finished = shell(&format!("ulimit -f 4; $MELIORA {command}")).expect(4);
+        assert!(finished.stderr.contains("could not be written"), "{command}: {}", finished.stderr);
+        assert!(!finished.stderr.replace(&here, "").contains(".tmp"), "{}", finished.stderr);
+        assert_eq!(names(&scratch.path("")), ["page"], "{command}");
+        assert_eq!(fs::read_to_string(scratch.path("page")).unwrap(), "old");
+    }
+}
+
+#[test]
+fn an_old_dump_is_there_until_the_new_one_is_whatever_happens() {
+    let scratch = Scratch::new(&[]);
+    let dump = scratch.path("dump");
+    let arguments = format!("export {TOY} -q --out {}", dump.display());
+    run(&arguments).expect(0);
+    for delay in 0..30u64 {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_meliora"));
+        command.args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR"));
+        let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(delay));
+        let _ = child.kill();
+        let mut said = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        child.wait().unwrap();
+        let read = meliora::dump::read_directory(&dump, true, &meliora::engine::Unobserved);
+        assert!(read.is_ok(), "killed after {delay} ms: {:?} {said}", read.err());
+    }
+}
