@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
+use crate::escape;
+
 /// A text with a name, kept for messages that point into it.
 #[derive(Debug, PartialEq, Eq)]
 pub struct SourceFile {
@@ -172,18 +174,32 @@ pub fn render(diagnostics: &[Diagnostic], colour: bool) -> String {
         if i > 0 {
             text.push('\n');
         }
-        text.push_str(&renderer.render(&groups(diagnostic)));
+        let (diagnostic, path) = (shown(diagnostic), escape::line(&diagnostic.source.name));
+        text.push_str(&renderer.render(&groups(&diagnostic, &path)));
         text.push('\n');
     }
     text
 }
 
-fn groups(diagnostic: &Diagnostic) -> [Group<'_>; 1] {
+/// The diagnostic without anything in its words that a terminal would obey; the renderer sees to the
+/// text that it points into.
+fn shown(diagnostic: &Diagnostic) -> Diagnostic {
+    let safe = |text: &String| escape::lines(text).into_owned();
+    Diagnostic {
+        message: safe(&diagnostic.message),
+        label: safe(&diagnostic.label),
+        help: diagnostic.help.as_ref().map(safe),
+        notes: diagnostic.notes.iter().map(safe).collect(),
+        related: diagnostic.related.iter().map(|(span, label)| (span.clone(), safe(label))).collect(),
+        ..diagnostic.clone()
+    }
+}
+
+fn groups<'d>(diagnostic: &'d Diagnostic, path: &'d str) -> [Group<'d>; 1] {
     let source = &diagnostic.source;
     let primary = AnnotationKind::Primary.span(source.clamp(&diagnostic.span));
-    let mut snippet = Snippet::source(source.text.as_str())
-        .path(source.name.as_str())
-        .annotation(primary.label(diagnostic.label.as_str()));
+    let mut snippet =
+        Snippet::source(source.text.as_str()).path(path).annotation(primary.label(diagnostic.label.as_str()));
     for (span, label) in &diagnostic.related {
         let place = AnnotationKind::Context.span(source.clamp(span));
         snippet = snippet.annotation(place.label(label.as_str()));
@@ -222,6 +238,16 @@ mod tests {
         assert_eq!(file.original(), "\u{feff}a\rb\r\nc\r");
         assert_eq!(file.position(2), (2, 1));
         assert_eq!(SourceFile::new("m", "a\r\nb").original(), "a\r\nb");
+    }
+
+    #[test]
+    fn nothing_in_a_text_reaches_a_terminal_as_an_order() {
+        let file = SourceFile::new("m\u{1b}[2J.prism", "x\u{1b}[31m = \u{9b}1m\u{202e}\r\u{7};");
+        let diagnostic =
+            Diagnostic::new(&file, 0..1, "no `\u{1b}[2J`").label("\u{7}").help("\r").note("\u{9b}");
+        let text = render(&[diagnostic.related(3..4, "\u{202e}")], false);
+        let bad = text.chars().find(|&c| c != '\n' && !escape::is_shown(c));
+        assert_eq!(bad, None, "{text:?}");
     }
 
     #[test]

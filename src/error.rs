@@ -93,6 +93,11 @@ pub enum Limit {
     },
     /// `--timeout` has passed.
     Time(Duration),
+    /// The system gives no more, whatever `--memory` says.
+    System {
+        /// What was asked for, and what helps.
+        what: String,
+    },
     /// More states than the explicit engine was allowed to store.
     States(u64),
     /// Interrupted by the user.
@@ -116,6 +121,7 @@ impl fmt::Display for Limit {
             Limit::Time(after) => {
                 write!(f, "out of time after {after:?}; `--timeout` raises the limit")
             }
+            Limit::System { what } => write!(f, "the system refuses {what}"),
             Limit::States(n) => write!(f, "the limit of {n} states was reached; `--memory` raises it"),
             Limit::Interrupted => write!(f, "interrupted"),
             Limit::Output { what } => write!(f, "the results could not be written: {what}"),

@@ -77,6 +77,7 @@ pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
 }
 
 fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Loaded, Error> {
+    watch.bound_memory(args.memory());
     loaded(&args.model, &SourceFile::new("--const", args.constants()), watch)
 }
 

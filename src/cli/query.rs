@@ -8,7 +8,7 @@ use clap::Args;
 use meliora::engine::{Scope, Settings};
 use meliora::error::Error;
 use meliora::output::QueryReport;
-use meliora::output::query::{Contained, Listed};
+use meliora::output::query::{Contained, Rows};
 use meliora::output::report::json_state;
 use meliora::query::{Archive, Selected};
 
@@ -63,9 +63,14 @@ pub(super) struct LimitArgs {
 }
 
 impl LimitArgs {
+    /// The bytes that the work may have.
+    pub(super) fn memory(&self) -> u64 {
+        self.memory.unwrap_or_else(size::default_memory)
+    }
+
     /// What an engine is created with.
     pub(super) fn settings<R>(&self, scope: Scope, desk: &Desk<R>) -> Settings {
-        let memory = self.memory.unwrap_or_else(size::default_memory);
+        let memory = self.memory();
         Settings { scope, memory, observer: Arc::clone(&desk.watch) as _ }
     }
 }
@@ -83,6 +88,7 @@ pub(super) fn run(args: QueryArgs) -> Result<Status, Error> {
 }
 
 fn work(desk: &Desk<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
+    desk.watch.bound_memory(args.limits.memory());
     let settings = args.limits.settings(Scope::All, desk);
     let open = || Archive::open(&args.directory, args.condition.as_deref(), settings);
     let archive = desk.timed("load", open, |_, _| ())?;
@@ -107,8 +113,7 @@ fn work(desk: &Desk<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
     }
     if let Some(limit) = args.list {
         let members = archive.list(&selected, limit)?;
-        let listed = members.iter().map(|m| Listed::of(archive.program(), m)).collect();
-        desk.update(|r| r.states = Some(listed));
+        desk.update(|r| r.states = Some(Rows::new(archive.program(), members)));
     }
     Ok(())
 }

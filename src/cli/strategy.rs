@@ -157,6 +157,7 @@ impl<E: Engine> Run<'_, '_, E> {
             terminal::print(&strategy_table::csv_heading(&self.question.program))?;
         }
         for state in states {
+            self.desk.watch.check()?;
             let report = self.state(&state)?;
             if self.args.csv {
                 terminal::print(&strategy_table::csv_rows(&report))?;

@@ -145,8 +145,9 @@ where
     match std::thread::Builder::new().name("worker".to_owned()).stack_size(STACK).spawn(body) {
         Ok(_) => Ok(()),
         Err(e) => {
-            let what = format!("no thread with a stack of {} MiB could be started ({e})", STACK >> 20);
-            Err(Limit::Memory { what }.into())
+            let mib = STACK >> 20;
+            let what = format!("a thread with a stack of {mib} MiB ({e}): a larger `ulimit -v` helps");
+            Err(Limit::System { what }.into())
         }
     }
 }

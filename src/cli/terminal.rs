@@ -1,9 +1,10 @@
 //! What goes to stdout and stderr, and how it looks there.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use meliora::error::{Error, Limit, render};
+use meliora::escape;
 use meliora::output::{Failure, Kind, Style};
 use serde::Serialize;
 
@@ -48,8 +49,12 @@ pub(super) fn stderr_style() -> Style {
 /// # Errors
 /// Nothing more could be written, such as to a full disk.
 pub(super) fn print(text: &str) -> Result<(), Error> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    print_by(|out| out.write_all(text.as_bytes()))
+}
+
+fn print_by(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    match write(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
             Err(Error::Limit(Limit::Output { what: format!("standard output: {e}") }))
         }
@@ -62,10 +67,10 @@ pub(super) fn print(text: &str) -> Result<(), Error> {
 /// # Errors
 /// Those of [`print`].
 pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
-    match serde_json::to_string_pretty(value) {
-        Ok(text) => print(&(text + "\n")),
-        Err(e) => Err(Error::Io { path: "standard output".to_owned(), message: e.to_string() }),
-    }
+    print_by(|out| {
+        serde_json::to_writer_pretty(&mut *out, value)?;
+        out.write_all(b"\n")
+    })
 }
 
 /// Writes a line to stderr; nothing can be done where that fails.
@@ -80,10 +85,10 @@ pub(super) fn show_error(error: &Error, progress: Option<&str>) {
         Error::Input(diagnostics) if !diagnostics.is_empty() => {
             message(render(diagnostics, style.color).trim_end());
         }
-        _ => message(&format!("{}: {error}", style.bad("error"))),
+        _ => message(&format!("{}: {}", style.bad("error"), escape::lines(&error.to_string()))),
     }
     if let Some(progress) = progress {
-        message(&format!("  {progress}"));
+        message(&format!("  {}", escape::lines(progress)));
     }
 }
 

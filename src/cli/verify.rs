@@ -52,6 +52,7 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
 }
 
 fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
+    desk.watch.bound_memory(args.limits.memory());
     let manifest = read_manifest(&args.directory)?;
     let read = || load::certified(&args.model, &args.preferences, &manifest.given_constants(), &desk.watch);
     let question = desk.timed("parse", read, |_, _| ())?;

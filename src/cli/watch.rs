@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use meliora::engine::Observer;
 use meliora::error::{Diagnostic, Limit, render};
+use meliora::escape;
 
 use super::options::ShownArgs;
 use super::terminal;
@@ -14,6 +15,12 @@ use super::terminal;
 const RUNNING: u8 = 0;
 const TIMED_OUT: u8 = 1;
 const INTERRUPTED: u8 = 2;
+const TOO_LARGE: u8 = 3;
+
+/// What a process may have beyond `--memory`: the program itself, the text of the model, the report.
+const BESIDE: u64 = 64 << 20;
+/// The memory of the process is looked at at most this often.
+const WEIGHING_MILLIS: u64 = 5;
 
 /// Progress is shown for work that takes longer than this.
 const QUIET_AT_FIRST: Duration = Duration::from_secs(1);
@@ -23,6 +30,10 @@ const INTERVAL_MILLIS: u64 = 100;
 /// What worker and supervisor share besides the report.
 pub(super) struct Watch {
     order: AtomicU8,
+    /// The bytes that the process may have; all of them where nothing has bounded them yet.
+    memory: AtomicU64,
+    /// When the memory was last looked at, in milliseconds since the start.
+    weighed: AtomicU64,
     timeout: Option<Duration>,
     started: Instant,
     /// When the library was last asked for details, in milliseconds since the start.
@@ -50,6 +61,8 @@ impl Watch {
     pub(super) fn new(timeout: Option<Duration>, shown: &ShownArgs) -> Self {
         Watch {
             order: AtomicU8::new(RUNNING),
+            memory: AtomicU64::new(u64::MAX),
+            weighed: AtomicU64::new(0),
             timeout,
             started: Instant::now(),
             asked: AtomicU64::new(0),
@@ -68,6 +81,30 @@ impl Watch {
     /// What is left of `--timeout`; none without one.
     pub(super) fn time_left(&self) -> Option<Duration> {
         self.timeout.map(|t| t.saturating_sub(self.elapsed()))
+    }
+
+    /// The work may have so many bytes, and the process [`BESIDE`] more.
+    pub(super) fn bound_memory(&self, bytes: u64) {
+        self.memory.store(bytes.saturating_add(BESIDE), Ordering::Relaxed);
+    }
+
+    /// Whether the work is to go on, for work that no loop of the library does.
+    ///
+    /// # Errors
+    /// The limit that ends it.
+    pub(super) fn check(&self) -> Result<(), Limit> {
+        self.stop().map_or(Ok(()), Err)
+    }
+
+    /// Asks the work to end because the process has become too large.
+    fn weigh(&self) {
+        let bound = self.memory.load(Ordering::Relaxed);
+        if bound < u64::MAX
+            && self.due(&self.weighed, WEIGHING_MILLIS)
+            && memory_stats::memory_stats().is_some_and(|m| m.physical_mem as u64 > bound)
+        {
+            let _ = self.order.compare_exchange(RUNNING, TOO_LARGE, Ordering::Relaxed, Ordering::Relaxed);
+        }
     }
 
     /// Asks the work to end because time is up.
@@ -99,7 +136,7 @@ impl Watch {
     pub(super) fn warn(&self, text: &str) {
         if !self.quiet {
             let warning = terminal::stderr_style().warn("warning");
-            self.say(&format!("{warning}: {text}"));
+            self.say(&format!("{warning}: {}", escape::lines(text)));
         }
     }
 
@@ -113,7 +150,7 @@ impl Watch {
     /// Something the user asked to know by `-v`.
     pub(super) fn note(&self, text: &str) {
         if self.verbose > 0 {
-            self.say(&format!("note: {text}"));
+            self.say(&format!("note: {}", escape::lines(text)));
         }
     }
 
@@ -159,12 +196,12 @@ impl Watch {
         }
     }
 
-    /// Whether it is time to ask for details again.
-    fn due(&self) -> bool {
+    /// Whether it is time to do again what was last done then.
+    fn due(&self, then: &AtomicU64, interval: u64) -> bool {
         let now = u64::try_from(self.elapsed().as_millis()).unwrap_or(u64::MAX);
-        let last = self.asked.load(Ordering::Relaxed);
-        now >= last.saturating_add(INTERVAL_MILLIS)
-            && self.asked.compare_exchange(last, now, Ordering::Relaxed, Ordering::Relaxed).is_ok()
+        let last = then.load(Ordering::Relaxed);
+        now >= last.saturating_add(interval)
+            && then.compare_exchange(last, now, Ordering::Relaxed, Ordering::Relaxed).is_ok()
     }
 }
 
@@ -179,15 +216,21 @@ fn spinner(elapsed: Duration) -> ProgressBar {
 
 impl Observer for Watch {
     fn stop(&self) -> Option<Limit> {
+        self.weigh();
         match self.order.load(Ordering::Relaxed) {
             RUNNING => None,
+            TOO_LARGE => {
+                let mebibytes = self.memory.load(Ordering::Relaxed).saturating_sub(BESIDE) >> 20;
+                let what = format!("the process has passed {mebibytes} MiB and {} MiB beside", BESIDE >> 20);
+                Some(Limit::Memory { what })
+            }
             TIMED_OUT => Some(Limit::Time(self.timeout.unwrap_or_default())),
             _ => Some(Limit::Interrupted),
         }
     }
 
     fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
-        if !self.due() {
+        if !self.due(&self.asked, INTERVAL_MILLIS) {
             return;
         }
         let detail = detail();

@@ -7,6 +7,7 @@ use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::dump::Manifest;
 use crate::engine::Scope;
+use crate::escape;
 
 /// What `export` wrote.
 #[derive(Debug, Clone, Serialize)]
@@ -113,7 +114,10 @@ impl Report for ExportReport {
         }
         if let Some(nodes) = self.nodes {
             out.push_str(&grid.text(style));
-            out.push_str(&format!("\n{nodes} nodes together, written to {}\n", self.directory));
+            out.push_str(&format!(
+                "\n{nodes} nodes together, written to {}\n",
+                escape::line(&self.directory)
+            ));
         }
         if let Some(nodes) = self.certificate_nodes {
             out.push_str(&format!("{nodes} nodes in the certificate\n"));

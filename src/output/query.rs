@@ -1,13 +1,15 @@
 //! The report of `meliora query`.
 
 use std::fmt::Write;
+use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
 use super::export::Total;
 use super::report::{Failure, Memory, Report, is_true, json_state, show_state};
 use super::{Number, Style};
+use crate::escape;
 use crate::model::Program;
 use crate::query::Member;
 
@@ -35,7 +37,7 @@ pub struct QueryReport {
     pub contains: Vec<Contained>,
     /// The states of `--list`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub states: Option<Vec<Listed>>,
+    pub states: Option<Rows>,
     /// Whether the number alone is wanted.
     #[serde(skip)]
     pub plain: bool,
@@ -46,6 +48,30 @@ pub struct QueryReport {
     /// Why the work ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Failure>,
+}
+
+/// States of the selection, as many as are asked for: each is spelled out when it is written.
+#[derive(Debug, Clone)]
+pub struct Rows {
+    program: Arc<Program>,
+    members: Arc<Vec<Member>>,
+}
+
+impl Rows {
+    /// The states of `program` that were found.
+    pub fn new(program: &Arc<Program>, members: Vec<Member>) -> Self {
+        Rows { program: Arc::clone(program), members: Arc::new(members) }
+    }
+
+    fn listed(&self) -> impl Iterator<Item = Listed> {
+        self.members.iter().map(|member| Listed::of(&self.program, member))
+    }
+}
+
+impl Serialize for Rows {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.listed())
+    }
 }
 
 /// A state of the selection.
@@ -114,7 +140,7 @@ impl Report for QueryReport {
         let what = if self.kind == Some("choices") { "pairs of states and choices" } else { "states" };
         match &self.count {
             Some(count) if self.plain => drop(writeln!(out, "{}", count.0)),
-            Some(count) => drop(writeln!(out, "{}: {} {what}", self.region, count.grouped())),
+            Some(count) => drop(writeln!(out, "{}: {} {what}", escape::line(&self.region), count.grouped())),
             None => {}
         }
         for found in &self.contains {
@@ -122,7 +148,7 @@ impl Report for QueryReport {
             let _ =
                 writeln!(out, "{}: {verdict}{}", show_state(&found.state), choices(found.choices.as_ref()));
         }
-        for listed in self.states.iter().flatten() {
+        for listed in self.states.iter().flat_map(Rows::listed) {
             let _ = writeln!(out, "{}{}", show_state(&listed.state), choices(listed.choices.as_ref()));
         }
         out

@@ -7,6 +7,7 @@ use comfy_table::{CellAlignment, ContentArrangement, Row, Table, presets};
 pub(super) use super::number::group;
 use super::report::{Counts, Failure, Memory, ModelSummary};
 use super::{Number, Style};
+use crate::escape;
 
 /// A table with a heading line; the first column is text, the others are numbers.
 pub(super) struct Grid {
@@ -54,7 +55,8 @@ impl Grid {
 /// The line that names what was asked: the inputs and the settings that decide the answer.
 pub(super) fn title(inputs: &[&str], settings: &[(&str, &str)], style: Style) -> String {
     let settings = settings.iter().map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>();
-    format!("{}\n{}\n", style.bold(&inputs.join(" with ")), style.dim(&settings.join(" · ")))
+    let inputs = escape::line(&inputs.join(" with ")).into_owned();
+    format!("{}\n{}\n", style.bold(&inputs), style.dim(&settings.join(" · ")))
 }
 
 /// Type, variables and constants of the model, then its sizes.

@@ -14,6 +14,7 @@ use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang;
 use crate::model::expr::ExprId;
 use crate::model::{Program, State};
+use crate::observer::Poll;
 use region::Region;
 
 /// A dump that answers.
@@ -69,7 +70,7 @@ impl Archive {
     }
 
     /// The variables, as a program without commands.
-    pub fn program(&self) -> &Program {
+    pub fn program(&self) -> &Arc<Program> {
         self.engine.program()
     }
 
@@ -226,9 +227,13 @@ impl Archive {
             Selected::States(x) => x.clone(),
             Selected::Choices(c) => self.engine.sources(c)?,
         };
-        let listed = self.engine.list_states(&states, limit)?;
-        let members = listed.iter().map(|state| self.member(selected, state));
-        Ok(members.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+        let mut members = Vec::new();
+        let mut poll = Poll::new(self.engine.settings().observer.as_ref());
+        for state in self.engine.list_states(&states, limit)? {
+            poll.step()?;
+            members.extend(self.member(selected, &state)?);
+        }
+        Ok(members)
     }
 }
 

@@ -269,3 +269,32 @@ fn a_system_that_gives_no_memory_or_no_threads_is_a_limit_that_is_named() {
     let (status, err) = limited("-v 4000000", &format!("{toy} --memory 8MiB --threads 60000"));
     assert_eq!(status, Some(0), "{err}");
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_model_that_is_too_large_to_read_is_a_limit_that_is_named() {
+    let line = "[] x=1 & y>2 -> 0.5:(x'=3)&(y'=x) + 0.5:(y'=min(y+1,9));\n";
+    let text = format!("mdp module m x:[0..9]; y:[0..9];\n{}endmodule", line.repeat(200_000));
+    let scratch = Scratch::new(&[("m.prism", &text)]);
+    let path = scratch.show("m.prism");
+    let finished = run(&format!("info {path} --memory 8MiB --json")).expect(4);
+    assert!(finished.stderr.contains("--memory"), "{}", finished.stderr);
+    let memory = finished.json()["memory"]["peak_rss_bytes"].as_u64().unwrap() >> 20;
+    assert!(memory < 8 + 64 + 16, "{memory} MiB");
+    let (status, err) = limited("-v 700000", &format!("info {path}"));
+    assert_eq!(status, Some(4), "{err}");
+    assert!(err.contains("memory allocation of"), "{err}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn advice_fits_the_command_and_the_cause() {
+    let scratch = Scratch::new(&[]);
+    let dump = scratch.show("dump");
+    run(&format!("export models/toy.prism models/toy.pref --out {dump} -q")).expect(0);
+    for kib in [300_000, 900_000, 1_400_000] {
+        let (status, err) = limited(&format!("-v {kib}"), &format!("query {dump} reachable --memory 8MiB"));
+        assert_eq!(status, Some(4), "{err}");
+        assert!(err.contains("ulimit") && !err.contains("--engine") && !err.contains("raises"), "{err}");
+    }
+}

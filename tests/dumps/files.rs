@@ -216,6 +216,7 @@ fn manifests_that_do_not_fit_are_errors() {
         (r#"{"schema":"meliora.dump/1"}"#, "missing field"),
         (r#"{"schema":"meliora.dump/1","note":"checked"}"#, "unknown field"),
         (r#"{"schema":"meliora.dump/1","schema":"meliora.dump/1"}"#, "duplicate field"),
+        ("{\"schema\":\"\\u001b[2J\"}", "`\\u{1b}[2J`"),
         (r#"{"schema":"meliora.dump/1","constants":{"K":1,"K":2}}"#, "`K` is there twice"),
     ] {
         let error = meliora::dump::Manifest::parse("m.json", text).unwrap_err();

@@ -256,6 +256,16 @@ fn deep_nesting_is_an_error_and_no_overflow_of_the_stack() {
 }
 
 #[test]
+fn nesting_is_allowed_up_to_the_bound_that_is_named() {
+    for (before, after) in [("(", ")"), ("-", ""), ("floor(", ")"), ("1+(", ")")] {
+        let nested = |depth: usize| constant(&format!("{}1{}", before.repeat(depth), after.repeat(depth)));
+        let deep = SourceFile::new("m", nested(200));
+        assert!(lang::load(&deep, &SourceFile::new("c", "")).is_ok(), "{before}");
+        assert!(refused(&nested(201)).contains("nested more than 200"), "{before}");
+    }
+}
+
+#[test]
 fn a_row_of_conditionals_is_read_without_depth() {
     let text = constant(&format!("{}1", "true?1:".repeat(10_000)));
     assert!(lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).is_ok());

@@ -182,7 +182,6 @@ fn constants() {
         (one, "N=,"),
         (one, "N=1,N=2"),
         ("mdp\nconst int a = b;\nconst int b = a + 1;\nmodule m endmodule", ""),
-        ("mdp\nconst double a = 1/0;\nmodule m endmodule", ""),
         ("mdp\nconst int a = mod(1, 0);\nmodule m endmodule", ""),
         ("mdp\nconst int a = 1/2;\nmodule m endmodule", ""),
         ("mdp\nconst int a = 9223372036854775807 + 1;\nmodule m endmodule", ""),

@@ -294,16 +294,15 @@ fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result<BDDManager
     let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
     if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
         let mib = bytes.div_ceil(1 << 20);
-        let what = format!("the system refuses a node table of {mib} MiB: set a smaller `--memory`");
-        return Err(Limit::Size { what }.into());
+        let what = format!("a node table of {mib} MiB: a smaller `--memory`, or a larger `ulimit -v`, helps");
+        return Err(Limit::System { what }.into());
     }
     let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, threads);
     std::panic::catch_unwind(make).map_err(|_| {
         let what = format!(
-            "the system refuses to start the threads of the node table ({threads}, with a stack of 1 GiB each): \
-             allow more memory to the process, or use `--engine explicit`"
+            "the threads of the node table ({threads}, with a stack of 1 GiB each): a larger `ulimit -v` helps"
         );
-        Limit::Size { what }.into()
+        Limit::System { what }.into()
     })
 }
 

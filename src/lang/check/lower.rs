@@ -214,8 +214,6 @@ impl<'a> Lowerer<'a> {
     /// The value of an expression without variables.
     pub(super) fn constant_value(&mut self, id: ExprId, span: Span, what: &str) -> Option<Value> {
         match self.pool.literal(id) {
-            Some(Value::Real(x)) if !x.is_finite() => self
-                .fail(span, format!("{what} has no finite value (it is {x}): is there a division by zero?")),
             Some(value) => Some(value),
             None => {
                 let diagnostic = self.wrong(span, format!("{what} must not depend on variables"));

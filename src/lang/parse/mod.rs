@@ -232,7 +232,8 @@ impl<'a> Parser<'a> {
 
     /// Runs `read` one level deeper, unless that is too deep.
     pub(crate) fn nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
-        if self.depth >= MAX_NESTING {
+        // The whole expression is a level, too.
+        if self.depth > MAX_NESTING {
             let span = self.here();
             let message = format!("nested more than {MAX_NESTING} levels deep");
             let help = "give parts of the expression names with `formula`";

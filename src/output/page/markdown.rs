@@ -8,6 +8,7 @@ use super::super::text;
 use super::map::view_text;
 use super::{Content, Number, words};
 use crate::atlas::Atlas;
+use crate::escape;
 use crate::model::hasse::Hasse;
 
 /// More columns than this make a map that no screen shows.
@@ -16,7 +17,7 @@ const WIDEST: usize = 64;
 /// The whole report.
 pub(super) fn render(content: &Content<'_>) -> String {
     let check = content.check;
-    let mut out = format!("# {} with {}\n\n", check.model.path, check.preferences);
+    let mut out = format!("# {} with {}\n\n", plain(&check.model.path), plain(&check.preferences));
     let empty = check.empty.unwrap_or_default();
     let _ = writeln!(out, "scope {}, safety {}, empty {empty}\n", scope_word(check.scope), check.safety);
     for initial in &check.initial {
@@ -36,6 +37,18 @@ pub(super) fn render(content: &Content<'_>) -> String {
     out.push_str(&objectives(check));
     out.push_str(&classes(check));
     out.push_str(&order(content));
+    out
+}
+
+/// A text in which nothing is markup.
+fn plain(text: &str) -> String {
+    let mut out = String::new();
+    for c in escape::line(text).chars() {
+        if "\\`*_[]<>&#|~$".contains(c) {
+            out.push('\\');
+        }
+        out.push(c);
+    }
     out
 }
 

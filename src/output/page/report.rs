@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::super::report::{Failure, Memory, Report, is_true, scope_word, show_state};
 use super::super::{CheckReport, Style, text};
 use super::words;
+use crate::escape;
 
 /// What `report` did.
 #[derive(Debug, Clone, Serialize)]
@@ -87,7 +88,7 @@ impl Report for PageReport {
             let _ = writeln!(out, "  at {}, {}", show_state(&initial.state), words::sure(initial));
         }
         if let Some(written) = &self.written {
-            let _ = write!(out, "\n{}: {}", style.good("written"), written.path);
+            let _ = write!(out, "\n{}: {}", style.good("written"), escape::line(&written.path));
             if !written.grid.is_empty() {
                 let _ = write!(out, ", with maps over {}", written.grid.join(" × "));
                 let _ = write!(out, " out of {} nodes", text::group(&written.nodes.to_string()));
