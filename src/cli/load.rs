@@ -162,7 +162,12 @@ pub(super) fn target(
 
 /// What an engine is created with.
 pub(super) fn settings(args: &ModelArgs, watch: &Arc<Watch>) -> Settings {
-    Settings { scope: args.scope.into(), memory: args.memory(), observer: Arc::clone(watch) as _ }
+    Settings {
+        scope: args.scope.into(),
+        memory: args.memory(),
+        observer: Arc::clone(watch) as _,
+        ..Settings::default()
+    }
 }
 
 /// The symbolic engine with the order that `--order` asks for.

@@ -40,13 +40,20 @@ pub struct Settings {
     pub scope: Scope,
     /// Bytes for the node table and operation cache, or for the arrays.
     pub memory: u64,
+    /// Where the symbolic engine takes one way or another to the same result.
+    pub thresholds: symbolic::Thresholds,
     /// Where progress goes and interruptions come from.
     pub observer: Arc<dyn Observer>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { scope: Scope::Reachable, memory: 2 << 30, observer: Arc::new(Unobserved) }
+        Settings {
+            scope: Scope::Reachable,
+            memory: 2 << 30,
+            thresholds: symbolic::Thresholds::default(),
+            observer: Arc::new(Unobserved),
+        }
     }
 }
 
@@ -155,6 +162,20 @@ pub trait Engine: Send + Sync {
         dropped: &Dropped<Self::States>,
     ) -> Result<Self::States>;
 
+    /// The least L ⊇ `lost` in which every state outside `won` has only pairs of C with an edge into L
+    /// that is not safe, with the pairs of C outside L that have no such edge; none where an engine
+    /// has no better way than layer by layer. Edges are safe as `moves` say, of which every state of a
+    /// pair has one.
+    fn lose(
+        &self,
+        _lost: &Self::States,
+        _won: &Self::States,
+        _within: &Self::Choices,
+        _moves: &[Moves<Self::States>],
+    ) -> Result<Option<(Self::States, Self::Choices)>> {
+        Ok(None)
+    }
+
     /// The greatest Z ⊆ X in which every state has a pair of C with all successors in Z, with those
     /// pairs.
     ///
@@ -169,12 +190,8 @@ pub trait Engine: Send + Sync {
     {
         let mut choices = within.clone();
         let mut states = self.intersection(x, &self.sources(within)?)?;
-        let mut removed = self.difference(&self.all_states(), &states)?;
-        while !self.is_empty(&removed) {
-            let stuck = moves::withdraw(self, &mut choices, within, &removed, &states)?;
-            removed = self.intersection(&stuck, &states)?;
-            states = self.difference(&states, &removed)?;
-        }
+        let removed = self.difference(&self.all_states(), &states)?;
+        moves::lose(self, &mut states, &mut choices, (within, &self.no_states()), &[], removed)?;
         Ok(Region { choices: self.choices_in(&choices, &states)?, states })
     }
 
@@ -199,17 +216,13 @@ pub trait Engine: Send + Sync {
         let mut choices = within.clone();
         loop {
             let reaching = self.can_reach(target, &choices, &Vec::new())?;
-            let mut lost = self.difference(&states, &reaching)?;
+            let lost = self.difference(&states, &reaching)?;
             states = self.intersection(&states, &reaching)?;
             if self.is_empty(&lost) {
                 let choices = self.choices_in(&choices, &self.difference(&states, target)?)?;
                 return Ok(Region { states, choices });
             }
-            while !self.is_empty(&lost) {
-                let stuck = moves::withdraw(self, &mut choices, within, &lost, &states)?;
-                lost = self.intersection(&self.difference(&stuck, target)?, &states)?;
-                states = self.difference(&states, &lost)?;
-            }
+            moves::lose(self, &mut states, &mut choices, (within, target), &[], lost)?;
         }
     }
 

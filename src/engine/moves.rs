@@ -71,7 +71,7 @@ fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) 
 ///
 /// # Errors
 /// A limit of the engine. Cost: one pre-image.
-pub(super) fn withdraw<E: Engine>(
+fn withdraw<E: Engine>(
     engine: &E,
     choices: &mut E::Choices,
     within: &E::Choices,
@@ -103,23 +103,54 @@ pub(super) fn almost_surely_win<E: Engine>(
     let winning = pairs_into(engine, &start.choices, goals)?;
     let dropped = moves.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect();
     let dropped = grouped(engine, dropped)?;
-    let Region { mut states, mut choices } = start;
+    let Region { mut states, choices: within } = start;
+    let mut choices = within.clone();
     loop {
         let seeds = engine.sources(&engine.common_choices(&choices, &winning)?)?;
         let reaching = engine.can_reach(&seeds, &choices, &dropped)?;
-        let mut lost = engine.difference(&states, &reaching)?;
+        let lost = engine.difference(&states, &reaching)?;
         states = engine.intersection(&states, &reaching)?;
         if engine.is_empty(&lost) {
             choices = engine.choices_in(&choices, &states)?;
             return Ok(Region { states, choices });
         }
-        while !engine.is_empty(&lost) {
-            let gone = losing(engine, &choices, moves, &lost)?;
-            let stuck = disallow(engine, &mut choices, &gone)?;
-            lost = engine.intersection(&stuck, &states)?;
-            states = engine.difference(&states, &lost)?;
-        }
+        lose(engine, &mut states, &mut choices, (&within, &engine.no_states()), moves, lost)?;
     }
+}
+
+/// Takes lost states out of `states`, and out of `choices` all pairs that may step into them other than
+/// by a safe edge; states that have none left then, and have not won, are lost too, and so on.
+///
+/// `choices` is what is left of `within`, and none of a state lost before leads to what can still win.
+///
+/// # Errors
+/// A limit of the engine. Cost: what [`Engine::lose`] costs, or a pre-image for each set of moves and
+/// each layer of states that are lost.
+pub(super) fn lose<E: Engine>(
+    engine: &E,
+    states: &mut E::States,
+    choices: &mut E::Choices,
+    (within, won): (&E::Choices, &E::States),
+    moves: &[Moves<E::States>],
+    lost: E::States,
+) -> Result<()> {
+    if let Some((all, left)) = engine.lose(&lost, won, choices, moves)? {
+        *states = engine.difference(states, &all)?;
+        *choices = left;
+        return Ok(());
+    }
+    let mut lost = lost;
+    while !engine.is_empty(&lost) {
+        let stuck = if moves.is_empty() {
+            withdraw(engine, choices, within, &lost, states)?
+        } else {
+            let gone = losing(engine, choices, moves, &lost)?;
+            disallow(engine, choices, &gone)?
+        };
+        lost = engine.intersection(&engine.difference(&stuck, won)?, states)?;
+        *states = engine.difference(states, &lost)?;
+    }
+    Ok(())
 }
 
 /// The pairs of a set with an edge into a lost state that is there and does not win.

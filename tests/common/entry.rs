@@ -90,7 +90,12 @@ impl Observer for Patience {
 }
 
 fn settings() -> Settings {
-    Settings { scope: Scope::All, memory: 16 << 20, observer: Arc::new(Patience(AtomicU32::new(0))) }
+    Settings {
+        scope: Scope::All,
+        memory: 16 << 20,
+        observer: Arc::new(Patience(AtomicU32::new(0))),
+        ..Settings::default()
+    }
 }
 
 /// A small model in both engines: the same counts, or the same kind of error.

@@ -8,6 +8,7 @@ use super::encoding::{Bit, Encoding};
 use super::store::{Bdd, Store};
 use super::transitions::{Builder, Piece, Transitions, frame};
 use super::translate::Translator;
+use super::walk::Direction;
 use super::{StateSet, SymbolicEngine, pick};
 use crate::engine::{Scope, Settings};
 use crate::error::{Limit, Result};
@@ -33,7 +34,7 @@ pub(super) fn build(
         return Err(Limit::Size { what }.into());
     }
     let encoding = Encoding::new(&program, order);
-    let store = Store::new(encoding.width(), settings.memory, threads, settings.observer.clone())?;
+    let store = Store::new(encoding.width(), threads, &settings)?;
     let domain = encoding.domain(&store)?;
     let Translated { mut transitions, initial, initial_fails, rounded } =
         translate(&program, &encoding, &store, &domain)?;
@@ -41,13 +42,7 @@ pub(super) fn build(
     let states = match (given, settings.scope) {
         (Some(given), _) => store.and(&given(&store)?, &domain)?,
         (None, Scope::All) => domain.clone(),
-        (None, Scope::Reachable) => {
-            let tell = |x: &Bdd| {
-                let detail = || format!("{} nodes", store.size(x));
-                settings.observer.progress("reachable states", &detail);
-            };
-            clusters.forward(&store, &initial, &domain, &tell)?
-        }
+        (None, Scope::Reachable) => clusters.forward(&store, &initial, &domain)?,
     };
     let bad = store.and(&store.or(&transitions.bad, &initial_fails)?, &states)?;
     if !store.is_zero(&bad) {
@@ -59,11 +54,13 @@ pub(super) fn build(
     if program.kind == ModelKind::Dtmc {
         transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;
     }
+    let groups = transitions.lists(&store)?;
     Ok(SymbolicEngine {
         program,
         settings,
         encoding,
         transitions,
+        groups,
         clusters,
         domain,
         states: StateSet(states),
@@ -112,7 +109,8 @@ fn enabled(store: &Store, transitions: &Transitions, states: &Bdd) -> Result<(Ve
 fn disjoint(store: &Store, encoding: &Encoding, pieces: Vec<Piece>, states: &Bdd) -> Result<Vec<Piece>> {
     let mut done: Vec<(Bdd, Piece)> = Vec::new();
     for mut piece in pieces {
-        let mut sources = store.and(&store.pre(&piece.relation, &piece.touched, &store.one())?, states)?;
+        let list = store.lists.of(store, vec![piece.entry()])?;
+        let mut sources = store.step(Direction::Backward, &list, &store.one(), states)?;
         let (mut apart, mut together) = (Vec::new(), Vec::new());
         for (theirs, other) in done {
             let overlap = !store.is_zero(&store.and(&theirs, &sources)?);
@@ -135,6 +133,6 @@ fn united(store: &Store, encoding: &Encoding, a: &Piece, b: &Piece) -> Result<Pi
     writes.dedup();
     let own = frame(store, encoding, &a.relation, &a.writes, &writes)?;
     let theirs = frame(store, encoding, &b.relation, &b.writes, &writes)?;
-    let touched = Arc::new(encoding.touch(&writes));
+    let touched = encoding.touch(&writes);
     Ok(Piece { group: a.group, relation: store.or(&own, &theirs)?, writes, touched })
 }

@@ -1,8 +1,8 @@
 //! How states are bits: an integer as its distance from the smallest value, most significant bit
 //! nearest to the root.
 
-use super::relational::Touched;
 use super::store::{Bdd, Store};
+use super::touched::Touched;
 use crate::error::Result;
 use crate::model::value::Type;
 use crate::model::{Program, State, VarId, Variable};
@@ -72,7 +72,7 @@ impl Encoding {
     /// The touched set of some variables.
     pub(super) fn touch(&self, variables: &[VarId]) -> Touched {
         let bits = variables.iter().flat_map(|v| self.positions[v.index()].iter().copied());
-        Touched::new(self.width(), bits)
+        Touched::new(bits)
     }
 
     /// The bit patterns that are values: those of every variable within its range.

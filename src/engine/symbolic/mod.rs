@@ -1,40 +1,52 @@
 //! The symbolic engine: sets of states and local relations as binary decision diagrams (OxiDD).
 //!
 //! [`Encoding`] says how states are bits. Commands become local relations (`command`), grouped so
-//! that at most one choice of a group is enabled in a state (`transitions`); for reachability the
-//! relations are united and fired deepest first (`clusters`). `relational` is the fused image.
+//! that at most one choice of a group is enabled in a state (`transitions`); for reachability small
+//! ones are united (`clusters`). What sets and relations become together is found by recursions (`walk`)
+//! down the diagrams of sets and `lists` of relations at once: a step (`walk`), what is reached (`reach`,
+//! `saturation`), what is lost (`losing`).
 
 mod bits;
 mod build;
 mod clusters;
 mod command;
+mod diagram;
 mod dump;
 mod encoding;
+mod lists;
+mod losing;
 pub mod order;
 mod partition;
 mod pick;
-mod relational;
+mod reach;
 mod saturation;
 mod store;
+mod thresholds;
+mod touched;
 mod transitions;
 mod translate;
+mod walk;
 
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use oxidd::BooleanFunction;
 
 pub use dump::{Numbered, Set};
 pub use encoding::{Bit, Encoding};
+pub use thresholds::{Thresholds, Ways};
 
-use super::{Count, Dropped, Engine, Settings, Usage};
+use super::{Count, Dropped, Engine, Moves, Settings, Usage};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
 use clusters::Clusters;
+use lists::List;
 use store::{Bdd, Store};
 use transitions::{Piece, Transitions};
 use translate::Translator;
+use walk::Direction;
 
 /// A set of states: a diagram over the present bits.
 #[derive(Clone)]
@@ -50,6 +62,8 @@ pub struct SymbolicEngine {
     settings: Settings,
     encoding: Encoding,
     transitions: Transitions,
+    /// For each group its relations.
+    groups: Vec<Arc<List>>,
     clusters: Clusters,
     domain: Bdd,
     states: StateSet,
@@ -65,10 +79,6 @@ pub struct SymbolicEngine {
 
 /// Results of backward reachability worth keeping: about as many as a model has objectives.
 const MOST_REMEMBERED: usize = 16;
-
-/// From this many nodes of a set on, its predecessors are found within what is asked for: those of a
-/// smaller one are few, and there are more cases to tell apart within a bound.
-const LARGE: usize = 2000;
 
 /// How large the diagrams of a model are, in nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,6 +124,11 @@ impl SymbolicEngine {
             clusters: self.clusters.len(),
             groups: self.transitions.guards.len(),
         }
+    }
+
+    /// How often each way to the same result was taken.
+    pub fn ways(&self) -> Ways {
+        self.store.work.ways()
     }
 
     /// How many nodes the diagram of a set has.
@@ -256,19 +271,18 @@ impl Engine for SymbolicEngine {
     }
 
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
-        let (store, loops) = (&self.store, self.enabled.len() - 1);
-        let large = store.has_nodes(&x.0, LARGE);
-        let mut found: Vec<Vec<Bdd>> = vec![Vec::new(); loops + 1];
-        for Piece { group, relation, touched, .. } in &self.transitions.pieces {
-            found[*group].push(match large {
-                true => store.pre_within(relation, touched, &x.0, &c.0[*group])?,
-                false => store.pre(relation, touched, &x.0)?,
+        let store = &self.store;
+        let large = store.has_nodes(&x.0, store.thresholds().large_set);
+        let mut found = Vec::with_capacity(c.0.len());
+        for (list, allowed) in self.groups.iter().zip(c.0.iter()) {
+            found.push(if large {
+                store.step(Direction::Backward, list, &x.0, allowed)?
+            } else {
+                store.and(&store.step(Direction::Backward, list, &x.0, &store.one())?, allowed)?
             });
         }
-        found[loops].push(store.and(&x.0, &c.0[loops])?);
-        let found = found.into_iter().map(|parts| store.any(parts)).collect::<Result<_>>()?;
-        let found = ChoiceSet(Arc::new(found));
-        if large { Ok(found) } else { self.common_choices(&found, c) }
+        found.push(store.and(&x.0, &c.0[self.groups.len()])?);
+        Ok(ChoiceSet(Arc::new(found)))
     }
 
     fn every_successor_in(&self, y: &StateSet) -> Result<ChoiceSet> {
@@ -278,9 +292,9 @@ impl Engine for SymbolicEngine {
     }
 
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
-        let mut images = vec![c.0[self.enabled.len() - 1].clone()];
-        for piece in &self.transitions.pieces {
-            images.push(self.store.image(&piece.relation, &piece.touched, &c.0[piece.group])?);
+        let mut images = vec![c.0[self.groups.len()].clone()];
+        for (list, sources) in self.groups.iter().zip(c.0.iter()) {
+            images.push(self.store.step(Direction::Forward, list, sources, &self.states.0)?);
         }
         Ok(StateSet(self.store.any(images)?))
     }
@@ -298,17 +312,26 @@ impl Engine for SymbolicEngine {
         if let (true, Some(found)) = (free, self.recall(target)) {
             return Ok(found);
         }
-        let clusters = self.clusters.allowing(&self.store, &confinement)?;
         let dropped: Vec<(Bdd, Bdd)> = dropped.iter().map(|(f, t)| (f.0.clone(), t.0.clone())).collect();
-        let tell = |x: &Bdd| {
-            let detail = || format!("{} nodes", self.store.size(x));
-            self.settings.observer.progress("backward reachability", &detail);
-        };
-        let found = clusters.backward(&self.store, &target.0, &self.states.0, &dropped, &tell)?;
+        let list = self.clusters.confined(&self.store, &confinement, &dropped)?;
+        let how = (Direction::Backward, "backward reachability");
+        let found = self.store.reach(how, &list, &target.0, &self.states.0)?;
         let found = StateSet(found);
         if free {
             self.remember(target, &found);
         }
+        Ok(found)
+    }
+
+    fn lose(
+        &self,
+        lost: &StateSet,
+        won: &StateSet,
+        within: &ChoiceSet,
+        moves: &[Moves<StateSet>],
+    ) -> Result<Option<(StateSet, ChoiceSet)>> {
+        let found = losing::lose(self, lost, won, within, moves)?;
+        self.store.work.lost[usize::from(found.is_some())].fetch_add(1, Relaxed);
         Ok(found)
     }
 

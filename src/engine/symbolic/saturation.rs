@@ -8,82 +8,54 @@
 //! constrained saturation, ATVA 2009), so that relations need not be confined to the reachable
 //! states, which would make every one depend on every bit.
 
-use super::clusters::Cluster;
-use super::store::{Bdd, Store};
-use crate::error::Result;
+use super::diagram::{Diagram, Edge, Held, Memo};
+use super::lists::{Layers, List};
+use super::walk::{Halt, Walk};
 
-/// Which end of its edges a relation is fired from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Direction {
-    /// From sources to successors.
-    Forward,
-    /// From successors to sources.
-    Backward,
-}
-
-/// One fixpoint: its relations, sorted by the first bit that each depends on.
-pub(super) struct Saturation<'a> {
-    pub(super) store: &'a Store,
-    pub(super) clusters: &'a [Cluster],
-    /// What the clusters from each index on, fired this way, are called in the operation cache.
-    pub(super) numbers: &'a [u32],
-    pub(super) direction: Direction,
-    pub(super) tell: &'a dyn Fn(&Bdd),
-}
-
-impl Saturation<'_> {
-    /// μY. X ∪ { s ∈ B : one step of a cluster from `index` on joins s and Y }
-    pub(super) fn close(&self, x: &Bdd, bound: &Bdd, index: usize) -> Result<Bdd> {
-        let store = self.store;
-        let Some(cluster) = self.clusters.get(index) else { return Ok(x.clone()) };
-        if store.is_zero(x) || x == bound {
-            return Ok(x.clone());
+impl<'m, 'id: 'm> Walk<'m, 'id> {
+    /// μY. X ∪ { s ∈ B : one step of the list joins s and Y }, for X ⊆ B
+    pub(super) fn saturate(
+        &self,
+        x: Edge<'_, 'id>,
+        b: Edge<'_, 'id>,
+        list: &List,
+    ) -> Result<Held<'m, 'id>, Halt> {
+        if !list.moves() || x == b || self.m.is_zero(x) {
+            return Ok(self.m.held(x));
         }
-        let number = self.numbers[index];
-        if let Some(closed) = store.recall(x, bound, number) {
-            return Ok(closed);
+        let number = self.number(list);
+        if let Some(found) = self.m.recall(Memo::Close, &[x, b], number) {
+            return Ok(found);
         }
-        let bit = store.top(x).min(store.top(bound));
-        let closed = if bit < cluster.top {
-            let ((x1, x0), (b1, b0)) = (store.split(x, bit), store.split(bound, bit));
-            store.node(bit, &self.close(&x1, &b1, index)?, &self.close(&x0, &b0, index)?)?
+        self.tick()?;
+        let bit = self.top(x).min(self.top(b)).min(list.top);
+        let closed = if bit < list.top {
+            let ([x0, x1], [b0, b1]) = (self.split(x, bit), self.split(b, bit));
+            self.node(bit, &self.saturate(x1, b1, list)?, &self.saturate(x0, b0, list)?)?
         } else {
-            self.fire(x, bound, index)?
+            self.fire(x, b, self.store.lists.layers(self.store, list)?)?
         };
-        store.remember(x, bound, number, &closed);
+        self.m.remember(Memo::Close, &[x, b], number, closed.borrowed());
         Ok(closed)
     }
 
-    /// The same where the cluster at `index` acts on the first bit: fires all that do, each on
-    /// what is new to it, and closes the lower parts in between.
-    fn fire(&self, x: &Bdd, bound: &Bdd, index: usize) -> Result<Bdd> {
-        let top = self.clusters[index].top;
-        let here = self.clusters[index..].iter().take_while(|c| c.top == top).count();
-        let mut fired = vec![self.store.zero(); here];
-        let mut closed = x.clone();
+    /// The same where relations act on the first bit: fires all that do, each on what is new to it,
+    /// and closes the lower parts in between.
+    fn fire(&self, x: Edge<'_, 'id>, b: Edge<'_, 'id>, layers: &Layers) -> Result<Held<'m, 'id>, Halt> {
+        let mut fired = layers.here.iter().map(|_| self.zero()).collect::<Result<Vec<_>, _>>()?;
+        let mut closed = self.m.held(x);
         loop {
-            let before = closed.clone();
-            closed = self.close(&closed, bound, index + here)?;
-            for (cluster, fired) in self.clusters[index..].iter().zip(&mut fired) {
-                let new = self.store.minus(&closed, fired)?;
-                fired.clone_from(&closed);
-                closed = self.store.or(&closed, &self.step(cluster, &new, bound)?)?;
+            let before = self.m.held(closed.borrowed());
+            closed = self.saturate(closed.borrowed(), b, &layers.below)?;
+            for (relation, fired) in layers.here.iter().zip(&mut fired) {
+                let new = self.minus(closed.borrowed(), fired.borrowed())?;
+                *fired = self.m.held(closed.borrowed());
+                let entered = self.step(new.borrowed(), b, relation)?;
+                closed = self.or(closed.borrowed(), entered.borrowed())?;
             }
-            if index == 0 {
-                (self.tell)(&closed);
-            }
-            if closed == before {
+            if closed.borrowed() == before.borrowed() {
                 return Ok(closed);
             }
-        }
-    }
-
-    fn step(&self, cluster: &Cluster, from: &Bdd, bound: &Bdd) -> Result<Bdd> {
-        let (relation, touched) = (&cluster.relation, &cluster.touched);
-        match self.direction {
-            Direction::Forward => self.store.and(&self.store.image(relation, touched, from)?, bound),
-            Direction::Backward if cluster.confined => self.store.pre(relation, touched, from),
-            Direction::Backward => self.store.pre_within(relation, touched, from, bound),
         }
     }
 }

@@ -4,18 +4,24 @@
 //! collects garbage when enough has gathered; when the node table is full it collects and tries
 //! once more.
 
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
+use ahash::AHashSet;
 use num_bigint::BigUint;
 use oxidd::bdd::{BDDFunction, BDDManagerRef};
 use oxidd::util::num::Natural;
 use oxidd::util::{AllocResult, FxHasher, SatCountCache};
-use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, Manager, ManagerRef};
+use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, InnerNode, Manager, ManagerRef, Node};
 
-use super::relational::{self, Operator, Touched};
-use crate::engine::{Count, Observer, Usage};
-use crate::error::{Limit, Result};
+use super::diagram::ManagerOf;
+use super::lists::{List, Lists};
+use super::losing::{Known, Loss, Part};
+use super::thresholds::{Thresholds, Work};
+use super::touched::Touched;
+use super::walk::{Direction, Halt, Walk};
+use crate::engine::{Count, Observer, Settings, Usage};
+use crate::error::{Error, Limit, Result};
 
 /// A Boolean function of the bits of the present and the next state.
 pub(super) type Bdd = BDDFunction;
@@ -29,8 +35,6 @@ const MOST_NODES: u64 = 1 << 30;
 /// OxiDD hands nodes to its threads in blocks of 2^16, and what one thread holds no other can use:
 /// a thread is worth having where it gets four blocks.
 const NODES_PER_THREAD: u64 = 4 << 16;
-/// Below this many nodes, garbage is not worth collecting.
-const FIRST_COLLECTION: usize = 4_000_000;
 
 /// The manager of all diagrams of one engine.
 pub(super) struct Store {
@@ -40,8 +44,12 @@ pub(super) struct Store {
     cache_entries: u64,
     collect_at: AtomicUsize,
     peak: AtomicUsize,
-    /// The touched sets that have an operator of the operation cache, by their numbers.
-    operators: Mutex<Vec<u32>>,
+    /// All lists of relations.
+    pub(super) lists: Lists,
+    pub(super) work: Work,
+    /// Whether fixpoints are found by saturation first, forward and backward.
+    saturates: [AtomicBool; 2],
+    thresholds: Thresholds,
     zero: Bdd,
     one: Bdd,
 }
@@ -51,8 +59,9 @@ impl Store {
     /// on by fewer threads than `threads`.
     ///
     /// # Errors
-    /// `memory` bytes are too few for an empty table, or the system does not give them or the threads.
-    pub(super) fn new(width: usize, memory: u64, threads: u32, observer: Arc<dyn Observer>) -> Result<Self> {
+    /// The memory is too little for an empty table, or the system does not give them or the threads.
+    pub(super) fn new(width: usize, threads: u32, settings: &Settings) -> Result<Self> {
+        let Settings { memory, thresholds, .. } = *settings;
         let cache_entries = cache_entries(memory);
         let left = memory.saturating_sub(cache_entries * BYTES_PER_ENTRY);
         let capacity = (left / BYTES_PER_NODE).min(MOST_NODES);
@@ -66,10 +75,23 @@ impl Store {
             m.add_vars(2 * width as u32);
             (Bdd::f(m), Bdd::t(m))
         });
-        let collect_at = FIRST_COLLECTION.min(capacity as usize / 2);
+        let collect_at = thresholds.first_collection.min(capacity as usize / 2);
         let (collect_at, peak) = (AtomicUsize::new(collect_at), AtomicUsize::new(0));
-        let operators = Mutex::default();
-        Ok(Store { manager, observer, capacity, cache_entries, collect_at, peak, operators, zero, one })
+        let (lists, observer) = (Lists::default(), settings.observer.clone());
+        Ok(Store {
+            work: Work::default(),
+            saturates: Default::default(),
+            manager,
+            observer,
+            capacity,
+            cache_entries,
+            collect_at,
+            peak,
+            lists,
+            thresholds,
+            zero,
+            one,
+        })
     }
 
     /// false
@@ -143,62 +165,108 @@ impl Store {
         self.run(|| f.exists(variables))
     }
 
-    /// ∃ x' . R(x, x') ∧ X(x'), where the variables outside `touched` do not change.
-    pub(super) fn pre(&self, relation: &Bdd, touched: &Touched, x: &Bdd) -> Result<Bdd> {
-        self.run(|| relational::pre(&self.manager, relation, touched, x))
+    /// { s ∈ B : one step of the list, in a direction, joins s and X }
+    pub(super) fn step(&self, direction: Direction, list: &List, x: &Bdd, bound: &Bdd) -> Result<Bdd> {
+        let how = (direction, None);
+        self.walk_to_the_end(how, |walk| walk.own(|w| w.step(x.as_edge(w.m), bound.as_edge(w.m), list)))
     }
 
-    /// B(x) ∧ ∃ x' . R(x, x') ∧ X(x'), where the variables outside `touched` do not change.
-    pub(super) fn pre_within(&self, relation: &Bdd, touched: &Touched, x: &Bdd, bound: &Bdd) -> Result<Bdd> {
-        let Some(operator) = self.operator(touched) else {
-            return self.and(&self.pre(relation, touched, x)?, bound);
-        };
-        self.run(|| relational::pre_within(&self.manager, (relation, touched, operator), x, bound))
+    /// μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y }, for X ⊆ B.
+    ///
+    /// By the recursion over all relations, mostly better by far, or by saturation, which is where parts
+    /// that read much of each other go through many rounds. Where the way that was best last time takes
+    /// long, the other one gets a chance.
+    pub(super) fn reach(
+        &self,
+        (direction, phase): (Direction, &'static str),
+        list: &List,
+        x: &Bdd,
+        bound: &Bdd,
+    ) -> Result<Bdd> {
+        self.progress(phase);
+        let saturates = &self.saturates[usize::from(direction == Direction::Backward)];
+        let (first, trial) = (saturates.load(Relaxed), self.thresholds.trial_steps);
+        for (by_saturation, steps) in [(first, trial), (!first, 2 * trial), (first, u64::MAX)] {
+            let found = self.walk((direction, Some(phase)), steps, |walk| {
+                walk.own(|w| match by_saturation {
+                    false => w.reach(x.as_edge(w.m), bound.as_edge(w.m), list),
+                    true => w.saturate(x.as_edge(w.m), bound.as_edge(w.m), list),
+                })
+            })?;
+            if let Some(found) = found {
+                saturates.store(by_saturation, Relaxed);
+                self.work.reached[usize::from(by_saturation)].fetch_add(1, Relaxed);
+                return Ok(found);
+            }
+        }
+        Err(self.full())
     }
 
-    /// ∃ x . R(x, x') ∧ X(x), read over x, where the variables outside `touched` do not change.
-    pub(super) fn image(&self, relation: &Bdd, touched: &Touched, x: &Bdd) -> Result<Bdd> {
-        self.run(|| relational::image(&self.manager, relation, touched, x))
+    /// What is lost with `new`; none where that takes more than `most` results on the way. See [`Walk::lose`].
+    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], most: usize) -> Result<Option<Loss>> {
+        let how = (Direction::Backward, Some("losing states"));
+        self.walk(how, u64::MAX, |walk| walk.lose(new, parts, &mut Known::new(most)))
     }
 
     /// X over the next state: the touched variables primed.
     pub(super) fn primed(&self, touched: &Touched, x: &Bdd) -> Result<Bdd> {
-        self.run(|| relational::primed(&self.manager, touched, x))
+        let how = (Direction::Forward, None);
+        self.walk_to_the_end(how, |walk| walk.own(|w| w.primed(x.as_edge(w.m), touched)))
     }
 
-    /// The first bit that f depends on; `u32::MAX` for a constant.
-    pub(super) fn top(&self, f: &Bdd) -> u32 {
-        relational::top(&self.manager, f)
+    /// Runs a recursion over diagrams; none where it takes more than so many steps.
+    fn walk<T>(
+        &self,
+        (direction, phase): (Direction, Option<&'static str>),
+        steps: u64,
+        recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
+    ) -> Result<Option<T>> {
+        self.safe_point()?;
+        self.shared(|m| match recursion(&Walk::new(self, m, direction, phase, steps)) {
+            Ok(found) => Ok(Some(found)),
+            Err(Halt::Failed(error)) => Err(error),
+            Err(Halt::Spent) => Ok(None),
+        })
     }
 
-    /// Whether f has at least so many nodes.
+    /// The same with more steps than any machine takes.
+    fn walk_to_the_end<T>(
+        &self,
+        how: (Direction, Option<&'static str>),
+        recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
+    ) -> Result<T> {
+        self.walk(how, u64::MAX, recursion)?.ok_or_else(|| self.full())
+    }
+
+    /// Works on the manager itself.
+    pub(super) fn shared<T>(&self, work: impl for<'id> FnOnce(&ManagerOf<'id>) -> T) -> T {
+        self.manager.with_manager_shared(work)
+    }
+
+    /// Where the engine takes one way or another.
+    pub(super) fn thresholds(&self) -> &Thresholds {
+        &self.thresholds
+    }
+
+    /// Whether f has at least so many nodes, constants among them; looks at no more of them.
     pub(super) fn has_nodes(&self, f: &Bdd, many: usize) -> bool {
-        relational::has_nodes(&self.manager, f, many)
+        self.shared(|m| {
+            let (mut seen, mut stack) = (AHashSet::new(), vec![f.as_edge(m)]);
+            while let Some(e) = stack.pop() {
+                if seen.len() >= many {
+                    break;
+                }
+                if let (true, Node::Inner(n)) = (seen.insert(e.node_id()), m.get_node(e)) {
+                    stack.extend([n.child(0), n.child(1)]);
+                }
+            }
+            seen.len() >= many
+        })
     }
 
     /// Whether f has fewer nodes than g.
     pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> bool {
         !self.has_nodes(f, g.node_count())
-    }
-
-    /// f with `bit` set and with `bit` clear, where f depends on no earlier bit.
-    pub(super) fn split(&self, f: &Bdd, bit: u32) -> (Bdd, Bdd) {
-        relational::split(&self.manager, f, bit)
-    }
-
-    /// if `bit` then t else e, where t and e depend on later bits only.
-    pub(super) fn node(&self, bit: u32, t: &Bdd, e: &Bdd) -> Result<Bdd> {
-        self.run(|| relational::node(&self.manager, bit, t, e))
-    }
-
-    /// What was remembered for two functions under a number.
-    pub(super) fn recall(&self, f: &Bdd, g: &Bdd, number: u32) -> Option<Bdd> {
-        relational::recall(&self.manager, f, g, number)
-    }
-
-    /// Remembers a result for two functions under a number, for a while.
-    pub(super) fn remember(&self, f: &Bdd, g: &Bdd, number: u32, result: &Bdd) {
-        relational::remember(&self.manager, f, g, number, result);
     }
 
     /// f = false
@@ -228,56 +296,54 @@ impl Store {
         Usage { peak_nodes: peak, bytes: peak * BYTES_PER_NODE + self.cache_entries * BYTES_PER_ENTRY }
     }
 
-    /// Which operator of the operation cache stands for a touched set; `None` when all are given away.
-    fn operator(&self, touched: &Touched) -> Option<Operator> {
-        let mut known = self.operators.lock().unwrap_or_else(PoisonError::into_inner);
-        let index = known.iter().position(|&id| id == touched.id()).unwrap_or(known.len());
-        let operator = Operator::nth(index)?;
-        if index == known.len() {
-            known.push(touched.id());
-        }
-        Some(operator)
-    }
-
     /// Runs an operation that may find the node table full.
     fn run(&self, operation: impl Fn() -> AllocResult<Bdd>) -> Result<Bdd> {
         self.safe_point()?;
         if let Ok(f) = operation() {
             return Ok(f);
         }
-        self.collect();
-        operation().map_err(|_| {
-            let what = format!("the node table of {} nodes is full", self.capacity);
-            Limit::Memory { what }.into()
-        })
+        self.shared(|m| self.collect_in(m));
+        operation().map_err(|_| self.full())
+    }
+
+    /// The table is full, even after a collection.
+    pub(super) fn full(&self) -> Error {
+        let what = format!("the node table of {} nodes is full", self.capacity);
+        Limit::Memory { what }.into()
+    }
+
+    fn safe_point(&self) -> Result<()> {
+        self.shared(|m| self.safe_point_in(m))
     }
 
     /// Lets the observer stop the work and collects garbage when there is much of it.
-    fn safe_point(&self) -> Result<()> {
+    pub(super) fn safe_point_in(&self, m: &ManagerOf<'_>) -> Result<()> {
         if let Some(limit) = self.observer.stop() {
             return Err(limit.into());
         }
-        let nodes = self.nodes();
-        if nodes >= self.collect_at.load(Relaxed) {
-            self.collect();
+        if m.approx_num_inner_nodes() >= self.collect_at.load(Relaxed) {
+            self.collect_in(m);
         }
         Ok(())
     }
 
-    fn collect(&self) {
+    /// Tells the observer what is being done.
+    pub(super) fn progress(&self, phase: &'static str) {
+        self.observer.progress(phase, &|| format!("{} nodes in the table", self.nodes()));
+    }
+
+    pub(super) fn collect_in(&self, m: &ManagerOf<'_>) {
         self.note_peak();
-        let live = self.manager.with_manager_shared(|m| {
-            m.gc();
-            m.num_inner_nodes()
-        });
+        m.gc();
+        let live = m.num_inner_nodes();
         // Collect again when as much has gathered as is alive now, but while there is still room.
-        let next = (2 * live).max(FIRST_COLLECTION);
+        let next = (2 * live).max(self.thresholds.first_collection);
         let room = live + (self.capacity as usize).saturating_sub(live) / 2;
         self.collect_at.store(next.min(room.max(1)), Relaxed);
     }
 
     fn nodes(&self) -> usize {
-        self.manager.with_manager_shared(|m| m.approx_num_inner_nodes())
+        self.shared(|m| m.approx_num_inner_nodes())
     }
 
     fn note_peak(&self) {

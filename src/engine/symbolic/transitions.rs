@@ -11,8 +11,9 @@ use ahash::AHashMap;
 use super::command::{CommandBuilder, CommandRelation};
 use super::dump::Numbered;
 use super::encoding::Encoding;
-use super::relational::Touched;
+use super::lists::{Entry, List};
 use super::store::{Bdd, Store};
+use super::touched::Touched;
 use crate::error::{Error, Limit, Result};
 use crate::model::step::Choice;
 use crate::model::{CommandId, ModelKind, Program, VarId};
@@ -30,7 +31,14 @@ pub(super) struct Piece {
     /// The variables it writes, sorted.
     pub(super) writes: Vec<VarId>,
     /// Their bits.
-    pub(super) touched: Arc<Touched>,
+    pub(super) touched: Touched,
+}
+
+impl Piece {
+    /// What it does, whoever's choice it is.
+    pub(super) fn entry(&self) -> Entry {
+        Entry { relation: self.relation.clone(), touched: self.touched.clone() }
+    }
 }
 
 /// All relations of a program, before it is known which states there are.
@@ -62,7 +70,7 @@ pub(super) struct Builder<'a> {
     store: &'a Store,
     encoding: &'a Encoding,
     commands: Vec<CommandRelation>,
-    touched: AHashMap<Vec<VarId>, Arc<Touched>>,
+    touched: AHashMap<Vec<VarId>, Touched>,
 }
 
 impl<'a> Builder<'a> {
@@ -178,7 +186,7 @@ impl<'a> Builder<'a> {
 
     /// Pieces of one participant: commands with the same top-most written bit stand together.
     fn single(&mut self, group: usize, alternative: &Alternative, all: &mut Transitions) -> Result<()> {
-        let mut by_top: Vec<(Option<u32>, Vec<CommandId>)> = Vec::new();
+        let mut by_top: Vec<(u32, Vec<CommandId>)> = Vec::new();
         for &id in &alternative.members {
             let writes = self.commands[id.index()].writes.clone();
             let top = self.touched(&writes).top();
@@ -232,8 +240,8 @@ impl<'a> Builder<'a> {
     }
 
     /// One set for equal variables, so that the operation cache sees equal calls as equal.
-    fn touched(&mut self, writes: &[VarId]) -> Arc<Touched> {
-        let touch = || Arc::new(self.encoding.touch(writes));
+    fn touched(&mut self, writes: &[VarId]) -> Touched {
+        let touch = || self.encoding.touch(writes);
         self.touched.entry(writes.to_vec()).or_insert_with(touch).clone()
     }
 }
@@ -263,6 +271,13 @@ pub(super) fn frame(
 }
 
 impl Transitions {
+    /// For each group the list of its pieces.
+    pub(super) fn lists(&self, store: &Store) -> Result<Vec<Arc<List>>> {
+        let mut entries = vec![Vec::new(); self.guards.len()];
+        self.pieces.iter().for_each(|p| entries[p.group].push(p.entry()));
+        entries.into_iter().map(|e| store.lists.of(store, e)).collect()
+    }
+
     /// For each group what it is made of; not for a `dtmc`.
     pub(super) fn combinations(&self, program: &Program) -> Vec<Numbered> {
         let mut all = Vec::new();

@@ -1,0 +1,127 @@
+//! What a recursion over diagrams needs of OxiDD, for the one type of manager in use.
+//!
+//! The present and the next copy of bit p lie on the levels 2p and 2p+1.
+
+use std::borrow::Borrow;
+
+use oxidd::util::AllocResult;
+use oxidd::{BooleanFunction, Function, HasLevel, InnerNode, LevelNo, Manager, Node};
+use oxidd_core::function::EdgeOfFunc;
+use oxidd_core::util::{EdgeDropGuard, Ref};
+use oxidd_core::{ApplyCache, DiagramRules, HasApplyCache};
+use oxidd_rules_bdd::simple::{BDDOp, BDDTerminal};
+
+use super::store::Bdd;
+
+pub(super) type ManagerOf<'id> = <Bdd as Function>::Manager<'id>;
+/// A diagram that somebody else owns.
+pub(super) type Edge<'e, 'id> = Ref<'e, EdgeOfFunc<'id, Bdd>>;
+/// A diagram that is given back when it is dropped.
+pub(super) type Held<'m, 'id> = EdgeDropGuard<'m, ManagerOf<'id>>;
+
+/// What an entry of the operation cache is about. OxiDD's own entries have no numbers among their
+/// operands and the entries here have one, so that theirs and these are never taken for each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Memo {
+    /// A step of a list from a set, within another.
+    Step,
+    /// What a list reaches from a set, within another.
+    Close,
+}
+
+impl Memo {
+    /// Any two operators of OxiDD's.
+    fn operator(self) -> BDDOp {
+        match self {
+            Memo::Step => BDDOp::And,
+            Memo::Close => BDDOp::Or,
+        }
+    }
+}
+
+/// The operations that a recursion over diagrams needs.
+pub(super) trait Diagram<'id> {
+    /// The level of the root; the largest number for a constant.
+    fn level_of(&self, e: Edge<'_, 'id>) -> LevelNo;
+    /// The root's children where the root is on `level`, else twice the diagram: set, then clear.
+    fn children<'a>(&'a self, e: Edge<'a, 'id>, level: LevelNo) -> (Edge<'a, 'id>, Edge<'a, 'id>);
+    fn is_zero(&self, e: Edge<'_, 'id>) -> bool;
+    fn zero(&self) -> AllocResult<Held<'_, 'id>>;
+    fn held(&self, e: Edge<'_, 'id>) -> Held<'_, 'id>;
+    fn node(&self, level: LevelNo, set: Held<'_, 'id>, clear: Held<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
+    fn and(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
+    fn or(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
+    /// f ∧ ¬g
+    fn minus(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
+    fn recall(&self, what: Memo, key: &[Edge<'_, 'id>], number: u32) -> Option<Held<'_, 'id>>;
+    fn remember(&self, what: Memo, key: &[Edge<'_, 'id>], number: u32, value: Edge<'_, 'id>);
+    /// The diagram as a handle of its own.
+    fn handle(&self, e: Edge<'_, 'id>) -> Bdd;
+}
+
+impl<'id> Diagram<'id> for ManagerOf<'id> {
+    #[inline]
+    fn level_of(&self, e: Edge<'_, 'id>) -> LevelNo {
+        match self.get_node(e) {
+            Node::Inner(n) => n.level(),
+            Node::Terminal(_) => LevelNo::MAX,
+        }
+    }
+
+    #[inline]
+    fn children<'a>(&'a self, e: Edge<'a, 'id>, level: LevelNo) -> (Edge<'a, 'id>, Edge<'a, 'id>) {
+        match self.get_node(e) {
+            Node::Inner(n) if n.level() == level => (n.child(0), n.child(1)),
+            _ => (e, e),
+        }
+    }
+
+    #[inline]
+    fn is_zero(&self, e: Edge<'_, 'id>) -> bool {
+        matches!(self.get_node(e), Node::Terminal(t) if *t.borrow() == BDDTerminal::False)
+    }
+
+    fn zero(&self) -> AllocResult<Held<'_, 'id>> {
+        Ok(EdgeDropGuard::new(self, self.get_terminal(BDDTerminal::False)?))
+    }
+
+    #[inline]
+    fn held(&self, e: Edge<'_, 'id>) -> Held<'_, 'id> {
+        EdgeDropGuard::new(self, self.clone_edge(e))
+    }
+
+    #[inline]
+    fn node(&self, level: LevelNo, set: Held<'_, 'id>, clear: Held<'_, 'id>) -> AllocResult<Held<'_, 'id>> {
+        let children = [set.into_edge(), clear.into_edge()];
+        let made = <Self as Manager>::Rules::reduce(self, level, children).then_insert(self, level)?;
+        Ok(EdgeDropGuard::new(self, made))
+    }
+
+    fn and(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>> {
+        Ok(EdgeDropGuard::new(self, Bdd::and_edge(self, f, g)?))
+    }
+
+    fn or(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>> {
+        Ok(EdgeDropGuard::new(self, Bdd::or_edge(self, f, g)?))
+    }
+
+    fn minus(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>> {
+        Ok(EdgeDropGuard::new(self, Bdd::imp_strict_edge(self, g, f)?))
+    }
+
+    #[inline]
+    fn recall(&self, what: Memo, key: &[Edge<'_, 'id>], number: u32) -> Option<Held<'_, 'id>> {
+        let found = self.apply_cache().get_extended::<1, 0>(self, what.operator(), (key, &[number]))?;
+        let ([found], []) = found;
+        Some(EdgeDropGuard::new(self, found))
+    }
+
+    #[inline]
+    fn remember(&self, what: Memo, key: &[Edge<'_, 'id>], number: u32, value: Edge<'_, 'id>) {
+        self.apply_cache().add_extended(self, what.operator(), (key, &[number]), (&[value], &[]));
+    }
+
+    fn handle(&self, e: Edge<'_, 'id>) -> Bdd {
+        Bdd::from_edge(self, self.clone_edge(e))
+    }
+}

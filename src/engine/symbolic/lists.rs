@@ -1,0 +1,275 @@
+//! Lists of local relations, and what becomes of them from bit to bit.
+//!
+//! The recursions of this engine go down the diagrams of sets and, at the same time, down all
+//! relations that act on them. What is left of the relations below a bit is again a list. Equal lists
+//! are made once and have a number, so that what is known of a set under a list is found again.
+
+use std::borrow::Borrow;
+use std::hash::{Hash, Hasher};
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use ahash::AHashSet;
+use oxidd::Function;
+
+use super::diagram::{Diagram, ManagerOf};
+use super::store::{Bdd, Store};
+use super::touched::Touched;
+use crate::error::Result;
+
+/// A local relation: the bits that it does not touch keep their value and have no next copy in it.
+#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct Entry {
+    pub(super) touched: Touched,
+    pub(super) relation: Bdd,
+}
+
+impl Entry {
+    /// The first bit that the relation reads or touches; `u32::MAX` for none.
+    fn top(&self, m: &ManagerOf<'_>) -> u32 {
+        (m.level_of(self.relation.as_edge(m)) / 2).min(self.touched.top())
+    }
+
+    /// What is left below `bit` of the steps on which it has the value `from` before and `to` after;
+    /// none where the bit keeps its value. No earlier bit may matter.
+    fn below(&self, m: &ManagerOf<'_>, bit: u32, from: bool, to: bool) -> Option<Entry> {
+        let touches = self.touched.top() == bit;
+        if !touches && from != to {
+            return None;
+        }
+        let side = |f, level, value: bool| {
+            let (set, clear) = m.children(f, level);
+            if value { set } else { clear }
+        };
+        let mut relation = side(self.relation.as_edge(m), 2 * bit, from);
+        if touches {
+            relation = side(relation, 2 * bit + 1, to);
+        }
+        Some(Entry { relation: m.handle(relation), touched: self.touched.below(bit) })
+    }
+}
+
+/// Relations of which any may take a step.
+pub(super) struct List {
+    /// What this list is called in the operation cache; odd numbers are free for another use of it.
+    pub(super) number: u32,
+    /// The first bit that an entry reads or touches; `u32::MAX` for none.
+    pub(super) top: u32,
+    pub(super) kind: ListKind,
+    quarters: OnceLock<Quarters>,
+    // What most lists do not need stands apart, so that those in use stand closer together.
+    layers: OnceLock<Box<Layers>>,
+    entries: Vec<Entry>,
+}
+
+/// What the steps of a list can do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ListKind {
+    /// There are none.
+    Empty,
+    /// All keep the state, where one relation allows a step.
+    Keeps,
+    /// All keep the state, where one of several relations allows a step.
+    KeepsSeverally,
+    /// Some may change it.
+    Moves,
+}
+
+impl ListKind {
+    fn of(entries: &[Entry]) -> Self {
+        match entries {
+            [] => ListKind::Empty,
+            several if several.iter().any(|e| !e.touched.is_empty()) => ListKind::Moves,
+            [_] => ListKind::Keeps,
+            _ => ListKind::KeepsSeverally,
+        }
+    }
+}
+
+/// What is left of a list below its first bit, by the value of the bit before and after a step.
+pub(super) struct Quarters([[Arc<List>; 2]; 2]);
+
+impl List {
+    /// Whether no step can be taken.
+    pub(super) fn is_empty(&self) -> bool {
+        self.kind == ListKind::Empty
+    }
+
+    /// Whether a step may change anything.
+    pub(super) fn moves(&self) -> bool {
+        self.kind == ListKind::Moves
+    }
+
+    /// Where one relation alone allows a step, and every step keeps the state: the states that may take one.
+    pub(super) fn kept(&self) -> Option<&Bdd> {
+        self.entries.first().filter(|_| self.kind == ListKind::Keeps).map(|e| &e.relation)
+    }
+}
+
+/// Lists are known by their entries.
+struct Named(Arc<List>);
+
+impl Borrow<[Entry]> for Named {
+    fn borrow(&self) -> &[Entry] {
+        &self.0.entries
+    }
+}
+
+impl PartialEq for Named {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.entries == other.0.entries
+    }
+}
+
+impl Eq for Named {}
+
+impl Hash for Named {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.0.entries.hash(state);
+    }
+}
+
+impl Quarters {
+    /// The steps from one value of the bit to another.
+    pub(super) fn step(&self, from: bool, to: bool) -> &Arc<List> {
+        &self.0[usize::from(from)][usize::from(to)]
+    }
+}
+
+/// A list by what its first bit is to its relations.
+pub(super) struct Layers {
+    /// Those that depend on later bits only.
+    pub(super) below: Arc<List>,
+    /// Those that read or touch the first bit, each by itself.
+    pub(super) here: Vec<Arc<List>>,
+}
+
+/// The lists of one store.
+#[derive(Default)]
+pub(super) struct Lists {
+    known: Mutex<AHashSet<Named>>,
+    next: AtomicU32,
+}
+
+impl Lists {
+    /// The list of some relations.
+    pub(super) fn of(&self, store: &Store, entries: Vec<Entry>) -> Result<Arc<List>> {
+        let entries = united(store, entries)?;
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(Named(list)) = known.get(entries.as_slice()) {
+            return Ok(list.clone());
+        }
+        if known.len() >= store.thresholds().most_lists {
+            known.clear();
+        }
+        // Even if all numbers were used up: what the operation cache says of the first ones is long gone.
+        let number = self.next.fetch_add(2, Relaxed);
+        let top = store.shared(|m| entries.iter().map(|e| e.top(m)).min());
+        let list = Arc::new(List {
+            number,
+            top: top.unwrap_or(u32::MAX),
+            kind: ListKind::of(&entries),
+            quarters: OnceLock::new(),
+            layers: OnceLock::new(),
+            entries,
+        });
+        known.insert(Named(list.clone()));
+        Ok(list)
+    }
+
+    /// What is left of a list below its first bit.
+    pub(super) fn quarters<'l>(&self, store: &Store, list: &'l List) -> Result<&'l Quarters> {
+        if let Some(found) = list.quarters.get() {
+            return Ok(found);
+        }
+        let quarter = |from, to| {
+            let below = |e: &Entry| store.shared(|m| e.below(m, list.top, from, to));
+            self.of(store, list.entries.iter().filter_map(below).collect())
+        };
+        let clear = [quarter(false, false)?, quarter(false, true)?];
+        let set = [quarter(true, false)?, quarter(true, true)?];
+        Ok(list.quarters.get_or_init(|| Quarters([clear, set])))
+    }
+
+    /// Whether, taken together, no more than `most` different steps are left of some lists by bits
+    /// that keep their values.
+    pub(super) fn stay_few(&self, store: &Store, lists: &[Arc<List>], most: usize) -> Result<bool> {
+        let mut seen = AHashSet::new();
+        let mut stack = vec![lists.to_vec()];
+        while let Some(lists) = stack.pop() {
+            let numbers: Vec<u32> = lists.iter().map(|l| l.number).collect();
+            let Some(bit) = lists.iter().filter(|l| l.moves()).map(|l| l.top).min() else { continue };
+            if !seen.insert(numbers) {
+                continue;
+            }
+            if seen.len() > most {
+                return Ok(false);
+            }
+            for value in [false, true] {
+                stack.push(
+                    lists.iter().map(|l| self.arc(store, l, bit, value, value)).collect::<Result<_>>()?,
+                );
+            }
+        }
+        Ok(true)
+    }
+
+    /// The steps of a list on which `bit`, before which nothing matters, has the values `from` and `to`.
+    pub(super) fn arc(
+        &self,
+        store: &Store,
+        list: &Arc<List>,
+        bit: u32,
+        from: bool,
+        to: bool,
+    ) -> Result<Arc<List>> {
+        match (list.top == bit, from == to) {
+            (true, _) => Ok(self.quarters(store, list)?.step(from, to).clone()),
+            (false, true) => Ok(list.clone()),
+            (false, false) => self.of(store, Vec::new()),
+        }
+    }
+
+    /// A list by what its first bit is to its relations.
+    pub(super) fn layers<'l>(&self, store: &Store, list: &'l List) -> Result<&'l Layers> {
+        if let Some(found) = list.layers.get() {
+            return Ok(found);
+        }
+        let is_here = |e: &&Entry| store.shared(|m| e.top(m)) == list.top;
+        let (here, below): (Vec<&Entry>, Vec<&Entry>) = list.entries.iter().partition(is_here);
+        let below = self.of(store, below.into_iter().cloned().collect())?;
+        let here = here.into_iter().map(|e| self.of(store, vec![e.clone()])).collect::<Result<_>>()?;
+        Ok(list.layers.get_or_init(|| Box::new(Layers { below, here })))
+    }
+}
+
+/// The relations that can step, sorted; small ones that touch the same bits are made one.
+fn united(store: &Store, mut entries: Vec<Entry>) -> Result<Vec<Entry>> {
+    entries.retain(|e| !store.is_zero(&e.relation));
+    entries.sort_unstable();
+    entries.dedup();
+    let is_small = |f: &Bdd| !store.has_nodes(f, store.thresholds().small_relation);
+    let mut all: Vec<Entry> = Vec::with_capacity(entries.len());
+    for same in entries.chunk_by(|a, b| a.touched == b.touched) {
+        if let [only] = same {
+            all.push(only.clone());
+            continue;
+        }
+        let (small, large): (Vec<&Entry>, Vec<&Entry>) = same.iter().partition(|e| is_small(&e.relation));
+        all.extend(large.into_iter().cloned());
+        let mut gathered: Option<Entry> = None;
+        for entry in small {
+            let Some(union) = &mut gathered else {
+                gathered = Some(entry.clone());
+                continue;
+            };
+            union.relation = store.or(&union.relation, &entry.relation)?;
+            if !is_small(&union.relation) {
+                all.extend(gathered.take());
+            }
+        }
+        all.extend(gathered);
+    }
+    all.sort_unstable();
+    Ok(all)
+}

@@ -1,0 +1,285 @@
+//! Losing states: what is stuck when choices that may step into a lost state are withdrawn, and what is
+//! lost by that in turn, in one recursion over all sets and relations.
+//!
+//! At the first bit everything falls apart into halves, which lose by themselves; then the choices of
+//! one half that may step into what is lost in the other are withdrawn, and what is stuck by that is
+//! lost there, until nothing is. So states that lose in many layers, as those with less and less in a
+//! battery, are found without going through all sets layer by layer.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+
+use ahash::AHashMap;
+use oxidd::Function;
+
+use super::diagram::Diagram;
+use super::lists::List;
+use super::store::{Bdd, Store};
+use super::walk::{Halt, Walk};
+use super::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::engine::Moves;
+use crate::error::Result;
+
+/// Some choices of one group.
+#[derive(Clone)]
+pub(super) struct Part {
+    /// Where they are allowed.
+    pub(super) allowed: Bdd,
+    /// Steps into these states lose nothing.
+    pub(super) safe: Bdd,
+    /// The steps.
+    pub(super) list: Arc<List>,
+}
+
+/// What a recursion found.
+#[derive(Clone)]
+pub(super) struct Loss {
+    /// All that is lost.
+    pub(super) lost: Bdd,
+    /// For each part where its choices are still allowed: none in what is lost.
+    pub(super) allowed: Arc<[Bdd]>,
+}
+
+/// What is new, and for each part what is allowed and safe, and the number of its list.
+type Case = (Bdd, Vec<(Bdd, Bdd, u32)>);
+
+/// What a recursion found on the way.
+pub(super) struct Known {
+    found: AHashMap<Case, Loss>,
+    /// The recursion gives up when it has found so much.
+    most: usize,
+}
+
+impl Known {
+    /// Nothing yet.
+    pub(super) fn new(most: usize) -> Self {
+        Known { found: AHashMap::new(), most }
+    }
+}
+
+impl<'m, 'id: 'm> Walk<'m, 'id> {
+    /// The least set L with `new` ⊆ L in which every state has no part that allows it and whose steps
+    /// all avoid L or are safe.
+    ///
+    /// No part may allow a state of `new`; those of which nothing can step lose nothing.
+    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], known: &mut Known) -> Result<Loss, Halt> {
+        let same = || parts.iter().map(|p| p.allowed.clone()).collect();
+        let may_lose = |p: &Part| p.list.moves() && !self.store.is_zero(&p.allowed);
+        if self.store.is_zero(new) || !parts.iter().any(may_lose) {
+            return Ok(Loss { lost: new.clone(), allowed: same() });
+        }
+        let operands = parts.iter().map(|p| (p.allowed.clone(), p.safe.clone(), p.list.number)).collect();
+        let key = (new.clone(), operands);
+        if let Some(found) = known.found.get(&key) {
+            return Ok(found.clone());
+        }
+        self.tick()?;
+        if known.found.len() >= known.most {
+            return Err(Halt::Spent);
+        }
+        let tops = parts.iter().map(|p| self.bit(&p.allowed).min(self.bit(&p.safe)).min(p.list.top));
+        let bit = tops.min().unwrap_or(u32::MAX).min(self.bit(new));
+        let found = self.lose_across(bit, new, parts, known)?;
+        known.found.insert(key, found.clone());
+        Ok(found)
+    }
+
+    /// The same by halves of a bit.
+    fn lose_across(&self, bit: u32, new: &Bdd, parts: &[Part], known: &mut Known) -> Result<Loss, Halt> {
+        let mut halves = [self.half(bit, false, parts)?, self.half(bit, true, parts)?];
+        for (half, value) in halves.iter_mut().zip([false, true]) {
+            let new = self.side(new, bit, value);
+            self.lose_in(half, &new, known)?;
+        }
+        let arcs = [self.arcs(bit, parts, true, false)?, self.arcs(bit, parts, false, true)?];
+        let mut crossed = [self.store.zero(), self.store.zero()];
+        // Which half was lost in last; ends when what is lost in neither has any effect on the other.
+        let (mut at, mut quiet) = (0, 0);
+        while quiet < 2 {
+            quiet += 1;
+            let new = self.own(|w| w.minus(halves[at].lost.as_edge(w.m), crossed[at].as_edge(w.m)))?;
+            if !self.store.is_zero(&new) {
+                crossed[at] = halves[at].lost.clone();
+                let stuck = self.withdraw(&new, &arcs[at], &mut halves, at)?;
+                if !self.store.is_zero(&stuck) {
+                    self.lose_in(&mut halves[1 - at], &stuck, known)?;
+                    quiet = 1;
+                }
+            }
+            at = 1 - at;
+        }
+        self.joined(bit, &halves)
+    }
+
+    /// Where `bit` has a value.
+    fn half(&self, bit: u32, value: bool, parts: &[Part]) -> Result<Half, Halt> {
+        let arcs = self.arcs(bit, parts, value, value)?;
+        let side = |part: &Part, list: Arc<List>| Part {
+            allowed: self.side(&part.allowed, bit, value),
+            safe: self.side(&part.safe, bit, value),
+            list,
+        };
+        let parts = parts.iter().zip(arcs).map(|(part, list)| side(part, list)).collect();
+        Ok(Half { parts, lost: self.store.zero() })
+    }
+
+    /// For each part its steps from one value of `bit` to another.
+    fn arcs(&self, bit: u32, parts: &[Part], from: bool, to: bool) -> Result<Vec<Arc<List>>, Halt> {
+        let arc = |part: &Part| Ok(self.store.lists.arc(self.store, &part.list, bit, from, to)?);
+        parts.iter().map(arc).collect()
+    }
+
+    /// Adds to a half what is lost in it by `new`.
+    fn lose_in(&self, half: &mut Half, new: &Bdd, known: &mut Known) -> Result<(), Halt> {
+        let Loss { lost, allowed } = self.lose(new, &half.parts, known)?;
+        half.lost = self.own(|w| w.or(half.lost.as_edge(w.m), lost.as_edge(w.m)))?;
+        half.parts.iter_mut().zip(allowed.iter()).for_each(|(part, left)| part.allowed = left.clone());
+        Ok(())
+    }
+
+    /// Withdraws the choices that may step from the other half into what is new in the half `at`, and
+    /// says which states have none left by that.
+    fn withdraw(
+        &self,
+        new: &Bdd,
+        arcs: &[Arc<List>],
+        halves: &mut [Half; 2],
+        at: usize,
+    ) -> Result<Bdd, Halt> {
+        let mut hit = self.store.zero();
+        for (index, arc) in arcs.iter().enumerate().filter(|(_, arc)| !arc.is_empty()) {
+            let safe = &halves[at].parts[index].safe;
+            let allowed = &halves[1 - at].parts[index].allowed;
+            let new = self.own(|w| w.minus(new.as_edge(w.m), safe.as_edge(w.m)))?;
+            let gone = self.own(|w| w.step(new.as_edge(w.m), allowed.as_edge(w.m), arc))?;
+            if !self.store.is_zero(&gone) {
+                let left = self.own(|w| w.minus(allowed.as_edge(w.m), gone.as_edge(w.m)))?;
+                halves[1 - at].parts[index].allowed = left;
+                hit = self.own(|w| w.or(hit.as_edge(w.m), gone.as_edge(w.m)))?;
+            }
+        }
+        for part in &halves[1 - at].parts {
+            hit = self.own(|w| w.minus(hit.as_edge(w.m), part.allowed.as_edge(w.m)))?;
+        }
+        Ok(hit)
+    }
+
+    fn joined(&self, bit: u32, [clear, set]: &[Half; 2]) -> Result<Loss, Halt> {
+        let node = |set: &Bdd, clear: &Bdd| {
+            self.own(|w| w.node(bit, &w.m.held(set.as_edge(w.m)), &w.m.held(clear.as_edge(w.m))))
+        };
+        let both = set.parts.iter().zip(&clear.parts);
+        let allowed =
+            both.map(|(set, clear)| node(&set.allowed, &clear.allowed)).collect::<Result<_, Halt>>()?;
+        Ok(Loss { lost: node(&set.lost, &clear.lost)?, allowed })
+    }
+
+    /// The first bit that a diagram depends on.
+    fn bit(&self, f: &Bdd) -> u32 {
+        self.top(f.as_edge(self.m))
+    }
+
+    /// A diagram by a bit that is none after its first.
+    fn side(&self, f: &Bdd, bit: u32, value: bool) -> Bdd {
+        self.m.handle(self.split(f.as_edge(self.m), bit)[usize::from(value)])
+    }
+}
+
+/// One half of what is lost.
+struct Half {
+    parts: Vec<Part>,
+    lost: Bdd,
+}
+
+/// [`Engine::lose`](crate::engine::Engine::lose): each group of choices by what its edges are worth.
+///
+/// Where steps that keep the first bits leave many different relations behind, as in products of
+/// modules, the recursion has more cases to tell apart than there are layers of losing states.
+pub(super) fn lose(
+    engine: &SymbolicEngine,
+    lost: &StateSet,
+    won: &StateSet,
+    within: &ChoiceSet,
+    moves: &[Moves<StateSet>],
+) -> Result<Option<(StateSet, ChoiceSet)>> {
+    let store = &engine.store;
+    let few = store.thresholds().relations_a_bit * engine.encoding.width();
+    if !store.lists.stay_few(store, &engine.groups, few)? {
+        return Ok(None);
+    }
+    let game = Game::new(engine, lost, won, within, moves)?;
+    let nodes: usize = game.parts.iter().map(|p| store.size(&p.allowed)).sum();
+    let most = nodes / store.thresholds().nodes_per_loss.max(1) + store.thresholds().free_losses;
+    let Some(loss) = store.lose(&lost.0, &game.parts, most)? else {
+        store.work.given_up.fetch_add(1, Relaxed);
+        return Ok(None);
+    };
+    let choices = game.left(store, lost, within, &loss)?;
+    Ok(Some((StateSet(loss.lost), choices)))
+}
+
+/// The choices that are left, by what their edges are worth.
+struct Game {
+    parts: Vec<Part>,
+    /// For each part its group; one past the last for the states that have won.
+    groups: Vec<usize>,
+}
+
+impl Game {
+    fn new(
+        engine: &SymbolicEngine,
+        lost: &StateSet,
+        won: &StateSet,
+        within: &ChoiceSet,
+        moves: &[Moves<StateSet>],
+    ) -> Result<Self> {
+        let store = &engine.store;
+        let nothing = store.lists.of(store, Vec::new())?;
+        let mut game = Game { parts: Vec::new(), groups: Vec::new() };
+        // The self-loops of deadlocks lead nowhere else.
+        for (group, list) in engine.groups.iter().chain([&nothing]).enumerate() {
+            let left = store.minus(&within.0[group], &lost.0)?;
+            if moves.is_empty() {
+                game.add(store, group, left, store.zero(), list);
+                continue;
+            }
+            for m in moves {
+                game.add(
+                    store,
+                    group,
+                    store.and(&left, &m.from.0)?,
+                    store.or(&m.goal.0, &m.dropped.0)?,
+                    list,
+                );
+            }
+        }
+        // What has won stays, as if it had a choice that leads nowhere.
+        game.add(store, within.0.len(), store.minus(&won.0, &lost.0)?, store.zero(), &nothing);
+        Ok(game)
+    }
+
+    fn add(&mut self, store: &Store, group: usize, allowed: Bdd, safe: Bdd, list: &Arc<List>) {
+        if !store.is_zero(&allowed) {
+            self.parts.push(Part { allowed, safe, list: list.clone() });
+            self.groups.push(group);
+        }
+    }
+
+    /// The choices of `within` that a loss leaves. Those of what was lost before lead to nothing that
+    /// can win: left alone, they keep what is remembered of their group.
+    fn left(&self, store: &Store, lost: &StateSet, within: &ChoiceSet, loss: &Loss) -> Result<ChoiceSet> {
+        let mut choices = Vec::with_capacity(within.0.len());
+        for (group, before) in within.0.iter().enumerate() {
+            let own = |index: &usize| self.groups[*index] == group;
+            let parts = Vec::from_iter((0..self.parts.len()).filter(own));
+            let same = parts.iter().all(|&p| self.parts[p].allowed == loss.allowed[p]);
+            choices.push(if same {
+                before.clone()
+            } else {
+                let left = store.any(parts.into_iter().map(|p| loss.allowed[p].clone()))?;
+                store.or(&left, &store.and(before, &lost.0)?)?
+            });
+        }
+        Ok(ChoiceSet(Arc::new(choices)))
+    }
+}
