@@ -1,6 +1,7 @@
 //! `meliora info`: what a model is made of.
 
 use clap::Args;
+use meliora::engine::symbolic::order;
 use meliora::engine::{Engine, Scope};
 use meliora::error::Error;
 use meliora::lang;
@@ -68,6 +69,7 @@ fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
             let sizes = engine.sizes();
             desk.update(|r| {
                 r.order = Some(engine.encoding().names());
+                r.order_reason = (args.model.order == "auto").then(|| order::from_structure(&program).why);
                 let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
                 r.nodes = Some(Nodes { transition, reachable });
             });

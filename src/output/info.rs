@@ -31,6 +31,9 @@ pub struct InfoReport {
     pub order: Option<Vec<String>>,
     /// Sizes of diagrams; none for the explicit engine.
     pub nodes: Option<Nodes>,
+    /// What the order follows from, where it was computed from the model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order_reason: Option<String>,
     /// Seconds by phase.
     pub time: InfoTime,
     /// What was used.
@@ -73,6 +76,7 @@ impl InfoReport {
             scope,
             counts: None,
             order: None,
+            order_reason: None,
             nodes: None,
             time: InfoTime::default(),
             memory: Memory::default(),
@@ -103,6 +107,10 @@ impl InfoReport {
         if let Some(order) = &self.order {
             let width = usize::from(style.width.unwrap_or(100)).saturating_sub(2).max(20);
             let _ = write!(out, "\n{}\n{}", style.bold("Order of the BDD variables"), wrapped(order, width));
+            if let Some(reason) = &self.order_reason {
+                let words: Vec<String> = reason.split(' ').map(str::to_owned).collect();
+                out += &wrapped(&words, width);
+            }
         }
         out
     }

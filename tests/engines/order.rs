@@ -1,21 +1,36 @@
 //! The order of the variables that `auto` finds in the structure of a program.
 
-use meliora::engine::symbolic::order;
+use meliora::engine::symbolic::{Bit, order};
 use meliora::error::SourceFile;
 use meliora::lang;
+use meliora::model::Program;
+
+fn program(text: &str) -> Program {
+    let none = SourceFile::new("constants", "");
+    lang::load(&SourceFile::new("m", text), &none).unwrap().program
+}
+
+/// The bits in the order of `auto`.
+fn bits(text: &str) -> Vec<String> {
+    let program = program(text);
+    let name = |bit: &Bit| format!("{}.{}", program.variables[bit.variable.index()].name, bit.index);
+    order::auto(&program).iter().map(name).collect()
+}
 
 /// The variables in the order of `auto`, by their most significant bits.
 fn auto(text: &str) -> Vec<String> {
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
     let mut names: Vec<String> = Vec::new();
-    for bit in order::auto(&program) {
-        let name = &program.variables[bit.variable.index()].name;
-        if !names.contains(name) {
-            names.push(name.clone());
+    for bit in bits(text) {
+        let name = bit.split('.').next().unwrap().to_owned();
+        if !names.contains(&name) {
+            names.push(name);
         }
     }
     names
+}
+
+fn reason(text: &str) -> String {
+    order::from_structure(&program(text)).why
 }
 
 /// A bus and stations with a mode, a clock and a counter, all of which know the action `time`.
@@ -58,10 +73,51 @@ fn modules_of_different_ranges_are_no_copies() {
 }
 
 #[test]
-fn the_flags_of_one_module_stand_above_and_its_counters_below() {
-    let text = "mdp module robot battery : [0..9] init 9; x : [0..9]; picked : bool;\n\
+fn what_every_step_moves_stands_above_flags_and_places() {
+    let text = "mdp module robot picked : bool; x : [0..9]; battery : [0..9] init 9;\n\
         [go] battery>0 & x<9 -> (x'=x+1) & (battery'=battery-1);\n\
         [pick] x=5 -> (picked'=true);\n\
         endmodule";
-    assert_eq!(auto(text), ["picked", "x", "battery"]);
+    assert_eq!(auto(text), ["battery", "picked", "x"]);
+}
+
+#[test]
+fn what_only_some_steps_move_stands_last_where_it_is_compared_with_bounds() {
+    let text = "mdp module robot fuel : [0..9] init 9; x : [0..9];\n\
+        [go] x<9 & x!=4 -> (x'=x+1);\n\
+        [back] x>0 -> (x'=x-1);\n\
+        [hop] fuel>0 & x<8 -> (x'=x+2) & (fuel'=fuel-1);\n\
+        endmodule";
+    assert_eq!(auto(text), ["x", "fuel"]);
+}
+
+/// A grid with other names than the generator's.
+const MEADOW: &str = "mdp module cow wide : [0..7]; tall : [0..3]; mood : bool;\n\
+    [a] wide<7 & !(wide=3 & tall=2) -> (wide'=wide+1);\n\
+    [b] wide>0 -> (wide'=wide-1);\n\
+    [c] tall<3 -> (tall'=tall+1) & (mood'=true);\n\
+    [d] tall>0 -> (tall'=tall-1);\n\
+    endmodule";
+
+#[test]
+fn places_tested_together_stand_side_by_side_bit_by_bit() {
+    assert_eq!(bits(MEADOW), ["mood.0", "wide.2", "wide.1", "tall.1", "wide.0", "tall.0"]);
+    assert_eq!(reason(MEADOW), "wide and tall bit by bit, since guards test them together");
+}
+
+#[test]
+fn worlds_that_know_nothing_of_each_other_stand_one_after_the_other() {
+    let text = format!(
+        "{MEADOW} module horse = cow [wide=far, tall=high, mood=hunger, a=a2, b=b2, c=c2, d=d2] endmodule"
+    );
+    let mut both = bits(MEADOW);
+    both.extend(["hunger.0", "far.2", "far.1", "high.1", "far.0", "high.0"].map(str::to_owned));
+    assert_eq!(bits(&text), both);
+}
+
+#[test]
+fn worlds_that_move_together_stay_as_declared() {
+    let text = format!("{MEADOW} module horse = cow [wide=far, tall=high, mood=hunger] endmodule");
+    assert_eq!(auto(&text), ["wide", "tall", "mood", "far", "high", "hunger"]);
+    assert_eq!(reason(&text), "as declared");
 }

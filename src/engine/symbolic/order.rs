@@ -1,6 +1,7 @@
 //! The order of the bits: declared, computed from the structure of the program, or the user's.
 
 mod copies;
+mod worlds;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use super::encoding::Bit;
 use crate::error::{Diagnostic, Result, SourceFile};
 use crate::model::expr::{Binary, ExprId, Node};
 use crate::model::value::Type;
-use crate::model::{Program, VarId};
+use crate::model::{Command, Program, VarId};
 
 /// The variables in the order of declaration, each from its most significant bit down.
 pub fn declared(program: &Program) -> Vec<Bit> {
@@ -20,61 +21,65 @@ pub fn declared(program: &Program) -> Vec<Bit> {
 
 /// The bits of the variables in the given order, each from its most significant bit down.
 pub fn by_variables(program: &Program, variables: &[VarId]) -> Vec<Bit> {
-    let bits = |&variable: &VarId| {
-        let count = program.variables[variable.index()].bits();
-        (0..count).rev().map(move |index| Bit { variable, index })
-    };
-    variables.iter().flat_map(bits).collect()
+    variables.iter().flat_map(|&v| bits_of(program, v)).collect()
+}
+
+/// The bits of a variable from the most significant one down.
+fn bits_of(program: &Program, variable: VarId) -> impl Iterator<Item = Bit> + use<> {
+    let count = program.variables[variable.index()].bits();
+    (0..count).rev().map(move |index| Bit { variable, index })
+}
+
+/// An order and the reason for it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ordered {
+    /// The bits from the root down, every bit once.
+    pub bits: Vec<Bit>,
+    /// In words, what the order follows from.
+    pub why: String,
+}
+
+/// The order of [`from_structure`].
+pub fn auto(program: &Program) -> Vec<Bit> {
+    from_structure(program).bits
 }
 
 /// An order from the structure of the program: variables as declared, since authors put together
 /// what belongs together; with two exceptions.
 ///
-/// Where all state is that of one module: flags up, threshold counters down, and positions between
-/// them. This is for grids and the like: a flag only remembers, and a counter (a battery, a clock)
-/// is only compared with bounds, so neither should part the bits that decide a move.
+/// Where all state is that of one module, or of several that know nothing of each other: counters that
+/// every step moves, then flags, then positions bit by bit.
 ///
 /// Where three or more copies of a module advance their clocks together: what stands before the
 /// clocks first, and the clocks and what follows them side by side.
-pub fn auto(program: &Program) -> Vec<Bit> {
+pub fn from_structure(program: &Program) -> Ordered {
     if let Some(variables) = copies::by_roles(program) {
-        return by_variables(program, &variables);
+        let why = "copies of a module whose clocks advance together: the clocks side by side";
+        return Ordered { bits: by_variables(program, &variables), why: why.to_owned() };
     }
-    let mut modules = program.variables.iter().filter_map(|v| v.module);
-    let first = modules.next();
-    if modules.any(|m| Some(m) != first) {
-        return declared(program);
-    }
-    let variables: Vec<VarId> = program.variable_ids().collect();
-    by_variables(program, &arranged(program, &variables, &thresholds(program)))
-}
-
-/// Flags first, then what is no counter, then threshold counters.
-fn arranged(program: &Program, block: &[VarId], counters: &AHashSet<VarId>) -> Vec<VarId> {
-    let rank = |v: &VarId| match program.variables[v.index()].bits() {
-        0 | 1 => 0,
-        _ if counters.contains(v) => 2,
-        _ => 1,
-    };
-    let mut sorted = block.to_vec();
-    sorted.sort_by_key(rank);
-    sorted
-}
-
-/// Integers that are changed by sums and compared by `<` and `<=` with constants only.
-fn thresholds(program: &Program) -> AHashSet<VarId> {
-    let mut counters: AHashSet<VarId> = AHashSet::new();
-    for command in &program.commands {
-        for (variable, e) in command.branches.iter().flat_map(|b| &b.updates) {
-            if counts(program, *variable, *e) {
-                counters.insert(*variable);
-            }
+    match worlds::by_worlds(program) {
+        Some(order) if !order.why.is_empty() => order,
+        Some(Ordered { bits, .. }) if bits != declared(program) => {
+            Ordered { bits, why: "flags above what moves".to_owned() }
         }
+        _ => Ordered { bits: declared(program), why: "as declared".to_owned() },
     }
-    counters.retain(|v| program.variables[v.index()].ty == Type::Int);
+}
+
+/// The integers that some update changes by a sum.
+fn counters(program: &Program, commands: &[&Command]) -> AHashSet<VarId> {
+    let updates = commands.iter().flat_map(|c| &c.branches).flat_map(|b| &b.updates);
+    let counted =
+        updates.filter(|(v, e)| program.variables[v.index()].ty == Type::Int && counts(program, *v, *e));
+    counted.map(|(v, _)| *v).collect()
+}
+
+/// The counters that guards compare by `<` and `<=`, or with an end of their range, only.
+fn thresholds(program: &Program, commands: &[&Command], counters: &AHashSet<VarId>) -> AHashSet<VarId> {
+    let mut counters = counters.clone();
     // What guards share is looked at once.
     let mut seen = AHashSet::new();
-    for command in &program.commands {
+    for command in commands {
         let mut stack = vec![command.guard];
         while let Some(e) = stack.pop() {
             if !seen.insert(e) {

@@ -1,0 +1,238 @@
+//! The order for worlds: one module that moves about, or several that know nothing of each other and never
+//! move together.
+//!
+//! A counter that every step moves (a battery, a clock) cuts the space into slices, each of which leads
+//! into the next one only: on top, it lets the recursions go from slice to slice. Flags stand next: they
+//! only remember. Positions follow, and those that guards test together stand side by side, bit by bit:
+//! what is near in one is near in the other. A counter that is only compared with bounds stands last.
+
+use std::fmt::Write;
+
+use ahash::{AHashMap, AHashSet};
+
+use super::super::encoding::Bit;
+use super::{Ordered, by_variables, counters, thresholds};
+use crate::model::expr::{ExprId, Node};
+use crate::model::{Command, Program, VarId};
+
+/// Of the branches that change more than flags, so many in a hundred move a counter of every step: some
+/// worlds have a place where nothing is spent.
+const MOST_STEPS: usize = 75;
+
+/// Flags that no module owns, then the modules one after the other, each by itself; none where one
+/// depends on another.
+pub(super) fn by_worlds(program: &Program) -> Option<Ordered> {
+    let is_flag = |v: &VarId| program.variables[v.index()].bits() <= 1;
+    let owner = |v: &VarId| program.variables[v.index()].module;
+    let mut shared: Vec<VarId> = program.variable_ids().filter(|v| owner(v).is_none()).collect();
+    let mut worlds: Vec<World<'_>> = (0..program.modules.len()).map(|m| World::of(program, m)).collect();
+    worlds.retain(|w| !w.commands.is_empty() || !w.variables.is_empty());
+    match worlds.as_mut_slice() {
+        [] => return None,
+        [only] => only.variables.splice(0..0, shared.drain(..)).for_each(drop),
+        several => {
+            let apart = |w: &World<'_>| {
+                let foreign = |v: &VarId| owner(v) != Some(w.module) && !(owner(v).is_none() && is_flag(v));
+                !w.known(program).iter().any(foreign)
+            };
+            let together = program.synchronisations.iter().any(|s| s.factors.len() > 1);
+            if together || !shared.iter().all(is_flag) || !several.iter().all(apart) {
+                return None;
+            }
+        }
+    }
+    let mut all = Ordered { bits: by_variables(program, &shared), why: String::new() };
+    for world in worlds {
+        let one = world.ordered(program);
+        all.bits.extend(one.bits);
+        if !one.why.is_empty() {
+            let _ = write!(all.why, "{}{}", if all.why.is_empty() { "" } else { "; " }, one.why);
+        }
+    }
+    Some(all)
+}
+
+/// Variables by what they are to a world.
+#[derive(Default)]
+struct Roles {
+    /// Counters that every step moves.
+    ticking: Vec<VarId>,
+    /// Those of one bit.
+    flags: Vec<VarId>,
+    /// What is set, not counted.
+    modes: Vec<VarId>,
+    /// What some steps move, and guards test for single values.
+    positions: Vec<VarId>,
+    /// What some steps move, and guards compare with bounds only.
+    bounded: Vec<VarId>,
+}
+
+/// One module by itself.
+struct World<'p> {
+    module: usize,
+    variables: Vec<VarId>,
+    commands: Vec<&'p Command>,
+}
+
+impl<'p> World<'p> {
+    fn of(program: &'p Program, module: usize) -> Self {
+        let owned = |v: &VarId| program.variables[v.index()].module == Some(module);
+        World {
+            module,
+            variables: program.variable_ids().filter(owned).collect(),
+            commands: program.commands.iter().filter(|c| c.module == module).collect(),
+        }
+    }
+
+    /// The variables that its commands read and write.
+    fn known(&self, program: &Program) -> AHashSet<VarId> {
+        let updates = || self.commands.iter().flat_map(|c| &c.branches).flat_map(|b| &b.updates);
+        let guards = self.commands.iter().map(|c| c.guard);
+        let weights = self.commands.iter().flat_map(|c| &c.branches).map(|b| b.probability);
+        let mut known: AHashSet<VarId> = updates().map(|(v, _)| *v).collect();
+        let (mut stack, mut seen) =
+            (Vec::from_iter(guards.chain(weights).chain(updates().map(|(_, e)| *e))), AHashSet::new());
+        while let Some(e) = stack.pop() {
+            if seen.insert(e) {
+                match program.pool.node(e) {
+                    Node::Var(v) => drop(known.insert(v)),
+                    node => stack.extend(operands(node)),
+                }
+            }
+        }
+        known
+    }
+
+    fn ordered(&self, program: &Program) -> Ordered {
+        let roles = self.roles(program);
+        let groups = self.met(program, &roles.positions);
+        let name = |v: &VarId| program.variables[v.index()].name.as_str();
+        let names = |list: &[VarId]| list.iter().map(name).collect::<Vec<_>>().join(" and ");
+        let mut why = Vec::new();
+        if !roles.ticking.is_empty() {
+            why.push(format!("{} on top, since every step moves it", names(&roles.ticking)));
+        }
+        for group in groups.iter().filter(|g| g.len() > 1) {
+            why.push(format!("{} bit by bit, since guards test them together", names(group)));
+        }
+        if !roles.bounded.is_empty() {
+            why.push(format!("{} last, since guards compare it with bounds only", names(&roles.bounded)));
+        }
+        let mut bits = by_variables(program, &[roles.ticking, roles.flags, roles.modes].concat());
+        bits.extend(groups.iter().flat_map(|group| interleaved(program, group)));
+        bits.extend(by_variables(program, &roles.bounded));
+        Ordered { bits, why: why.join("; ") }
+    }
+
+    /// What each variable is to the world.
+    fn roles(&self, program: &Program) -> Roles {
+        let counters = counters(program, &self.commands);
+        let bounds = thresholds(program, &self.commands, &counters);
+        let mut ticks = self.ticks(program, &counters);
+        if ticks.iter().any(|v| bounds.contains(v)) {
+            // A place that every step leaves is a place all the same.
+            ticks.retain(|v| bounds.contains(v));
+        }
+        let mut roles = Roles::default();
+        for &v in &self.variables {
+            let role = match program.variables[v.index()].bits() {
+                0 | 1 => &mut roles.flags,
+                _ if ticks.contains(&v) => &mut roles.ticking,
+                _ if !counters.contains(&v) => &mut roles.modes,
+                _ if bounds.contains(&v) => &mut roles.bounded,
+                _ => &mut roles.positions,
+            };
+            role.push(v);
+        }
+        if roles.positions.is_empty() {
+            // Compared with bounds only, they may still be places.
+            roles.positions = std::mem::take(&mut roles.bounded);
+        }
+        roles
+    }
+
+    /// The counters that nearly every branch moves which changes more than flags.
+    fn ticks(&self, program: &Program, counters: &AHashSet<VarId>) -> AHashSet<VarId> {
+        let (mut moved, mut steps): (AHashMap<VarId, usize>, usize) = (AHashMap::new(), 0);
+        for branch in self.commands.iter().flat_map(|c| &c.branches) {
+            let changes = |(v, e): &&(VarId, ExprId)| program.pool.node(*e) != Node::Var(*v);
+            let changed: Vec<VarId> = branch.updates.iter().filter(changes).map(|(v, _)| *v).collect();
+            if changed.iter().any(|v| program.variables[v.index()].bits() > 1) {
+                steps += 1;
+                changed
+                    .into_iter()
+                    .filter(|v| counters.contains(v))
+                    .for_each(|v| *moved.entry(v).or_default() += 1);
+            }
+        }
+        let often = |n: usize| steps > 0 && n * 100 >= steps * MOST_STEPS;
+        moved.into_iter().filter(|(_, n)| often(*n)).map(|(v, _)| v).collect()
+    }
+
+    /// The variables in groups of those that occur in one guard, directly or through others.
+    fn met(&self, program: &Program, variables: &[VarId]) -> Vec<Vec<VarId>> {
+        let mut groups: Vec<Vec<VarId>> = variables.iter().map(|&v| vec![v]).collect();
+        // What guards share is looked at once, with the variables that were found in it.
+        let mut found: AHashMap<ExprId, AHashSet<VarId>> = AHashMap::new();
+        for command in &self.commands {
+            let together = support(program, command.guard, variables, &mut found);
+            let (met, mut apart): (Vec<_>, Vec<_>) =
+                groups.into_iter().partition(|g: &Vec<VarId>| g.iter().any(|v| together.contains(v)));
+            apart.extend((!met.is_empty()).then(|| met.concat()));
+            groups = apart;
+        }
+        let place = |v: &VarId| variables.iter().position(|w| w == v);
+        groups.iter_mut().for_each(|g| g.sort_by_key(place));
+        groups.sort_by_key(|g| g.first().and_then(place));
+        groups
+    }
+}
+
+fn operands(node: Node) -> Vec<ExprId> {
+    match node {
+        Node::Literal(_) | Node::Var(_) => vec![],
+        Node::Unary(_, a) => vec![a],
+        Node::Binary(_, a, b) => vec![a, b],
+        Node::Ite(c, a, b) => vec![c, a, b],
+    }
+}
+
+/// Those of some variables that occur in an expression.
+fn support(
+    program: &Program,
+    e: ExprId,
+    among: &[VarId],
+    known: &mut AHashMap<ExprId, AHashSet<VarId>>,
+) -> AHashSet<VarId> {
+    // Operands before what is made of them, without recursion: guards may be deep.
+    let mut stack = vec![(e, false)];
+    while let Some((e, ready)) = stack.pop() {
+        if known.contains_key(&e) {
+            continue;
+        }
+        match program.pool.node(e) {
+            Node::Var(v) => drop(known.insert(e, among.iter().copied().filter(|w| *w == v).collect())),
+            node if ready => {
+                let parts = operands(node);
+                let all = parts.iter().filter_map(|p| known.get(p)).flatten().copied().collect();
+                known.insert(e, all);
+            }
+            node => {
+                stack.push((e, true));
+                stack.extend(operands(node).into_iter().map(|p| (p, false)));
+            }
+        }
+    }
+    known.get(&e).cloned().unwrap_or_default()
+}
+
+/// The bits of some variables, from the most significant of all down, those of equal weight together.
+fn interleaved(program: &Program, variables: &[VarId]) -> Vec<Bit> {
+    let width = |v: &VarId| program.variables[v.index()].bits();
+    let most = variables.iter().map(width).max().unwrap_or(0);
+    let row = |index: u32| {
+        let has = move |v: &&VarId| index < width(v);
+        variables.iter().filter(has).map(move |&variable| Bit { variable, index })
+    };
+    (0..most).rev().flat_map(row).collect()
+}
