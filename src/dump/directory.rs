@@ -61,7 +61,9 @@ pub fn write_directory(
     if dot {
         dot::write_all(&mut manifest.regions, &dump.regions, new.path(), observer).map_err(failed)?;
     }
-    fs::write(new.path().join(manifest::FILE), manifest.text()).map_err(failed)?;
+    let written = fs::File::create(new.path().join(manifest::FILE))
+        .and_then(|mut out| out.write_all(manifest.text().as_bytes()).and_then(|()| out.sync_all()));
+    written.map_err(failed)?;
     place.install(new)?;
     Ok(dump.manifest)
 }

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use meliora::dump::Dump;
 use meliora::dump::manifest::{CERTIFICATE, FILE, REGIONS};
+use meliora::dump::{Dump, Manifest};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
@@ -120,4 +120,49 @@ fn nothing_false_gets_past_verify() {
     for kind in HARMLESS {
         assert_eq!(table.0[kind].refused, 0, "{kind}: refused, though it says nothing");
     }
+}
+
+/// Changes of the model and of the preferences, each with what it turns into what.
+const OTHERS: &[(&str, &str)] = &[
+    ("init 2", "init 3"),
+    ("[back] x>1 & b", "[back] x>2 & b"),
+    ("[] x=2 & b -> (x'=1);", ""),
+    ("1-p:(b'=!b)", "1-p:(b'=true)"),
+    ("(x'=x-1)&(b'=false)", "(x'=x-1)"),
+    ("[go] x<K & !b", "[go] x<K"),
+    ("F x=3", "F x=2"),
+    ("F (x=4 & b)", "F x=4"),
+    ("prefer C > D", "prefer D > C"),
+    ("prefer C > B > A", "prefer C > B"),
+    ("prefer C > B > A", "prefer C, B, A > D"),
+    ("objective A", "empty = gain; objective A"),
+    ("objective A", "empty = incomparable; objective A"),
+];
+
+/// All sets fit each other, since they were computed: of another model, or by other preferences.
+#[test]
+fn a_dump_of_something_else_is_refused() {
+    let scratch = tempfile::tempdir().unwrap();
+    let mut refused = 0;
+    let mut truth = Shop::new(MODEL, PREFERENCES);
+    for (from, to) in OTHERS {
+        let mut other = Shop::new(&MODEL.replace(from, to), &PREFERENCES.replace(from, to));
+        for scope in ["reachable", "all"] {
+            for safety in ["action", "transition", "prefix"] {
+                let named = (scope.to_owned(), safety.to_owned(), None, CONSTANTS.to_owned());
+                let honest = truth.honest(named.clone()).unwrap().manifest.clone();
+                let mut dump = other.honest(named).unwrap().clone();
+                let (regions, certificate) = (dump.manifest.regions, dump.manifest.certificate);
+                dump.manifest = Manifest { regions, certificate, ..honest };
+                let [regions, certificate] = [text(&dump.regions), text(dump.certificate.as_ref().unwrap())];
+                put(scratch.path(), &dump.manifest.text(), &regions, &certificate);
+                match truth.verify(scratch.path()) {
+                    None => refused += 1,
+                    Some(dump) => assert!(truth.is_harmless(&dump), "{from} -> {to}, {scope}, {safety}"),
+                }
+            }
+        }
+    }
+    println!("{refused} of {} refused, the others say the same", OTHERS.len() * 6);
+    assert!(refused > OTHERS.len() * 4);
 }
