@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Compares Meliora with Storm and PRISM on the same models in one go.
 
-usage: compare_peers.py --corpus FOLDER                 the models of FOLDER/perf.json
+usage: compare_peers.py --corpus FOLDER                 the models of FOLDER/perf.json, or of a FILE like it
        compare_peers.py --gridworld 16,32 --items 3,6   grid worlds, through `meliora generate gridworld`
        compare_peers.py ... --prism DIR --runs 5 --timeout 60 --csv runs.csv --plot scatter.svg
 
 Both kinds of input may be given at once. perf.json is a list of {id, model, constants, target}, models relative to
-FOLDER. Every run is a process of its own with a time limit; the tools take turns, and the median of the runs counts.
+FOLDER, in PRISM's language or in JANI (which PRISM does not read: there it is left out); in place of a target there
+may be a list of targets, the first of which is asked. Every run is a process of its own with a time limit; the tools take turns, and the median of the runs counts.
 Times below 20 ms count as 20 ms for every tool. The phases, as each tool tells them:
 
   build          from the model's text to the reachable states
@@ -46,7 +47,7 @@ Runs = dict[str, list[Measurement]]
 
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--corpus", type=Path, metavar="FOLDER", help="a folder with a perf.json")
+    parser.add_argument("--corpus", type=Path, metavar="FOLDER", help="a folder with a perf.json, or such a file")
     parser.add_argument("--gridworld", type=harness.integers, default=[], metavar="N,…", help="rows and columns")
     parser.add_argument("--items", type=harness.integers, default=[3, 6, 9, 12], metavar="K,…")
     parser.add_argument("--seed", type=int, default=1)
@@ -69,8 +70,10 @@ def arguments() -> argparse.Namespace:
 def instances(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator[Instance]:
     """What is measured: the corpus first, then the grid worlds."""
     if given.corpus is not None:
-        for entry in harness.read_json(given.corpus / "perf.json"):
-            yield Instance(entry["id"], given.corpus / entry["model"], entry["constants"], entry["target"])
+        listed = given.corpus if given.corpus.is_file() else given.corpus / "perf.json"
+        for entry in harness.read_json(listed):
+            target = entry["target"] if "target" in entry else entry["targets"][0]["target"]
+            yield Instance(entry["id"], listed.parent / entry["model"], entry["constants"], target)
     for size in given.gridworld:
         for items in given.items:
             world = harness.gridworld(meliora, size, items, given.seed, folder)

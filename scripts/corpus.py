@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Runs Meliora over a corpus of models with known answers and prints where it differs.
 
-usage: corpus.py FOLDER [--engine symbolic|explicit] [--filter REGEX] [--timeout SECONDS] [--jobs N]
+usage: corpus.py FOLDER|FILE [--engine symbolic|explicit] [--filter REGEX] [--timeout SECONDS] [--jobs N]
 
 FOLDER holds one of
   oracle.json   a list of {id, model, constants, type, states, choices, transitions, deadlocks, initial_states,
                 targets: [{target, count_target, pmax_one, pmax_positive, pmin_one, pmin_positive}]}, models relative
                 to FOLDER. Each target is one `meliora reach --scope reachable`; every count must be equal. A count
                 that the oracle leaves out (null) is not compared.
+                FILE is such a list under another name, say of JANI models.
   answers.json  {probe: {peer: {states, choices, transitions, deadlock, init} or {error}}} for FOLDER/PROBE.prism.
                 Meliora must side with the majority of the peers that answered. Where they are split evenly nothing
                 is required; what each says is printed, also where Meliora stands against the majority.
@@ -65,14 +66,14 @@ class Difference:
     found: str
 
 
-def questions(folder: Path) -> Iterator[Question]:
+def questions(oracle: Path) -> Iterator[Question]:
     """The questions of an oracle.json; the counts of a model go with its first target."""
-    for entry in harness.read_json(folder / "oracle.json"):
+    for entry in harness.read_json(oracle):
         sizes = {ours: entry.get(theirs) for ours, theirs in MODEL_COUNTS.items()}
         for answer in entry["targets"] or [{"target": "true"}]:
             regions = {ours: answer.get(theirs) for ours, theirs in TARGET_COUNTS.items()}
             expected = {name: int(count) for name, count in {**sizes, **regions}.items() if count is not None}
-            yield Question(entry["id"], folder / entry["model"], entry["constants"], answer["target"], expected)
+            yield Question(entry["id"], oracle.parent / entry["model"], entry["constants"], answer["target"], expected)
             sizes = {}
 
 
@@ -111,9 +112,9 @@ def matches(given: argparse.Namespace, question: Question) -> bool:
     return bool(re.search(given.filter, question.instance) or re.search(given.filter, str(question.model)))
 
 
-def run_oracle(given: argparse.Namespace) -> bool:
+def run_oracle(given: argparse.Namespace, oracle: Path) -> bool:
     """Asks everything and prints the differences; whether there are none."""
-    asked = [question for question in questions(given.folder) if matches(given, question)]
+    asked = [question for question in questions(oracle) if matches(given, question)]
     if not asked:
         harness.stop("no instance matches --filter")
     with ThreadPoolExecutor(given.jobs) as pool:
@@ -132,7 +133,7 @@ def run_oracle(given: argparse.Namespace) -> bool:
 
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, metavar="FOLDER")
+    parser.add_argument("folder", type=Path, metavar="FOLDER|FILE")
     parser.add_argument("--engine", choices=["symbolic", "explicit"], default="symbolic")
     parser.add_argument("--filter", type=re.compile, default="", metavar="REGEX", help="only ids or model paths that match")
     parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="for each run")
@@ -146,8 +147,9 @@ def arguments() -> argparse.Namespace:
 
 def main() -> int:
     given = arguments()
-    if (given.folder / "oracle.json").exists():
-        return 0 if run_oracle(given) else 1
+    oracle = given.folder if given.folder.is_file() else given.folder / "oracle.json"
+    if oracle.exists():
+        return 0 if run_oracle(given, oracle) else 1
     if (given.folder / "answers.json").exists():
         return 0 if probes.run_probes(given) else 1
     harness.stop(f"{given.folder} holds neither an oracle.json nor an answers.json")

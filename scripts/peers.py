@@ -133,6 +133,8 @@ class Prism:
     name: str = "prism"
 
     def measure(self, instance: Instance, timeout: float) -> Measurement:
+        if instance.model.suffix == ".jani":
+            return Measurement(status="does not read JANI")
         # For an MDP, P<1 says that no strategy reaches 1: its complement is Pmax=1; P<=0 likewise.
         questions = [f"filter(count, P{bound} [ F ({instance.target}) ])" for bound in ("<1", "<=0")]
         command = [str(self.folder / "bin" / "prism"), str(instance.model), "-mtbdd", "-pf", ";".join(questions)]

@@ -38,7 +38,9 @@ def single(stormpy: Any, threads: int) -> Any:
 
 
 def parse(stormpy: Any, model: str) -> Any:
-    """The program, with its type moved to the front where it stands elsewhere."""
+    """The program, with its type moved to the front where it stands elsewhere; or a JANI model."""
+    if model.endswith(".jani"):
+        return stormpy.parse_jani_model(model)[0]
     text = COMMENT.sub("", Path(model).read_text(encoding="utf-8", errors="replace"))
     found = KIND.search(text)
     if found and not text[: found.start()].strip():

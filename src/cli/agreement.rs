@@ -3,6 +3,7 @@
 use meliora::engine::{Engine, Observer};
 use meliora::error::Error;
 use meliora::model::Program;
+use meliora::planning::regions::regions;
 use meliora::planning::{Analysis, Kind};
 
 use super::watch::Watch;
@@ -129,34 +130,6 @@ fn state_by_state<E: Engine, F: Engine>(
         }
     }
     Ok(states.len() as u64)
-}
-
-/// All regions of an analysis by name, in one order for all engines.
-fn regions<'a, E: Engine>(analysis: &'a Analysis<'_, E>) -> Vec<(String, &'a E::States)> {
-    let mut regions = Vec::new();
-    let preferences = analysis.preferences();
-    for (index, objective) in preferences.objectives.iter().enumerate() {
-        if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
-            regions.push((format!("target:{}", objective.name), &outcome.target));
-            regions.push((format!("almost-sure:{}", objective.name), &outcome.almost_sure));
-            regions.push((format!("positive:{}", objective.name), &outcome.positive));
-        }
-    }
-    for class in analysis.classes().iter().flat_map(|c| &c.list) {
-        let names = preferences.names(&class.most_preferred).join("+");
-        let name = if names.is_empty() { "nothing" } else { &names };
-        regions.push((format!("class:{name}"), &class.states));
-    }
-    for (kind, name) in [(Kind::Sasi, "sasi"), (Kind::Spi, "spi")] {
-        let levels = analysis.levels(kind);
-        for (index, level) in levels.found.iter().enumerate() {
-            regions.push((format!("{name}:{}", index + 1), &level.states));
-        }
-        if let Some(level) = levels.unbounded() {
-            regions.push((format!("{name}:unbounded"), &level.states));
-        }
-    }
-    regions
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::supervise::{Desk, supervise};
+use super::sweep::{self, SweepArgs};
 
 /// At most so many initial states are listed; the counts have them all.
 const LISTED: usize = 16;
@@ -29,6 +30,8 @@ pub(super) struct CheckArgs {
     #[command(flatten)]
     engine: EngineArgs,
     #[command(flatten)]
+    sweep: SweepArgs,
+    #[command(flatten)]
     shown: ShownArgs,
 }
 
@@ -38,6 +41,11 @@ pub(super) struct CheckArgs {
 /// The input is wrong.
 pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
+    if let Some(status) =
+        args.sweep.run(&args.model, sweep::Kind::check(args.preferences.options().max_level), &args.shown)?
+    {
+        return Ok(status);
+    }
     let report = CheckReport::new(
         &args.model.path(),
         &args.preferences.path(),
@@ -45,7 +53,7 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
         args.model.scope.into(),
         args.preferences.safety.name(),
     );
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |desk| work(desk, &args))
 }
 

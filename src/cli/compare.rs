@@ -16,6 +16,7 @@ use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::supervise::{Desk, supervise};
+use super::sweep::{self, SweepArgs};
 
 /// Below this factor, times are about the same.
 const CLEARLY: f64 = 1.25;
@@ -36,6 +37,8 @@ pub(super) struct CompareArgs {
     membership: u32,
 
     #[command(flatten)]
+    sweep: SweepArgs,
+    #[command(flatten)]
     shown: ShownArgs,
 }
 
@@ -44,10 +47,13 @@ pub(super) struct CompareArgs {
 /// # Errors
 /// The input is wrong.
 pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
+    if let Some(status) = args.sweep.run(&args.model, sweep::Kind::Compare, &args.shown)? {
+        return Ok(status);
+    }
     let (model, preferences) = (args.model.path(), args.preferences.path());
     let safety = args.preferences.safety.name();
     let report = CompareReport::new(&model, &preferences, args.model.scope.into(), safety);
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |desk| work(desk, &args))
 }
 

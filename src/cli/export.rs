@@ -12,11 +12,12 @@ use meliora::output::report::ModelSummary;
 use meliora::planning::Analysis;
 
 use super::exit::Status;
+use super::export_explicit::{self, StrategyArg, Texts, Wanted};
 use super::load;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::supervise::{Desk, supervise};
 
-/// Write regions and strategies as decision diagrams that CUDD, Python's dd and `query` read
+/// Write regions and strategies for other programs: decision diagrams, or models state by state
 ///
 /// DIR gets `regions.dddmp` (every region a root of one diagram), `manifest.json` (what the roots and
 /// variables are) and `certificate.dddmp` (what `verify` needs). A DIR that exists must be empty, or hold an
@@ -36,9 +37,19 @@ pub(super) struct ExportArgs {
     #[arg(long, value_name = "GLOB")]
     region: Vec<String>,
 
-    /// dot: also one picture a region
+    /// dot: also one picture a region; explicit and drn: the model state by state, with regions and
+    /// ranks as labels, for PRISM and Storm
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+
+    /// Refuse to list more states than this; for the formats explicit and drn
+    #[arg(long, value_name = "STATES", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
+    limit: u32,
+
+    /// Write the model that a strategy makes of it, a dtmc (progress) or a smaller mdp (permissive), and
+    /// its actions as a table; for the formats explicit and drn
+    #[arg(long, value_name = "sasi|spi[:progress|permissive]", value_parser = StrategyArg::parse)]
+    strategy: Option<StrategyArg>,
 
     /// Leave the certificate out, so that `verify` cannot check the dump
     #[arg(long)]
@@ -56,6 +67,34 @@ enum Format {
     Dddmp,
     /// DDDMP, and one DOT file a region
     Dot,
+    /// PRISM's files .tra, .sta and .lab
+    Explicit,
+    /// Storm's file .drn
+    Drn,
+}
+
+impl ExportArgs {
+    /// The format of a model state by state; none for diagrams.
+    ///
+    /// # Errors
+    /// Options of the other formats.
+    fn texts(&self) -> Result<Option<Texts>, Error> {
+        let texts = match self.format {
+            Format::Dddmp | Format::Dot => None,
+            Format::Explicit => Some(Texts::Explicit),
+            Format::Drn => Some(Texts::Drn),
+        };
+        let wrong = match texts {
+            None if self.strategy.is_some() => {
+                "`--strategy` needs `--format explicit` or `--format drn`; diagrams have all strategies"
+            }
+            Some(_) if !self.region.is_empty() => {
+                "`--region` chooses diagrams: these formats have all regions"
+            }
+            _ => return Ok(texts),
+        };
+        Err(Error::Usage(wrong.to_owned()))
+    }
 }
 
 /// Runs the command.
@@ -63,6 +102,11 @@ enum Format {
 /// # Errors
 /// The input is wrong; the directory cannot be written.
 pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
+    if let Some(texts) = args.texts()? {
+        let ExportArgs { model, preferences, out, limit, strategy, shown, .. } = args;
+        let limit = usize::try_from(limit).unwrap_or(usize::MAX);
+        return export_explicit::run(Wanted { model, preferences, out, texts, limit, strategy }, &shown);
+    }
     let globs = globs(&args.region)?;
     let report = ExportReport::new(
         &args.model.path(),

@@ -52,7 +52,8 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let args = args.clone();
     supervise(FlatReport::default(), timeout, &shown, move |desk| {
         let (program, _) = load::program(&args.model, &desk.watch)?;
-        desk.update(|r| r.0 = lang::flat(&program));
+        let text = lang::flat(&program)?;
+        desk.update(|r| r.0 = text);
         Ok(())
     })
 }

@@ -8,9 +8,10 @@ use std::sync::Arc;
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{SymbolicEngine, order};
 use meliora::engine::{Count, Engine, Settings};
-use meliora::error::{Error, Limit, SourceFile};
-use meliora::lang;
+use meliora::error::{Diagnostic, Error, Kind, Limit, SourceFile};
+use meliora::lang::named::{Asked, Property};
 use meliora::lang::property::{Bound, Strategies};
+use meliora::lang::{self, Given};
 use meliora::model::expr::ExprId;
 use meliora::model::preference::Preferences;
 use meliora::model::{ModelKind, Program, fault};
@@ -49,19 +50,25 @@ pub(super) struct Target {
 /// A model that was read.
 struct Loaded {
     program: Program,
+    /// Properties that the model names.
+    named: Vec<Property>,
     /// Of a `dtmc`: where several choices are merged into one.
     overlap: Option<ExprId>,
 }
 
-/// Reads a text file.
+/// Reads a text file; `-` is standard input.
 ///
 /// # Errors
 /// It cannot be read, is too large or no UTF-8.
 pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
-    let name = path.display().to_string();
+    let from_stdin = path.as_os_str() == "-";
+    let name = if from_stdin { "standard input".to_owned() } else { path.display().to_string() };
     let failed = |message: String| Error::Io { path: name.clone(), message };
     let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|f| f.take(LARGEST_FILE + 1).read_to_end(&mut bytes));
+    let read = match from_stdin {
+        true => std::io::stdin().lock().take(LARGEST_FILE + 1).read_to_end(&mut bytes),
+        false => File::open(path).and_then(|f| f.take(LARGEST_FILE + 1).read_to_end(&mut bytes)),
+    };
     read.map_err(|e| failed(e.to_string()))?;
     if bytes.len() as u64 > LARGEST_FILE {
         let what = format!("{name} has more than {} MiB", LARGEST_FILE >> 20);
@@ -78,11 +85,15 @@ pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
 
 fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Loaded, Error> {
     watch.bound_memory(args.memory());
-    loaded(&args.model, &SourceFile::new("--const", args.constants()), watch)
+    let given = Given {
+        constants: SourceFile::new("--const", args.constants()),
+        bounds: SourceFile::new("--bounds", args.bounds()),
+    };
+    loaded(&args.model, &given, watch)
 }
 
-fn loaded(model: &Path, constants: &Arc<SourceFile>, watch: &Watch) -> Result<Loaded, Error> {
-    let checked = lang::load_observed(&read(model)?, constants, watch)?;
+fn loaded(model: &Path, given: &Given, watch: &Watch) -> Result<Loaded, Error> {
+    let checked = lang::load_given(&read(model)?, given, watch)?;
     watch.warn_of(&checked.warnings);
     if checked.ignored_rewards > 0 {
         watch.note("rewards are read and ignored");
@@ -92,7 +103,7 @@ fn loaded(model: &Path, constants: &Arc<SourceFile>, watch: &Watch) -> Result<Lo
         ModelKind::Dtmc => Some(program.overlap()),
         ModelKind::Mdp => None,
     };
-    Ok(Loaded { program, overlap })
+    Ok(Loaded { program, named: checked.properties, overlap })
 }
 
 /// Reads the model; with it comes the [`Loaded::overlap`].
@@ -100,7 +111,7 @@ fn loaded(model: &Path, constants: &Arc<SourceFile>, watch: &Watch) -> Result<Lo
 /// # Errors
 /// The file or the constants are wrong.
 pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, Option<ExprId>), Error> {
-    let Loaded { program, overlap } = parsed(args, watch)?;
+    let Loaded { program, overlap, .. } = parsed(args, watch)?;
     Ok((Arc::new(program), overlap))
 }
 
@@ -114,7 +125,7 @@ pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs, watch: &Watch) 
 }
 
 fn preferred(loaded: Loaded, preferences: &Path) -> Result<Question, Error> {
-    let Loaded { mut program, overlap } = loaded;
+    let Loaded { mut program, overlap, .. } = loaded;
     let source = read(preferences)?;
     let preferences = lang::load_preferences(&source, &mut program)?;
     Ok(Question { program: Arc::new(program), preferences, source, overlap })
@@ -127,10 +138,10 @@ fn preferred(loaded: Loaded, preferences: &Path) -> Result<Question, Error> {
 pub(super) fn certified(
     model: &Path,
     preferences: &Path,
-    constants: &str,
+    given: &Given,
     watch: &Watch,
 ) -> Result<Question, Error> {
-    preferred(loaded(model, &SourceFile::new("the constants of the dump", constants), watch)?, preferences)
+    preferred(loaded(model, given, watch)?, preferences)
 }
 
 /// Reads the model, and the target or the property.
@@ -143,7 +154,11 @@ pub(super) fn target(
     property: Option<&str>,
     watch: &Watch,
 ) -> Result<Target, Error> {
-    let Loaded { mut program, overlap } = parsed(args, watch)?;
+    let Loaded { mut program, named, overlap } = parsed(args, watch)?;
+    if let Some(named) = property.and_then(|name| named.iter().find(|p| p.name == name)) {
+        let Asked { target: expression, compared: property } = asked(named)?;
+        return Ok(Target { program: Arc::new(program), expression, property, overlap });
+    }
     let (source, tree, property) = match property {
         Some(text) => {
             let source = SourceFile::new("--property", text);
@@ -158,6 +173,18 @@ pub(super) fn target(
     };
     let expression = lang::lower_target(&mut program, &source, &tree)?;
     Ok(Target { program: Arc::new(program), expression, property, overlap })
+}
+
+/// What a property of the model asks.
+///
+/// # Errors
+/// It is no reachability.
+fn asked(property: &Property) -> Result<Asked, Error> {
+    property.asks.clone().map_err(|reason| {
+        let source = SourceFile::new("--property", property.name.as_str());
+        let message = format!("the property \"{}\" of the model cannot be answered: {reason}", property.name);
+        Diagnostic::new(&source, 0..property.name.len(), message).kind(Kind::Unsupported).into()
+    })
 }
 
 /// What an engine is created with.

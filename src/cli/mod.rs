@@ -7,9 +7,11 @@ mod files;
 mod load;
 mod options;
 mod plan;
+mod properties;
 mod signals;
 mod size;
 mod supervise;
+mod sweep;
 mod terminal;
 mod watch;
 
@@ -17,6 +19,7 @@ mod check;
 mod compare;
 mod completions;
 mod export;
+mod export_explicit;
 mod generate;
 mod info;
 mod man;
@@ -109,5 +112,5 @@ fn fail(error: &Error, json: bool) -> Status {
 
 /// Whether the arguments ask for JSON; asked where they could not be parsed, too.
 fn asks_for_json(args: &[OsString]) -> bool {
-    args.iter().skip(1).take_while(|a| *a != "--").any(|a| a == "--json")
+    args.iter().skip(1).take_while(|a| *a != "--").any(|a| a == "--json" || a == "--instance")
 }

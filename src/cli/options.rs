@@ -8,18 +8,23 @@ use meliora::engine::Scope;
 use meliora::error::Error;
 use meliora::planning::{Options, Safety};
 
-use super::size;
+use super::{size, sweep};
 
 /// The model and how to work on it.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ModelArgs {
-    /// The model, in PRISM's language
+    /// The model, in PRISM's language or in JANI; `-` reads it from standard input
     #[arg(value_name = "MODEL")]
     pub(super) model: PathBuf,
 
-    /// Values of undefined constants, such as K=4,N=3 (repeatable)
+    /// Values of undefined constants, such as K=4,N=3 (repeatable); `check`, `reach` and `compare` take
+    /// ranges N=1:5, N=0:2:10 and lists N={2,4,8} too
     #[arg(short = 'c', long = "const", value_name = "NAME=VALUE,…", value_parser = constant_list)]
     constants: Vec<String>,
+
+    /// Bounds for integers that have none in a JANI model, such as x=0..7,y=-1..1 (repeatable)
+    #[arg(long, value_name = "NAME=LOW..HIGH,…")]
+    bounds: Vec<String>,
 
     /// Which valuations are states
     #[arg(long, value_enum, default_value_t)]
@@ -42,6 +47,14 @@ pub(super) struct ModelArgs {
     /// End the work after this time, such as 30s or 5m, with what is known by then
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub(super) timeout: Option<Duration>,
+
+    /// The constants of one instance of a sweep, in place of `--const`; implies `--json`
+    #[arg(long, hide = true, value_name = "NAME=VALUE,…")]
+    pub(super) instance: Option<String>,
+
+    /// So many instances of a sweep share the memory
+    #[arg(long, hide = true, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    beside: u64,
 }
 
 impl ModelArgs {
@@ -52,7 +65,7 @@ impl ModelArgs {
 
     /// The bytes that an engine may use.
     pub(super) fn memory(&self) -> u64 {
-        self.memory.unwrap_or_else(size::default_memory)
+        self.memory.unwrap_or_else(size::default_memory) / self.beside
     }
 
     /// The threads that the symbolic engine may use.
@@ -63,7 +76,12 @@ impl ModelArgs {
 
     /// All of `--const` as one list.
     pub(super) fn constants(&self) -> String {
-        self.constants.join(",")
+        self.instance.clone().unwrap_or_else(|| self.constants.join(","))
+    }
+
+    /// All of `--bounds` as one list.
+    pub(super) fn bounds(&self) -> String {
+        self.bounds.join(",")
     }
 }
 
@@ -138,6 +156,15 @@ pub(super) struct ShownArgs {
     /// Colours; auto: on a terminal, unless `NO_COLOR` is set
     #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
     pub(super) color: Color,
+}
+
+impl ShownArgs {
+    /// What is shown of this model: an instance of a sweep answers in JSON, and warns only when asked.
+    pub(super) fn of(&self, model: &ModelArgs) -> Self {
+        let is_instance = model.instance.is_some();
+        let quiet = self.quiet || (is_instance && self.verbose == 0);
+        ShownArgs { json: self.json || is_instance, quiet, ..self.clone() }
+    }
 }
 
 /// Which valuations are states.
@@ -228,7 +255,7 @@ pub(super) enum Color {
 /// Refuses what is not of the form `K=4,N=3`; the values are read by the front end, which knows the
 /// types.
 fn constant_list(text: &str) -> Result<String, String> {
-    for part in text.split(',') {
+    for part in sweep::parts(text) {
         let (name, value) = part.split_once('=').unwrap_or((part, ""));
         if name.trim().is_empty() || value.trim().is_empty() {
             return Err(format!("`{part}` is not of the form NAME=VALUE"));

@@ -1,5 +1,7 @@
 //! `meliora reach`: the four qualitative regions of one target.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use meliora::engine::regions::{self, Regions};
 use meliora::engine::{Count, Engine};
@@ -12,7 +14,9 @@ use meliora::output::{Number, ReachReport};
 use super::exit::Status;
 use super::load::{self, Target};
 use super::options::{EngineArg, EngineArgs, ModelArgs, ShownArgs};
+use super::properties;
 use super::supervise::{Desk, supervise};
+use super::sweep::{self, SweepArgs};
 
 /// From which states can, or must, a target be reached: surely or possibly?
 #[derive(Debug, Clone, Args)]
@@ -29,8 +33,18 @@ pub(super) struct ReachArgs {
     #[arg(long, value_name = "PROPERTY", group = "question")]
     property: Option<String>,
 
+    /// A property file of PRISM's: answers the qualitative properties, and says why not the others
+    #[arg(long, value_name = "FILE", group = "question")]
+    properties: Option<PathBuf>,
+
+    /// Of a property file, only the property of this name
+    #[arg(long, value_name = "NAME", requires = "properties")]
+    only: Option<String>,
+
     #[command(flatten)]
     engine: EngineArgs,
+    #[command(flatten)]
+    sweep: SweepArgs,
     #[command(flatten)]
     shown: ShownArgs,
 }
@@ -41,10 +55,17 @@ pub(super) struct ReachArgs {
 /// The input is wrong.
 pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
+    if let Some(status) = args.sweep.run(&args.model, sweep::Kind::Reach, &args.shown)? {
+        return Ok(status);
+    }
+    if let Some(file) = args.properties {
+        let ReachArgs { model, engine, only, shown, .. } = args;
+        return properties::run(properties::Asked { model, engine, file, only }, &shown);
+    }
     let asked = args.target.as_ref().or(args.property.as_ref()).cloned().unwrap_or_default();
     let report =
         ReachReport::new(&args.model.path(), args.engine.engine.name(), args.model.scope.into(), &asked);
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |desk| work(desk, &args))
 }
 
@@ -99,7 +120,10 @@ fn answer<E: Engine>(desk: &Desk<ReachReport>, engine: &E, target: &Target) -> R
 }
 
 /// The states in which a property holds.
-fn satisfying<E: Engine>(
+///
+/// # Errors
+/// A limit.
+pub(super) fn satisfying<E: Engine>(
     engine: &E,
     (strategies, bound): (Strategies, Bound),
     found: Regions<E::States>,

@@ -8,7 +8,8 @@ use meliora::dump::Dump;
 use meliora::dump::directory::{read_directory, read_manifest, sha256};
 use meliora::dump::manifest::FILE;
 use meliora::engine::Scope;
-use meliora::error::Error;
+use meliora::error::{Error, SourceFile};
+use meliora::lang::Given;
 use meliora::output::VerifyReport;
 
 use super::exit::Status;
@@ -35,6 +36,10 @@ pub(super) struct VerifyArgs {
     #[arg(value_name = "PREFS")]
     preferences: PathBuf,
 
+    /// Bounds for integers that have none in a JANI model, as `export` had them (repeatable)
+    #[arg(long, value_name = "NAME=LOW..HIGH,…")]
+    bounds: Vec<String>,
+
     #[command(flatten)]
     limits: LimitArgs,
     #[command(flatten)]
@@ -54,7 +59,11 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
 fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     desk.watch.bound_memory(args.limits.memory());
     let manifest = read_manifest(&args.directory)?;
-    let read = || load::certified(&args.model, &args.preferences, &manifest.given_constants(), &desk.watch);
+    let given = Given {
+        constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
+        bounds: SourceFile::new("--bounds", args.bounds.join(",")),
+    };
+    let read = || load::certified(&args.model, &args.preferences, &given, &desk.watch);
     let question = desk.timed("parse", read, |_, _| ())?;
     let load = || read_directory(&args.directory, true, desk.watch.as_ref());
     let dump: Dump = desk.timed("load", load, |_, _| ())?;

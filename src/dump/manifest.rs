@@ -111,6 +111,9 @@ pub struct Variable {
     pub names: Vec<String>,
     /// Its value in the initial state, where there is one for all of them.
     pub initial: Option<i64>,
+    /// The names of its values from `low` on, where they have names, as locations do.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<String>,
 }
 
 /// How choices are bits: their number, bit 0 the least significant and deepest; these variables

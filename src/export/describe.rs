@@ -130,6 +130,7 @@ fn encoding(engine: &SymbolicEngine) -> Encoding {
             bits: v.bits(),
             names: (0..v.bits()).map(bit).collect(),
             initial: v.initial,
+            values: v.values.clone(),
         }
     };
     let encoding = engine.encoding();

@@ -9,6 +9,7 @@
 
 mod certificate;
 pub(crate) mod describe;
+pub mod explicit;
 mod regions;
 
 use crate::dump::manifest::{self, File, Kind, Root};

@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use crate::model::value::Type;
+
 /// A byte range of the text. Any two spans are equal, so that equality of trees is about content.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Span {
@@ -207,6 +209,17 @@ pub enum ConstType {
     Double,
     /// `bool`
     Bool,
+}
+
+impl ConstType {
+    /// The type of its values.
+    pub fn ty(self) -> Type {
+        match self {
+            ConstType::Int => Type::Int,
+            ConstType::Double => Type::Real,
+            ConstType::Bool => Type::Bool,
+        }
+    }
 }
 
 /// A constant.

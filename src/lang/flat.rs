@@ -1,12 +1,15 @@
 //! A flat program as text of the modelling language: what `info --flat` shows.
 
 mod composition;
+mod merge;
 
 use std::fmt::Write as _;
 
 use ahash::{AHashMap, AHashSet};
 
 use super::ast::{BinaryOp, Expr, ExprKind, Ident, Span};
+use super::names::Names;
+use crate::error::Result;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::{Type, Value};
 use crate::model::{Command, ModelKind, Program, Variable};
@@ -19,8 +22,13 @@ const TALL: u32 = 64;
 
 /// The program as a model file: constants and formulas are put in, renamings carried out, and a
 /// `system` block stands at its end where the modules are not composed in full parallel. It reads
-/// back as a program with the same states, choices and names of actions.
-pub fn flat(program: &Program) -> String {
+/// back as a program with the same states and choices, and but for modules that had to be made one the same
+/// names of actions. Locations are the numbers of their values, as a comment says.
+///
+/// # Errors
+/// Modules that the language cannot keep apart have too many commands as one.
+pub fn flat(program: &Program) -> Result<String> {
+    let program = &merge::merged(program)?;
     let mut text = String::new();
     text.push_str(match program.kind {
         ModelKind::Mdp => "mdp\n",
@@ -43,11 +51,12 @@ pub fn flat(program: &Program) -> String {
     if program.variables.iter().any(|v| v.initial.is_none()) {
         let _ = writeln!(text, "\ninit {} endinit", printer.expr(program.initial));
     }
+    let mut names = Names::default();
     for (name, body) in &program.labels {
-        let _ = write!(text, "\nlabel \"{name}\" = {};", printer.expr(*body));
+        let _ = write!(text, "\nlabel \"{}\" = {};", names.add(name), printer.expr(*body));
     }
     text.push('\n');
-    text
+    Ok(text)
 }
 
 fn declaration(variable: &Variable) -> String {
@@ -55,8 +64,14 @@ fn declaration(variable: &Variable) -> String {
         Type::Bool => "bool".to_owned(),
         _ => format!("[{}..{}]", variable.low, variable.high),
     };
-    let init = variable.initial.map_or(String::new(), |value| format!(" init {}", variable.show(value)));
-    format!("{} : {range}{init};", variable.name)
+    let show = |value: i64| if variable.ty == Type::Bool { variable.show(value) } else { value.to_string() };
+    let init = variable.initial.map_or(String::new(), |value| format!(" init {}", show(value)));
+    let names = match variable.values.is_empty() {
+        true => String::new(),
+        // No line end of a name may end the comment.
+        false => format!(" // {}", variable.values.join(", ").escape_debug()),
+    };
+    format!("{} : {range}{init};{names}", variable.name)
 }
 
 /// Writes expressions, with names for those that occur again and again.

@@ -1,18 +1,25 @@
-//! The language front end: text -> tokens -> syntax tree -> checked, flat program.
+//! The language front ends: text -> tokens -> syntax tree -> checked, flat program.
 
 pub mod ast;
 pub mod check;
 pub mod flat;
+pub mod jani;
+pub mod load;
+pub mod named;
+mod names;
 pub mod parse;
 pub mod pref;
 pub mod print;
 pub mod property;
+pub mod property_file;
 pub mod token;
 pub mod valuation;
 
-pub use check::{Checked, check, load, load_observed, load_preferences, lower_preferences, lower_target};
+pub use check::{Checked, check, load_preferences, lower_preferences, lower_target};
 pub use flat::flat;
+pub use load::{Given, load, load_given, load_observed};
 pub use parse::{parse_expression, parse_model};
 pub use pref::parse_preferences;
 pub use property::parse_property;
+pub use property_file::parse_properties;
 pub use valuation::{parse_constants, parse_state};

@@ -20,13 +20,16 @@ pub struct Binding {
     pub span: Span,
 }
 
+/// From a variable and the name of a value to the value.
+type NamedValues<'n> = dyn Fn(&str, &str) -> Option<Value> + 'n;
+
 /// Reads values for constants: `K=4,p=0.5,fast=true`; an empty text has none.
 ///
 /// # Errors
 /// A syntax error, or a name that occurs twice.
 pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
     let mut parser = Parser::new(source);
-    let parsed = parser.bindings();
+    let parsed = parser.bindings(&|_, _| None);
     parser.finish_parsed(parsed)
 }
 
@@ -37,7 +40,12 @@ pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
 /// variable left out that has no single initial value.
 pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State> {
     let mut parser = Parser::new(source);
-    let bindings = match parser.bindings() {
+    let named = |variable: &str, value: &str| {
+        let variable = program.variables.iter().find(|v| v.name == variable)?;
+        let index = variable.values.iter().position(|v| v == value)?;
+        Some(Value::Int(variable.low + i64::try_from(index).ok()?))
+    };
+    let bindings = match parser.bindings(&named) {
         Ok(bindings) => bindings,
         parsed @ Err(_) => return parser.finish_parsed(parsed).map(|_| State::new()),
     };
@@ -62,7 +70,8 @@ pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State>
 }
 
 impl Parser<'_> {
-    fn bindings(&mut self) -> Parsed<Vec<Binding>> {
+    /// Reads `name=value,…`; `named` knows values that have names.
+    fn bindings(&mut self, named: &NamedValues<'_>) -> Parsed<Vec<Binding>> {
         let mut bindings: Vec<Binding> = Vec::new();
         while self.peek() != Token::End {
             if !bindings.is_empty() {
@@ -70,7 +79,7 @@ impl Parser<'_> {
             }
             let name = self.ident("a name")?;
             self.expect(Token::Eq)?;
-            let binding = self.binding(name)?;
+            let binding = self.binding(name, named)?;
             if let Some(first) = bindings.iter().find(|b| b.name == binding.name) {
                 let diagnostic =
                     self.wrong(binding.name.span, format!("`{}` is given twice", first.name.name));
@@ -82,7 +91,7 @@ impl Parser<'_> {
         Ok(bindings)
     }
 
-    fn binding(&mut self, name: Ident) -> Parsed<Binding> {
+    fn binding(&mut self, name: Ident, named: &NamedValues<'_>) -> Parsed<Binding> {
         let start = self.here();
         let negative = self.eat(Token::Minus);
         let span = self.here();
@@ -90,6 +99,8 @@ impl Parser<'_> {
         let value = match (self.peek(), text) {
             (Token::Word, "true") if !negative => Some(Value::Bool(true)),
             (Token::Word, "false") if !negative => Some(Value::Bool(false)),
+            (Token::Word, word) if !negative => named(&name.name, word),
+            (Token::Quoted, quoted) if !negative => named(&name.name, quoted.trim_matches('"')),
             (Token::Int, _) => text.parse().ok().map(|i: i64| Value::Int(if negative { -i } else { i })),
             (Token::Real, _) => text.parse().ok().map(|x: f64| Value::Real(if negative { -x } else { x })),
             _ => None,

@@ -98,6 +98,8 @@ pub struct Variable {
     pub module: Option<usize>,
     /// The value in the initial state; none where `init … endinit` says it.
     pub initial: Option<i64>,
+    /// The names of its values from `low` on, where they have names, as locations do.
+    pub values: Vec<String>,
     /// Where it is declared.
     pub span: Range<usize>,
 }
@@ -182,11 +184,20 @@ impl Program {
 }
 
 impl Variable {
-    /// A value of this variable as PRISM writes it.
+    /// A value of this variable as PRISM writes it, or its name.
     pub fn show(&self, value: i64) -> String {
+        if let Some(name) = self.value_name(value) {
+            return name.to_owned();
+        }
         match self.ty {
             Type::Bool => (value != 0).to_string(),
             _ => value.to_string(),
         }
+    }
+
+    /// The name of a value, where values have names.
+    pub fn value_name(&self, value: i64) -> Option<&str> {
+        let index = usize::try_from(value.checked_sub(self.low)?).ok()?;
+        self.values.get(index).map(String::as_str)
     }
 }

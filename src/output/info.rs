@@ -9,6 +9,9 @@ use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, scop
 use super::text::{self, Grid};
 use crate::engine::Scope;
 
+/// Names of values shown for one variable.
+const MOST_NAMES: usize = 6;
+
 /// What `info` found, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
 pub struct InfoReport {
@@ -89,6 +92,7 @@ impl InfoReport {
         for v in &self.model.variables {
             let range = match v.ty {
                 "bool" => "bool".to_owned(),
+                _ if !v.values.is_empty() => locations(&v.values),
                 _ => format!("[{}..{}]", v.low, v.high),
             };
             grid.row(vec![v.name.clone(), range, v.bits.to_string()]);
@@ -172,5 +176,14 @@ impl Report for FlatReport {
 
     fn text(&self, _: Style) -> String {
         self.0.clone()
+    }
+}
+
+/// `{idle, busy}`; the rest of many as a number.
+fn locations(names: &[String]) -> String {
+    let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MOST_NAMES) {
+        0 => format!("{{{shown}}}"),
+        more => format!("{{{shown}, … {more} more}}"),
     }
 }

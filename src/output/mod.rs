@@ -5,10 +5,12 @@
 
 pub mod check;
 pub mod compare;
+pub mod explicit;
 pub mod export;
 pub mod info;
 pub mod number;
 pub mod page;
+pub mod properties;
 pub mod query;
 pub mod reach;
 pub mod report;
@@ -26,10 +28,12 @@ mod text;
 
 pub use check::CheckReport;
 pub use compare::CompareReport;
+pub use explicit::ExplicitReport;
 pub use export::ExportReport;
 pub use info::InfoReport;
 pub use number::Number;
 pub use page::PageReport;
+pub use properties::PropertiesReport;
 pub use query::QueryReport;
 pub use reach::ReachReport;
 pub use report::{Failure, Kind, Report};

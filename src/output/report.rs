@@ -128,6 +128,9 @@ pub struct VariableSummary {
     pub high: i64,
     /// How many bits hold it.
     pub bits: u32,
+    /// The names of its values from `low` on, where they have names.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<String>,
 }
 
 impl ModelSummary {
@@ -148,6 +151,7 @@ impl ModelSummary {
             low: v.low,
             high: v.high,
             bits: v.bits(),
+            values: v.values.clone(),
         };
         ModelSummary {
             path: path.to_owned(),
@@ -179,8 +183,9 @@ fn json_value(value: Value) -> Json {
 
 /// A state as an object from variables to values.
 pub fn json_state(program: &Program, state: &[i64]) -> Map<String, Json> {
-    let value = |v: &crate::model::Variable, x: i64| match v.ty {
-        Type::Bool => Json::Bool(x != 0),
+    let value = |v: &crate::model::Variable, x: i64| match (v.ty, v.value_name(x)) {
+        (_, Some(name)) => Json::from(name),
+        (Type::Bool, None) => Json::Bool(x != 0),
         _ => Json::from(x),
     };
     program.variables.iter().zip(state).map(|(v, &x)| (v.name.clone(), value(v, x))).collect()
@@ -188,7 +193,8 @@ pub fn json_state(program: &Program, state: &[i64]) -> Map<String, Json> {
 
 /// `x=1,b=false` for a state in a report.
 pub fn show_state(state: &Map<String, Json>) -> String {
-    state.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(",")
+    let show = |value: &Json| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    state.iter().map(|(name, value)| format!("{name}={}", show(value))).collect::<Vec<_>>().join(",")
 }
 
 /// How many states, choices and transitions a model has.

@@ -18,6 +18,7 @@ pub mod improvement;
 pub mod levels;
 pub mod outcomes;
 pub mod playbook;
+pub mod regions;
 pub mod result;
 pub mod simulate;
 pub mod strategy;

@@ -30,6 +30,7 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
         high: v.high,
         module: None,
         initial: v.initial.filter(|i| (v.low..=v.high).contains(i)),
+        values: v.values.clone(),
         span: 0..0,
     };
     Ok(Program {

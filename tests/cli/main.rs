@@ -5,15 +5,19 @@ mod common;
 mod compare;
 mod dumps;
 mod expect;
+mod explicit;
 #[cfg(unix)]
 mod files;
 mod generate;
+mod jani;
 mod json;
 #[cfg(unix)]
 mod limits;
 mod output;
+mod properties;
 mod readme;
 mod report;
 mod settings;
 mod status;
 mod strategies;
+mod sweeps;

@@ -66,10 +66,38 @@ pub fn model(text: &str) {
     }
     let Some(checked) = seen(lang::load(&text, &source(""))) else { return };
     let program = checked.program;
-    assert!(!lang::flat(&program).is_empty());
+    written(&program);
     let state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
     if branching(&program) <= 1000.0 {
         let _ = program.steps(&state);
+    }
+}
+
+/// The flat program as text, unless it would be too long.
+fn written(program: &Program) -> Option<String> {
+    match lang::flat(program) {
+        Ok(text) => Some(text),
+        Err(Error::Limit(_)) => None,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// A JANI model: reads it, writes it in the modelling language, reads that, takes the steps of one state.
+pub fn jani(text: &str) {
+    let given = lang::Given { constants: source("K=2"), bounds: source("x=0..3") };
+    let observer = Patience(AtomicU32::new(0));
+    let document = SourceFile::new("fuzz.jani", text);
+    let without = lang::Given { constants: source(""), bounds: source("") };
+    let loaded = [given, without].map(|given| seen(lang::load_given(&document, &given, &observer)));
+    for program in loaded.into_iter().flatten().map(|checked| checked.program) {
+        let Some(text) = written(&program) else { continue };
+        let again = lang::load(&source(&text), &source(""));
+        let again = again.unwrap_or_else(|e| panic!("{e}: {text}")).program;
+        assert_eq!(program.variables.len(), again.variables.len(), "{text}");
+        let state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
+        if branching(&program) <= 1000.0 {
+            let _ = program.steps(&state);
+        }
     }
 }
 

@@ -121,6 +121,7 @@ impl Builder<'_> {
             high,
             module: (owner < modules).then_some(owner),
             initial: None,
+            values: vec![],
             span: 0..0,
         }
     }

@@ -87,6 +87,7 @@ fn variables() -> Vec<Variable> {
         high,
         module: None,
         initial: Some(low),
+        values: vec![],
         span: 0..0,
     };
     let flag = Variable { ty: Type::Bool, ..int("f", 0, 1) };

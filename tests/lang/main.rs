@@ -1,8 +1,15 @@
 //! The languages: what is accepted, what it means, and what is said of mistakes.
 
 mod arithmetic;
+#[path = "../common/brute.rs"]
+#[allow(dead_code, unreachable_pub, reason = "only the list of valuations is used")]
+mod brute;
 mod errors;
 mod expressions;
+mod jani;
 mod meaning;
 mod preferences;
+#[path = "../common/random_program.rs"]
+#[allow(dead_code, unreachable_pub, reason = "only programs are used")]
+mod random_program;
 mod round_trip;

@@ -138,7 +138,7 @@ fn formulas_that_double_stay_small() {
     text.push_str("module m\n x : bool; y : bool;\n [] f199 -> true;\nendmodule");
     let program = program(&text);
     assert!(program.pool.len() < 2000);
-    let again = flat(&program);
+    let again = flat(&program).unwrap();
     assert!(again.len() < 100_000);
     load(&SourceFile::new("flat", again), &SourceFile::new("--const", "")).expect("it reads back");
 }
@@ -157,7 +157,7 @@ fn renaming_reaches_into_formulas_and_swaps() {
          [go] f -> (x'=max(x,lo));\nendmodule\nmodule n = m [x=y, y=x, go=run, lo=hi, max=min] endmodule\n",
     );
     assert_eq!(program.actions, ["go", "run"]);
-    let text = flat(&program);
+    let text = flat(&program).unwrap();
     assert!(text.contains("[go] x = 1 & y = 1 -> 1.0 : (x' = max(x, 1));"), "{text}");
     assert!(text.contains("[run] y = 2 & x = 1 -> 1.0 : (y' = min(y, 2));"), "{text}");
 }
@@ -168,7 +168,7 @@ fn a_formula_renamed_by_name_is_read_as_it_stands() {
         "mdp\nformula f = x=1;\nformula g = x=2;\nmodule m\n x : [0..3];\n [] f -> true;\nendmodule\n\
          module n = m [x=y, f=g] endmodule\nmodule o = n [y=z] endmodule\n",
     );
-    let text = flat(&program);
+    let text = flat(&program).unwrap();
     assert_eq!(text.matches("[] x = 2 -> 1.0 : true;").count(), 2, "{text}");
 }
 
@@ -356,7 +356,7 @@ proptest! {
         );
         let source = SourceFile::new("m", text.clone());
         prop_assume!(load(&source, &SourceFile::new("--const", "")).is_ok());
-        let again = flat(&program(&text));
+        let again = flat(&program(&text)).unwrap();
         prop_assert_eq!(behaviour(&text), behaviour(&again), "{}\n{}", system, again);
     }
 }

@@ -200,7 +200,7 @@ proptest! {
     fn a_checked_model_never_panics(m in model()) {
         let text = m.to_string();
         if let Ok(checked) = load(&SourceFile::new("m", text), &SourceFile::new("c", "")) {
-            flat(&checked.program);
+            flat(&checked.program).unwrap();
         }
     }
 

@@ -141,6 +141,7 @@ impl Graph {
             high: high as i64,
             module: Some(0),
             initial: None,
+            values: vec![],
             span: 0..0,
         }
     }

@@ -6,8 +6,8 @@ use super::limits::MOST_RENAMINGS;
 use super::lower::Lowerer;
 use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::lang::ast::{
-    ConstDef, ConstType, Expr, FormulaDef, Ident, Item, LabelDef, Model, ModelType, Module, RenamedModule,
-    Span, System, VarDecl,
+    ConstDef, Expr, FormulaDef, Ident, Item, LabelDef, Model, ModelType, Module, RenamedModule, Span, System,
+    VarDecl,
 };
 use crate::model::VarId;
 use crate::model::value::Type;
@@ -225,12 +225,7 @@ impl<'a> Lowerer<'a> {
     /// Declares constants, formulas and variables; reports names that are declared twice.
     pub(super) fn declare(&mut self, parts: &Parts<'a>) {
         for c in &parts.constants {
-            let ty = match c.ty {
-                ConstType::Int => Type::Int,
-                ConstType::Double => Type::Real,
-                ConstType::Bool => Type::Bool,
-            };
-            self.define(&c.name, c.value.as_ref(), Some(ty));
+            self.define(&c.name, c.value.as_ref(), Some(c.ty.ty()));
         }
         for f in &parts.formulas {
             self.define(&f.name, Some(&f.body), None);

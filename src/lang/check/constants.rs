@@ -6,9 +6,59 @@ use super::collect::Parts;
 use super::lower::Lowerer;
 use super::scope::{NO_RENAMING, Symbol};
 use crate::error::{Diagnostic, SourceFile};
-use crate::lang::ast::ConstDef;
+use crate::lang::ast::{ConstDef, Span};
 use crate::lang::valuation::Binding;
 use crate::model::value::{Type, Value};
+
+/// A constant as far as a value for it is concerned.
+pub(in crate::lang) struct Wanted<'c> {
+    pub(in crate::lang) name: &'c str,
+    pub(in crate::lang) ty: Type,
+    /// It has its value in the model.
+    pub(in crate::lang) is_defined: bool,
+    pub(in crate::lang) span: Span,
+}
+
+/// The values given, each with the position of its constant, and what is wrong with the others.
+pub(in crate::lang) fn given_values(
+    constants: &[Wanted<'_>],
+    given: &Arc<SourceFile>,
+    bindings: &[Binding],
+) -> (Vec<(usize, Value)>, Vec<Diagnostic>) {
+    let (mut values, mut wrong) = (Vec::new(), Vec::new());
+    for binding in bindings {
+        match given_value(constants, given, binding) {
+            Ok(value) => values.push(value),
+            Err(diagnostic) => wrong.push(*diagnostic),
+        }
+    }
+    (values, wrong)
+}
+
+fn given_value(
+    constants: &[Wanted<'_>],
+    given: &Arc<SourceFile>,
+    binding: &Binding,
+) -> Result<(usize, Value), Box<Diagnostic>> {
+    let name = &binding.name.name;
+    let at = |message: String| Diagnostic::new(given, binding.name.span.range(), message);
+    let Some(index) = constants.iter().position(|c| c.name == *name) else {
+        return Err(Box::new(with_undefined(at(format!("the model has no constant `{name}`")), constants)));
+    };
+    let constant = &constants[index];
+    if constant.is_defined {
+        let diagnostic = at(format!("the constant `{name}` has its value in the model already"));
+        return Err(Box::new(with_undefined(diagnostic, constants)));
+    }
+    match (constant.ty, binding.value) {
+        (Type::Real, Value::Int(i)) => Ok((index, Value::Real(i as f64))),
+        (ty, value) if value.ty() == ty => Ok((index, value)),
+        (ty, value) => {
+            let message = format!("type error: the constant `{name}` is of type `{ty}`, and {value} is not");
+            Err(Box::new(Diagnostic::new(given, binding.span.range(), message)))
+        }
+    }
+}
 
 impl<'a> Lowerer<'a> {
     /// Gives the undefined constants their values. Returns what is wrong with the values given; that
@@ -19,64 +69,31 @@ impl<'a> Lowerer<'a> {
         given: &Arc<SourceFile>,
         bindings: &[Binding],
     ) -> Vec<Diagnostic> {
-        let mut wrong = Vec::new();
-        for binding in bindings {
-            match self.given_value(parts, given, binding) {
-                Ok((definition, value)) => {
-                    let value = self.pool.value(value);
-                    self.lowered.insert((definition, NO_RENAMING), Some(value));
-                }
-                Err(diagnostic) => wrong.push(*diagnostic),
+        let wanted: Vec<_> = parts.constants.iter().map(|c| wanted(c)).collect();
+        let (values, wrong) = given_values(&wanted, given, bindings);
+        for (index, value) in values {
+            // A name that is declared twice has been reported.
+            if let Some(Symbol::Definition(definition)) = self.scope.symbol(wanted[index].name) {
+                let value = self.pool.value(value);
+                self.lowered.insert((definition, NO_RENAMING), Some(value));
             }
         }
-        let named = |c: &ConstDef| bindings.iter().any(|b| b.name == c.name);
-        let missing: Vec<_> =
-            parts.constants.iter().copied().filter(|c| c.value.is_none() && !named(c)).collect();
-        self.report_missing(&missing);
+        self.report_missing(&wanted, bindings);
         wrong
     }
 
-    fn given_value(
-        &self,
-        parts: &Parts<'a>,
-        given: &Arc<SourceFile>,
-        binding: &Binding,
-    ) -> Result<(usize, Value), Box<Diagnostic>> {
-        let name = &binding.name.name;
-        let at = |message: String| Diagnostic::new(given, binding.name.span.range(), message);
-        let Some(constant) = parts.constants.iter().find(|c| c.name == binding.name) else {
-            return Err(Box::new(with_undefined(at(format!("the model has no constant `{name}`")), parts)));
-        };
-        if constant.value.is_some() {
-            let diagnostic = at(format!("the constant `{name}` has its value in the model already"));
-            return Err(Box::new(with_undefined(diagnostic, parts)));
-        }
-        let definition = match self.scope.symbol(name) {
-            Some(Symbol::Definition(d)) => d,
-            _ => return Err(Box::new(at(format!("`{name}` is no constant")))),
-        };
-        let ty = self.scope.definitions[definition].constant.unwrap_or(Type::Int);
-        let value = match (ty, binding.value) {
-            (Type::Real, Value::Int(i)) => Value::Real(i as f64),
-            (ty, value) if value.ty() == ty => value,
-            (ty, value) => {
-                let message =
-                    format!("type error: the constant `{name}` is of type `{ty}`, and {value} is not");
-                return Err(Box::new(Diagnostic::new(given, binding.span.range(), message)));
-            }
-        };
-        Ok((definition, value))
-    }
-
-    fn report_missing(&mut self, missing: &[&ConstDef]) {
+    /// Reports the constants that have no value.
+    pub(in crate::lang) fn report_missing(&mut self, constants: &[Wanted<'_>], bindings: &[Binding]) {
+        let named = |c: &Wanted<'_>| bindings.iter().any(|b| b.name.name == c.name);
+        let missing: Vec<_> = constants.iter().filter(|c| !c.is_defined && !named(c)).collect();
         let Some((first, rest)) = missing.split_first() else { return };
-        let names: Vec<_> = missing.iter().map(|c| format!("`{}`", c.name.name)).collect();
+        let names: Vec<_> = missing.iter().map(|c| format!("`{}`", c.name)).collect();
         let (constants, have) = if rest.is_empty() { ("constant", "has") } else { ("constants", "have") };
         let message = format!("the {constants} {} {have} no value", names.join(", "));
-        let example: Vec<_> = missing.iter().map(|c| format!("{}=…", c.name.name)).collect();
-        let mut diagnostic = self.wrong(first.name.span, message).label("undefined");
+        let example: Vec<_> = missing.iter().map(|c| format!("{}=…", c.name)).collect();
+        let mut diagnostic = self.wrong(first.span, message).label("undefined");
         for constant in rest {
-            diagnostic = diagnostic.related(constant.name.span.range(), "undefined");
+            diagnostic = diagnostic.related(constant.span.range(), "undefined");
         }
         self.report(diagnostic.help(format!("give values with `--const {}`", example.join(","))));
     }
@@ -94,10 +111,18 @@ impl<'a> Lowerer<'a> {
     }
 }
 
+fn wanted(constant: &ConstDef) -> Wanted<'_> {
+    Wanted {
+        name: &constant.name.name,
+        ty: constant.ty.ty(),
+        is_defined: constant.value.is_some(),
+        span: constant.name.span,
+    }
+}
+
 /// Adds which constants can be given.
-fn with_undefined(diagnostic: Diagnostic, parts: &Parts<'_>) -> Diagnostic {
-    let names: Vec<_> =
-        parts.constants.iter().filter(|c| c.value.is_none()).map(|c| c.name.name.as_str()).collect();
+fn with_undefined(diagnostic: Diagnostic, constants: &[Wanted<'_>]) -> Diagnostic {
+    let names: Vec<_> = constants.iter().filter(|c| !c.is_defined).map(|c| c.name).collect();
     match names.as_slice() {
         [] => diagnostic.help("the model has no undefined constant: leave it out"),
         names => diagnostic.help(format!("the undefined constants are {}", names.join(", "))),

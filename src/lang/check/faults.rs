@@ -9,7 +9,7 @@ use crate::model::expr::ExprId;
 
 impl Lowerer<'_> {
     /// A whole expression, unless some part of it that may be evaluated has no value in any state.
-    pub(super) fn whole(&mut self, root: ExprId, span: Span) -> Option<ExprId> {
+    pub(in crate::lang) fn whole(&mut self, root: ExprId, span: Span) -> Option<ExprId> {
         match self.first_fault(root) {
             None => Some(root),
             Some(fault) => {

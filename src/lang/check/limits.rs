@@ -21,11 +21,11 @@ pub(super) const MOST_OBJECTIVES: usize = 1_000;
 /// Pairs of objectives that the statements of a preference file speak of.
 pub(super) const MOST_PAIRS: usize = 1_000_000;
 /// After this many errors the rest is not reported.
-pub(super) const MAX_ERRORS: usize = 20;
+pub(in crate::lang) const MAX_ERRORS: usize = 20;
 
 impl<'a> Lowerer<'a> {
     /// Counts one more part of an expression; fails where that is too many.
-    pub(super) fn count_work(&mut self, span: Span) -> Option<()> {
+    pub(in crate::lang) fn count_work(&mut self, span: Span) -> Option<()> {
         self.work += 1;
         if self.poll.is_over() {
             return None;

@@ -13,15 +13,15 @@ use crate::model::value::{Type, Value};
 use crate::observer::{Observer, Poll};
 
 /// What lowering works on: the pool that grows, the names, and the errors so far.
-pub(super) struct Lowerer<'a> {
-    pub(super) source: Arc<SourceFile>,
+pub(in crate::lang) struct Lowerer<'a> {
+    pub(in crate::lang) source: Arc<SourceFile>,
     pub(super) scope: Scope<'a>,
-    pub(super) pool: ExprPool,
+    pub(in crate::lang) pool: ExprPool,
     /// Definitions that have been lowered under a renaming; none where that failed.
     pub(super) lowered: AHashMap<(usize, Env), Option<ExprId>>,
     /// Labels that may be named; none where labels have no place.
     pub(super) labels: Option<AHashMap<String, ExprId>>,
-    pub(super) diagnostics: Vec<Diagnostic>,
+    pub(in crate::lang) diagnostics: Vec<Diagnostic>,
     /// The height of each node of the pool, where it is known; see [`super::ops::MAX_HEIGHT`].
     pub(super) heights: Vec<u32>,
     /// The nodes without a value, each with its place; see [`super::faults`].
@@ -29,15 +29,15 @@ pub(super) struct Lowerer<'a> {
     /// Nodes in which nothing is without a value.
     pub(super) sound: AHashSet<ExprId>,
     /// Whether the work is to stop: then every expression fails, and nothing is reported.
-    pub(super) poll: Poll<'a>,
+    pub(in crate::lang) poll: Poll<'a>,
     /// How many parts of expressions were read; see [`super::limits`].
     pub(super) work: usize,
     /// Whether the model was found to be too large, and that was reported.
-    pub(super) is_full: bool,
+    pub(in crate::lang) is_full: bool,
 }
 
 impl<'a> Lowerer<'a> {
-    pub(super) fn new(
+    pub(in crate::lang) fn new(
         source: &Arc<SourceFile>,
         scope: Scope<'a>,
         pool: ExprPool,
@@ -60,12 +60,12 @@ impl<'a> Lowerer<'a> {
     }
 
     /// An error at a place of the text.
-    pub(super) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
+    pub(in crate::lang) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(&self.source, span.range(), message)
     }
 
     /// Records an error, once: the same place is read again under each renaming.
-    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+    pub(in crate::lang) fn report(&mut self, diagnostic: Diagnostic) {
         let known =
             self.diagnostics.iter().any(|d| d.span == diagnostic.span && d.message == diagnostic.message);
         if !known && self.diagnostics.len() < MAX_ERRORS {
@@ -74,7 +74,7 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Reports and gives up on the expression at hand.
-    pub(super) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
+    pub(in crate::lang) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
         let diagnostic = self.wrong(span, message);
         self.report(diagnostic);
         None
@@ -120,7 +120,13 @@ impl<'a> Lowerer<'a> {
         self.whole(id, e.span)
     }
 
-    pub(super) fn expect_type(&mut self, id: ExprId, ty: Type, span: Span, what: &str) -> Option<ExprId> {
+    pub(in crate::lang) fn expect_type(
+        &mut self,
+        id: ExprId,
+        ty: Type,
+        span: Span,
+        what: &str,
+    ) -> Option<ExprId> {
         match (self.pool.ty(id), ty) {
             (found, wanted) if found == wanted => Some(id),
             (Type::Int, Type::Real) => self.made_real(id, span),
@@ -137,7 +143,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    pub(super) fn literal(&mut self, value: Value) -> Option<ExprId> {
+    pub(in crate::lang) fn literal(&mut self, value: Value) -> Option<ExprId> {
         Some(self.pool.value(value))
     }
 
@@ -171,7 +177,8 @@ impl<'a> Lowerer<'a> {
         if let Some(&id) = labels.get(name) {
             return Some(id);
         }
-        let mut known: Vec<_> = labels.keys().map(|k| format!("\"{k}\"")).collect();
+        let mut known: Vec<_> =
+            labels.keys().filter(|k| !k.contains('=')).map(|k| format!("\"{k}\"")).collect();
         known.sort();
         let diagnostic = self.wrong(span, format!("unknown label \"{name}\""));
         self.report(diagnostic.help(format!("the labels are {}", known.join(", "))));
@@ -212,7 +219,7 @@ impl<'a> Lowerer<'a> {
     }
 
     /// The value of an expression without variables.
-    pub(super) fn constant_value(&mut self, id: ExprId, span: Span, what: &str) -> Option<Value> {
+    pub(in crate::lang) fn constant_value(&mut self, id: ExprId, span: Span, what: &str) -> Option<Value> {
         match self.pool.literal(id) {
             Some(value) => Some(value),
             None => {

@@ -17,18 +17,20 @@ mod variables;
 use std::sync::Arc;
 
 use super::ast::{ConstDef, FormulaDef, Item, LabelDef, Model, ModelType};
-use super::parse::parse_model_observed;
-use super::parse_constants;
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::model::expr::ExprPool;
 use crate::model::{ModelKind, Program};
-use crate::observer::{Observer, Unobserved};
+use crate::observer::Observer;
 use collect::Parts;
-use lower::Lowerer;
 use scope::NO_RENAMING;
 
+pub(in crate::lang) use constants::{Wanted, given_values};
+pub(in crate::lang) use lower::Lowerer;
+pub(in crate::lang) use ops::Operand;
 pub use preference::{load_preferences, lower_preferences};
+pub(in crate::lang) use scope::{Scope, is_slip};
 pub use target::lower_target;
+pub(in crate::lang) use target::lower_value;
 
 /// A program, with what else is to be said about it.
 #[derive(Debug, Clone)]
@@ -39,28 +41,8 @@ pub struct Checked {
     pub warnings: Vec<Diagnostic>,
     /// How many reward structures were read and ignored.
     pub ignored_rewards: usize,
-}
-
-/// Reads a model file and flattens it. `constants` has the form `K=4,N=3` and may be empty.
-///
-/// # Errors
-/// All errors of the text that could be told apart: of syntax first, then of meaning.
-pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
-    load_observed(source, constants, &Unobserved)
-}
-
-/// As [`load`], for models so large that one may want to stop reading them.
-///
-/// # Errors
-/// Those of [`load`]; a limit.
-pub fn load_observed(
-    source: &Arc<SourceFile>,
-    constants: &Arc<SourceFile>,
-    observer: &dyn Observer,
-) -> Result<Checked> {
-    let model = parse_model_observed(source, observer);
-    let bindings = parse_constants(constants)?;
-    check(&model?, source, constants, &bindings, observer)
+    /// The properties that the model names, where its format has such.
+    pub properties: Vec<super::named::Property>,
 }
 
 /// Flattens a model: gives undefined constants their values, checks names and types, carries out
@@ -96,6 +78,7 @@ pub fn check(
             program: Program { pool: lowerer.pool, ..program },
             warnings: Vec::new(),
             ignored_rewards: parts.rewards,
+            properties: Vec::new(),
         }),
         _ => Err(Error::Input(lowerer.diagnostics)),
     }

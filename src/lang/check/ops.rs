@@ -9,7 +9,7 @@ use crate::model::value::Type;
 pub(super) const MAX_HEIGHT: u32 = 2000;
 
 /// An operand with its place.
-pub(super) type Operand = (ExprId, Span);
+pub(in crate::lang) type Operand = (ExprId, Span);
 
 impl Lowerer<'_> {
     /// Checks that what the pool made is not too high, and notes where it has no value: whether that
@@ -53,19 +53,19 @@ impl Lowerer<'_> {
         self.made(made, span)
     }
 
-    pub(super) fn made_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
+    pub(in crate::lang) fn made_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
         match self.pool.ty(id) {
             Type::Int => self.unary(Unary::ToReal, id, span),
             _ => Some(id),
         }
     }
 
-    pub(super) fn not(&mut self, a: ExprId, span: Span) -> Option<ExprId> {
+    pub(in crate::lang) fn not(&mut self, a: ExprId, span: Span) -> Option<ExprId> {
         let a = self.expect_type(a, Type::Bool, span, "the operand of `!`")?;
         self.unary(Unary::Not, a, span)
     }
 
-    pub(super) fn neg(&mut self, a: ExprId, operand: Span, span: Span) -> Option<ExprId> {
+    pub(in crate::lang) fn neg(&mut self, a: ExprId, operand: Span, span: Span) -> Option<ExprId> {
         self.expect_number((a, operand), "the operand of `-`")?;
         self.unary(Unary::Neg, a, span)
     }
@@ -106,7 +106,7 @@ impl Lowerer<'_> {
     }
 
     /// `a & b & …` or `a | b | …` as a tree of small height; the order of evaluation stays.
-    pub(super) fn balanced(&mut self, op: BinaryOp, operands: &[Operand]) -> Option<ExprId> {
+    pub(in crate::lang) fn balanced(&mut self, op: BinaryOp, operands: &[Operand]) -> Option<ExprId> {
         let what = format!("an operand of `{}`", op.symbol());
         let checked: Vec<_> = operands
             .iter()
@@ -127,7 +127,13 @@ impl Lowerer<'_> {
         row.first().map(|o| o.0)
     }
 
-    pub(super) fn binary(&mut self, op: BinaryOp, a: Operand, b: Operand, span: Span) -> Option<ExprId> {
+    pub(in crate::lang) fn binary(
+        &mut self,
+        op: BinaryOp,
+        a: Operand,
+        b: Operand,
+        span: Span,
+    ) -> Option<ExprId> {
         let what = format!("an operand of `{}`", op.symbol());
         match op {
             BinaryOp::Implies => {
@@ -176,7 +182,7 @@ impl Lowerer<'_> {
     }
 
     /// `c ? a : b`
-    pub(super) fn ite(&mut self, c: ExprId, a: Operand, b: Operand) -> Option<ExprId> {
+    pub(in crate::lang) fn ite(&mut self, c: ExprId, a: Operand, b: Operand) -> Option<ExprId> {
         let (ta, tb) = (self.pool.ty(a.0), self.pool.ty(b.0));
         let span = a.1.to(b.1);
         if (ta == Type::Bool) != (tb == Type::Bool) {
@@ -189,7 +195,13 @@ impl Lowerer<'_> {
     }
 
     /// `f(e, …)`
-    pub(super) fn call(&mut self, name: &str, at: Span, args: &[Operand], span: Span) -> Option<ExprId> {
+    pub(in crate::lang) fn call(
+        &mut self,
+        name: &str,
+        at: Span,
+        args: &[Operand],
+        span: Span,
+    ) -> Option<ExprId> {
         let arity = match name {
             "min" | "max" => 2..=usize::MAX,
             "floor" | "ceil" | "round" => 1..=1,

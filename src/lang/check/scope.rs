@@ -44,7 +44,7 @@ pub(super) struct Renaming<'a> {
 
 /// All names of a model.
 #[derive(Default)]
-pub(super) struct Scope<'a> {
+pub(in crate::lang) struct Scope<'a> {
     pub(super) symbols: AHashMap<String, (Symbol, Span)>,
     pub(super) definitions: Vec<Definition<'a>>,
     pub(super) renamings: Vec<Renaming<'a>>,
@@ -97,7 +97,7 @@ impl<'a> Scope<'a> {
 
 /// Whether two names differ in case only, or by one letter that is wrong, missing or too many, or by
 /// two neighbours in the wrong order.
-pub(super) fn is_slip(a: &str, b: &str) -> bool {
+pub(in crate::lang) fn is_slip(a: &str, b: &str) -> bool {
     if a.eq_ignore_ascii_case(b) {
         return true;
     }

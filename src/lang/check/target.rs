@@ -8,7 +8,7 @@ use super::lower::Lowerer;
 use super::scope::{NO_RENAMING, Scope, Symbol};
 use crate::error::{Error, Result, SourceFile};
 use crate::lang::ast::{BinaryOp, Expr, Span};
-use crate::model::expr::{ExprId, Unary};
+use crate::model::expr::{Binary, ExprId, ExprPool, Unary};
 use crate::model::value::Value;
 use crate::model::{Program, VarId};
 use crate::observer::Unobserved;
@@ -20,6 +20,30 @@ use crate::observer::Unobserved;
 /// # Errors
 /// Unknown names and wrong types; the target must be of type `bool`.
 pub fn lower_target(program: &mut Program, source: &Arc<SourceFile>, target: &Expr) -> Result<ExprId> {
+    lowered(program, source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
+}
+
+/// As [`lower_target`], for an expression of any type.
+///
+/// # Errors
+/// Unknown names and wrong types.
+pub(in crate::lang) fn lower_value(
+    program: &mut Program,
+    source: &Arc<SourceFile>,
+    value: &Expr,
+) -> Result<ExprId> {
+    lowered(program, source, |lowerer| {
+        let id = lowerer.expr(value, NO_RENAMING)?;
+        lowerer.whole(id, value.span)
+    })
+}
+
+/// Lowers into the pool of a finished program.
+fn lowered(
+    program: &mut Program,
+    source: &Arc<SourceFile>,
+    lower: impl FnOnce(&mut Lowerer<'_>) -> Option<ExprId>,
+) -> Result<ExprId> {
     let pool = std::mem::take(&mut program.pool);
     let mut lowerer = Lowerer::new(source, scope(program), pool, &Unobserved);
     let mut labels: AHashMap<String, ExprId> = program.labels.iter().cloned().collect();
@@ -27,8 +51,9 @@ pub fn lower_target(program: &mut Program, source: &Arc<SourceFile>, target: &Ex
     if let Some(deadlock) = deadlock(program, &mut lowerer) {
         labels.insert("deadlock".to_owned(), deadlock);
     }
+    labels.extend(named_values(program, &mut lowerer.pool));
     lowerer.labels = Some(labels);
-    let lowered = lowerer.condition(target, NO_RENAMING, "a target");
+    let lowered = lower(&mut lowerer);
     program.pool = lowerer.pool;
     lowered.ok_or(Error::Input(lowerer.diagnostics))
 }
@@ -50,6 +75,18 @@ fn scope(program: &Program) -> Scope<'static> {
         add(&variable.name, Symbol::Variable(id, variable.ty));
     }
     scope
+}
+
+/// `"variable=value"` for each value that has a name, as locations do.
+fn named_values(program: &Program, pool: &mut ExprPool) -> Vec<(String, ExprId)> {
+    let mut all = Vec::new();
+    for (id, variable) in program.variable_ids().zip(&program.variables) {
+        for (value, name) in (variable.low..).zip(&variable.values) {
+            let (of, value) = (pool.var(id, variable.ty), pool.value(Value::Int(value)));
+            all.push((format!("{}={name}", variable.name), pool.binary(Binary::Eq, of, value)));
+        }
+    }
+    all
 }
 
 /// No synchronisation has, in each of its factors, an enabled command.

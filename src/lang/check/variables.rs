@@ -33,10 +33,19 @@ impl<'a> Lowerer<'a> {
         };
         let initial = self.initial_value(declared, ty, (low, high), parts)?;
         let (name, module) = (declared.name.clone(), declared.module);
-        Some(Variable { name, ty, low, high, module, initial, span: declaration.span.range() })
+        Some(Variable {
+            name,
+            ty,
+            low,
+            high,
+            module,
+            initial,
+            values: Vec::new(),
+            span: declaration.span.range(),
+        })
     }
 
-    fn check_range(&mut self, low: i64, high: i64, span: Span, name: &str) -> Option<()> {
+    pub(in crate::lang) fn check_range(&mut self, low: i64, high: i64, span: Span, name: &str) -> Option<()> {
         if low > high {
             return self.fail(span, format!("the range {low}..{high} of `{name}` is empty"));
         }

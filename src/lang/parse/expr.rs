@@ -106,7 +106,7 @@ impl Parser<'_> {
         let kind = match self.peek() {
             Token::Int => self.integer(span)?,
             Token::Real => self.real(span)?,
-            Token::Quoted => ExprKind::Label(self.quoted()?.name),
+            Token::Quoted => ExprKind::Label(self.label_reference()?),
             Token::Word => return self.word(span),
             Token::LeftParen => {
                 self.advance();

@@ -189,6 +189,12 @@ impl<'a> Parser<'a> {
         Ok(Ident { name, span })
     }
 
+    /// The label that is meant: properties of JANI models may have any name.
+    pub(crate) fn label_reference(&mut self) -> Parsed<String> {
+        let span = self.expect(Token::Quoted)?;
+        Ok(self.text(span).trim_matches('"').to_owned())
+    }
+
     /// An error at a place.
     pub(crate) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(self.source, span.range(), message)

@@ -1,0 +1,144 @@
+//! `meliora export --format explicit|drn`: models state by state.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use meliora::engine::Engine;
+use meliora::error::Error;
+use meliora::export::explicit::{Graph, action_table, drn, explored, induced, prism};
+use meliora::output::ExplicitReport;
+use meliora::output::report::ModelSummary;
+use meliora::planning::course::Picks;
+use meliora::planning::playbook::Playbook;
+use meliora::planning::{Analysis, Kind};
+
+use super::exit::Status;
+use super::files::Target;
+use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
+use super::supervise::{Desk, supervise};
+use super::{files, load};
+
+/// `--strategy`: whose model is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct StrategyArg {
+    kind: Kind,
+    picks: Picks,
+}
+
+impl StrategyArg {
+    /// Reads `sasi`, `spi:progress`, …
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        let (kind, picks) = text.split_once(':').unwrap_or((text, "permissive"));
+        let kind = match kind {
+            "sasi" => Some(Kind::Sasi),
+            "spi" => Some(Kind::Spi),
+            _ => None,
+        };
+        let picks = match picks {
+            "permissive" => Some(Picks::Permissive),
+            "progress" => Some(Picks::Progress),
+            _ => None,
+        };
+        match (kind, picks) {
+            (Some(kind), Some(picks)) => Ok(StrategyArg { kind, picks }),
+            _ => Err("such as sasi, spi, sasi:progress or spi:permissive".to_owned()),
+        }
+    }
+
+    fn name(self) -> String {
+        let kind = if self.kind == Kind::Sasi { "sasi" } else { "spi" };
+        let picks = if self.picks == Picks::Progress { "progress" } else { "permissive" };
+        format!("{kind}:{picks}")
+    }
+}
+
+/// The format of the files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Texts {
+    /// PRISM's `.tra`, `.sta` and `.lab`
+    Explicit,
+    /// Storm's `.drn`
+    Drn,
+}
+
+/// What is written, and where.
+#[derive(Debug, Clone)]
+pub(super) struct Wanted {
+    pub(super) model: ModelArgs,
+    pub(super) preferences: PreferenceArgs,
+    pub(super) out: std::path::PathBuf,
+    pub(super) texts: Texts,
+    pub(super) limit: usize,
+    pub(super) strategy: Option<StrategyArg>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong; the directory cannot be written.
+pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
+    let report = ExplicitReport::new(
+        &wanted.model.path(),
+        wanted.model.scope.into(),
+        wanted.preferences.safety.name(),
+        &wanted.out.display().to_string(),
+        wanted.strategy.map(StrategyArg::name),
+    );
+    supervise(report, wanted.model.timeout, shown, move |desk| work(desk, &wanted))
+}
+
+fn work(desk: &Desk<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
+    let read = || load::question(&wanted.model, &wanted.preferences, &desk.watch);
+    let question = desk.timed("parse", read, |_, _| ())?;
+    desk.update(|r| r.model = ModelSummary::of(&wanted.model.path(), &question.program));
+    let settings = load::settings(&wanted.model, &desk.watch);
+    let build = || load::symbolic(&question.program, &wanted.model, settings);
+    let engine = desk.timed("build", build, |_, _| ())?;
+    let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());
+    desk.timed("analysis", || analysis.run(&mut |_| ()), |_, _| ())?;
+    let list = || listed(wanted, &analysis, &question.program);
+    let graph = desk.timed("states", list, |_, _| ())?;
+    let names = desk.timed("write", || write(wanted, &graph), |_, _| ())?;
+    let peak = engine.usage().peak_nodes;
+    desk.update(|r| {
+        r.set(&graph, names);
+        r.memory.peak_nodes = peak;
+    });
+    Ok(())
+}
+
+fn listed<E: Engine>(
+    wanted: &Wanted,
+    analysis: &Analysis<'_, E>,
+    program: &meliora::model::Program,
+) -> Result<Graph, Error> {
+    let Some(strategy) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
+    match Playbook::new(analysis, program, strategy.kind) {
+        Some(mut book) => induced(analysis, program, &mut book, strategy.picks, wanted.limit),
+        None => Err(Error::Usage("the levels of this kind are not known".to_owned())),
+    }
+}
+
+/// Writes the files, all of them or none; their names.
+fn write(wanted: &Wanted, graph: &Graph) -> Result<Vec<String>, Error> {
+    let stem = wanted.strategy.map_or("model".to_owned(), |s| s.name().replace(':', "-"));
+    let mut texts = match wanted.texts {
+        Texts::Drn => vec![("drn", drn(graph))],
+        Texts::Explicit => {
+            let all = prism(graph);
+            vec![("tra", all.tra), ("sta", all.sta), ("lab", all.lab)]
+        }
+    };
+    if wanted.strategy.is_some() {
+        texts.push(("csv", action_table(graph)));
+    }
+    let folder: &Path = &wanted.out;
+    std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, &e))?;
+    let names: Vec<String> = texts.iter().map(|(extension, _)| format!("{stem}.{extension}")).collect();
+    let inputs: [&Path; 2] = [&wanted.model.model, &wanted.preferences.preferences];
+    let target = |name: &String| Target::new(&folder.join(name), &inputs);
+    let targets = names.iter().map(target).collect::<Result<Vec<_>, _>>()?;
+    let all: Vec<_> = targets.iter().zip(&texts).map(|(target, (_, text))| (target, text.as_str())).collect();
+    files::write_all(&all)?;
+    Ok(names)
+}

@@ -1,0 +1,87 @@
+//! The file of a sweep: a header and a row an instance, in the order of the instances; whole after
+//! each row.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use meliora::error::{Diagnostic, Error};
+
+use super::super::files::Target;
+use super::super::load;
+
+pub(crate) struct CsvFile {
+    path: PathBuf,
+    header: String,
+    /// By the position of the instance.
+    rows: BTreeMap<usize, String>,
+}
+
+impl CsvFile {
+    /// A file that will be written anew.
+    pub(crate) fn new(path: &Path, header: &[String]) -> Self {
+        CsvFile { path: path.to_owned(), header: header.join(","), rows: BTreeMap::new() }
+    }
+
+    /// Takes over the rows that are there; `instances` are the beginnings of rows by their positions.
+    ///
+    /// # Errors
+    /// The file is that of another sweep.
+    pub(crate) fn resume(&mut self, instances: &[(usize, String)]) -> Result<(), Error> {
+        if !self.path.exists() {
+            return Ok(());
+        }
+        let source = load::read(&self.path)?;
+        let mut at = 0;
+        for (number, line) in source.text.split_inclusive('\n').enumerate() {
+            let (row, span) = (line.trim_end(), at..at + line.trim_end().len());
+            at += line.len();
+            let known = instances.iter().find(|(_, start)| begins(row, start));
+            match (number, known) {
+                (0, _) if row == self.header => {}
+                (0, _) => {
+                    let message = "this is not the header of this sweep";
+                    let diagnostic = Diagnostic::new(&source, span, message);
+                    return Err(diagnostic.help("leave `--resume` out to begin anew").into());
+                }
+                (_, Some((position, _))) => drop(self.rows.insert(*position, row.to_owned())),
+                (_, None) => {
+                    let message = "this is no row of this sweep";
+                    return Err(Diagnostic::new(&source, span, message).into());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether an instance has its row.
+    pub(crate) fn has(&self, position: usize) -> bool {
+        self.rows.contains_key(&position)
+    }
+
+    /// Adds a row, and writes the file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn add(&mut self, position: usize, cells: &[String]) -> Result<(), Error> {
+        self.rows.insert(position, cells.join(","));
+        self.write()
+    }
+
+    /// Writes the whole file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn write(&self) -> Result<(), Error> {
+        let mut text = self.header.clone() + "\n";
+        for row in self.rows.values() {
+            text.push_str(row);
+            text.push('\n');
+        }
+        Target::new(&self.path, &[])?.write(&text)
+    }
+}
+
+/// Whether a row is that of an instance: its first cells are the values of the constants.
+fn begins(row: &str, start: &str) -> bool {
+    row.strip_prefix(start).is_some_and(|rest| rest.starts_with(',') || start.is_empty())
+}

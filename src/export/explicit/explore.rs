@@ -1,0 +1,97 @@
+//! The states of a model one by one, by the reference meaning of its commands.
+
+use std::collections::BTreeSet;
+
+use ahash::AHashMap;
+
+use super::graph::{Column, Graph, Row, fits};
+use super::label::{Regions, identifier};
+use crate::engine::Engine;
+use crate::error::Result;
+use crate::model::value::{Type, Value};
+use crate::model::{ModelKind, Program, State, Variable, fault};
+use crate::planning::Analysis;
+
+/// The states that an engine found, each with its choices; the regions of a finished analysis, ranks and
+/// the labels of the model are its labels.
+///
+/// # Errors
+/// More than `limit` states; a state in which the model has no meaning. Cost: one step of the program a
+/// state.
+pub fn explored<E: Engine>(analysis: &Analysis<'_, E>, program: &Program, limit: usize) -> Result<Graph> {
+    let engine = analysis.engine();
+    let states = engine.list_states(&engine.all_states(), limit.saturating_add(1))?;
+    fits(states.len().saturating_sub(1), limit)?;
+    let initial = engine.initial_states();
+    let (mut states, others): (Vec<State>, Vec<State>) =
+        states.into_iter().partition(|s| engine.contains(&initial, s));
+    let starts = states.len();
+    states.extend(others);
+    let index: AHashMap<&State, usize> = states.iter().zip(0..).collect();
+    let mut rows = Vec::with_capacity(states.len());
+    for state in &states {
+        if let Some(limit) = engine.settings().observer.stop() {
+            return Err(limit.into());
+        }
+        let steps = program.steps(state).map_err(|e| fault::error(program, &e, state))?;
+        let row = |step: crate::model::step::Step| {
+            let known = step.successors.iter().filter_map(|(s, p)| Some((*index.get(s)?, *p)));
+            let mut successors: Vec<(usize, f64)> = known.collect();
+            successors.sort_by_key(|s| s.0);
+            Row { action: step.name, successors }
+        };
+        rows.push(steps.into_iter().map(row).collect());
+    }
+    let labels = labels(analysis, program, &states)?;
+    let columns = program.variables.iter().map(column).collect();
+    let is_dtmc = program.kind == ModelKind::Dtmc;
+    Ok(Graph { is_dtmc, columns, initial: (0..starts).collect(), rows, labels, states })
+}
+
+pub(super) fn column(variable: &Variable) -> Column {
+    Column { name: variable.name.clone(), is_bool: variable.ty == Type::Bool }
+}
+
+/// "deadlock", the model's own labels, and the regions and ranks.
+fn labels<E: Engine>(
+    analysis: &Analysis<'_, E>,
+    program: &Program,
+    states: &[State],
+) -> Result<Vec<(String, Vec<usize>)>> {
+    let engine = analysis.engine();
+    let deadlocks = engine.deadlock_states();
+    let members = |holds: &dyn Fn(&State) -> bool| -> Vec<usize> {
+        states.iter().enumerate().filter(|(_, s)| holds(s)).map(|(i, _)| i).collect()
+    };
+    let mut labels = vec![("deadlock".to_owned(), members(&|s| engine.contains(&deadlocks, s)))];
+    for (name, e) in &program.labels {
+        let mut own = Vec::new();
+        for (number, state) in states.iter().enumerate() {
+            match program.pool.eval(*e, state) {
+                Ok(Value::Bool(true)) => own.push(number),
+                Ok(_) => {}
+                Err(_) => return Err(fault::in_predicate(program, *e, state)),
+            }
+        }
+        labels.push((name.clone(), own));
+    }
+    let regions = Regions::of(analysis);
+    labels.extend(regions.all(states));
+    Ok(distinct(labels))
+}
+
+/// Names as these formats have them, each once.
+pub(super) fn distinct(labels: Vec<(String, Vec<usize>)>) -> Vec<(String, Vec<usize>)> {
+    let mut taken: BTreeSet<String> = ["init".to_owned()].into();
+    let mut unique = |name: &str| {
+        let wanted = identifier(name);
+        let mut name = wanted.clone();
+        let mut number = 2;
+        while !taken.insert(name.clone()) {
+            name = format!("{wanted}_{number}");
+            number += 1;
+        }
+        name
+    };
+    labels.into_iter().map(|(name, states)| (unique(&name), states)).collect()
+}

@@ -1,0 +1,135 @@
+//! What a strategy makes of a model.
+//!
+//! A state is a state of the model, with what the play remembers there and whether the step into it was an
+//! improvement. Where nothing is left to improve a play ends: the state has a self-loop.
+
+use ahash::AHashMap;
+
+use super::explore::{column, distinct};
+use super::graph::{Column, Graph, Row, fits};
+use super::label::Regions;
+use crate::engine::Engine;
+use crate::error::Result;
+use crate::model::{Program, State};
+use crate::planning::Analysis;
+use crate::planning::course::{Course, Picks};
+use crate::planning::levels::Rank;
+use crate::planning::playbook::{Memory, Playbook};
+
+/// A node of the course, and whether an improvement led there.
+type Key = (usize, bool);
+
+/// The model that a strategy induces from the initial states: a chain for [`Picks::Progress`], a part of
+/// the model for [`Picks::Permissive`]. Labels are "improved" (the last step was an improvement), "settled"
+/// (the play ends there), and the regions and ranks of the states.
+///
+/// # Errors
+/// More than `limit` states; as [`Course::unfold`].
+pub fn induced<E: Engine>(
+    analysis: &Analysis<'_, E>,
+    program: &Program,
+    book: &mut Playbook<'_, E>,
+    picks: Picks,
+    limit: usize,
+) -> Result<Graph> {
+    let engine = analysis.engine();
+    let starts = engine.list_states(&engine.initial_states(), limit.saturating_add(1))?;
+    fits(starts.len().saturating_sub(1), limit)?;
+    let course = Course::unfold(book, &starts, picks, limit)?;
+    if !course.complete {
+        fits(limit, limit)?;
+    }
+    let mut found = Found::from(starts.len());
+    let mut rows = Vec::new();
+    // States are numbered in the order in which they are found, and looked at in this order.
+    while let Some(&key) = found.keys.get(rows.len()) {
+        fits(rows.len(), limit)?;
+        rows.push(choices(&course, key, rows.len(), &mut found));
+    }
+    let keys = found.keys;
+    let labels = labels(analysis, &course, &keys);
+    let states = keys.iter().map(|key| values(&course, *key)).collect();
+    let (is_dtmc, columns) = (picks == Picks::Progress, columns(program));
+    Ok(Graph { is_dtmc, columns, states, rows, initial: (0..starts.len()).collect(), labels })
+}
+
+/// The states found so far.
+struct Found {
+    keys: Vec<Key>,
+    index: AHashMap<Key, usize>,
+}
+
+impl Found {
+    fn from(starts: usize) -> Self {
+        let keys: Vec<Key> = (0..starts).map(|node| (node, false)).collect();
+        let index = keys.iter().copied().zip(0..).collect();
+        Found { keys, index }
+    }
+
+    fn number(&mut self, key: Key) -> usize {
+        *self.index.entry(key).or_insert_with(|| {
+            self.keys.push(key);
+            self.keys.len() - 1
+        })
+    }
+}
+
+/// The choices that the strategy takes in a state; a self-loop where there is none.
+fn choices(course: &Course, (node, _): Key, number: usize, found: &mut Found) -> Vec<Row> {
+    let node = &course.nodes[node];
+    let mut rows = Vec::new();
+    for (action, next) in node.at.actions.iter().zip(&node.next) {
+        let mut successors: Vec<(usize, f64)> = Vec::new();
+        for (successor, to) in action.successors.iter().zip(next) {
+            if let Some(to) = to {
+                successors.push((found.number((*to, successor.improves)), successor.probability));
+            }
+        }
+        if !successors.is_empty() {
+            successors.sort_by_key(|s| s.0);
+            rows.push(Row { action: action.name.clone(), successors });
+        }
+    }
+    if rows.is_empty() {
+        rows.push(Row { action: "settled".to_owned(), successors: vec![(number, 1.0)] });
+    }
+    rows
+}
+
+/// The variables of the model, the level (-1 where it is unbounded), and whether the last step improved.
+fn columns(program: &Program) -> Vec<Column> {
+    let mut columns: Vec<Column> = program.variables.iter().map(column).collect();
+    for (name, is_bool) in [("level", false), ("reference", false), ("improved", true)] {
+        let mut name = name.to_owned();
+        while columns.iter().any(|c| c.name == name) {
+            name.insert(0, '_');
+        }
+        columns.push(Column { name, is_bool });
+    }
+    columns
+}
+
+fn values(course: &Course, (node, improved): Key) -> State {
+    let at = &course.nodes[node].at;
+    let Memory { level, arena } = at.memory;
+    let level = match level {
+        Rank::Finite(k) | Rank::AtLeast(k) => i64::try_from(k).unwrap_or(i64::MAX),
+        Rank::Unbounded => -1,
+    };
+    let reference = arena.and_then(|a| i64::try_from(a).ok()).unwrap_or(-1);
+    let mut values = at.state.clone();
+    values.extend([level, reference, i64::from(improved)]);
+    values
+}
+
+fn labels<E: Engine>(analysis: &Analysis<'_, E>, course: &Course, keys: &[Key]) -> Vec<(String, Vec<usize>)> {
+    let numbered = |holds: &dyn Fn(&Key) -> bool| -> Vec<usize> {
+        keys.iter().enumerate().filter(|(_, key)| holds(key)).map(|(number, _)| number).collect()
+    };
+    let settled = |key: &Key| course.nodes[key.0].next.iter().flatten().all(Option::is_none);
+    let mut labels =
+        vec![("improved".to_owned(), numbered(&|key| key.1)), ("settled".to_owned(), numbered(&settled))];
+    let states: Vec<State> = keys.iter().map(|key| course.nodes[key.0].at.state.clone()).collect();
+    labels.extend(Regions::of(analysis).all(&states));
+    distinct(labels)
+}

@@ -1,0 +1,118 @@
+//! The texts: PRISM's `.tra`, `.sta` and `.lab`, and Storm's `.drn`.
+//!
+//! Probabilities are the shortest decimals that read back as the same doubles.
+
+use std::fmt::Write as _;
+
+use super::graph::Graph;
+
+/// The three texts of PRISM.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PrismFiles {
+    /// Transitions.
+    pub tra: String,
+    /// States by their values.
+    pub sta: String,
+    /// Labels.
+    pub lab: String,
+}
+
+/// A model in PRISM's explicit files.
+pub fn prism(graph: &Graph) -> PrismFiles {
+    PrismFiles { tra: tra(graph), sta: sta(graph), lab: lab(graph) }
+}
+
+fn tra(graph: &Graph) -> String {
+    let (states, choices, transitions) = (graph.states.len(), graph.choices(), graph.transitions());
+    let mut text = match graph.is_dtmc {
+        true => format!("{states} {transitions}\n"),
+        false => format!("{states} {choices} {transitions}\n"),
+    };
+    for (state, rows) in graph.rows.iter().enumerate() {
+        for (choice, row) in rows.iter().enumerate() {
+            for (to, p) in &row.successors {
+                let _ = match graph.is_dtmc {
+                    true => writeln!(text, "{state} {to} {p}"),
+                    false => writeln!(text, "{state} {choice} {to} {p} {}", row.action),
+                };
+            }
+        }
+    }
+    text
+}
+
+fn sta(graph: &Graph) -> String {
+    let names: Vec<&str> = graph.columns.iter().map(|c| c.name.as_str()).collect();
+    let mut text = format!("({})\n", names.join(","));
+    for (number, values) in graph.states.iter().enumerate() {
+        let _ = writeln!(text, "{number}:({})", shown(graph, values, |_, v| v));
+    }
+    text
+}
+
+/// The values of a state with commas between them.
+fn shown(graph: &Graph, values: &[i64], show: impl Fn(&str, String) -> String) -> String {
+    let cells = graph.columns.iter().zip(values).map(|(c, &v)| show(&c.name, c.show(v)));
+    cells.collect::<Vec<_>>().join(",")
+}
+
+/// The names of labels, "init" first, and those of each state by their positions.
+fn labels_by_state(graph: &Graph) -> (Vec<&str>, Vec<Vec<usize>>) {
+    let names = std::iter::once("init").chain(graph.labels.iter().map(|l| l.0.as_str())).collect();
+    let mut of = vec![Vec::new(); graph.states.len()];
+    let all = std::iter::once(&graph.initial).chain(graph.labels.iter().map(|l| &l.1));
+    for (position, states) in all.enumerate() {
+        states.iter().for_each(|&s| of[s].push(position));
+    }
+    (names, of)
+}
+
+fn lab(graph: &Graph) -> String {
+    let (names, of) = labels_by_state(graph);
+    let numbered = names.iter().enumerate().map(|(i, name)| format!("{i}=\"{name}\""));
+    let mut text = numbered.collect::<Vec<_>>().join(" ") + "\n";
+    for (state, labels) in of.iter().enumerate().filter(|(_, labels)| !labels.is_empty()) {
+        let labels: Vec<String> = labels.iter().map(usize::to_string).collect();
+        let _ = writeln!(text, "{state}: {}", labels.join(" "));
+    }
+    text
+}
+
+/// A model in Storm's explicit format.
+pub fn drn(graph: &Graph) -> String {
+    let (names, of) = labels_by_state(graph);
+    let kind = if graph.is_dtmc { "DTMC" } else { "MDP" };
+    let (states, choices) = (graph.states.len(), graph.choices());
+    let mut text = format!("@type: {kind}\n@parameters\n\n@reward_models\n\n");
+    let _ = write!(text, "@nr_states\n{states}\n@nr_choices\n{choices}\n@model\n");
+    for (state, rows) in graph.rows.iter().enumerate() {
+        let _ = write!(text, "state {state}");
+        for &label in &of[state] {
+            let _ = write!(text, " {}", names[label]);
+        }
+        let _ = writeln!(text, "\n//[{}]", shown(graph, &graph.states[state], |n, v| format!("{n}={v}")));
+        for (choice, row) in rows.iter().enumerate() {
+            let _ = match graph.is_dtmc {
+                true => writeln!(text, "\taction {choice}"),
+                false => writeln!(text, "\taction {}", row.action),
+            };
+            for (to, p) in &row.successors {
+                let _ = writeln!(text, "\t\t{to} : {p}");
+            }
+        }
+    }
+    text
+}
+
+/// Each state with the names of its choices, as a CSV file: its number, its values, and the names with
+/// ` | ` between them.
+pub fn action_table(graph: &Graph) -> String {
+    let names: Vec<&str> = graph.columns.iter().map(|c| c.name.as_str()).collect();
+    let mut text = format!("state,{},actions\n", names.join(","));
+    for (number, (values, rows)) in graph.states.iter().zip(&graph.rows).enumerate() {
+        let actions = rows.iter().map(|row| row.action.as_str()).collect::<Vec<_>>().join(" | ");
+        let values = shown(graph, values, |_, v| v);
+        let _ = writeln!(text, "{number},{values},\"{}\"", actions.replace('"', "\"\""));
+    }
+    text
+}

@@ -1,0 +1,201 @@
+//! Modules that PRISM's language cannot keep apart as one.
+//!
+//! There, a command with a label writes variables of its own module only. In other formats several modules
+//! may write one variable together with others; such modules become one, whose commands are all
+//! combinations of theirs.
+
+use ahash::AHashMap;
+
+use crate::error::{Limit, Result};
+use crate::lang::names::Names;
+use crate::model::expr::Binary;
+use crate::model::{Branch, Command, CommandId, Program, Synchronisation, VarId};
+
+/// More commands than this are not written.
+const MOST_COMMANDS: usize = 100_000;
+
+/// The program with modules merged as far as need be.
+///
+/// # Errors
+/// The merged modules have too many commands.
+pub(super) fn merged(program: &Program) -> Result<Program> {
+    let classes = Classes::of(program);
+    let mut program = program.clone();
+    let owners = classes.owners(&program);
+    program.variables.iter_mut().zip(owners).for_each(|(v, owner)| v.module = owner);
+    if classes.are_apart() {
+        return Ok(program);
+    }
+    let mut merge = Merge { known: AHashMap::new(), commands: Vec::new(), numbers: AHashMap::new() };
+    let mut synchronisations = Vec::new();
+    for step in program.synchronisations.clone() {
+        let mut groups: Vec<(usize, Vec<Vec<CommandId>>)> = Vec::new();
+        for factor in step.factors {
+            let class = classes.of_module[program.commands[factor[0].index()].module];
+            match groups.iter_mut().find(|(c, _)| *c == class) {
+                Some((_, factors)) => factors.push(factor),
+                None => groups.push((class, vec![factor])),
+            }
+        }
+        let mut factors = Vec::new();
+        for (class, parts) in groups {
+            factors.push(merge.factor(&mut program, class, step.action, &parts)?);
+        }
+        synchronisations.push(Synchronisation { action: step.action, factors });
+    }
+    program.modules = classes.names(&program);
+    program.commands = merge.commands;
+    program.synchronisations = synchronisations;
+    Ok(program)
+}
+
+/// Which modules become one.
+struct Classes {
+    /// For each module the number of its class, in the order of the first members.
+    of_module: Vec<usize>,
+    count: usize,
+    /// For each variable the classes that write it, whether labelled or not.
+    labelled: Vec<bool>,
+    writers: Vec<Vec<usize>>,
+}
+
+impl Classes {
+    fn of(program: &Program) -> Self {
+        let mut writers: Vec<Vec<usize>> = program.variables.iter().map(|_| Vec::new()).collect();
+        let mut labelled = vec![false; program.variables.len()];
+        for step in &program.synchronisations {
+            for id in step.factors.iter().flatten() {
+                let command = &program.commands[id.index()];
+                for &(VarId(v), _) in command.branches.iter().flat_map(|b| &b.updates) {
+                    let at = v as usize;
+                    if !writers[at].contains(&command.module) {
+                        writers[at].push(command.module);
+                    }
+                    labelled[at] |= step.action.is_some() || step.factors.len() > 1;
+                }
+            }
+        }
+        // The smallest module of each class stands for it until all are known.
+        let mut least: Vec<usize> = (0..program.modules.len()).collect();
+        for (at, own) in writers.iter().enumerate() {
+            let owner = program.variables[at].module;
+            let all: Vec<usize> = own.iter().copied().chain(owner).collect();
+            let apart = own.iter().any(|w| Some(*w) != owner);
+            if all.len() > 1 && apart && (labelled[at] || owner.is_some()) {
+                let to = all.iter().map(|&m| least[m]).min().unwrap_or(0);
+                let from: Vec<usize> = all.iter().map(|&m| least[m]).collect();
+                least.iter_mut().filter(|l| from.contains(l)).for_each(|l| *l = to);
+            }
+        }
+        let mut numbers: Vec<usize> = least.clone();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let of_module: Vec<usize> = least.iter().map(|l| numbers.binary_search(l).unwrap_or(0)).collect();
+        Classes { count: numbers.len(), of_module, labelled, writers }
+    }
+
+    fn are_apart(&self) -> bool {
+        self.count == self.of_module.len()
+    }
+
+    /// For each variable the class that declares it: its own, or that of what alone writes it with a label.
+    fn owners(&self, program: &Program) -> Vec<Option<usize>> {
+        let owner = |(at, v): (usize, &crate::model::Variable)| match v.module {
+            Some(module) => Some(self.of_module[module]),
+            None if self.labelled[at] => self.writers[at].first().map(|&m| self.of_module[m]),
+            None => None,
+        };
+        program.variables.iter().enumerate().map(owner).collect()
+    }
+
+    fn names(&self, program: &Program) -> Vec<String> {
+        let mut names = Names::default();
+        let of = |class: usize| {
+            let own = program.modules.iter().zip(&self.of_module).filter(|(_, c)| **c == class);
+            own.map(|(name, _)| name.as_str()).collect::<Vec<_>>().join("_")
+        };
+        (0..self.count).map(|class| names.add(&of(class))).collect()
+    }
+}
+
+/// The commands of the merged program as they are made.
+struct Merge {
+    known: AHashMap<Vec<CommandId>, CommandId>,
+    commands: Vec<Command>,
+    numbers: AHashMap<(usize, Option<usize>), usize>,
+}
+
+impl Merge {
+    /// One command for each combination of one command of each part.
+    fn factor(
+        &mut self,
+        program: &mut Program,
+        class: usize,
+        action: Option<usize>,
+        parts: &[Vec<CommandId>],
+    ) -> Result<Vec<CommandId>> {
+        let mut combinations: Vec<Vec<CommandId>> = vec![Vec::new()];
+        for part in parts {
+            if combinations.len().saturating_mul(part.len()) > MOST_COMMANDS {
+                return Err(too_many());
+            }
+            let longer = |c: &Vec<CommandId>| {
+                let c = c.clone();
+                part.iter().map(move |&id| c.iter().copied().chain([id]).collect::<Vec<_>>())
+            };
+            combinations = combinations.iter().flat_map(longer).collect();
+        }
+        combinations.into_iter().map(|ids| self.command(program, class, action, ids)).collect()
+    }
+
+    fn command(
+        &mut self,
+        program: &mut Program,
+        class: usize,
+        action: Option<usize>,
+        ids: Vec<CommandId>,
+    ) -> Result<CommandId> {
+        if let Some(&known) = self.known.get(&ids) {
+            return Ok(known);
+        }
+        if self.commands.len() >= MOST_COMMANDS {
+            return Err(too_many());
+        }
+        let mut command = program.commands[ids[0].index()].clone();
+        for id in &ids[1..] {
+            let other = program.commands[id.index()].clone();
+            command.guard = program.pool.binary(Binary::And, command.guard, other.guard);
+            command.branches = both(program, &command.branches, &other.branches);
+        }
+        // Alone it keeps its label; together they have that of their common move.
+        command.action = if ids.len() > 1 { action } else { command.action };
+        command.module = class;
+        let number = self.numbers.entry((class, command.action)).or_default();
+        *number += 1;
+        command.number = *number;
+        let new = CommandId(u32::try_from(self.commands.len()).unwrap_or(u32::MAX));
+        self.commands.push(command);
+        self.known.insert(ids, new);
+        Ok(new)
+    }
+}
+
+/// One branch of each side.
+fn both(program: &mut Program, left: &[Branch], right: &[Branch]) -> Vec<Branch> {
+    let mut all = Vec::new();
+    for a in left {
+        for b in right {
+            let probability = program.pool.binary(Binary::Mul, a.probability, b.probability);
+            let updates = a.updates.iter().chain(&b.updates).copied().collect();
+            all.push(Branch { probability, updates, span: a.span.clone() });
+        }
+    }
+    all
+}
+
+fn too_many() -> crate::error::Error {
+    let what = format!(
+        "modules that write the same variables, as one module of PRISM's language: more than {MOST_COMMANDS} commands"
+    );
+    Limit::Size { what }.into()
+}

@@ -1,0 +1,147 @@
+//! The tree of a JANI model, close to its text; every part knows its place.
+
+use crate::lang::ast::{Ident, ModelType, Span};
+use crate::lang::property::{Bound, Strategies};
+use crate::model::value::{Type, Value};
+
+/// An expression at a place.
+#[derive(Debug, Clone)]
+pub(super) struct Expr {
+    pub(super) kind: ExprKind,
+    pub(super) span: Span,
+}
+
+/// The forms of expressions.
+#[derive(Debug, Clone)]
+pub(super) enum ExprKind {
+    Literal(Value),
+    /// A variable, a constant or a parameter.
+    Name(String),
+    /// An operator with its operands, their number checked; rows of one associative operator are flat.
+    Op(Op, Vec<Expr>),
+    /// A call of a function of the model.
+    Call(Ident, Vec<Expr>),
+}
+
+/// The operators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Op {
+    Binary(crate::lang::ast::BinaryOp),
+    Not,
+    Ite,
+    /// A function of the modelling language: min, max, floor, ceil, pow, mod, log.
+    Function(&'static str),
+    Abs,
+    Sgn,
+    Trc,
+}
+
+/// A model.
+pub(super) struct Model {
+    pub(super) kind: ModelType,
+    pub(super) constants: Vec<Constant>,
+    pub(super) variables: Vec<Variable>,
+    pub(super) functions: Vec<Function>,
+    pub(super) actions: Vec<Ident>,
+    pub(super) automata: Vec<Automaton>,
+    pub(super) system: System,
+    /// `restrict-initial`
+    pub(super) restrict: Option<Expr>,
+    pub(super) properties: Vec<Property>,
+}
+
+/// The type of a constant, a variable or a parameter.
+#[derive(Debug, Clone)]
+pub(super) struct TypeOf {
+    pub(super) ty: Type,
+    /// Of a bounded type: the bounds that are given.
+    pub(super) low: Option<Expr>,
+    pub(super) high: Option<Expr>,
+    pub(super) span: Span,
+}
+
+pub(super) struct Constant {
+    pub(super) name: Ident,
+    pub(super) ty: TypeOf,
+    pub(super) value: Option<Expr>,
+}
+
+pub(super) struct Variable {
+    pub(super) name: Ident,
+    pub(super) ty: TypeOf,
+    pub(super) transient: bool,
+    pub(super) initial: Option<Expr>,
+}
+
+pub(super) struct Function {
+    pub(super) name: Ident,
+    pub(super) ty: TypeOf,
+    pub(super) parameters: Vec<(Ident, TypeOf)>,
+    pub(super) body: Expr,
+}
+
+pub(super) struct Automaton {
+    pub(super) name: Ident,
+    pub(super) variables: Vec<Variable>,
+    pub(super) functions: Vec<Function>,
+    pub(super) locations: Vec<Location>,
+    pub(super) initial: Vec<Ident>,
+    pub(super) restrict: Option<Expr>,
+    pub(super) edges: Vec<Edge>,
+}
+
+pub(super) struct Location {
+    pub(super) name: Ident,
+    /// Values that transient variables have there.
+    pub(super) values: Vec<(Ident, Expr)>,
+}
+
+pub(super) struct Edge {
+    pub(super) location: Ident,
+    pub(super) action: Option<Ident>,
+    pub(super) guard: Option<Expr>,
+    pub(super) destinations: Vec<Destination>,
+    pub(super) span: Span,
+}
+
+pub(super) struct Destination {
+    pub(super) location: Ident,
+    pub(super) probability: Option<Expr>,
+    pub(super) assignments: Vec<Assignment>,
+    pub(super) span: Span,
+}
+
+pub(super) struct Assignment {
+    pub(super) variable: Ident,
+    pub(super) value: Expr,
+    pub(super) index: i64,
+}
+
+/// Which automata run side by side, and how they move together.
+pub(super) struct System {
+    pub(super) elements: Vec<Ident>,
+    /// None where the model leaves them out.
+    pub(super) vectors: Option<Vec<Vector>>,
+    pub(super) span: Span,
+}
+
+/// A synchronisation vector: one action or none an element.
+pub(super) struct Vector {
+    pub(super) actions: Vec<Option<Ident>>,
+    pub(super) result: Option<Ident>,
+    pub(super) span: Span,
+}
+
+/// A property by name.
+pub(super) struct Property {
+    pub(super) name: Ident,
+    /// What it asks, or why that is no reachability of a state set.
+    pub(super) asks: Result<Reach, String>,
+}
+
+/// The probability to reach a target.
+pub(super) struct Reach {
+    pub(super) target: Expr,
+    /// Where it is compared with 0 or 1.
+    pub(super) compared: Option<(Strategies, Bound)>,
+}

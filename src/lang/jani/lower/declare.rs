@@ -1,0 +1,361 @@
+//! Declarations: constants, variables with ranges and initial values, locations.
+
+use std::sync::Arc;
+
+use ahash::{AHashMap, AHashSet};
+
+use super::super::ast::{Automaton, Constant, Expr, Function, TypeOf, Variable as Declaration};
+use super::scope::{Declared, Instance, Known, Level, Meaning, Place, Transient};
+use super::{Inputs, Lowering};
+use crate::error::{Diagnostic, Kind};
+use crate::lang::ast::{BinaryOp, Ident, Span};
+use crate::lang::check::{Wanted, given_values};
+use crate::lang::valuation::Binding;
+use crate::model::expr::{Binary, ExprId};
+use crate::model::value::{Type, Value};
+use crate::model::{VarId, Variable};
+
+impl<'a> Lowering<'a> {
+    /// Constants, in the order of the text: each may use those before it. Returns what is wrong with
+    /// the values given from outside.
+    pub(super) fn constants(&mut self, inputs: &Inputs<'_>, bindings: &[Binding]) -> Vec<Diagnostic> {
+        let names: Vec<String> =
+            self.model.constants.iter().map(|c| self.names.add_of_model(&c.name.name)).collect();
+        let all: Vec<Wanted<'_>> =
+            self.model.constants.iter().zip(&names).map(|(c, name)| wanted(c, name)).collect();
+        let (given, wrong) = given_values(&all, inputs.constants, bindings);
+        self.lowerer.report_missing(&all, bindings);
+        let given: AHashMap<usize, Value> = given.into_iter().collect();
+        self.pending = self.model.constants.iter().map(|c| (c.name.name.as_str(), false)).collect();
+        for (index, constant) in self.model.constants.iter().enumerate() {
+            let what = format!("the constant `{}`", constant.name.name);
+            let value = match (&constant.value, given.get(&index)) {
+                (Some(e), _) => self.constant(e, Place::default(), constant.ty.ty, &what),
+                (None, given) => given.copied(),
+            };
+            let Some(value) = value else {
+                self.pending.insert(&constant.name.name, true);
+                continue;
+            };
+            self.within(value, &constant.ty, constant.name.span, &what);
+            let id = self.lowerer.pool.value(value);
+            self.pending.remove(constant.name.name.as_str());
+            self.declare_global(&constant.name, Meaning::Constant(id));
+            self.constant_values.push((names[index].clone(), value));
+        }
+        wrong
+    }
+
+    /// Reports a constant outside of the bounds of its type.
+    fn within(&mut self, value: Value, ty: &TypeOf, span: Span, what: &str) {
+        for (bound, op) in [(&ty.low, BinaryOp::Lt), (&ty.high, BinaryOp::Gt)] {
+            let Some(bound) = bound else { continue };
+            let Some(limit) = self.constant(bound, Place::default(), ty.ty, "a bound") else { continue };
+            let (x, y) = (value.to_f64(), limit.to_f64());
+            if (op == BinaryOp::Lt && x < y) || (op == BinaryOp::Gt && x > y) {
+                let message = format!("{what} is {value}, outside of the bounds of its type");
+                self.lowerer.fail::<()>(span, message);
+            }
+        }
+    }
+
+    fn declare_global(&mut self, name: &'a Ident, meaning: Meaning) {
+        if let Some((_, first)) = self.globals.names.get(name.name.as_str()) {
+            let first = first.span;
+            self.twice(name, first);
+            return;
+        }
+        self.globals.names.insert(&name.name, (meaning, name));
+    }
+
+    fn twice(&mut self, name: &Ident, first: Span) {
+        let message = format!("`{}` is declared twice", name.name);
+        let diagnostic = self.lowerer.wrong(name.span, message).label("declared again");
+        self.lowerer.report(diagnostic.related(first.range(), "declared here first"));
+    }
+
+    /// Global variables and functions, then those of each element of the system.
+    pub(super) fn declarations(&mut self, elements: &[&'a Automaton]) {
+        let model = self.model;
+        for variable in &model.variables {
+            let name = self.names.add_of_model(&variable.name.name);
+            let meaning = self.variable(variable, name, None);
+            self.declare_global(&variable.name, meaning);
+        }
+        for function in &model.functions {
+            let index = self.function(function, None);
+            if self.globals.functions.insert(&function.name.name, index).is_some() {
+                let message = format!("the function `{}` is declared twice", function.name.name);
+                self.lowerer.fail::<()>(function.name.span, message);
+            }
+        }
+        let shared = shared_names(elements);
+        for automaton in elements {
+            self.element(automaton, &shared);
+        }
+        self.transient_values();
+    }
+
+    fn function(&mut self, function: &'a Function, instance: Option<usize>) -> usize {
+        self.functions.push(Declared { function, instance, is_open: false });
+        self.functions.len() - 1
+    }
+
+    /// An element of the system: its location, its variables, its functions.
+    fn element(&mut self, automaton: &'a Automaton, shared: &AHashSet<&str>) {
+        let index = self.instances.len();
+        let name = self.modules.add_of_model(&automaton.name.name);
+        let mut locations: AHashMap<&'a str, usize> = AHashMap::new();
+        for (position, location) in automaton.locations.iter().enumerate() {
+            if let Some(first) = locations.insert(&location.name.name, position) {
+                self.twice(&location.name, automaton.locations[first].name.span);
+            }
+        }
+        let level = Level::default();
+        self.instances.push(Instance { automaton, name: name.clone(), level, location: None, locations });
+        self.instances[index].location = self.location(automaton, &name, index);
+        for variable in &automaton.variables {
+            let own = variable.name.name.as_str();
+            let taken = shared.contains(own) || self.globals.names.contains_key(own);
+            let wanted = if taken { format!("{name}_{own}") } else { own.to_owned() };
+            let unique = if taken { self.names.add(&wanted) } else { self.names.add_of_model(&wanted) };
+            let meaning = self.variable(variable, unique, Some(index));
+            let before = self.instances[index].level.names.insert(own, (meaning, &variable.name));
+            if let Some((_, first)) = before {
+                self.twice(&variable.name, first.span);
+            }
+        }
+        for function in &automaton.functions {
+            let position = self.function(function, Some(index));
+            self.instances[index].level.functions.insert(&function.name.name, position);
+        }
+    }
+
+    /// The variable that holds the location of an automaton, where there are several.
+    fn location(&mut self, automaton: &Automaton, name: &str, module: usize) -> Option<VarId> {
+        let count = i64::try_from(automaton.locations.len()).ok()?;
+        let first = automaton.locations.iter().position(|l| l.name.name == automaton.initial[0].name);
+        for initial in &automaton.initial {
+            if !automaton.locations.iter().any(|l| l.name.name == initial.name) {
+                self.lowerer.fail::<()>(initial.span, format!("there is no location `{}`", initial.name));
+            }
+        }
+        if count == 1 {
+            return None;
+        }
+        let initial = first.filter(|_| automaton.initial.len() == 1);
+        let name = self.names.add(&format!("{name}_loc"));
+        Some(self.add(Variable {
+            name,
+            ty: Type::Int,
+            low: 0,
+            high: count - 1,
+            module: Some(module),
+            initial: initial.and_then(|i| i64::try_from(i).ok()),
+            values: automaton.locations.iter().map(|l| l.name.name.clone()).collect(),
+            span: automaton.name.span.range(),
+        }))
+    }
+
+    pub(super) fn add(&mut self, variable: Variable) -> VarId {
+        self.variables.push(variable);
+        VarId(u32::try_from(self.variables.len() - 1).unwrap_or(u32::MAX))
+    }
+
+    fn variable(&mut self, declared: &'a Declaration, name: String, instance: Option<usize>) -> Meaning {
+        if declared.transient {
+            self.transients.push(Transient {
+                variable: declared,
+                instance,
+                given: Vec::new(),
+                state: Known::New,
+            });
+            return Meaning::Transient(self.transients.len() - 1);
+        }
+        let range = self.range(declared, &name, instance);
+        // Something wrong has been reported; a range keeps what follows from failing as well.
+        let (low, high) = range.unwrap_or((0, 1));
+        let initial = range.and_then(|r| self.initial_value(declared, r, instance));
+        let (ty, span) = (declared.ty.ty, declared.name.span.range());
+        let ty = if ty == Type::Real { Type::Int } else { ty };
+        let values = Vec::new();
+        let id = self.add(Variable { name, ty, low, high, module: instance, initial, values, span });
+        Meaning::Variable(id, ty)
+    }
+
+    fn range(&mut self, declared: &Declaration, name: &str, instance: Option<usize>) -> Option<(i64, i64)> {
+        let ty = &declared.ty;
+        match ty.ty {
+            Type::Bool => return Some((0, 1)),
+            Type::Int => {}
+            Type::Real => {
+                let message = format!("the variable `{name}` is real: reals in the state are not supported");
+                let diagnostic = self.lowerer.wrong(ty.span, message).kind(Kind::Unsupported);
+                self.lowerer.report(diagnostic.label("not supported"));
+                return None;
+            }
+        }
+        let place = Place { instance, ..Place::default() };
+        let given = self.bounds.get(name).map(|&(low, high, _)| (low, high));
+        let mut bound = |e: &Option<Expr>, given: Option<i64>, what: &str| match e {
+            Some(e) => match self.constant(e, place, Type::Int, what)? {
+                Value::Int(i) => Some(Some(i)),
+                _ => None,
+            },
+            None => Some(given),
+        };
+        let low = bound(&ty.low, given.map(|g| g.0), "the lower bound");
+        let high = bound(&ty.high, given.map(|g| g.1), "the upper bound");
+        let (Some(low), Some(high)) = (low?, high?) else {
+            let message = format!("the variable `{name}` has no bounds");
+            let diagnostic = self.lowerer.wrong(ty.span, message).kind(Kind::Unsupported);
+            let help = format!("give bounds with `--bounds {name}=0..7`, say; states outside are errors");
+            self.lowerer.report(diagnostic.label("unbounded integers are not supported").help(help));
+            return None;
+        };
+        if ty.low.is_none() || ty.high.is_none() {
+            self.bounds.entry(name.to_owned()).and_modify(|b| b.2 = true);
+        }
+        self.lowerer.check_range(low, high, ty.span, name)?;
+        Some((low, high))
+    }
+
+    fn initial_value(
+        &mut self,
+        declared: &Declaration,
+        (low, high): (i64, i64),
+        instance: Option<usize>,
+    ) -> Option<i64> {
+        let e = declared.initial.as_ref()?;
+        let what = format!("the initial value of `{}`", declared.name.name);
+        let value = match self.constant(e, Place { instance, ..Place::default() }, declared.ty.ty, &what)? {
+            Value::Bool(b) => i64::from(b),
+            Value::Int(i) => i,
+            Value::Real(_) => return None,
+        };
+        if !(low..=high).contains(&value) {
+            let message = format!("{what}, {value}, is outside of its range {low}..{high}");
+            return self.lowerer.fail(e.span, message);
+        }
+        Some(value)
+    }
+
+    /// Notes which locations give values to transient variables.
+    fn transient_values(&mut self) {
+        for index in 0..self.instances.len() {
+            let automaton = self.instances[index].automaton;
+            for location in &automaton.locations {
+                for (name, value) in &location.values {
+                    match self.meaning(&name.name, Some(index)) {
+                        Some(Meaning::Transient(t)) => {
+                            self.transients[t].given.push((index, location, value));
+                        }
+                        Some(_) => {
+                            let message =
+                                format!("`{}` is not transient: a location gives it no value", name.name);
+                            self.lowerer.fail::<()>(name.span, message);
+                        }
+                        None => {
+                            self.lowerer.fail::<()>(name.span, format!("unknown variable `{}`", name.name));
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// What holds in the initial states, and nowhere else.
+    pub(super) fn initial(&mut self) -> Option<ExprId> {
+        let mut conditions = Vec::new();
+        for (index, variable) in self.variables.iter().enumerate() {
+            let Some(value) = variable.initial else { continue };
+            let id = self.lowerer.pool.var(VarId(u32::try_from(index).ok()?), variable.ty);
+            let value = match variable.ty {
+                Type::Bool => Value::Bool(value != 0),
+                _ => Value::Int(value),
+            };
+            let value = self.lowerer.pool.value(value);
+            conditions.push((self.lowerer.pool.binary(Binary::Eq, id, value), Span::default()));
+        }
+        for index in 0..self.instances.len() {
+            let automaton = self.instances[index].automaton;
+            let mut begins = Vec::new();
+            for initial in &automaton.initial {
+                if let Some(here) = self.at(index, initial)? {
+                    begins.push((here, initial.span));
+                }
+            }
+            if begins.len() > 1 {
+                let some = self.lowerer.balanced(BinaryOp::Or, &begins)?;
+                conditions.push((some, automaton.name.span));
+            }
+        }
+        let own = (0..self.instances.len()).map(|i| (Some(i), self.instances[i].automaton.restrict.as_ref()));
+        let restrictions: Vec<_> = own.chain([(None, self.model.restrict.as_ref())]).collect();
+        let mut is_restricted = false;
+        for (instance, e) in restrictions {
+            let Some(e) = e else { continue };
+            let place = Place { instance, ..Place::default() };
+            let condition = self.typed(e, place, Type::Bool, "the restriction of the initial states")?;
+            is_restricted |= self.lowerer.pool.literal(condition) != Some(Value::Bool(true));
+            conditions.push((condition, e.span));
+        }
+        // One variable without a value of its own: then the condition says what all of them may be.
+        if is_restricted || self.variables.iter().any(|v| v.initial.is_none()) {
+            self.variables.iter_mut().for_each(|v| v.initial = None);
+        }
+        match conditions.is_empty() {
+            true => self.lowerer.literal(Value::Bool(true)),
+            false => self.lowerer.balanced(BinaryOp::And, &conditions),
+        }
+    }
+
+    /// Whether an element is in a location; none where it has no other.
+    #[allow(clippy::option_option)]
+    pub(super) fn at(&mut self, instance: usize, location: &Ident) -> Option<Option<ExprId>> {
+        let Some(position) = self.position(instance, location) else {
+            let name = self.instances[instance].automaton.name.name.clone();
+            let message = format!("there is no location `{}` in `{name}`", location.name);
+            return self.lowerer.fail(location.span, message);
+        };
+        let Some(variable) = self.instances[instance].location else { return Some(None) };
+        let variable = self.lowerer.pool.var(variable, Type::Int);
+        let value = self.lowerer.pool.value(Value::Int(position));
+        Some(Some(self.lowerer.pool.binary(Binary::Eq, variable, value)))
+    }
+
+    pub(super) fn position(&self, instance: usize, location: &Ident) -> Option<i64> {
+        let position = self.instances[instance].locations.get(location.name.as_str())?;
+        i64::try_from(*position).ok()
+    }
+
+    /// Reads `--bounds`; each must be of an unbounded variable, which [`Lowering::range`] notes.
+    pub(super) fn unused_bounds(&mut self, inputs: &Inputs<'_>) -> Vec<Diagnostic> {
+        let mut unused: Vec<_> =
+            self.bounds.iter().filter(|(_, b)| !b.2).map(|(name, _)| name.clone()).collect();
+        unused.sort();
+        let wrong = |name: String| {
+            let at = inputs.bounds.text.find(&name).unwrap_or(0);
+            let message = format!("the model has no unbounded variable `{name}`");
+            Diagnostic::new(&Arc::clone(inputs.bounds), at..at + name.len(), message)
+        };
+        unused.into_iter().map(wrong).collect()
+    }
+}
+
+fn wanted<'c>(constant: &Constant, name: &'c str) -> Wanted<'c> {
+    let (ty, span) = (constant.ty.ty, constant.name.span);
+    Wanted { name, ty, is_defined: constant.value.is_some(), span }
+}
+
+/// Names of variables that several elements declare.
+fn shared_names<'a>(elements: &[&'a Automaton]) -> AHashSet<&'a str> {
+    let mut met = AHashSet::new();
+    let mut shared = AHashSet::new();
+    for variable in elements.iter().flat_map(|a| &a.variables) {
+        if !met.insert(variable.name.name.as_str()) {
+            shared.insert(variable.name.name.as_str());
+        }
+    }
+    shared
+}

@@ -1,0 +1,184 @@
+//! Edges, one or several that move together, as commands.
+
+use ahash::AHashMap;
+
+use super::super::ast::{Assignment, Destination, Edge};
+use super::Lowering;
+use super::scope::{Meaning, Place, Slot};
+use crate::lang::ast::{BinaryOp, Span};
+use crate::model::expr::{ExprId, Node};
+use crate::model::value::{Type, Value};
+use crate::model::{Branch, Command, VarId};
+
+/// An edge of an element of the system.
+pub(super) type Part<'a> = (usize, &'a Edge);
+
+/// An assignment with whose it is and what it changes.
+struct Step<'e> {
+    instance: usize,
+    assignment: &'e Assignment,
+    slot: Slot,
+    ty: Type,
+}
+
+/// What assignments have given so far.
+#[derive(Default)]
+struct Values {
+    given: AHashMap<Slot, ExprId>,
+    /// Where each was given its value last, and with which index.
+    last: AHashMap<Slot, (i64, Span)>,
+}
+
+impl<'a> Lowering<'a> {
+    /// The edges as one command that takes one destination of each.
+    pub(super) fn command(&mut self, parts: &[Part<'a>]) -> Option<Command> {
+        let guard = self.guard(parts);
+        let mut combinations: Vec<Vec<&'a Destination>> = vec![Vec::new()];
+        for (_, edge) in parts {
+            let longer = |c: &Vec<&'a Destination>| {
+                let c = c.clone();
+                edge.destinations.iter().map(move |d| c.iter().copied().chain([d]).collect::<Vec<_>>())
+            };
+            combinations = combinations.iter().flat_map(longer).collect();
+        }
+        let branches: Vec<_> = combinations.iter().map(|c| self.branch(parts, c)).collect();
+        let branches: Vec<Branch> = branches.into_iter().collect::<Option<_>>()?;
+        let first = parts.first()?.1;
+        let guard_span = first.guard.as_ref().map_or(first.span, |g| g.span).range();
+        let span = first.span.range();
+        Some(Command { module: 0, action: None, number: 0, guard: guard?, branches, span, guard_span })
+    }
+
+    /// Every edge is in its location and its guard holds.
+    fn guard(&mut self, parts: &[Part<'a>]) -> Option<ExprId> {
+        let mut conditions = Vec::new();
+        for &(instance, edge) in parts {
+            if let Some(here) = self.at(instance, &edge.location)? {
+                conditions.push((here, edge.location.span));
+            }
+        }
+        for &(instance, edge) in parts {
+            if let Some(guard) = &edge.guard {
+                let guard_id = self.typed(guard, Place::of(instance), Type::Bool, "a guard")?;
+                conditions.push((guard_id, guard.span));
+            }
+        }
+        match conditions.is_empty() {
+            true => self.lowerer.literal(Value::Bool(true)),
+            false => self.lowerer.balanced(BinaryOp::And, &conditions),
+        }
+    }
+
+    fn branch(&mut self, parts: &[Part<'a>], destinations: &[&'a Destination]) -> Option<Branch> {
+        let mut probability: Option<(ExprId, Span)> = None;
+        for (&(instance, _), destination) in parts.iter().zip(destinations) {
+            let own = match &destination.probability {
+                Some(e) => self.typed(e, Place::of(instance), Type::Real, "a probability")?,
+                None => self.lowerer.literal(Value::Real(1.0))?,
+            };
+            let own = (own, destination.span);
+            probability = Some(match probability {
+                Some(before) => (self.lowerer.binary(BinaryOp::Mul, before, own, own.1)?, own.1),
+                None => own,
+            });
+        }
+        let mut updates = self.assigned(parts, destinations)?;
+        for (&(instance, edge), destination) in parts.iter().zip(destinations) {
+            updates.extend(self.moved(instance, edge, destination)?);
+        }
+        let span = destinations.first()?.span.range();
+        Some(Branch { probability: probability?.0, updates, span })
+    }
+
+    /// The change of location, if there is one.
+    #[allow(clippy::option_option)]
+    fn moved(&mut self, instance: usize, edge: &Edge, to: &Destination) -> Option<Option<(VarId, ExprId)>> {
+        self.at(instance, &to.location)?;
+        let Some(variable) = self.instances[instance].location else { return Some(None) };
+        let (from, to) = (self.position(instance, &edge.location), self.position(instance, &to.location)?);
+        if from == Some(to) {
+            return Some(None);
+        }
+        Some(Some((variable, self.lowerer.literal(Value::Int(to))?)))
+    }
+
+    /// The assignments of all destinations: by index, those of one index at once. Transient variables
+    /// matter only where something is assigned later: what is left are rewards.
+    fn assigned(
+        &mut self,
+        parts: &[Part<'a>],
+        destinations: &[&'a Destination],
+    ) -> Option<Vec<(VarId, ExprId)>> {
+        let mut steps = Vec::new();
+        for (&(instance, _), destination) in parts.iter().zip(destinations) {
+            for assignment in &destination.assignments {
+                let (slot, ty) = self.slot(instance, assignment)?;
+                steps.push(Step { instance, assignment, slot, ty });
+            }
+        }
+        let last = steps.iter().map(|s| s.assignment.index).max();
+        steps.retain(|s| matches!(s.slot, Slot::Variable(_)) || Some(s.assignment.index) < last);
+        steps.sort_by_key(|s| s.assignment.index);
+        let mut values = Values::default();
+        for row in steps.chunk_by(|a, b| a.assignment.index == b.assignment.index) {
+            self.stage = if values.given.is_empty() { 0 } else { self.next_stage() };
+            let read: Vec<_> = row.iter().map(|step| self.value(step, &values)).collect();
+            self.stage = 0;
+            for (step, id) in row.iter().zip(read) {
+                self.assign(step, id?, &mut values)?;
+            }
+        }
+        let changed = |(slot, id): (&Slot, &ExprId)| match slot {
+            Slot::Variable(v) if self.lowerer.pool.node(*id) != Node::Var(*v) => Some((*v, *id)),
+            _ => None,
+        };
+        let mut updates: Vec<_> = values.given.iter().filter_map(changed).collect();
+        updates.sort_unstable();
+        Some(updates)
+    }
+
+    /// What an assignment changes.
+    pub(super) fn slot(&mut self, instance: usize, assignment: &Assignment) -> Option<(Slot, Type)> {
+        let name = &assignment.variable;
+        match self.meaning(&name.name, Some(instance)) {
+            Some(Meaning::Variable(v, ty)) => Some((Slot::Variable(v), ty)),
+            Some(Meaning::Transient(t)) => Some((Slot::Transient(t), self.transients[t].variable.ty.ty)),
+            Some(Meaning::Constant(_)) => {
+                self.lowerer.fail(name.span, format!("`{}` cannot be assigned: it is a constant", name.name))
+            }
+            None => {
+                self.lowerer.fail(name.span, format!("`{}` cannot be assigned: it is unknown", name.name))
+            }
+        }
+    }
+
+    fn value(&mut self, step: &Step<'_>, values: &Values) -> Option<ExprId> {
+        let current = (!values.given.is_empty()).then_some(&values.given);
+        let place = Place { instance: Some(step.instance), parameters: None, current };
+        let what = format!("the new value of `{}`", step.assignment.variable.name);
+        self.typed(&step.assignment.value, place, step.ty, &what)
+    }
+
+    fn assign(&mut self, step: &Step<'_>, id: ExprId, values: &mut Values) -> Option<()> {
+        let (index, span) = (step.assignment.index, step.assignment.variable.span);
+        let before = values.last.insert(step.slot, (index, span));
+        if let Some((_, first)) = before.filter(|(i, _)| *i == index)
+            && values.given.get(&step.slot) != Some(&id)
+        {
+            let name = &step.assignment.variable.name;
+            let message = format!("`{name}` is assigned twice with the index {index}");
+            let diagnostic = self.lowerer.wrong(span, message).label("assigned again");
+            let diagnostic = diagnostic.help("assignments of different indices follow each other");
+            self.lowerer.report(diagnostic.related(first.range(), "assigned here at the same time"));
+            return None;
+        }
+        values.given.insert(step.slot, id);
+        Some(())
+    }
+
+    /// A number for what functions give after some assignments, and nowhere else.
+    fn next_stage(&mut self) -> usize {
+        self.stages += 1;
+        self.stages
+    }
+}

@@ -1,0 +1,257 @@
+//! From the tree to the flat program: names, types, locations, assignments, synchronisation.
+//!
+//! Locations become variables, transient variables what locations say of them, edges commands and
+//! vectors synchronisations. Edges of one vector that depend on each other (they assign one variable,
+//! or one reads what the other has assigned with a smaller index) are multiplied out.
+
+mod declare;
+mod edges;
+mod expr;
+mod scope;
+mod system;
+
+use std::sync::Arc;
+
+use ahash::{AHashMap, AHashSet};
+
+use super::Inputs;
+use super::ast::Model;
+use crate::error::{Diagnostic, Error, Kind, Result};
+use crate::lang::ast::{ModelType, Span};
+use crate::lang::check::{Checked, Lowerer, Scope};
+use crate::lang::named::{Asked, Property};
+use crate::lang::names::Names;
+use crate::lang::valuation::Binding;
+use crate::model::expr::{ExprId, ExprPool};
+use crate::model::value::{Type, Value};
+use crate::model::{Command, ModelKind, Program, Synchronisation, VarId, Variable};
+use crate::observer::Observer;
+use scope::{Declared, Instance, Level, Place, Transient};
+
+/// How many functions are looked through for what they read.
+const MOST_FUNCTIONS_DEEP: usize = 1_000;
+
+/// The actions of the model, under names of the modelling language.
+#[derive(Default)]
+struct Actions {
+    names: Names,
+    of: AHashMap<String, usize>,
+    all: Vec<String>,
+}
+
+impl Actions {
+    fn add(&mut self, name: &str) -> usize {
+        if let Some(&known) = self.of.get(name) {
+            return known;
+        }
+        self.all.push(self.names.add_of_model(name));
+        self.of.insert(name.to_owned(), self.all.len() - 1);
+        self.all.len() - 1
+    }
+}
+
+/// What lowering works on.
+struct Lowering<'a> {
+    lowerer: Lowerer<'a>,
+    model: &'a Model,
+    /// Names of constants and variables, and names of automata.
+    names: Names,
+    modules: Names,
+    actions: Actions,
+    globals: Level<'a>,
+    instances: Vec<Instance<'a>>,
+    /// Elements that are multiplied out, with the name of what stands for them.
+    joint_modules: Vec<(Vec<usize>, String)>,
+    variables: Vec<Variable>,
+    transients: Vec<Transient<'a>>,
+    functions: Vec<Declared<'a>>,
+    constant_values: Vec<(String, Value)>,
+    /// Constants that have no value yet, and whether it was told why.
+    pending: AHashMap<&'a str, bool>,
+    /// Bounds for variables without: whether they were wanted.
+    bounds: AHashMap<String, (i64, i64, bool)>,
+    /// What functions gave for their arguments, before assignments and after some of them.
+    called: AHashMap<(usize, usize, Vec<ExprId>), Option<ExprId>>,
+    stage: usize,
+    stages: usize,
+    /// How many definitions are being read inside each other.
+    depth: usize,
+    warnings: Vec<Diagnostic>,
+}
+
+/// Flattens a model.
+///
+/// # Errors
+/// All errors of meaning that could be told apart; a limit.
+pub(super) fn program(
+    model: &Model,
+    inputs: &Inputs<'_>,
+    bindings: &[Binding],
+    bounds: Vec<(String, i64, i64)>,
+    observer: &dyn Observer,
+) -> Result<Checked> {
+    let lowerer = Lowerer::new(inputs.source, Scope::default(), ExprPool::default(), observer);
+    let mut lowering = Lowering {
+        lowerer,
+        model,
+        names: Names::default(),
+        modules: Names::default(),
+        actions: Actions::default(),
+        globals: Level::default(),
+        instances: Vec::new(),
+        joint_modules: Vec::new(),
+        variables: Vec::new(),
+        transients: Vec::new(),
+        functions: Vec::new(),
+        constant_values: Vec::new(),
+        pending: AHashMap::new(),
+        bounds: bounds.into_iter().map(|(name, low, high)| (name, (low, high, false))).collect(),
+        called: AHashMap::new(),
+        stage: 0,
+        stages: 0,
+        depth: 0,
+        warnings: Vec::new(),
+    };
+    let mut foreign = lowering.constants(inputs, bindings);
+    if foreign.is_empty() && lowering.lowerer.diagnostics.is_empty() {
+        let elements = lowering.elements();
+        lowering.declarations(&elements);
+        foreign = lowering.unused_bounds(inputs);
+    }
+    lowering.lowerer.poll.check()?;
+    if !foreign.is_empty() || !lowering.lowerer.diagnostics.is_empty() {
+        // Names and constants come first: without them, what follows would be noise.
+        foreign.append(&mut lowering.lowerer.diagnostics);
+        return Err(Error::Input(foreign));
+    }
+    lowering.finish(bindings)
+}
+
+impl Lowering<'_> {
+    fn finish(mut self, bindings: &[Binding]) -> Result<Checked> {
+        let initial = self.initial();
+        let moves = self.moves();
+        let properties = self.properties();
+        let formulas = self.formulas();
+        self.lowerer.poll.check()?;
+        let (Some(initial), Some((commands, synchronisations)), true) =
+            (initial, moves, self.lowerer.diagnostics.is_empty())
+        else {
+            return Err(Error::Input(self.lowerer.diagnostics));
+        };
+        self.own(&commands, &synchronisations);
+        self.warn();
+        let labels = self.labels(&properties);
+        let joint = self.joint_modules.into_iter().map(|(_, name)| name);
+        let program = Program {
+            source: Arc::clone(&self.lowerer.source),
+            kind: match self.model.kind {
+                ModelType::Mdp => ModelKind::Mdp,
+                ModelType::Dtmc => ModelKind::Dtmc,
+            },
+            constants: self.constant_values,
+            given_constants: bindings.iter().map(|b| b.name.name.clone()).collect(),
+            pool: self.lowerer.pool,
+            variables: self.variables,
+            modules: self.instances.into_iter().map(|i| i.name).chain(joint).collect(),
+            initial,
+            actions: self.actions.all,
+            commands,
+            synchronisations,
+            labels,
+            formulas,
+        };
+        let rewards = self.transients.iter().filter(|t| t.variable.ty.ty != Type::Bool).count();
+        Ok(Checked { program, warnings: self.warnings, ignored_rewards: rewards, properties })
+    }
+
+    /// The target of each property that asks for reachability.
+    fn properties(&mut self) -> Vec<Property> {
+        let mut properties = Vec::new();
+        for property in &self.model.properties {
+            let asks = match &property.asks {
+                Err(reason) => Err(reason.clone()),
+                Ok(reach) => {
+                    let what = format!("the target of the property `{}`", property.name.name);
+                    match self.typed(&reach.target, Place::default(), Type::Bool, &what) {
+                        Some(target) => Ok(Asked { target, compared: reach.compared }),
+                        None => continue,
+                    }
+                }
+            };
+            properties.push(Property { name: property.name.name.clone(), asks });
+        }
+        properties
+    }
+
+    /// Sets of states with names: the targets of properties, and transient Booleans.
+    fn labels(&mut self, properties: &[Property]) -> Vec<(String, ExprId)> {
+        let mut labels: Vec<(String, ExprId)> = Vec::new();
+        for property in properties {
+            if let Ok(asked) = &property.asks {
+                labels.push((property.name.clone(), asked.target));
+            }
+        }
+        for index in 0..self.transients.len() {
+            let variable = self.transients[index].variable;
+            let name = &variable.name.name;
+            let known = labels.iter().any(|(n, _)| n == name);
+            if variable.ty.ty == Type::Bool && !known && self.transients[index].instance.is_none() {
+                // What has no value, such as one given by two automata, is no error until it is used.
+                let told = self.lowerer.diagnostics.len();
+                if let Some(id) = self.transient(index, variable.name.span) {
+                    labels.push((name.clone(), id));
+                }
+                self.lowerer.diagnostics.truncate(told);
+            }
+        }
+        labels
+    }
+
+    /// Global functions without parameters, for targets that use them.
+    fn formulas(&mut self) -> Vec<(String, ExprId)> {
+        let mut formulas = Vec::new();
+        for function in &self.model.functions {
+            if function.parameters.is_empty() && !self.globals.names.contains_key(function.name.name.as_str())
+            {
+                let name = function.name.clone();
+                let call = super::ast::ExprKind::Call(name, Vec::new());
+                let call = super::ast::Expr { kind: call, span: function.name.span };
+                if let Some(id) = self.expr(&call, Place::default()) {
+                    formulas.push((self.names.add(&function.name.name), id));
+                }
+            }
+        }
+        formulas
+    }
+
+    /// A global variable that one element alone assigns is its own, as far as orders are concerned.
+    fn own(&mut self, commands: &[Command], synchronisations: &[Synchronisation]) {
+        let mut writers: AHashMap<VarId, AHashSet<usize>> = AHashMap::new();
+        for id in synchronisations.iter().flat_map(|s| s.factors.iter().flatten()) {
+            let command = &commands[id.index()];
+            for (variable, _) in command.branches.iter().flat_map(|b| &b.updates) {
+                writers.entry(*variable).or_default().insert(command.module);
+            }
+        }
+        for (index, variable) in self.variables.iter_mut().enumerate() {
+            let id = VarId(u32::try_from(index).unwrap_or(u32::MAX));
+            let by: Vec<usize> = writers.get(&id).into_iter().flatten().copied().collect();
+            if let [one] = by.as_slice()
+                && variable.module.is_none()
+                && *one < self.instances.len()
+            {
+                variable.module = Some(*one);
+            }
+        }
+    }
+
+    fn warn(&mut self) {
+        let changed =
+            self.names.changed.iter().chain(&self.modules.changed).chain(&self.actions.names.changed);
+        for (name, new) in changed {
+            let message = format!("`{name}` is called `{new}` here: it is no name of the modelling language");
+            self.warnings.push(self.lowerer.wrong(Span::default(), message).kind(Kind::Warning));
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! What names stand for: globally, and inside each automaton of the system.
+
+use ahash::AHashMap;
+
+use super::super::ast::{Automaton, Expr, Function, Location, Variable};
+use crate::lang::ast::Ident;
+use crate::model::VarId;
+use crate::model::expr::ExprId;
+use crate::model::value::Type;
+
+/// What a name stands for.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Meaning {
+    Constant(ExprId),
+    Variable(VarId, Type),
+    /// By its position in [`super::Lowering::transients`].
+    Transient(usize),
+}
+
+/// Names of one level.
+#[derive(Default)]
+pub(super) struct Level<'a> {
+    pub(super) names: AHashMap<&'a str, (Meaning, &'a Ident)>,
+    /// By their position in [`super::Lowering::functions`].
+    pub(super) functions: AHashMap<&'a str, usize>,
+}
+
+/// An automaton as an element of the system.
+pub(super) struct Instance<'a> {
+    pub(super) automaton: &'a Automaton,
+    pub(super) name: String,
+    pub(super) level: Level<'a>,
+    /// The variable of its location; none where there is one location only.
+    pub(super) location: Option<VarId>,
+    /// The positions of its locations.
+    pub(super) locations: AHashMap<&'a str, usize>,
+}
+
+/// A variable whose value follows from the locations.
+pub(super) struct Transient<'a> {
+    pub(super) variable: &'a Variable,
+    /// The element that declares it; none for a global one.
+    pub(super) instance: Option<usize>,
+    /// The locations that give it a value: element, location, value.
+    pub(super) given: Vec<(usize, &'a Location, &'a Expr)>,
+    pub(super) state: Known,
+}
+
+/// A function with where it is declared.
+pub(super) struct Declared<'a> {
+    pub(super) function: &'a Function,
+    pub(super) instance: Option<usize>,
+    /// It is being read.
+    pub(super) is_open: bool,
+}
+
+/// How far a definition has been read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Known {
+    New,
+    Open,
+    Done(Option<ExprId>),
+}
+
+/// A variable, transient or not, as something that assignments change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) enum Slot {
+    Variable(VarId),
+    Transient(usize),
+}
+
+/// Where an expression is read.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Place<'c> {
+    /// Whose names are known besides the global ones.
+    pub(super) instance: Option<usize>,
+    /// The values of parameters.
+    pub(super) parameters: Option<&'c AHashMap<&'c str, ExprId>>,
+    /// Values that assignments of smaller index have given.
+    pub(super) current: Option<&'c AHashMap<Slot, ExprId>>,
+}
+
+impl Place<'_> {
+    /// Among the names of an element of the system.
+    pub(super) fn of(instance: usize) -> Self {
+        Place { instance: Some(instance), ..Place::default() }
+    }
+}

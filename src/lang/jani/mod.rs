@@ -1,0 +1,88 @@
+//! JANI: models of the exchange format in place of PRISM's language.
+//!
+//! `mdp` and `dtmc` of version 1 become the same flat program that the modelling language becomes:
+//! text -> JSON with places -> tree -> program. What the program cannot say is refused by name.
+
+mod ast;
+mod json;
+mod lower;
+mod read;
+
+use std::sync::Arc;
+
+use super::check::Checked;
+use super::{Given, parse_constants};
+use crate::error::{Diagnostic, Error, Result, SourceFile};
+use crate::observer::Observer;
+
+/// The texts that make a model.
+struct Inputs<'i> {
+    source: &'i Arc<SourceFile>,
+    /// `K=4,N=3`
+    constants: &'i Arc<SourceFile>,
+    /// `x=0..7,y=-1..1`
+    bounds: &'i Arc<SourceFile>,
+}
+
+/// Whether a text is meant to be such a model: it begins as an object of JSON does, or is called so and
+/// does not begin as a model of PRISM's language does.
+pub fn is_jani(source: &SourceFile) -> bool {
+    let text = source.text.trim_start_matches('\u{feff}').trim_start();
+    let is_prism = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/');
+    text.starts_with('{') || (!is_prism && source.name.ends_with(".jani"))
+}
+
+/// Reads a model and flattens it.
+///
+/// # Errors
+/// All errors that could be told apart: of JSON, of the shape of the document, of meaning; a limit.
+pub(super) fn load(source: &Arc<SourceFile>, given: &Given, observer: &dyn Observer) -> Result<Checked> {
+    let inputs = &Inputs { source, constants: &given.constants, bounds: &given.bounds };
+    let located = |error| match error {
+        Error::Input(diagnostics) => {
+            Error::Input(diagnostics.into_iter().map(|d| with_path(d, inputs.source)).collect())
+        }
+        other => other,
+    };
+    let model = read::model(inputs.source, observer).map_err(located)?;
+    let bindings = parse_constants(inputs.constants)?;
+    let bounds = bounds(inputs.bounds)?;
+    lower::program(&model, inputs, &bindings, bounds, observer).map_err(located)
+}
+
+/// Says where in the document a message points.
+fn with_path(diagnostic: Diagnostic, source: &Arc<SourceFile>) -> Diagnostic {
+    if !Arc::ptr_eq(&diagnostic.source, source) {
+        return diagnostic;
+    }
+    match json::path(&source.text, diagnostic.span.start) {
+        Some(path) => diagnostic.note(format!("at {path}")),
+        None => diagnostic,
+    }
+}
+
+/// `x=0..7,y=-1..1`
+fn bounds(source: &Arc<SourceFile>) -> Result<Vec<(String, i64, i64)>> {
+    let (mut all, mut wrong, mut at) = (Vec::new(), Vec::new(), 0);
+    for part in source.text.split(',') {
+        match bound(part) {
+            Some(bound) => all.push(bound),
+            None if source.text.trim().is_empty() => {}
+            None => {
+                let message = format!("`{}` gives no bounds", part.trim());
+                let diagnostic = Diagnostic::new(source, at..at + part.len(), message);
+                wrong.push(diagnostic.help("bounds have the form x=0..7"));
+            }
+        }
+        at += part.len() + 1;
+    }
+    if wrong.is_empty() { Ok(all) } else { Err(Error::Input(wrong)) }
+}
+
+fn bound(part: &str) -> Option<(String, i64, i64)> {
+    let (name, range) = part.split_once('=')?;
+    let (low, high) = range.split_once("..")?;
+    let name = name.trim();
+    (!name.is_empty()).then_some(())?;
+    Some((name.to_owned(), low.trim().parse().ok()?, high.trim().parse().ok()?))
+}

@@ -1,0 +1,119 @@
+//! Properties: those that ask for the probability to reach a set of states, and why others do not.
+
+use super::super::ast::{Expr, ExprKind, Property, Reach};
+use super::super::json::Node;
+use super::reader::{Object, Reader, Value};
+use crate::lang::property::{Bound, Strategies};
+use crate::model::value;
+
+/// What a property asks; where it is well-formed but no reachability, the reason.
+type Asks<T> = Option<Result<T, String>>;
+
+const NO_REACHABILITY: &str = "it does not ask for the probability to reach a set of states";
+
+impl<'a> Reader<'a> {
+    /// A property.
+    pub(super) fn property(&mut self, node: Node<'a>) -> Option<Property> {
+        let object = self.object(node, "a property", &["name", "expression"])?;
+        let name = self.named(&object, "a property", "name");
+        let expression = self.required(&object, "a property", "expression");
+        let asks = self.asked(expression?);
+        Some(Property { name: name?, asks: asks? })
+    }
+
+    fn asked(&mut self, node: Node<'a>) -> Asks<Reach> {
+        let Value::Object(object) = self.any(node)? else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let Some(op) = object.get("op") else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let op = self.name(op, "an operator")?.name;
+        match op.as_str() {
+            "filter" => {
+                self.known(&object, "a filter", &["op", "fun", "values", "states"])?;
+                let values = self.required(&object, "a filter", "values")?;
+                self.asked(values)
+            }
+            "Pmin" | "Pmax" => Some(self.path(&object)?.map(|target| Reach { target, compared: None })),
+            "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
+            "Emin" | "Emax" => Some(Err("it asks for an expected value".to_owned())),
+            "Smin" | "Smax" => Some(Err("it asks for a steady-state probability".to_owned())),
+            _ => Some(Err(NO_REACHABILITY.to_owned())),
+        }
+    }
+
+    /// `Pmax ≥ 1` and its kin.
+    fn comparison(&mut self, object: &Object<'a>, op: &str) -> Asks<Reach> {
+        let left = self.required(object, "a comparison", "left")?;
+        let right = self.required(object, "a comparison", "right")?;
+        let Value::Object(inner) = self.any(left)? else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let Some(extreme) = inner.get("op") else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let extreme = self.name(extreme, "an operator")?.name;
+        if !matches!(extreme.as_str(), "Pmin" | "Pmax") {
+            return Some(Err(NO_REACHABILITY.to_owned()));
+        }
+        let value = match self.expression(right)?.kind {
+            ExprKind::Literal(v @ (value::Value::Int(_) | value::Value::Real(_))) => Some(v.to_f64()),
+            _ => None,
+        };
+        let bound = match (op, value) {
+            ("≥", Some(1.0)) => Bound::One,
+            (">", Some(0.0)) => Bound::Positive,
+            ("<", Some(1.0)) => Bound::BelowOne,
+            ("≤", Some(0.0)) => Bound::Zero,
+            _ => return Some(Err("its bound is neither 0 nor 1".to_owned())),
+        };
+        // The smallest probability is at least b when all are; the largest, when some strategy's is.
+        let from_below = matches!(bound, Bound::One | Bound::Positive);
+        let strategies = match extreme.as_str() {
+            "Pmax" if from_below => Strategies::Some,
+            "Pmin" if !from_below => Strategies::Some,
+            _ => Strategies::All,
+        };
+        let compared = Some((strategies, bound));
+        Some(self.path(&inner)?.map(|target| Reach { target, compared }))
+    }
+
+    /// The target of `F e` and of `true U e`.
+    fn path(&mut self, object: &Object<'a>) -> Asks<Expr> {
+        let path = self.required(object, "a property", "exp")?;
+        let Value::Object(path) = self.any(path)? else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let Some(op) = path.get("op") else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let op = self.name(op, "an operator")?.name;
+        let bounds = ["step-bounds", "time-bounds", "reward-bounds"];
+        if let Some(bound) = bounds.iter().find(|b| path.get(b).is_some()) {
+            return Some(Err(format!("it has {bound}")));
+        }
+        let (target, before) = match op.as_str() {
+            "F" => (path.get("exp").or_else(|| path.get("right")), None),
+            "U" => (path.get("right"), path.get("left")),
+            _ => return Some(Err(format!("its operator is \"{op}\""))),
+        };
+        if let Some(before) = before {
+            match self.any(before)? {
+                Value::Bool(true) => {}
+                _ => return Some(Err("it restricts the states on the way".to_owned())),
+            }
+        }
+        let Some(target) = target else { return self.fail(path.start(), "this formula has no target") };
+        if self.is_temporal(target)? {
+            return Some(Err("its formula is nested".to_owned()));
+        }
+        self.expression(target).map(Ok)
+    }
+
+    /// Whether a formula has an operator of temporal logic at its top or in what it joins.
+    fn is_temporal(&mut self, node: Node<'a>) -> Option<bool> {
+        let Value::Object(object) = self.any(node)? else { return Some(false) };
+        let Some(op) = object.get("op") else { return Some(false) };
+        match self.name(op, "an operator")?.name.as_str() {
+            "F" | "G" | "U" | "W" | "R" | "X" | "Pmin" | "Pmax" | "Emin" | "Emax" | "Smin" | "Smax" | "∀"
+            | "∃" | "filter" | "initial" | "deadlock" | "timelock" => Some(true),
+            "∧" | "∨" | "¬" | "⇒" => {
+                let mut found = false;
+                for part in ["left", "right", "exp"].into_iter().filter_map(|key| object.get(key)) {
+                    found = found || self.is_temporal(part)?;
+                }
+                Some(found)
+            }
+            _ => Some(false),
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! What reading works with: objects whose keys are known, and errors that are collected.
+
+use std::sync::Arc;
+
+use ahash::AHashMap;
+
+use super::super::json::{self, Malformed, Member, Node, Shape};
+use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
+use crate::lang::ast::{Ident, Span};
+use crate::observer::{Observer, Poll};
+
+/// After this many errors the rest is not reported.
+const MAX_ERRORS: usize = 20;
+/// Bytes of a document: each level of it is read again for the next one.
+const MOST_BYTES: usize = 64 << 20;
+/// Values of a document: more are refused.
+const MOST_VALUES: usize = 1 << 24;
+
+pub(super) struct Reader<'a> {
+    source: &'a Arc<SourceFile>,
+    diagnostics: Vec<Diagnostic>,
+    poll: Poll<'a>,
+    values: usize,
+    /// The document was found to be too large, and that was reported.
+    is_full: bool,
+}
+
+/// An object, each of its keys once.
+pub(super) struct Object<'a> {
+    pub(super) span: Span,
+    members: Vec<Member<'a>>,
+}
+
+impl<'a> Object<'a> {
+    /// The value of a key.
+    pub(super) fn get(&self, key: &str) -> Option<Node<'a>> {
+        self.members.iter().find(|m| m.key == key).map(|m| m.value)
+    }
+
+    /// Where a key stands.
+    pub(super) fn key_span(&self, key: &str) -> Span {
+        self.members.iter().find(|m| m.key == key).map_or(self.span, |m| m.key_span)
+    }
+
+    /// Where the object begins.
+    pub(super) fn start(&self) -> Span {
+        Span { start: self.span.start, end: self.span.start + 1 }
+    }
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn new(source: &'a Arc<SourceFile>, observer: &'a dyn Observer) -> Self {
+        Reader { source, diagnostics: Vec::new(), poll: Poll::new(observer), values: 0, is_full: false }
+    }
+
+    /// The whole document.
+    pub(super) fn document(&mut self) -> Option<Node<'a>> {
+        if self.source.text.len() > MOST_BYTES {
+            let message = format!("the document has more than {} MiB", MOST_BYTES >> 20);
+            return self.fail(Span { start: 0, end: 1 }, message);
+        }
+        match json::document(&self.source.text) {
+            Ok(node) => Some(node),
+            Err(malformed) => self.malformed(malformed),
+        }
+    }
+
+    /// What was read, unless something was wrong.
+    pub(super) fn finish<T>(self, read: Option<T>) -> Result<T> {
+        self.poll.check()?;
+        match read {
+            Some(read) if self.diagnostics.is_empty() => Ok(read),
+            _ => Err(Error::Input(self.diagnostics)),
+        }
+    }
+
+    pub(super) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.source, span.range(), message)
+    }
+
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+        if self.diagnostics.len() < MAX_ERRORS {
+            self.diagnostics.push(diagnostic);
+        }
+    }
+
+    /// Reports, and gives up on what is at hand.
+    pub(super) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
+        let diagnostic = self.wrong(span, message);
+        self.report(diagnostic);
+        None
+    }
+
+    /// Refuses something by its name.
+    pub(super) fn unsupported<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
+        let diagnostic = self.wrong(span, message).kind(Kind::Unsupported).label("not supported");
+        self.report(diagnostic);
+        None
+    }
+
+    fn malformed<T>(&mut self, Malformed { at, message }: Malformed) -> Option<T> {
+        let diagnostic = self.wrong(at, format!("this is no JSON: {message}"));
+        self.report(diagnostic);
+        None
+    }
+
+    fn shape(&mut self, node: Node<'a>) -> Option<Shape<'a>> {
+        self.values += 1;
+        if self.poll.is_over() || self.is_full {
+            return None;
+        }
+        if node.depth() > json::MOST_DEPTH || self.values > MOST_VALUES {
+            self.is_full = true;
+            let (what, most) = match node.depth() > json::MOST_DEPTH {
+                true => ("levels of objects and arrays", json::MOST_DEPTH as usize),
+                false => ("values", MOST_VALUES),
+            };
+            let here = Span { start: node.span().start, end: node.span().start + 1 };
+            return self.fail(here, format!("the document has more than {most} {what}"));
+        }
+        match node.shape() {
+            Ok(shape) => Some(shape),
+            Err(malformed) => self.malformed(malformed),
+        }
+    }
+
+    fn expected<T>(&mut self, node: Node<'a>, wanted: &str, found: &Shape<'_>) -> Option<T> {
+        let label = match found {
+            Shape::Null => "this is `null`",
+            Shape::Bool(_) => "this is a truth value",
+            Shape::Number(_) => "this is a number",
+            Shape::Text(_) => "this is a string",
+            Shape::Array(_) => "this is an array",
+            Shape::Object(_) => "this is an object",
+        };
+        let diagnostic = self.wrong(brief(node.span()), format!("expected {wanted}")).label(label);
+        self.report(diagnostic);
+        None
+    }
+
+    /// What any value is; for values that may be of several kinds.
+    pub(super) fn any(&mut self, node: Node<'a>) -> Option<Value<'a>> {
+        Some(match self.shape(node)? {
+            Shape::Bool(b) => Value::Bool(b),
+            Shape::Number(text) => Value::Number(text),
+            Shape::Text(text) => Value::Text(text),
+            Shape::Object(members) => Value::Object(self.checked(node, members)?),
+            found @ (Shape::Null | Shape::Array(_)) => {
+                return self.expected(node, "a literal, a name or an object", &found);
+            }
+        })
+    }
+
+    /// An object that may have the keys given, besides `comment`.
+    pub(super) fn object(&mut self, node: Node<'a>, what: &str, keys: &[&str]) -> Option<Object<'a>> {
+        match self.shape(node)? {
+            Shape::Object(members) => {
+                let object = self.checked(node, members)?;
+                self.known(&object, what, keys)?;
+                Some(object)
+            }
+            found => self.expected(node, &format!("{what}, an object"), &found),
+        }
+    }
+
+    /// Refuses keys that occur twice.
+    fn checked(&mut self, node: Node<'a>, members: Vec<Member<'a>>) -> Option<Object<'a>> {
+        let mut first: AHashMap<&str, Span> = AHashMap::new();
+        let mut doubled = None;
+        for member in &members {
+            if let Some(&span) = first.get(member.key.as_str()) {
+                doubled = Some((member, span));
+                break;
+            }
+            first.insert(&member.key, member.key_span);
+        }
+        if let Some((member, first)) = doubled {
+            let message = format!("the key \"{}\" occurs twice in one object", member.key);
+            let diagnostic = self.wrong(member.key_span, message).label("again");
+            self.report(diagnostic.related(first.range(), "the first one"));
+            return None;
+        }
+        Some(Object { span: node.span(), members })
+    }
+
+    /// Refuses keys that are not known: what is misspelt would silently be left out.
+    pub(super) fn known(&mut self, object: &Object<'a>, what: &str, keys: &[&str]) -> Option<()> {
+        let mut good = Some(());
+        for member in &object.members {
+            let key = member.key.as_str();
+            if key == "comment" || key.starts_with("x-") || keys.contains(&key) {
+                continue;
+            }
+            let diagnostic = self.wrong(member.key_span, format!("unknown key \"{key}\" in {what}"));
+            let known: Vec<_> = keys.iter().map(|k| format!("\"{k}\"")).collect();
+            self.report(diagnostic.label("unknown").help(format!("its keys are {}", known.join(", "))));
+            good = None;
+        }
+        good
+    }
+
+    /// The value of a key that must be there.
+    pub(super) fn required(&mut self, object: &Object<'a>, what: &str, key: &str) -> Option<Node<'a>> {
+        match object.get(key) {
+            Some(node) => Some(node),
+            None => self.fail(object.start(), format!("{what} has no \"{key}\"")),
+        }
+    }
+
+    pub(super) fn array(&mut self, node: Node<'a>, what: &str) -> Option<Vec<Node<'a>>> {
+        match self.shape(node)? {
+            Shape::Array(items) => Some(items),
+            found => self.expected(node, &format!("{what}, an array"), &found),
+        }
+    }
+
+    /// Reads every item of an array, all of them before giving up; none where the array is left out.
+    pub(super) fn items<T>(
+        &mut self,
+        node: Option<Node<'a>>,
+        what: &str,
+        mut read: impl FnMut(&mut Self, Node<'a>) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let Some(node) = node else { return Some(Vec::new()) };
+        let items: Vec<_> = self.array(node, what)?.into_iter().map(|i| read(self, i)).collect();
+        items.into_iter().collect()
+    }
+
+    /// A string, as a name at its place.
+    pub(super) fn name(&mut self, node: Node<'a>, what: &str) -> Option<Ident> {
+        match self.shape(node)? {
+            Shape::Text(name) => Some(Ident { name, span: node.span() }),
+            found => self.expected(node, &format!("{what}, a string"), &found),
+        }
+    }
+
+    /// The name under a key that must be there.
+    pub(super) fn named(&mut self, object: &Object<'a>, what: &str, key: &str) -> Option<Ident> {
+        let node = self.required(object, what, key)?;
+        self.name(node, &format!("the \"{key}\" of {what}"))
+    }
+
+    pub(super) fn truth(&mut self, node: Node<'a>, what: &str) -> Option<bool> {
+        match self.shape(node)? {
+            Shape::Bool(b) => Some(b),
+            found => self.expected(node, &format!("{what}, `true` or `false`"), &found),
+        }
+    }
+
+    pub(super) fn whole(&mut self, node: Node<'a>, what: &str) -> Option<i64> {
+        match self.shape(node)? {
+            Shape::Number(text) if text.parse::<i64>().is_ok() => text.parse().ok(),
+            found => self.expected(node, &format!("{what}, a whole number"), &found),
+        }
+    }
+
+    /// Whether a value is `null`.
+    pub(super) fn is_null(&mut self, node: Node<'a>) -> bool {
+        matches!(self.shape(node), Some(Shape::Null))
+    }
+}
+
+/// A value that is no array and not `null`.
+pub(super) enum Value<'a> {
+    Bool(bool),
+    Number(&'a str),
+    Text(String),
+    Object(Object<'a>),
+}
+
+/// The beginning of a place: a whole automaton would not help.
+fn brief(span: Span) -> Span {
+    Span { start: span.start, end: span.end.min(span.start + 40) }
+}

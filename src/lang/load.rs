@@ -1,0 +1,58 @@
+//! The way in: a text of either language becomes a checked, flat program.
+
+use std::sync::Arc;
+
+use super::check::{Checked, check};
+use super::parse::parse_model_observed;
+use super::{jani, parse_constants};
+use crate::error::{Diagnostic, Error, Result, SourceFile};
+use crate::observer::{Observer, Unobserved};
+
+/// What is said of a model from outside.
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// Values of undefined constants, `K=4,N=3`; may be empty.
+    pub constants: Arc<SourceFile>,
+    /// Bounds of integers that have none in the model, `x=0..7,y=-1..1`; may be empty.
+    pub bounds: Arc<SourceFile>,
+}
+
+/// Reads a model in PRISM's language, or in JANI, and flattens it. `constants` has the form `K=4,N=3`
+/// and may be empty.
+///
+/// # Errors
+/// All errors of the text that could be told apart: of syntax first, then of meaning.
+pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
+    load_observed(source, constants, &Unobserved)
+}
+
+/// As [`load`], for models so large that one may want to stop reading them.
+///
+/// # Errors
+/// Those of [`load`]; a limit.
+pub fn load_observed(
+    source: &Arc<SourceFile>,
+    constants: &Arc<SourceFile>,
+    observer: &dyn Observer,
+) -> Result<Checked> {
+    let bounds = SourceFile::new("--bounds", "");
+    load_given(source, &Given { constants: Arc::clone(constants), bounds }, observer)
+}
+
+/// As [`load_observed`], with bounds for integers that have none.
+///
+/// # Errors
+/// Those of [`load_observed`].
+pub fn load_given(source: &Arc<SourceFile>, given: &Given, observer: &dyn Observer) -> Result<Checked> {
+    if jani::is_jani(source) {
+        return jani::load(source, given, observer);
+    }
+    let model = parse_model_observed(source, observer);
+    let bindings = parse_constants(&given.constants)?;
+    let checked = check(&model?, source, &given.constants, &bindings, observer)?;
+    if given.bounds.text.trim().is_empty() {
+        return Ok(checked);
+    }
+    let message = "bounds can be given to the unbounded integers of a JANI model only";
+    Err(Error::from(Diagnostic::new(&given.bounds, 0..given.bounds.text.len(), message)))
+}

@@ -1,0 +1,75 @@
+//! Names: those of the model as names of the modelling language, each once.
+
+use ahash::{AHashMap, AHashSet};
+
+use super::token::is_keyword;
+
+/// Names that are taken.
+#[derive(Default)]
+pub(in crate::lang) struct Names {
+    taken: AHashSet<String>,
+    /// From which number on to look for a free name.
+    next: AHashMap<String, usize>,
+    /// Names that had to be changed, with what they became.
+    pub(in crate::lang) changed: Vec<(String, String)>,
+}
+
+impl Names {
+    /// A new name as close to the one that is wanted as may be: what the modelling language does not
+    /// allow becomes `_`, a keyword gets one at its end, a name that is taken a number.
+    pub(in crate::lang) fn add(&mut self, wanted: &str) -> String {
+        let name = self.free(&identifier(wanted));
+        self.taken.insert(name.clone());
+        name
+    }
+
+    /// As [`Names::add`]; notes where the name is another than that of the model.
+    pub(in crate::lang) fn add_of_model(&mut self, wanted: &str) -> String {
+        let name = self.add(wanted);
+        if name != wanted {
+            self.changed.push((wanted.to_owned(), name.clone()));
+        }
+        name
+    }
+
+    fn free(&mut self, name: &str) -> String {
+        if !self.taken.contains(name) {
+            return name.to_owned();
+        }
+        let number = self.next.entry(name.to_owned()).or_insert(2);
+        loop {
+            let numbered = format!("{name}_{number}");
+            *number += 1;
+            if !self.taken.contains(&numbered) {
+                return numbered;
+            }
+        }
+    }
+}
+
+fn identifier(name: &str) -> String {
+    let letter = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' };
+    let mut identifier: String = name.chars().map(letter).collect();
+    if identifier.is_empty() || identifier.starts_with(|c: char| c.is_ascii_digit()) {
+        identifier.insert(0, '_');
+    }
+    if is_keyword(&identifier) {
+        identifier.push('_');
+    }
+    identifier
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Names;
+
+    #[test]
+    fn names_become_names_of_the_language_each_once() {
+        let mut names = Names::default();
+        assert_eq!(names.add("x.y"), "x_y");
+        assert_eq!(names.add("x_y"), "x_y_2");
+        assert_eq!(names.add("F"), "F_");
+        assert_eq!(names.add("2é"), "_2_");
+        assert_eq!(names.add("x y"), "x_y_3");
+    }
+}

@@ -1,0 +1,233 @@
+//! Property files, as PRISM's users keep them: constants, labels, formulas, and properties with names.
+//!
+//! A statement ends with a semicolon; a property also at the end of a line, where its brackets are closed.
+//! Each is read by itself, at its place in the file, so that one that is not supported hides no other.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::ast::Item;
+use super::check::lower_value;
+use super::{lower_target, parse_model, parse_property};
+use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
+use crate::lang::property::Property;
+use crate::model::Program;
+
+/// Property files with more statements are refused.
+const MOST_STATEMENTS: usize = 10_000;
+
+/// A property of a file.
+#[derive(Debug, Clone)]
+pub struct Stated {
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// Its text, without the name.
+    pub text: String,
+    /// What it asks, or why that cannot be answered here.
+    pub property: Result<Property, String>,
+    /// The text at its place, all else blank.
+    pub source: Arc<SourceFile>,
+}
+
+/// Reads a property file. Its constants, labels and formulas become those of the program.
+///
+/// # Errors
+/// A wrong definition; too many statements. What is wrong with a property stands in its place.
+pub fn parse_properties(source: &Arc<SourceFile>, program: &mut Program) -> Result<Vec<Stated>> {
+    let statements = statements(&source.text);
+    if statements.len() > MOST_STATEMENTS {
+        let what = format!("{} has more than {MOST_STATEMENTS} statements", source.name);
+        return Err(Limit::Size { what }.into());
+    }
+    let mut stated = Vec::new();
+    for range in statements {
+        let text = &source.text[range.clone()];
+        let word = text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+        if matches!(word, "const" | "label" | "formula") {
+            define(&alone(source, range), program)?;
+        } else {
+            stated.push(property(source, range, program));
+        }
+    }
+    Ok(stated)
+}
+
+/// A text of the same length in which only a part is not blank: what is wrong with it has its place.
+fn alone(source: &SourceFile, range: Range<usize>) -> Arc<SourceFile> {
+    let blank = |c: u8| if c == b'\n' { '\n' } else { ' ' };
+    let mut text: String = source.text.bytes().take(range.start).map(blank).collect();
+    text.push_str(&source.text[range]);
+    SourceFile::new(source.name.clone(), text)
+}
+
+/// Adds what a statement defines to the program.
+fn define(source: &Arc<SourceFile>, program: &mut Program) -> Result<()> {
+    for item in parse_model(source)?.items {
+        match item {
+            Item::Label(label) => {
+                let target = lower_target(program, source, &label.body)?;
+                program.labels.retain(|(name, _)| *name != label.name.name);
+                program.labels.push((label.name.name, target));
+            }
+            Item::Formula(formula) => {
+                let id = lower_value(program, source, &formula.body)?;
+                program.formulas.push((formula.name.name, id));
+            }
+            Item::Const(constant) => {
+                let Some(value) = &constant.value else { continue };
+                let id = lower_value(program, source, value)?;
+                let Some(value) = program.pool.literal(id) else {
+                    let message =
+                        format!("the constant `{}` must not depend on variables", constant.name.name);
+                    return Err(Diagnostic::new(source, value.span.range(), message).into());
+                };
+                program.constants.push((constant.name.name, value));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn property(source: &Arc<SourceFile>, range: Range<usize>, program: &mut Program) -> Stated {
+    let (name, start) = named(&source.text[range.clone()]);
+    let range = range.start + start..range.end;
+    let text = source.text[range.clone()].trim().to_owned();
+    let source = alone(source, range);
+    let property = parse_property(&source).map_err(|e| reason(&e));
+    let known = |p: &Property| lower_target(program, &source, &p.target).map(|_| ());
+    let property = match property.as_ref().map(known) {
+        Ok(Err(e)) => Err(reason(&e)),
+        _ => property,
+    };
+    Stated { name, text, property, source }
+}
+
+fn reason(error: &Error) -> String {
+    match error {
+        Error::Input(diagnostics) => diagnostics.first().map_or_else(String::new, |d| d.message.clone()),
+        other => other.to_string(),
+    }
+}
+
+/// `"name":` at the beginning, and where the rest begins.
+fn named(text: &str) -> (Option<String>, usize) {
+    let found = text.strip_prefix('"').and_then(|rest| {
+        let (name, rest) = rest.split_once('"')?;
+        let rest = rest.trim_start().strip_prefix(':')?;
+        Some((name.to_owned(), text.len() - rest.len()))
+    });
+    found.map_or((None, 0), |(name, start)| (Some(name), start))
+}
+
+/// Where the statements stand, without comments before them and semicolons behind.
+fn statements(text: &str) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    let (mut start, mut end, mut depth) = (None, 0usize, 0usize);
+    let mut bytes = text.bytes().enumerate().peekable();
+    let mut is_definition = false;
+    while let Some((at, byte)) = bytes.next() {
+        match byte {
+            b'/' if bytes.peek().is_some_and(|(_, next)| *next == b'/') => {
+                // Up to the end of the line, which ends a statement like any other.
+                while bytes.next_if(|(_, b)| *b != b'\n').is_some() {}
+                continue;
+            }
+            b'"' => {
+                start.get_or_insert(at);
+                end = at + 1;
+                while let Some((at, b)) = bytes.next_if(|(_, b)| *b != b'\n') {
+                    end = at + 1;
+                    if b == b'"' {
+                        break;
+                    }
+                }
+                continue;
+            }
+            b'\n' if depth == 0 && !is_definition && !goes_on(text, start, end, at) => {}
+            b';' => {}
+            _ if byte.is_ascii_whitespace() => continue,
+            _ => {
+                if start.is_none() {
+                    start = Some(at);
+                    let word = text[at..].split(|c: char| !c.is_alphanumeric()).next();
+                    is_definition = matches!(word, Some("const" | "label" | "formula"));
+                }
+                match byte {
+                    b'(' | b'[' | b'{' => depth += 1,
+                    b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+                    _ => {}
+                }
+                end = at + 1;
+                continue;
+            }
+        }
+        if let Some(start) = start.take() {
+            let semicolon = if byte == b';' && is_definition { at + 1 } else { end };
+            found.push(start..semicolon);
+        }
+        (depth, is_definition) = (0, false);
+    }
+    found.extend(start.map(|start| start..end));
+    found
+}
+
+/// Whether a property goes on in the next line: it has a name only so far, or an operator stands at the
+/// end of this line or the beginning of the next.
+fn goes_on(text: &str, start: Option<usize>, end: usize, line_end: usize) -> bool {
+    let Some(start) = start else { return true };
+    let so_far = &text[start..end];
+    let next = text[line_end..].trim_start();
+    let operator = |c: char| matches!(c, '&' | '|' | '=' | '<' | '>' | '?' | ':' | '+' | '*' | ',' | '!');
+    so_far.ends_with(operator) || next.starts_with(|c: char| operator(c) && c != '!')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "// what is asked\nconst int k = 2;\nlabel \"far\" =\n  x >= k;\n\n\"one\": P>=1 [ F \"far\" ];\n\
+        P>0 [ F x=9 ] // the last state\n\"two\":\n  Pmax=? [ F \"far\" ]\nR{\"steps\"}min=? [ F x=9 ]; P<1 [ F\n y=1 ]";
+
+    fn program() -> Program {
+        let text = "mdp module m x:[0..9]; [] x<9 -> (x'=x+1); endmodule";
+        super::super::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program
+    }
+
+    #[test]
+    fn statements_end_with_semicolons_and_properties_with_lines_too() {
+        let found: Vec<&str> = statements(FILE).into_iter().map(|r| &FILE[r]).collect();
+        assert_eq!(
+            found,
+            [
+                "const int k = 2;",
+                "label \"far\" =\n  x >= k;",
+                "\"one\": P>=1 [ F \"far\" ]",
+                "P>0 [ F x=9 ]",
+                "\"two\":\n  Pmax=? [ F \"far\" ]",
+                "R{\"steps\"}min=? [ F x=9 ]",
+                "P<1 [ F\n y=1 ]",
+            ]
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_answered_has_its_reason() {
+        let mut program = program();
+        let all = parse_properties(&SourceFile::new("f.props", FILE), &mut program).unwrap();
+        let names: Vec<Option<&str>> = all.iter().map(|s| s.name.as_deref()).collect();
+        assert_eq!(names, [Some("one"), None, Some("two"), None, None]);
+        let answered: Vec<bool> = all.iter().map(|s| s.property.is_ok()).collect();
+        assert_eq!(answered, [true, true, false, false, false]);
+        assert!(all[2].property.as_ref().unwrap_err().contains("value of a probability"));
+        assert!(all[4].property.as_ref().unwrap_err().contains("unknown name `y`"));
+        assert!(program.labels.iter().any(|(name, _)| name == "far"));
+    }
+
+    #[test]
+    fn a_wrong_definition_is_an_error_at_its_place() {
+        let file = SourceFile::new("f.props", "P>0 [ F x=1 ];\nlabel \"l\" = z=1;");
+        let Err(Error::Input(found)) = parse_properties(&file, &mut program()) else { panic!() };
+        assert_eq!((found[0].position(), found[0].message.as_str()), ((2, 13), "unknown name `z`"));
+    }
+}

@@ -1,0 +1,204 @@
+//! Models state by state, read back and compared with what the reports say.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::Value as Json;
+
+use crate::common::{Finished, Scratch, meliora};
+
+/// A model as the files have it.
+#[derive(Debug, Default, PartialEq)]
+struct Read {
+    /// For each state and choice the name of the choice and its successors.
+    choices: BTreeMap<(usize, usize), (String, BTreeMap<usize, f64>)>,
+    labels: BTreeMap<String, BTreeSet<usize>>,
+    states: usize,
+}
+
+impl Read {
+    fn transitions(&self) -> usize {
+        self.choices.values().map(|(_, to)| to.len()).sum()
+    }
+
+    /// μX. target ∪ { s : every choice that is left leads into X surely }, almost surely: for chains.
+    fn surely_reaches(&self, target: &BTreeSet<usize>) -> BTreeSet<usize> {
+        let mut good: BTreeSet<usize> = (0..self.states).collect();
+        loop {
+            let mut reach = target.clone();
+            loop {
+                let enters = |s: &usize| {
+                    let (_, to) = &self.choices[&(*s, 0)];
+                    to.keys().all(|t| good.contains(t)) && to.keys().any(|t| reach.contains(t))
+                };
+                let new: Vec<usize> = (0..self.states)
+                    .filter(|s| !reach.contains(s) && good.contains(s) && enters(s))
+                    .collect();
+                if new.is_empty() {
+                    break;
+                }
+                reach.extend(new);
+            }
+            if reach == good {
+                return good;
+            }
+            good = reach;
+        }
+    }
+}
+
+fn read_prism(scratch: &Scratch, stem: &str) -> Read {
+    let text =
+        |extension: &str| std::fs::read_to_string(scratch.path(&format!("{stem}.{extension}"))).unwrap();
+    let (tra, lab, sta) = (text("tra"), text("lab"), text("sta"));
+    let mut lines = tra.lines();
+    let sizes: Vec<usize> = lines.next().unwrap().split(' ').map(|n| n.parse().unwrap()).collect();
+    let mut read = Read { states: sizes[0], ..Read::default() };
+    for line in lines {
+        let words: Vec<&str> = line.splitn(5, ' ').collect();
+        let number = |i: usize| words[i].parse::<usize>().unwrap();
+        let (state, choice, to, p, name) = match sizes.len() {
+            2 => (number(0), 0, number(1), words[2], ""),
+            _ => (number(0), number(1), number(2), words[3], words[4]),
+        };
+        let entry = read.choices.entry((state, choice)).or_default();
+        entry.0 = name.to_owned();
+        entry.1.insert(to, p.parse().unwrap());
+    }
+    if let [_, choices, transitions] = sizes[..] {
+        assert_eq!((choices, transitions), (read.choices.len(), read.transitions()));
+    }
+    assert_eq!(sta.lines().count(), read.states + 1);
+    let mut lines = lab.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(' ').map(|n| n.split('"').nth(1).unwrap()).collect();
+    read.labels.extend(names.iter().map(|n| ((*n).to_owned(), BTreeSet::new())));
+    for line in lines {
+        let (state, own) = line.split_once(": ").unwrap();
+        for label in own.split(' ') {
+            let name = names[label.parse::<usize>().unwrap()];
+            read.labels.get_mut(name).unwrap().insert(state.parse().unwrap());
+        }
+    }
+    read
+}
+
+fn read_drn(scratch: &Scratch, stem: &str) -> Read {
+    let text = std::fs::read_to_string(scratch.path(&format!("{stem}.drn"))).unwrap();
+    let is_dtmc = text.starts_with("@type: DTMC\n");
+    let (head, body) = text.split_once("@model\n").unwrap();
+    let count = |key: &str| {
+        head.lines().skip_while(|l| *l != key).nth(1).and_then(|n| n.parse::<usize>().ok()).unwrap()
+    };
+    let mut read = Read { states: count("@nr_states"), ..Read::default() };
+    let (mut state, mut choice) = (0, 0);
+    for line in body.lines() {
+        if let Some(rest) = line.strip_prefix("state ") {
+            let mut words = rest.split(' ');
+            state = words.next().unwrap().parse().unwrap();
+            choice = 0;
+            for label in words {
+                read.labels.entry(label.to_owned()).or_default().insert(state);
+            }
+        } else if let Some(name) = line.strip_prefix("\taction ") {
+            let name = if is_dtmc { "" } else { name };
+            read.choices.insert((state, choice), (name.to_owned(), BTreeMap::new()));
+            choice += 1;
+        } else if let Some((to, p)) = line.trim_start().split_once(" : ") {
+            let to = to.parse().unwrap();
+            read.choices.get_mut(&(state, choice - 1)).unwrap().1.insert(to, p.parse().unwrap());
+        }
+    }
+    assert_eq!(count("@nr_choices"), read.choices.len());
+    read
+}
+
+fn export(scratch: &Scratch, model: &str, arguments: &[&str]) -> Json {
+    let (prism, pref) = (format!("models/{model}.prism"), format!("models/{model}.pref"));
+    let out = scratch.show("");
+    let all = ["export", &prism, &pref, "--out", &out, "--json"];
+    Finished::of(meliora().args(all).args(arguments)).expect(0).json()
+}
+
+fn check(model: &str) -> Json {
+    let (prism, pref) = (format!("models/{model}.prism"), format!("models/{model}.pref"));
+    Finished::of(meliora().args(["check", &prism, &pref, "--json"])).expect(0).json()
+}
+
+#[test]
+fn both_formats_have_the_model_with_its_regions() {
+    for model in ["robot5x5", "toy", "lateral"] {
+        let scratch = Scratch::new(&[]);
+        let report = export(&scratch, model, &["--format", "explicit"]);
+        export(&scratch, model, &["--format", "drn"]);
+        let (prism, mut drn) = (read_prism(&scratch, "model"), read_drn(&scratch, "model"));
+        // A label of no state has no place in the second format.
+        for name in prism.labels.keys() {
+            drn.labels.entry(name.clone()).or_default();
+        }
+        assert_eq!(prism, drn, "{model}");
+        let checked = check(model);
+        let counts = &checked["counts"];
+        assert_eq!(counts["states"], prism.states.to_string());
+        assert_eq!(counts["choices"], prism.choices.len().to_string());
+        assert_eq!(counts["transitions"], prism.transitions().to_string());
+        assert_eq!(report["states"], counts["states"]);
+        for objective in checked["objectives"].as_array().unwrap() {
+            let label = format!("almost_sure_{}", objective["name"].as_str().unwrap());
+            assert_eq!(objective["almost_sure"], prism.labels[&label].len().to_string(), "{model} {label}");
+        }
+        for (index, states) in checked["sasi"]["levels"].as_array().unwrap().iter().enumerate() {
+            let label = format!("sasi_{}", index + 1);
+            assert_eq!(*states, prism.labels[&label].len().to_string(), "{model} {label}");
+        }
+        for (_, to) in prism.choices.values() {
+            assert!((to.values().sum::<f64>() - 1.0).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn the_chain_of_the_progress_strategy_surely_improves_as_often_as_it_promises() {
+    let scratch = Scratch::new(&[]);
+    export(&scratch, "robot5x5", &["--format", "explicit", "--strategy", "sasi:progress"]);
+    let chain = read_prism(&scratch, "sasi-progress");
+    assert_eq!(chain.choices.len(), chain.states);
+    let surely = chain.surely_reaches(&chain.labels["improved"]);
+    let promised = |label: &String| label.starts_with("sasi_rank_") && label != "sasi_rank_0";
+    let ranked = chain.labels.iter().filter(|(label, _)| promised(label)).flat_map(|(_, states)| states);
+    let before: Vec<&usize> = ranked.collect();
+    assert!(!before.is_empty());
+    assert!(before.iter().all(|s| surely.contains(s)), "every state of a rank surely improves");
+    let table = std::fs::read_to_string(scratch.path("sasi-progress.csv")).unwrap();
+    assert_eq!(table.lines().count(), chain.states + 1);
+}
+
+#[test]
+fn the_permissive_model_has_the_actions_that_are_permitted() {
+    let scratch = Scratch::new(&[]);
+    export(&scratch, "toy", &["--format", "drn", "--strategy", "sasi"]);
+    let part = read_drn(&scratch, "sasi-permissive");
+    let first: Vec<&str> = part.choices.range((0, 0)..(1, 0)).map(|(_, (name, _))| name.as_str()).collect();
+    let checked = check("toy");
+    let permitted: Vec<&str> = checked["initial"][0]["sasi_actions"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|a| a.as_str().unwrap())
+        .collect();
+    assert_eq!(first, permitted);
+}
+
+#[test]
+fn more_states_than_the_limit_end_with_its_name_and_no_file() {
+    let scratch = Scratch::new(&[]);
+    let out = scratch.show("out");
+    let run = |more: &[&str]| {
+        let all = ["export", "models/robot5x5.prism", "models/robot5x5.pref", "--out", &out];
+        Finished::of(meliora().args(all).args(more))
+    };
+    let full = run(&["--format", "drn", "--limit", "10"]).expect(4);
+    assert!(full.stderr.contains("--limit"), "{}", full.stderr);
+    assert!(!scratch.path("out").exists());
+    run(&["--strategy", "sasi"]).expect(2);
+    run(&["--format", "drn", "--region", "sasi:*"]).expect(2);
+    run(&["--format", "drn", "--strategy", "best"]).expect(2);
+}

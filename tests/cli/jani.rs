@@ -1,0 +1,138 @@
+//! A model with most of the format, beside the same in PRISM's language, under both engines.
+
+use serde_json::{Value as Json, json};
+
+use crate::common::{Finished, Scratch, meliora};
+
+/// Two workers with locations fetch parts and hand them on together; a press may break.
+fn workshop() -> Json {
+    let worker = |name: &str, action: &str| {
+        json!({"name": name, "initial-locations": ["idle"],
+            "variables": [{"name": "parts", "type": {"kind": "bounded", "base": "int", "lower-bound": 0,
+                                                     "upper-bound": "N"}, "initial-value": 0}],
+            "locations": [{"name": "idle"}, {"name": "busy"}],
+            "edges": [
+                {"location": "idle", "guard": {"exp": {"op": "<", "left": "parts", "right": "N"}},
+                 "destinations": [
+                    {"location": "idle", "probability": {"exp": {"op": "/", "left": 1, "right": 4}}},
+                    {"location": "busy", "probability": {"exp": {"op": "/", "left": 3, "right": 4}},
+                     "assignments": [{"ref": "parts", "value": {"op": "+", "left": "parts", "right": 1}}]}]},
+                {"location": "busy", "destinations": [{"location": "idle"}]},
+                {"location": "idle", "action": action, "guard": {"exp": {"op": ">", "left": "parts", "right": 0}},
+                 "destinations": [{"location": "idle", "assignments": [
+                    {"ref": "parts", "value": {"op": "-", "left": "parts", "right": 1}}]}]}]})
+    };
+    json!({
+        "jani-version": 1, "name": "workshop", "type": "mdp", "features": ["derived-operators"],
+        "actions": [{"name": "give"}, {"name": "hand"}, {"name": "take"}, {"name": "press"}],
+        "constants": [{"name": "N", "type": "int"}],
+        "variables": [{"name": "made", "type": {"kind": "bounded", "base": "int", "lower-bound": 0, "upper-bound": 2}, "initial-value": 0},
+                      {"name": "broken", "type": "bool", "initial-value": false}],
+        "properties": [
+            {"name": "all made", "expression": {"op": "filter", "fun": "max", "states": {"op": "initial"}, "values":
+                {"op": "Pmax", "exp": {"op": "F", "exp": {"op": "=", "left": "made", "right": 2}}}}},
+            {"name": "surely", "expression": {"op": "≥", "right": 1, "left":
+                {"op": "Pmax", "exp": {"op": "U", "left": true, "right": {"op": "=", "left": "made", "right": 2}}}}},
+            {"name": "time", "expression": {"op": "Emin", "exp": 1, "reach": "broken"}}],
+        "automata": [worker("left", "give"), worker("right", "hand"),
+            {"name": "press", "locations": [{"name": "on"}], "initial-locations": ["on"], "edges": [
+                {"location": "on", "action": "take", "guard": {"exp": {"op": "¬", "exp": "broken"}},
+                 "destinations": [
+                    {"location": "on", "probability": {"exp": 0.9}, "assignments": [
+                        {"ref": "made", "value": {"op": "min", "left": 2, "right":
+                            {"op": "+", "left": "made", "right": 1}}}]},
+                    {"location": "on", "probability": {"exp": 0.1}, "assignments": [
+                        {"ref": "broken", "value": true}]}]}]}],
+        "system": {"elements": [{"automaton": "left"}, {"automaton": "right"}, {"automaton": "press"}],
+            "syncs": [{"synchronise": ["give", "hand", "take"], "result": "press"},
+                      {"synchronise": ["give", null, null], "result": "give"}]}
+    })
+}
+
+const TWIN: &str = "mdp
+const int N;
+module left
+  l : [0..1]; p : [0..N];
+  [] l=0 & p<N -> 1/4: true + 3/4: (l'=1) & (p'=p+1);
+  [] l=1 -> (l'=0);
+  [press] l=0 & p>0 -> (p'=p-1);
+  [give] l=0 & p>0 -> (p'=p-1);
+endmodule
+module right = left [l=m, p=q, give=never] endmodule
+module press
+  made : [0..2]; broken : bool;
+  [press] !broken -> 0.9: (made'=min(2,made+1)) + 0.1: (broken'=true);
+  [never] false -> true;
+endmodule";
+
+const PREFERENCES: &str = "objective All = F \"all made\"; objective One = F made=1; prefer All > One;";
+
+fn answer(arguments: &[&str]) -> Json {
+    Finished::of(meliora().args(arguments).args(["--json", "--const", "N=2"])).expect(0).json()
+}
+
+#[test]
+fn it_is_the_same_model_as_its_twin_in_the_modelling_language() {
+    let document = format!("\u{feff}{}", workshop());
+    let scratch = Scratch::new(&[("m", &document), ("twin.prism", TWIN)]);
+    for engine in ["symbolic", "explicit"] {
+        let ask = |model: &str, target: &str| {
+            let mut found = answer(&["reach", &scratch.show(model), "--target", target, "--engine", engine]);
+            let kept = ["counts", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
+            kept.map(|key| found[key].take())
+        };
+        for target in ["made=2", "broken", "made=1 & !broken"] {
+            assert_eq!(ask("m", target), ask("twin.prism", target), "{target} {engine}");
+        }
+        assert_eq!(ask("m", "\"all made\""), ask("twin.prism", "made=2"), "{engine}");
+        assert_ne!(ask("m", "made=2")[1], json!("0"));
+    }
+}
+
+#[test]
+fn engines_agree_on_plans_and_states_show_locations_by_name() {
+    let scratch = Scratch::new(&[("m.jani", &workshop().to_string()), ("m.pref", PREFERENCES)]);
+    let (model, prefs) = (scratch.show("m.jani"), scratch.show("m.pref"));
+    assert_eq!(answer(&["compare", &model, &prefs])["equal"], true);
+    let found = answer(&["strategy", &model, &prefs, "--kind", "spi", "--at", "left_loc=busy,left_parts=1"]);
+    let state = &found["states"][0]["state"];
+    assert_eq!(state["left_loc"], "busy", "{found:#}");
+    assert_eq!(state["right_loc"], "idle");
+    let info = answer(&["info", &model]);
+    let location = info["model"]["variables"].as_array().unwrap().iter().find(|v| v["name"] == "left_loc");
+    assert_eq!(location.unwrap()["values"], json!(["idle", "busy"]));
+}
+
+#[test]
+fn a_dump_is_verified_and_asked_by_the_names_of_locations() {
+    let scratch = Scratch::new(&[("m.jani", &workshop().to_string()), ("m.pref", PREFERENCES)]);
+    let (model, prefs, out) = (scratch.show("m.jani"), scratch.show("m.pref"), scratch.show("dump"));
+    answer(&["export", &model, &prefs, "--out", &out]);
+    Finished::of(meliora().args(["verify", &out, &model, &prefs])).expect(0);
+    let state = "made=1,broken=false,left_loc=busy,left_parts=1,right_loc=idle,right_parts=0";
+    let asked = Finished::of(meliora().args(["query", &out, "positive:All", "--contains", state, "--json"]));
+    assert_eq!(asked.expect(0).json()["contains"][0]["state"]["left_loc"], "busy");
+}
+
+#[test]
+fn properties_are_asked_by_their_names() {
+    let scratch = Scratch::new(&[("m.jani", &workshop().to_string())]);
+    let model = scratch.show("m.jani");
+    let regions = answer(&["reach", &model, "--property", "all made"]);
+    assert_eq!(regions["pmax_one"], answer(&["reach", &model, "--target", "made=2"])["pmax_one"]);
+    let surely = ["reach", &model, "--const", "N=2", "--property", "surely", "--json"];
+    assert_eq!(Finished::of(meliora().args(surely)).json()["holds"], false);
+    let time = ["reach", &model, "--const", "N=2", "--property", "time"];
+    let refused = Finished::of(meliora().args(time)).expect(3).stderr;
+    assert!(refused.contains("expected value"), "{refused}");
+}
+
+#[test]
+fn a_model_is_read_from_standard_input_too() {
+    let mut command = meliora();
+    command.args(["info", "-", "--json", "--const", "N=1"]).write_stdin(workshop().to_string());
+    let found = Finished::of(&mut command).expect(0).json();
+    let scratch = Scratch::new(&[("m.jani", &workshop().to_string())]);
+    let file = Finished::of(meliora().args(["info", &scratch.show("m.jani"), "--json", "--const", "N=1"]));
+    assert_eq!(found["counts"], file.expect(0).json()["counts"]);
+}

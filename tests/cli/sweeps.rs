@@ -1,0 +1,126 @@
+//! Sweeps over constants: rows, files, shards, resumed runs.
+
+use serde_json::{Value as Json, json};
+
+use crate::common::{Finished, Scratch, meliora};
+
+const MODEL: &str = "mdp\nconst int N;\nconst int K;\nmodule m\n x : [0..N] init 0;\n\
+    [a] x<N -> 0.5: (x'=x+1) + 0.5: (x'=max(x-K,0));\n [b] x>0 -> (x'=0);\nendmodule\n";
+const PREFS: &str = "objective A = F x=N; objective B = F x=1; prefer A > B;\n";
+
+fn scratch() -> Scratch {
+    Scratch::new(&[("m.prism", MODEL), ("m.pref", PREFS)])
+}
+
+fn sweep(scratch: &Scratch, arguments: &[&str]) -> Finished {
+    let (model, prefs) = (scratch.show("m.prism"), scratch.show("m.pref"));
+    Finished::of(meliora().args(["check", &model, &prefs]).args(arguments))
+}
+
+/// The rows of a file without the columns that differ from run to run.
+fn rows(scratch: &Scratch, name: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(scratch.path(name)).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let kept = |line: &str| {
+        let cells = header.iter().zip(line.split(','));
+        let kept = cells.filter(|(name, _)| !matches!(**name, "seconds" | "peak_rss_bytes" | "peak_nodes"));
+        kept.map(|(_, cell)| cell).collect::<Vec<_>>().join(",")
+    };
+    text.lines().map(kept).collect()
+}
+
+#[test]
+fn a_sweep_has_a_row_and_the_whole_report_of_every_instance() {
+    let scratch = scratch();
+    let csv = scratch.show("all.csv");
+    let found = sweep(&scratch, &["-c", "N=2:2:6,K={1,2}", "--json", "--csv", &csv]).expect(0).json();
+    assert_eq!(found["schema"], "meliora.sweep/1");
+    assert_eq!(found["ranges"], json!({"N": [2, 4, 6], "K": [1, 2]}));
+    let runs = found["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), 6);
+    assert_eq!(runs[3]["constants"], json!({"N": 4, "K": 2}));
+    assert_eq!(runs[3]["status"], "done");
+    let single = sweep(&scratch, &["-c", "N=4,K=2", "--json"]).expect(0).json();
+    for key in ["counts", "sasi", "spi", "initial", "classes"] {
+        assert_eq!(runs[3]["result"][key], single[key], "{key}");
+    }
+    let rows = rows(&scratch, "all.csv");
+    assert!(rows[0].starts_with("N,K,states,choices,transitions,sasi_1,"), "{}", rows[0]);
+    assert!(rows[0].contains(",sasi_unbounded,") && rows[0].contains(",spi_1,"), "{}", rows[0]);
+    let states = single["counts"]["states"].as_str().unwrap();
+    assert!(rows[4].starts_with(&format!("4,2,{states},")) && rows[4].ends_with(",done"), "{}", rows[4]);
+}
+
+#[test]
+fn shards_together_have_the_rows_of_the_whole_and_a_resumed_file_is_the_same() {
+    let scratch = scratch();
+    let show = |name: &str| scratch.show(name);
+    let ranges = ["-c", "N=2:4,K=1:2", "--csv"];
+    let run = |name: &str, more: &[&str]| {
+        let csv = show(name);
+        sweep(&scratch, &[&ranges[..], &[&csv], more].concat()).expect(0)
+    };
+    run("whole.csv", &["--jobs", "2"]);
+    run("one.csv", &["--shard", "1/2"]);
+    run("two.csv", &["--shard", "2/2"]);
+    let whole = rows(&scratch, "whole.csv");
+    let mut joined = rows(&scratch, "one.csv");
+    joined.extend(rows(&scratch, "two.csv").into_iter().skip(1));
+    assert_eq!((whole.len(), rows(&scratch, "one.csv").len()), (7, 4));
+    let mut sorted = (whole.clone(), joined);
+    sorted.0.sort();
+    sorted.1.sort();
+    assert_eq!(sorted.0, sorted.1);
+    // As if it had ended in the middle.
+    let text = std::fs::read_to_string(scratch.path("whole.csv")).unwrap();
+    let half: String = text.split_inclusive('\n').take(4).collect();
+    std::fs::write(scratch.path("half.csv"), &half).unwrap();
+    let shown = run("half.csv", &["--resume"]).stdout;
+    assert_eq!(shown.lines().count(), 4, "three instances were left: {shown}");
+    let resumed = std::fs::read_to_string(scratch.path("half.csv")).unwrap();
+    assert!(resumed.starts_with(&half), "rows that were there stay as they are");
+    assert_eq!(rows(&scratch, "half.csv"), whole);
+    run("half.csv", &["--resume"]);
+    assert_eq!(std::fs::read_to_string(scratch.path("half.csv")).unwrap(), resumed);
+}
+
+#[test]
+fn what_goes_wrong_in_one_instance_ends_its_row_only() {
+    let scratch = scratch();
+    let csv = scratch.show("rows.csv");
+    // N=-1 has no range for x.
+    let found = sweep(&scratch, &["-c", "N={2,-1,3},K=1", "--json", "--csv", &csv]).expect(0).json();
+    let status: Vec<&Json> = found["runs"].as_array().unwrap().iter().map(|r| &r["status"]).collect();
+    assert_eq!(status, ["done", "error", "done"]);
+    assert_eq!(found["runs"][1]["result"]["schema"], "meliora.error/1");
+    assert!(rows(&scratch, "rows.csv")[2].starts_with("-1,1,,,"));
+    sweep(&scratch, &["-c", "N=-2:-1,K=1"]).expect(3);
+}
+
+#[test]
+fn mistakes_are_told_before_anything_runs() {
+    let scratch = scratch();
+    let csv = scratch.show("other.csv");
+    std::fs::write(scratch.path("other.csv"), "A,B\n1,2\n").unwrap();
+    for wrong in ["N=3:1,K=1", "N=1:0:3,K=1", "N={},K=1"] {
+        sweep(&scratch, &["-c", wrong]).expect(2);
+    }
+    sweep(&scratch, &["-c", "N=1:2,K=1", "--shard", "3/2"]).expect(2);
+    sweep(&scratch, &["-c", "N=1:2,K=1", "--resume"]).expect(2);
+    let other = sweep(&scratch, &["-c", "N=1:2,K=1", "--csv", &csv, "--resume"]).expect(3);
+    assert!(other.stderr.contains("not the header of this sweep"), "{}", other.stderr);
+    assert_eq!(std::fs::read_to_string(scratch.path("other.csv")).unwrap(), "A,B\n1,2\n");
+}
+
+#[test]
+fn reach_and_compare_sweep_too() {
+    let scratch = scratch();
+    let (model, prefs, csv) = (scratch.show("m.prism"), scratch.show("m.pref"), scratch.show("r.csv"));
+    let reach = ["reach", &model, "--target", "x=N", "-c", "N=1:2,K=1", "--csv", &csv];
+    Finished::of(meliora().args(reach)).expect(0);
+    assert_eq!(rows(&scratch, "r.csv")[0].split(',').nth(6), Some("pmax_one"));
+    assert_eq!(rows(&scratch, "r.csv").len(), 3);
+    let compare = ["compare", &model, &prefs, "-c", "N=1:2", "-c", "K=1", "--json"];
+    let found = Finished::of(meliora().args(compare)).expect(0).json();
+    assert_eq!(found["runs"][1]["result"]["equal"], true);
+}
