@@ -4,7 +4,7 @@ pub mod ast;
 pub mod check;
 pub mod flat;
 pub mod jani;
-pub mod load;
+mod load;
 pub mod named;
 mod names;
 pub mod parse;

@@ -170,7 +170,12 @@ proptest::proptest! {
             let doubled = text[from..to].repeat(2);
             text.replace_range(from..to, PIECES.get(piece).copied().unwrap_or(&doubled));
         }
-        let shown = rendered(&text, "");
-        proptest::prop_assert!(!shown.is_empty());
+        proptest::prop_assert!(!rendered(&text, "").is_empty());
+        // What is accepted can be written in the modelling language, which reads it back.
+        if let Ok(checked) = load_text(&text, "") {
+            let flat = meliora::lang::flat(&checked.program).unwrap();
+            let again = load_text(&flat, "");
+            proptest::prop_assert!(again.is_ok(), "{}", flat);
+        }
     }
 }
