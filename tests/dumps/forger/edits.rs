@@ -22,6 +22,20 @@ fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {
     if then == otherwise { then } else { diagram.push(level, then, otherwise).unwrap() }
 }
 
+/// The function without the members that have these bits.
+pub(super) fn without(diagram: &mut Diagram, from: Edge, level: u32, bits: &[(&str, bool)]) -> Edge {
+    let Some(name) = diagram.variables.get(level as usize) else { return Edge::FALSE };
+    let fixed = bits.iter().find(|(bit, _)| bit == name).map(|(_, value)| *value);
+    let (mut then, mut otherwise) = diagram.cofactors(from, level);
+    if fixed != Some(false) {
+        then = without(diagram, then, level + 1, bits);
+    }
+    if fixed != Some(true) {
+        otherwise = without(diagram, otherwise, level + 1, bits);
+    }
+    if then == otherwise { then } else { diagram.push(level, then, otherwise).unwrap() }
+}
+
 /// An edit of a dump; false where there is nothing to edit.
 pub(super) type Edit = fn(&mut Dump, &mut ChaCha8Rng) -> bool;
 
@@ -129,7 +143,7 @@ pub(super) const HARMLESS: &[&str] = &[
     "the version or a path is another one",
 ];
 
-fn proof(dump: &mut Dump) -> (&mut File, &mut Diagram) {
+pub(super) fn proof(dump: &mut Dump) -> (&mut File, &mut Diagram) {
     (dump.manifest.certificate.as_mut().unwrap(), dump.certificate.as_mut().unwrap())
 }
 
