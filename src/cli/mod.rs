@@ -40,7 +40,7 @@ use exit::Status;
 
 /// Opportunistic planning with incomplete preferences: a symbolic model checker.
 ///
-/// Reads models in PRISM's language (mdp, dtmc) and preferences over reachability objectives, and
+/// Reads models in PRISM's language or in JANI (mdp, dtmc) and preferences over objectives, and
 /// says from which states, and how often, a play can move on to something preferred: almost surely
 /// (SASI) or with positive probability (SPI).
 #[derive(Debug, Parser)]
