@@ -41,9 +41,12 @@ pub(super) struct CheckArgs {
 /// The input is wrong.
 pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
-    if let Some(status) =
-        args.sweep.run(&args.model, sweep::Kind::check(args.preferences.options().max_level), &args.shown)?
-    {
+    if let Some(status) = args.sweep.run(
+        &args.model,
+        &[&args.preferences.preferences],
+        sweep::Kind::check(args.preferences.options().max_level),
+        &args.shown,
+    )? {
         return Ok(status);
     }
     let report = CheckReport::new(

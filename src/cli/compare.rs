@@ -47,7 +47,9 @@ pub(super) struct CompareArgs {
 /// # Errors
 /// The input is wrong.
 pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
-    if let Some(status) = args.sweep.run(&args.model, sweep::Kind::Compare, &args.shown)? {
+    if let Some(status) =
+        args.sweep.run(&args.model, &[&args.preferences.preferences], sweep::Kind::Compare, &args.shown)?
+    {
         return Ok(status);
     }
     let (model, preferences) = (args.model.path(), args.preferences.path());

@@ -216,3 +216,19 @@ fn an_old_dump_is_there_until_the_new_one_is_whatever_happens() {
         assert!(read.is_ok(), "killed after {delay} ms: {:?} {said}", read.err());
     }
 }
+
+#[test]
+fn the_file_of_a_sweep_is_none_of_its_inputs() {
+    let text =
+        fs::read_to_string("models/toy.prism").unwrap().replace("module toy", "const int N; module toy");
+    let preferences = fs::read_to_string("models/toy.pref").unwrap();
+    let scratch = Scratch::new(&[("m.prism", &text), ("m.pref", &preferences)]);
+    let sweep = format!("check {} {} -c N=1:2 --csv", scratch.show("m.prism"), scratch.show("m.pref"));
+    for (out, status) in [("m.prism", 2), ("m.pref", 2), ("", 3), ("rows", 0), ("rows", 0)] {
+        run(&format!("{sweep} {}", scratch.show(out))).expect(status);
+    }
+    run(&format!("{sweep} -")).expect(2);
+    assert_eq!(fs::read_to_string(scratch.path("m.prism")).unwrap(), text);
+    assert_eq!(fs::read_to_string(scratch.path("rows")).unwrap().lines().count(), 3);
+    assert_eq!(names(&scratch.path("")), ["m.pref", "m.prism", "rows"]);
+}

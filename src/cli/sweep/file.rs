@@ -2,7 +2,7 @@
 //! each row.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use meliora::error::{Diagnostic, Error};
 
@@ -10,7 +10,7 @@ use super::super::files::Target;
 use super::super::load;
 
 pub(crate) struct CsvFile {
-    path: PathBuf,
+    target: Target,
     header: String,
     /// By the position of the instance.
     rows: BTreeMap<usize, String>,
@@ -18,8 +18,16 @@ pub(crate) struct CsvFile {
 
 impl CsvFile {
     /// A file that will be written anew.
-    pub(crate) fn new(path: &Path, header: &[String]) -> Self {
-        CsvFile { path: path.to_owned(), header: header.join(","), rows: BTreeMap::new() }
+    ///
+    /// # Errors
+    /// It cannot be written, or is what the sweep reads.
+    pub(crate) fn new(path: &Path, inputs: &[&Path], header: &[String]) -> Result<Self, Error> {
+        let target = Target::new(path, inputs)?;
+        if target.is_stdout() {
+            let message = "`--csv` needs a file: standard output has the table, or the JSON object";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        Ok(CsvFile { target, header: header.join(","), rows: BTreeMap::new() })
     }
 
     /// Takes over the rows that are there; `instances` are the beginnings of rows by their positions.
@@ -27,10 +35,10 @@ impl CsvFile {
     /// # Errors
     /// The file is that of another sweep.
     pub(crate) fn resume(&mut self, instances: &[(usize, String)]) -> Result<(), Error> {
-        if !self.path.exists() {
+        if !self.target.is_taken() {
             return Ok(());
         }
-        let source = load::read(&self.path)?;
+        let source = load::read(self.target.path())?;
         let mut at = 0;
         for (number, line) in source.text.split_inclusive('\n').enumerate() {
             let (row, span) = (line.trim_end(), at..at + line.trim_end().len());
@@ -77,7 +85,7 @@ impl CsvFile {
             text.push_str(row);
             text.push('\n');
         }
-        Target::new(&self.path, &[])?.write(&text)
+        self.target.write(&text)
     }
 }
 

@@ -8,7 +8,7 @@ mod process;
 mod ranges;
 mod row;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -59,13 +59,15 @@ fn shard(text: &str) -> Result<(usize, usize), String> {
 }
 
 impl SweepArgs {
-    /// Runs the sweep that the arguments ask for; none where they ask for one instance.
+    /// Runs the sweep that the arguments ask for; none where they ask for one instance. `inputs` are what
+    /// is read beside the model.
     ///
     /// # Errors
     /// A range is wrong; the file cannot be written or is that of another sweep.
     pub(super) fn run(
         &self,
         model: &ModelArgs,
+        inputs: &[&Path],
         kind: Kind,
         shown: &ShownArgs,
     ) -> Result<Option<Status>, Error> {
@@ -83,7 +85,8 @@ impl SweepArgs {
             return Err(Error::Usage(message.to_owned()));
         }
         terminal::set_color(shown.color);
-        Sweep::new(self, ranges, kind)?.run(shown).map(Some)
+        let inputs = [inputs, &[model.model.as_path(), Path::new(&model.order)]].concat();
+        Sweep::new(self, &inputs, ranges, kind)?.run(shown).map(Some)
     }
 }
 
@@ -102,7 +105,7 @@ struct Sweep {
 }
 
 impl Sweep {
-    fn new(args: &SweepArgs, ranges: Vec<Range>, kind: Kind) -> Result<Self, Error> {
+    fn new(args: &SweepArgs, inputs: &[&Path], ranges: Vec<Range>, kind: Kind) -> Result<Self, Error> {
         let (first, every) = args.shard.unwrap_or((1, 1));
         let all = ranges::instances(&ranges)?.into_iter().enumerate();
         let own = all.skip(first - 1).step_by(every);
@@ -111,7 +114,7 @@ impl Sweep {
         let mut file = None;
         if let Some(path) = &args.csv {
             let header: Vec<String> = ranges.iter().map(|r| r.name.clone()).chain(kind.columns()).collect();
-            let mut csv = CsvFile::new(path, &header);
+            let mut csv = CsvFile::new(path, inputs, &header)?;
             if args.resume {
                 let starts: Vec<_> = instances.iter().map(|i| (i.position, i.values.join(","))).collect();
                 csv.resume(&starts)?;
