@@ -4,49 +4,9 @@ use serde_json::{Value as Json, json};
 
 use crate::common::{Finished, Scratch, meliora};
 
-/// Two workers with locations fetch parts and hand them on together; a press may break.
-fn workshop() -> Json {
-    let worker = |name: &str, action: &str| {
-        json!({"name": name, "initial-locations": ["idle"],
-            "variables": [{"name": "parts", "type": {"kind": "bounded", "base": "int", "lower-bound": 0,
-                                                     "upper-bound": "N"}, "initial-value": 0}],
-            "locations": [{"name": "idle"}, {"name": "busy"}],
-            "edges": [
-                {"location": "idle", "guard": {"exp": {"op": "<", "left": "parts", "right": "N"}},
-                 "destinations": [
-                    {"location": "idle", "probability": {"exp": {"op": "/", "left": 1, "right": 4}}},
-                    {"location": "busy", "probability": {"exp": {"op": "/", "left": 3, "right": 4}},
-                     "assignments": [{"ref": "parts", "value": {"op": "+", "left": "parts", "right": 1}}]}]},
-                {"location": "busy", "destinations": [{"location": "idle"}]},
-                {"location": "idle", "action": action, "guard": {"exp": {"op": ">", "left": "parts", "right": 0}},
-                 "destinations": [{"location": "idle", "assignments": [
-                    {"ref": "parts", "value": {"op": "-", "left": "parts", "right": 1}}]}]}]})
-    };
-    json!({
-        "jani-version": 1, "name": "workshop", "type": "mdp", "features": ["derived-operators"],
-        "actions": [{"name": "give"}, {"name": "hand"}, {"name": "take"}, {"name": "press"}],
-        "constants": [{"name": "N", "type": "int"}],
-        "variables": [{"name": "made", "type": {"kind": "bounded", "base": "int", "lower-bound": 0, "upper-bound": 2}, "initial-value": 0},
-                      {"name": "broken", "type": "bool", "initial-value": false}],
-        "properties": [
-            {"name": "all made", "expression": {"op": "filter", "fun": "max", "states": {"op": "initial"}, "values":
-                {"op": "Pmax", "exp": {"op": "F", "exp": {"op": "=", "left": "made", "right": 2}}}}},
-            {"name": "surely", "expression": {"op": "≥", "right": 1, "left":
-                {"op": "Pmax", "exp": {"op": "U", "left": true, "right": {"op": "=", "left": "made", "right": 2}}}}},
-            {"name": "time", "expression": {"op": "Emin", "exp": 1, "reach": "broken"}}],
-        "automata": [worker("left", "give"), worker("right", "hand"),
-            {"name": "press", "locations": [{"name": "on"}], "initial-locations": ["on"], "edges": [
-                {"location": "on", "action": "take", "guard": {"exp": {"op": "¬", "exp": "broken"}},
-                 "destinations": [
-                    {"location": "on", "probability": {"exp": 0.9}, "assignments": [
-                        {"ref": "made", "value": {"op": "min", "left": 2, "right":
-                            {"op": "+", "left": "made", "right": 1}}}]},
-                    {"location": "on", "probability": {"exp": 0.1}, "assignments": [
-                        {"ref": "broken", "value": true}]}]}]}],
-        "system": {"elements": [{"automaton": "left"}, {"automaton": "right"}, {"automaton": "press"}],
-            "syncs": [{"synchronise": ["give", "hand", "take"], "result": "press"},
-                      {"synchronise": ["give", null, null], "result": "give"}]}
-    })
+/// The model that comes with the program.
+fn workshop() -> &'static str {
+    include_str!("../../models/workshop.jani")
 }
 
 const TWIN: &str = "mdp
@@ -65,7 +25,7 @@ module press
   [never] false -> true;
 endmodule";
 
-const PREFERENCES: &str = "objective All = F \"all made\"; objective One = F made=1; prefer All > One;";
+const PREFERENCES: &str = include_str!("../../models/workshop.pref");
 
 fn answer(arguments: &[&str]) -> Json {
     Finished::of(meliora().args(arguments).args(["--json", "--const", "N=2"])).expect(0).json()
@@ -91,7 +51,7 @@ fn it_is_the_same_model_as_its_twin_in_the_modelling_language() {
 
 #[test]
 fn engines_agree_on_plans_and_states_show_locations_by_name() {
-    let scratch = Scratch::new(&[("m.jani", &workshop().to_string()), ("m.pref", PREFERENCES)]);
+    let scratch = Scratch::new(&[("m.jani", workshop()), ("m.pref", PREFERENCES)]);
     let (model, prefs) = (scratch.show("m.jani"), scratch.show("m.pref"));
     assert_eq!(answer(&["compare", &model, &prefs])["equal"], true);
     let found = answer(&["strategy", &model, &prefs, "--kind", "spi", "--at", "left_loc=busy,left_parts=1"]);
@@ -105,7 +65,7 @@ fn engines_agree_on_plans_and_states_show_locations_by_name() {
 
 #[test]
 fn a_dump_is_verified_and_asked_by_the_names_of_locations() {
-    let scratch = Scratch::new(&[("m.jani", &workshop().to_string()), ("m.pref", PREFERENCES)]);
+    let scratch = Scratch::new(&[("m.jani", workshop()), ("m.pref", PREFERENCES)]);
     let (model, prefs, out) = (scratch.show("m.jani"), scratch.show("m.pref"), scratch.show("dump"));
     answer(&["export", &model, &prefs, "--out", &out]);
     Finished::of(meliora().args(["verify", &out, &model, &prefs])).expect(0);
@@ -116,7 +76,7 @@ fn a_dump_is_verified_and_asked_by_the_names_of_locations() {
 
 #[test]
 fn properties_are_asked_by_their_names() {
-    let scratch = Scratch::new(&[("m.jani", &workshop().to_string())]);
+    let scratch = Scratch::new(&[("m.jani", workshop())]);
     let model = scratch.show("m.jani");
     let regions = answer(&["reach", &model, "--property", "all made"]);
     assert_eq!(regions["pmax_one"], answer(&["reach", &model, "--target", "made=2"])["pmax_one"]);
@@ -130,9 +90,9 @@ fn properties_are_asked_by_their_names() {
 #[test]
 fn a_model_is_read_from_standard_input_too() {
     let mut command = meliora();
-    command.args(["info", "-", "--json", "--const", "N=1"]).write_stdin(workshop().to_string());
+    command.args(["info", "-", "--json", "--const", "N=1"]).write_stdin(workshop());
     let found = Finished::of(&mut command).expect(0).json();
-    let scratch = Scratch::new(&[("m.jani", &workshop().to_string())]);
+    let scratch = Scratch::new(&[("m.jani", workshop())]);
     let file = Finished::of(meliora().args(["info", &scratch.show("m.jani"), "--json", "--const", "N=1"]));
     assert_eq!(found["counts"], file.expect(0).json()["counts"]);
 }
