@@ -7,6 +7,7 @@ mod differential;
 mod engines;
 mod examples;
 mod generate;
+mod larger;
 mod literal;
 mod plays;
 mod preorder;

@@ -13,6 +13,8 @@ mod command;
 mod diagram;
 mod dump;
 mod encoding;
+#[cfg(test)]
+mod exhaustive;
 mod lists;
 mod losing;
 pub mod order;

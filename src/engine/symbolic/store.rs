@@ -187,12 +187,7 @@ impl Store {
         let saturates = &self.saturates[usize::from(direction == Direction::Backward)];
         let (first, trial) = (saturates.load(Relaxed), self.thresholds.trial_steps);
         for (by_saturation, steps) in [(first, trial), (!first, 2 * trial), (first, u64::MAX)] {
-            let found = self.walk((direction, Some(phase)), steps, |walk| {
-                walk.own(|w| match by_saturation {
-                    false => w.reach(x.as_edge(w.m), bound.as_edge(w.m), list),
-                    true => w.saturate(x.as_edge(w.m), bound.as_edge(w.m), list),
-                })
-            })?;
+            let found = self.fixpoint(by_saturation, (direction, Some(phase)), steps, list, (x, bound))?;
             if let Some(found) = found {
                 saturates.store(by_saturation, Relaxed);
                 self.work.reached[usize::from(by_saturation)].fetch_add(1, Relaxed);
@@ -200,6 +195,23 @@ impl Store {
             }
         }
         Err(self.full())
+    }
+
+    /// [`Store::reach`] by one way; none where it takes more than so many steps.
+    pub(super) fn fixpoint(
+        &self,
+        by_saturation: bool,
+        how: (Direction, Option<&'static str>),
+        steps: u64,
+        list: &List,
+        (x, bound): (&Bdd, &Bdd),
+    ) -> Result<Option<Bdd>> {
+        self.walk(how, steps, |walk| {
+            walk.own(|w| match by_saturation {
+                false => w.reach(x.as_edge(w.m), bound.as_edge(w.m), list),
+                true => w.saturate(x.as_edge(w.m), bound.as_edge(w.m), list),
+            })
+        })
     }
 
     /// What is lost with `new`; none where that takes more than `most` results on the way. See [`Walk::lose`].

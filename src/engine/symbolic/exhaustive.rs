@@ -1,0 +1,215 @@
+//! The recursions of the engine against tables of states: all functions of few bits as relation, set
+//! and bound, all sets of touched bits, both directions; and random ones of more bits.
+
+use proptest::prelude::*;
+
+use super::lists::Entry;
+use super::losing::Part;
+use super::store::{Bdd, Store};
+use super::thresholds::Thresholds;
+use super::touched::Touched;
+use super::walk::Direction;
+use crate::engine::Settings;
+
+/// A set of states, or of pairs of a state and the values of the touched bits after it: bit k of the
+/// number says whether the k-th is in it.
+type Table = u64;
+
+fn store(width: usize, thresholds: Thresholds) -> Store {
+    Store::new(width, 1, &Settings { memory: 64 << 20, thresholds, ..Settings::default() }).unwrap()
+}
+
+/// Thresholds that send work of any size each way.
+fn least() -> Thresholds {
+    Thresholds { small_relation: 0, small_union: 0, most_lists: 2, trial_steps: 3, ..Thresholds::default() }
+}
+
+/// The bits of states, the first the most significant in a state's number.
+fn bit_of(state: usize, bit: usize, width: usize) -> bool {
+    state >> (width - 1 - bit) & 1 == 1
+}
+
+/// The function of the levels whose value at the k-th assignment is bit k of the table.
+fn function(store: &Store, levels: &[u32], table: Table) -> Bdd {
+    let Some((&level, rest)) = levels.split_first() else {
+        return if table & 1 == 1 { store.one() } else { store.zero() };
+    };
+    let half = 1 << rest.len();
+    let (clear, set) = (function(store, rest, table), function(store, rest, table >> half));
+    store.ite(&store.literal(level, true).unwrap(), &set, &clear).unwrap()
+}
+
+fn set(store: &Store, width: usize, table: Table) -> Bdd {
+    function(store, &Vec::from_iter((0..width as u32).map(|b| 2 * b)), table)
+}
+
+/// A relation and its edges.
+struct Relation {
+    entry: Entry,
+    edges: Vec<(usize, usize)>,
+}
+
+impl Relation {
+    /// The relation over the bits and the next copies of the touched ones with this table.
+    fn new(store: &Store, width: usize, touched: usize, table: Table) -> Self {
+        let touches = |bit: usize| touched >> bit & 1 == 1;
+        let after = Vec::from_iter((0..width).filter(|&b| touches(b)));
+        let mut levels = Vec::from_iter((0..width as u32).map(|b| 2 * b));
+        levels.extend(after.iter().map(|&b| 2 * b as u32 + 1));
+        let mut edges = Vec::new();
+        for from in 0..1 << width {
+            for values in 0..1 << after.len() {
+                if table >> (from << after.len() | values) & 1 == 1 {
+                    let mut to: usize = from;
+                    for (place, &bit) in after.iter().enumerate() {
+                        let mask = 1 << (width - 1 - bit);
+                        to = if bit_of(values, place, after.len()) { to | mask } else { to & !mask };
+                    }
+                    edges.push((from, to));
+                }
+            }
+        }
+        let touched = Touched::new(after.iter().map(|&b| b as u32));
+        Relation { entry: Entry { relation: function(store, &levels, table), touched }, edges }
+    }
+}
+
+/// What one step joins with a set, within a bound.
+fn step(edges: &[(usize, usize)], direction: Direction, x: Table, bound: Table) -> Table {
+    let mut found = 0;
+    for &(from, to) in edges {
+        let (near, far) = if direction == Direction::Forward { (from, to) } else { (to, from) };
+        found |= (x >> near & 1) << far;
+    }
+    found & bound
+}
+
+fn reached(edges: &[(usize, usize)], direction: Direction, x: Table, bound: Table) -> Table {
+    let mut all = x;
+    loop {
+        let next = all | step(edges, direction, all, bound);
+        if next == all {
+            return all;
+        }
+        all = next;
+    }
+}
+
+fn check(store: &Store, width: usize, relations: &[Relation], x: Table, bound: Table) {
+    let edges = Vec::from_iter(relations.iter().flat_map(|r| r.edges.iter().copied()));
+    let list = store.lists.of(store, relations.iter().map(|r| r.entry.clone()).collect()).unwrap();
+    let (from, within) = (set(store, width, x), set(store, width, bound));
+    let start = store.and(&from, &within).unwrap();
+    for direction in [Direction::Forward, Direction::Backward] {
+        let found = store.step(direction, &list, &from, &within).unwrap();
+        assert!(found == set(store, width, step(&edges, direction, x, bound)), "step {direction:?}");
+        let expected = set(store, width, reached(&edges, direction, x & bound, bound));
+        // Both ways find what either has found before: so only one goes first, mostly.
+        let saturates = (x ^ bound) & 1 == 1;
+        let found = store.fixpoint(saturates, (direction, None), u64::MAX, &list, (&start, &within));
+        assert!(found.unwrap().unwrap() == expected, "saturation {saturates}, {direction:?}");
+        let found = store.reach((direction, "test"), &list, &start, &within).unwrap();
+        assert!(found == expected, "either {direction:?}");
+    }
+}
+
+#[test]
+fn all_relations_of_two_bits_that_touch_one_or_none() {
+    for touched in [0, 1, 2] {
+        let store = store(2, Thresholds::default());
+        let tables: Table = if touched == 0 { 1 << 4 } else { 1 << 8 };
+        for table in 0..tables {
+            let relation = [Relation::new(&store, 2, touched, table)];
+            for (x, bound) in (0..16).flat_map(|x| (0..16).map(move |b| (x, b))) {
+                check(&store, 2, &relation, x, bound);
+            }
+        }
+    }
+}
+
+#[test]
+fn all_relations_of_two_bits_that_touch_both() {
+    let store = store(2, Thresholds::default());
+    for table in 0..1 << 16 {
+        let relation = [Relation::new(&store, 2, 3, table)];
+        // All pairs of a set and a bound come up, each with 256 relations.
+        let (x, bound) = (table & 15, (table >> 4 ^ table >> 12) & 15);
+        check(&store, 2, &relation, x, bound);
+    }
+}
+
+#[test]
+fn all_sets_of_three_bits_are_primed() {
+    let store = store(3, Thresholds::default());
+    for (touched, table) in (0..8).flat_map(|t| (0..256).map(move |x| (t, x))) {
+        let bits = Touched::new((0..3).filter(|b| touched >> b & 1 == 1));
+        let levels = Vec::from_iter((0..3).map(|b| 2 * b + (touched >> b & 1)));
+        let found = store.primed(&bits, &set(&store, 3, table)).unwrap();
+        assert!(found == function(&store, &levels, table), "{touched} {table}");
+    }
+}
+
+/// What a loss must be: the lost states, and for each part where it is still allowed.
+fn lost(parts: &[(Vec<(usize, usize)>, Table, Table)], new: Table) -> (Table, Vec<Table>) {
+    let mut lost = new;
+    let mut allowed = Vec::from_iter(parts.iter().map(|p| p.1 & !new));
+    loop {
+        let mut hit = 0;
+        for ((edges, _, safe), allowed) in parts.iter().zip(&mut allowed) {
+            let gone = step(edges, Direction::Backward, lost & !safe, *allowed);
+            *allowed &= !gone;
+            hit |= gone;
+        }
+        let stuck = hit & !allowed.iter().fold(0, |all, a| all | a);
+        if stuck == 0 {
+            return (lost, allowed);
+        }
+        lost |= stuck;
+    }
+}
+
+/// A relation as random numbers: which bits it touches, and its table.
+fn relation(width: usize) -> impl Strategy<Value = (usize, Table)> {
+    (0..1usize << width, any::<u64>(), any::<u64>()).prop_map(|(touched, a, b)| (touched, a & b))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    #[test]
+    fn lists_of_three_bits(relations in prop::collection::vec(relation(3), 0..4), x: u8, bound: u8, small: bool) {
+        let store = store(3, if small { least() } else { Thresholds::default() });
+        let relations = Vec::from_iter(relations.into_iter().map(|(touched, t)| Relation::new(&store, 3, touched, t)));
+        check(&store, 3, &relations, x.into(), bound.into());
+    }
+
+    #[test]
+    fn losses_of_three_bits(
+        parts in prop::collection::vec((relation(3), any::<u8>(), any::<u8>()), 0..4),
+        won: u8,
+        new: u8,
+    ) {
+        let store = store(3, Thresholds::default());
+        let new = Table::from(new);
+        let mut expected = Vec::new();
+        let mut given = Vec::new();
+        for ((touched, table), allowed, safe) in parts {
+            let relation = Relation::new(&store, 3, touched, table);
+            let (allowed, safe) = (Table::from(allowed) & !new, Table::from(safe));
+            let list = store.lists.of(&store, vec![relation.entry]).unwrap();
+            given.push(Part { allowed: set(&store, 3, allowed), safe: set(&store, 3, safe), list });
+            expected.push((relation.edges, allowed, safe));
+        }
+        let list = store.lists.of(&store, Vec::new()).unwrap();
+        let won = Table::from(won) & !new;
+        given.push(Part { allowed: set(&store, 3, won), safe: store.zero(), list });
+        expected.push((Vec::new(), won, 0));
+        let found = store.lose(&set(&store, 3, new), &given, usize::MAX).unwrap().unwrap();
+        let (lost, allowed) = lost(&expected, new);
+        prop_assert!(found.lost == set(&store, 3, lost));
+        for (found, expected) in found.allowed.iter().zip(allowed) {
+            prop_assert!(*found == set(&store, 3, expected));
+        }
+        prop_assert!(store.lose(&set(&store, 3, new), &given, 0).unwrap().is_none_or(|l| l.lost == found.lost));
+    }
+}

@@ -1,0 +1,94 @@
+//! Both engines on random grid worlds of thousands of states, robots and batteries among them: large
+//! enough for every way that the symbolic engine may take to a result, which is seen to be taken.
+
+use std::sync::Arc;
+
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::{SymbolicEngine, Thresholds, Ways, order};
+use meliora::engine::{Engine, Settings, regions};
+use meliora::error::SourceFile;
+use meliora::generate::{Choices, Parameters, gridworld};
+use meliora::lang;
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
+use meliora::planning::result::AnalysisResult;
+use meliora::planning::{Analysis, Options};
+
+use crate::SAFETIES;
+
+/// A world that numbers describe.
+fn world(seed: u64) -> (Arc<Program>, Preferences) {
+    let side = 3 + seed as usize % 5;
+    let robots = 1 + usize::from(seed % 3 == 2);
+    let mut parameters = Parameters::new(side, side + seed as usize % 3, 2 + seed as usize % 3);
+    parameters.robots = robots;
+    parameters.battery = (seed % 4 != 1).then_some(if robots > 1 { 6 } else { 3 * side as u32 });
+    parameters.walls = [10, 25][seed as usize % 2];
+    parameters.slippery = [10, 30][seed as usize / 2 % 2];
+    let choices = Choices { seed, ..Choices::default() };
+    let written = gridworld(&parameters, &choices).unwrap();
+    let none = SourceFile::new("constants", "");
+    let mut program = lang::load(&SourceFile::new("m", written.model), &none).unwrap().program;
+    let preferences = SourceFile::new("p", written.preferences);
+    let preferences = lang::load_preferences(&preferences, &mut program).unwrap();
+    (Arc::new(program), preferences)
+}
+
+fn results<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<AnalysisResult> {
+    let result = |safety| {
+        let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
+        analysis.run(&mut |_| ()).unwrap();
+        analysis.result().clone()
+    };
+    SAFETIES.map(result).into()
+}
+
+/// The sizes of the four regions of the first target.
+fn counts<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<String> {
+    let target = engine.states_where(preferences.objectives[0].target).unwrap();
+    let found = regions::regions(engine, &target).unwrap();
+    let all = [found.pmax_one, found.pmax_positive, found.pmin_one, found.pmin_positive];
+    all.iter().map(|x| engine.count_states(x).unwrap().to_string()).collect()
+}
+
+/// Thresholds that send small work each way.
+fn thresholds() -> [Thresholds; 3] {
+    let usual = Thresholds::default();
+    let hasty = Thresholds { trial_steps: 40, free_losses: 8, nodes_per_loss: 100, large_set: 0, ..usual };
+    let narrow = Thresholds {
+        small_relation: 10,
+        small_union: 0,
+        most_lists: 20,
+        relations_a_bit: 0,
+        first_collection: 2_000,
+        ..usual
+    };
+    [usual, hasty, narrow]
+}
+
+#[test]
+fn every_way_leads_to_what_the_explicit_engine_finds() {
+    let mut total = Ways::default();
+    for seed in 0..15 {
+        let (program, preferences) = world(seed);
+        let explicit = ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap();
+        let expected = (results(&explicit, &preferences), counts(&explicit, &preferences));
+        for thresholds in thresholds() {
+            let settings = Settings { memory: 64 << 20, thresholds, ..Settings::default() };
+            let bits = order::auto(&program);
+            let symbolic = SymbolicEngine::new(Arc::clone(&program), bits, 1, settings).unwrap();
+            let found = (results(&symbolic, &preferences), counts(&symbolic, &preferences));
+            assert_eq!(found, expected, "seed {seed}, {thresholds:?}");
+            let ways = symbolic.ways();
+            total.by_recursion += ways.by_recursion;
+            total.by_saturation += ways.by_saturation;
+            total.lost_by_recursion += ways.lost_by_recursion;
+            total.lost_by_layers += ways.lost_by_layers;
+            total.given_up += ways.given_up;
+        }
+    }
+    println!("{total:?}");
+    let Ways { by_recursion, by_saturation, lost_by_recursion, lost_by_layers, given_up } = total;
+    let all = [by_recursion, by_saturation, lost_by_recursion, lost_by_layers - given_up, given_up];
+    assert!(all.iter().all(|&n| n > 20), "{total:?}");
+}
