@@ -2,6 +2,7 @@
 
 #[path = "../common/engines.rs"]
 mod common;
+mod depth;
 mod explicit;
 mod interruption;
 mod order;

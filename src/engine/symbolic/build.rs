@@ -34,12 +34,12 @@ pub(super) fn build(
         return Err(Limit::Size { what }.into());
     }
     let encoding = Encoding::new(&program, order);
-    let store = Store::new(encoding.width(), threads, &settings)?;
-    let domain = encoding.domain(&store)?;
-    let Translated { mut transitions, initial, initial_fails, rounded } =
+    let mut store = Store::new(encoding.width(), threads, &settings)?;
+    let mut domain = encoding.domain(&store)?;
+    let Translated { mut transitions, mut initial, initial_fails, rounded } =
         translate(&program, &encoding, &store, &domain)?;
-    let clusters = Clusters::new(&store, &encoding, &transitions.pieces)?;
-    let states = match (given, settings.scope) {
+    let mut clusters = Clusters::new(&store, &encoding, &transitions.pieces)?;
+    let mut states = match (given, settings.scope) {
         (Some(given), _) => store.and(&given(&store)?, &domain)?,
         (None, Scope::All) => domain.clone(),
         (None, Scope::Reachable) => clusters.forward(&store, &initial, &domain)?,
@@ -50,6 +50,12 @@ pub(super) fn build(
         return Err(fault::in_state(&program, &state));
     }
     let rounded = pick::list(&store, &encoding, &store.and(&rounded, &states)?, 1)?.pop();
+    if let Some(larger) = store.larger(&states, threads, &settings) {
+        let single = [&mut domain, &mut initial, &mut states].into_iter();
+        larger.adopt_all(&store, single.chain(transitions.diagrams()).chain(clusters.diagrams()))?;
+        clusters.relist(&larger)?;
+        store = larger;
+    }
     let (enabled, deadlocks) = enabled(&store, &transitions, &states)?;
     if program.kind == ModelKind::Dtmc {
         transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;

@@ -59,8 +59,24 @@ impl Clusters {
                 clusters.push(Cluster { parts, entry: piece.entry(), top, writes: piece.writes.clone() });
             }
         }
-        let list = store.lists.of(store, clusters.iter().map(|c| c.entry.clone()).collect())?;
-        Ok(Clusters { clusters, list })
+        let mut all = Clusters { clusters, list: store.lists.of(store, Vec::new())? };
+        all.relist(store)?;
+        Ok(all)
+    }
+
+    /// All diagrams; once they are others, the list is to be made anew.
+    pub(super) fn diagrams(&mut self) -> impl Iterator<Item = &mut Bdd> {
+        fn of(c: &mut Cluster) -> Vec<&mut Bdd> {
+            let parts = c.parts.iter_mut().map(|p| &mut p.relation);
+            parts.chain([&mut c.entry.relation]).collect()
+        }
+        self.clusters.iter_mut().flat_map(of)
+    }
+
+    /// Makes the list of all clusters.
+    pub(super) fn relist(&mut self, store: &Store) -> Result<()> {
+        self.list = store.lists.of(store, self.clusters.iter().map(|c| c.entry.clone()).collect())?;
+        Ok(())
     }
 
     /// The relations with the steps of each group confined to its allowed states (`None` allows all)

@@ -43,10 +43,12 @@ fn set(store: &Store, width: usize, table: Table) -> Bdd {
     function(store, &Vec::from_iter((0..width as u32).map(|b| 2 * b)), table)
 }
 
+type Edges = Vec<(usize, usize)>;
+
 /// A relation and its edges.
 struct Relation {
     entry: Entry,
-    edges: Vec<(usize, usize)>,
+    edges: Edges,
 }
 
 impl Relation {
@@ -150,7 +152,7 @@ fn all_sets_of_three_bits_are_primed() {
 }
 
 /// What a loss must be: the lost states, and for each part where it is still allowed.
-fn lost(parts: &[(Vec<(usize, usize)>, Table, Table)], new: Table) -> (Table, Vec<Table>) {
+fn lost(parts: &[(Edges, Table, Table)], new: Table) -> (Table, Vec<Table>) {
     let mut lost = new;
     let mut allowed = Vec::from_iter(parts.iter().map(|p| p.1 & !new));
     loop {

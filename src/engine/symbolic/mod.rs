@@ -23,6 +23,7 @@ mod pick;
 mod reach;
 mod saturation;
 mod store;
+mod tables;
 mod thresholds;
 mod touched;
 mod transitions;

@@ -7,16 +7,19 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
-use ahash::AHashSet;
+use ahash::{AHashMap, AHashSet};
 use num_bigint::BigUint;
 use oxidd::bdd::{BDDFunction, BDDManagerRef};
 use oxidd::util::num::Natural;
 use oxidd::util::{AllocResult, FxHasher, SatCountCache};
-use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, InnerNode, Manager, ManagerRef, Node};
+use oxidd::{
+    BooleanFunction, BooleanFunctionQuant, Function, HasLevel, InnerNode, Manager, ManagerRef, Node,
+};
 
-use super::diagram::ManagerOf;
+use super::diagram::{Diagram, ManagerOf};
 use super::lists::{List, Lists};
 use super::losing::{Known, Loss, Part};
+use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, manager};
 use super::thresholds::{Thresholds, Work};
 use super::touched::Touched;
 use super::walk::{Direction, Halt, Walk};
@@ -26,10 +29,12 @@ use crate::error::{Error, Limit, Result};
 /// A Boolean function of the bits of the present and the next state.
 pub(super) type Bdd = BDDFunction;
 
-/// What a node takes in the table and in its index.
-const BYTES_PER_NODE: u64 = 32;
-/// What an entry of the operation cache takes.
-const BYTES_PER_ENTRY: u64 = 20;
+/// What a recursion takes of the stack for a bit of a state, those of OxiDD within ours.
+const STACK_PER_BIT: usize = 4 << 10;
+/// So many entries of the operation cache for a node of the states.
+const CACHE_PER_NODE: u64 = 200;
+/// More entries gain nothing.
+const LARGEST_CACHE: u64 = 1 << 23;
 /// OxiDD aborts the process at 2^31 nodes: stay well below.
 const MOST_NODES: u64 = 1 << 30;
 /// OxiDD hands nodes to its threads in blocks of 2^16, and what one thread holds no other can use:
@@ -50,6 +55,8 @@ pub(super) struct Store {
     /// Whether fixpoints are found by saturation first, forward and backward.
     saturates: [AtomicBool; 2],
     thresholds: Thresholds,
+    /// The stack that a recursion needs.
+    stack: usize,
     zero: Bdd,
     one: Bdd,
 }
@@ -61,8 +68,13 @@ impl Store {
     /// # Errors
     /// The memory is too little for an empty table, or the system does not give them or the threads.
     pub(super) fn new(width: usize, threads: u32, settings: &Settings) -> Result<Self> {
+        Store::sized(width, threads, settings, settings.thresholds.first_cache)
+    }
+
+    /// The same with an operation cache of so many entries, if that is not too much of the memory.
+    fn sized(width: usize, threads: u32, settings: &Settings, entries: u64) -> Result<Self> {
         let Settings { memory, thresholds, .. } = *settings;
-        let cache_entries = cache_entries(memory);
+        let cache_entries = cache_entries(memory, entries);
         let left = memory.saturating_sub(cache_entries * BYTES_PER_ENTRY);
         let capacity = (left / BYTES_PER_NODE).min(MOST_NODES);
         if capacity < 2 * width as u64 + 16 {
@@ -89,9 +101,69 @@ impl Store {
             peak,
             lists,
             thresholds,
+            stack: (width + 64) * STACK_PER_BIT,
             zero,
             one,
         })
+    }
+
+    /// A store with a larger operation cache, where the diagram of the states is large.
+    ///
+    /// OxiDD's tables do not grow, and it is the states that tell how much work is to come: the
+    /// fixpoints after exploring take hundreds of nodes for each node of theirs.
+    pub(super) fn larger(&self, states: &Bdd, threads: u32, settings: &Settings) -> Option<Self> {
+        let wanted = (self.size(states) as u64 * CACHE_PER_NODE).next_power_of_two().min(LARGEST_CACHE);
+        if cache_entries(settings.memory, wanted) <= self.cache_entries {
+            return None;
+        }
+        // Where the system gives no more, the one there is will do.
+        let larger = Store::sized(self.width(), threads, settings, wanted).ok()?;
+        self.note_peak();
+        larger.peak.store(self.peak.load(Relaxed), Relaxed);
+        larger.work.take_over(&self.work);
+        Some(larger)
+    }
+
+    /// How many bits a state has.
+    fn width(&self) -> usize {
+        self.shared(|m| m.num_levels() as usize / 2)
+    }
+
+    /// Puts diagrams of this store in the place of those of another store of the same bits.
+    pub(super) fn adopt_all<'a>(
+        &self,
+        from: &Store,
+        diagrams: impl Iterator<Item = &'a mut Bdd>,
+    ) -> Result<()> {
+        let mut known = AHashMap::new();
+        for f in diagrams {
+            *f = self.deep(|| self.adopt(from, f, &mut known))?;
+        }
+        Ok(())
+    }
+
+    /// A diagram of another store; `known` remembers what was taken over of it.
+    fn adopt(&self, from: &Store, f: &Bdd, known: &mut AHashMap<Bdd, Bdd>) -> Result<Bdd> {
+        let root = from.shared(|m| match m.get_node(f.as_edge(m)) {
+            Node::Terminal(_) => None,
+            Node::Inner(n) => Some((n.level(), m.handle(n.child(0)), m.handle(n.child(1)))),
+        });
+        let Some((level, set, clear)) = root else {
+            return Ok(if from.is_zero(f) { self.zero() } else { self.one() });
+        };
+        if let Some(adopted) = known.get(f) {
+            return Ok(adopted.clone());
+        }
+        let (set, clear) = (self.adopt(from, &set, known)?, self.adopt(from, &clear, known)?);
+        let node = || {
+            self.shared(|m| {
+                let made = m.node(level, m.held(set.as_edge(m)), m.held(clear.as_edge(m)))?;
+                Ok(m.handle(made.borrowed()))
+            })
+        };
+        let made = self.run(node)?;
+        known.insert(f.clone(), made.clone());
+        Ok(made)
     }
 
     /// false
@@ -234,11 +306,12 @@ impl Store {
         recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
     ) -> Result<Option<T>> {
         self.safe_point()?;
-        self.shared(|m| match recursion(&Walk::new(self, m, direction, phase, steps)) {
+        let halted = self.shared(|m| self.deep(|| recursion(&Walk::new(self, m, direction, phase, steps))));
+        match halted {
             Ok(found) => Ok(Some(found)),
             Err(Halt::Failed(error)) => Err(error),
             Err(Halt::Spent) => Ok(None),
-        })
+        }
     }
 
     /// The same with more steps than any machine takes.
@@ -253,6 +326,11 @@ impl Store {
     /// Works on the manager itself.
     pub(super) fn shared<T>(&self, work: impl for<'id> FnOnce(&ManagerOf<'id>) -> T) -> T {
         self.manager.with_manager_shared(work)
+    }
+
+    /// Runs a recursion as deep as states have bits, with a stack that holds it.
+    fn deep<T>(&self, recursion: impl FnOnce() -> T) -> T {
+        stacker::maybe_grow(self.stack, 2 * self.stack, recursion)
     }
 
     /// Where the engine takes one way or another.
@@ -278,7 +356,7 @@ impl Store {
 
     /// Whether f has fewer nodes than g.
     pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> bool {
-        !self.has_nodes(f, g.node_count())
+        !self.has_nodes(f, self.size(g) + 2)
     }
 
     /// f = false
@@ -292,13 +370,13 @@ impl Store {
         let variables = self.manager.with_manager_shared(|m| m.num_levels());
         let mut cache: SatCountCache<Natural, std::hash::BuildHasherDefault<FxHasher>> =
             SatCountCache::default();
-        let all = f.sat_count(variables, &mut cache);
+        let all = self.deep(|| f.sat_count(variables, &mut cache));
         Ok(to_biguint(&all) >> unused)
     }
 
     /// How many inner nodes f has.
     pub(super) fn size(&self, f: &Bdd) -> usize {
-        f.node_count().saturating_sub(2)
+        self.deep(|| f.node_count()).saturating_sub(2)
     }
 
     /// What was used so far.
@@ -311,11 +389,11 @@ impl Store {
     /// Runs an operation that may find the node table full.
     fn run(&self, operation: impl Fn() -> AllocResult<Bdd>) -> Result<Bdd> {
         self.safe_point()?;
-        if let Ok(f) = operation() {
+        if let Ok(f) = self.deep(&operation) {
             return Ok(f);
         }
         self.shared(|m| self.collect_in(m));
-        operation().map_err(|_| self.full())
+        self.deep(operation).map_err(|_| self.full())
     }
 
     /// The table is full, even after a collection.
@@ -361,33 +439,6 @@ impl Store {
     fn note_peak(&self) {
         self.peak.fetch_max(self.nodes(), Relaxed);
     }
-}
-
-/// A manager, if the system gives its memory and its threads.
-///
-/// OxiDD takes both for granted: without the memory it aborts the process, without the threads, each
-/// with a stack of 1 GiB, it panics. So the memory is asked for and given back first, and that panic,
-/// which comes before there are any diagrams, is caught.
-fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result<BDDManagerRef> {
-    let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
-    if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
-        let mib = bytes.div_ceil(1 << 20);
-        let what = format!("a node table of {mib} MiB: a smaller `--memory`, or a larger `ulimit -v`, helps");
-        return Err(Limit::System { what }.into());
-    }
-    let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, threads);
-    std::panic::catch_unwind(make).map_err(|_| {
-        let what = format!(
-            "the threads of the node table ({threads}, with a stack of 1 GiB each): a larger `ulimit -v` helps"
-        );
-        Limit::System { what }.into()
-    })
-}
-
-/// An eighth of the memory, between 2^10 and 2^20 entries.
-fn cache_entries(memory: u64) -> u64 {
-    let wanted = (memory / 8 / BYTES_PER_ENTRY).max(1);
-    (1u64 << wanted.ilog2()).clamp(1 << 10, 1 << 20)
 }
 
 /// `mantissa · 2^exp`

@@ -23,6 +23,8 @@ pub struct Thresholds {
     pub nodes_per_loss: usize,
     /// … and so many more.
     pub free_losses: usize,
+    /// So many entries the operation cache has at first, as far as there is memory for it.
+    pub first_cache: u64,
     /// Below this many nodes, garbage is not worth collecting.
     pub first_collection: usize,
 }
@@ -38,6 +40,7 @@ impl Default for Thresholds {
             relations_a_bit: 4,
             nodes_per_loss: 40,
             free_losses: 300,
+            first_cache: 1 << 20,
             first_collection: 16_000_000,
         }
     }
@@ -70,6 +73,13 @@ pub struct Ways {
 }
 
 impl Work {
+    /// Goes on from what another has counted.
+    pub(super) fn take_over(&self, other: &Work) {
+        let [by_recursion, by_saturation] = other.reached.each_ref().map(|n| n.load(Relaxed));
+        self.reached[0].store(by_recursion, Relaxed);
+        self.reached[1].store(by_saturation, Relaxed);
+    }
+
     pub(super) fn ways(&self) -> Ways {
         Ways {
             by_recursion: self.reached[0].load(Relaxed),

@@ -271,6 +271,11 @@ pub(super) fn frame(
 }
 
 impl Transitions {
+    /// All diagrams.
+    pub(super) fn diagrams(&mut self) -> impl Iterator<Item = &mut Bdd> {
+        self.guards.iter_mut().chain(self.pieces.iter_mut().map(|p| &mut p.relation)).chain([&mut self.bad])
+    }
+
     /// For each group the list of its pieces.
     pub(super) fn lists(&self, store: &Store) -> Result<Vec<Arc<List>>> {
         let mut entries = vec![Vec::new(); self.guards.len()];

@@ -1,0 +1,37 @@
+//! The tables of a store, as large as asked for and as the system gives.
+
+use oxidd::bdd::BDDManagerRef;
+
+use crate::error::{Limit, Result};
+
+/// What a node takes in the table and in its index.
+pub(super) const BYTES_PER_NODE: u64 = 32;
+/// What an entry of the operation cache takes.
+pub(super) const BYTES_PER_ENTRY: u64 = 20;
+
+/// A manager, if the system gives its memory and its threads.
+///
+/// OxiDD takes both for granted: without the memory it aborts the process, without the threads, each
+/// with a stack of 1 GiB, it panics. So the memory is asked for and given back first, and that panic,
+/// which comes before there are any diagrams, is caught.
+pub(super) fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result<BDDManagerRef> {
+    let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
+    if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
+        let mib = bytes.div_ceil(1 << 20);
+        let what = format!("a node table of {mib} MiB: a smaller `--memory`, or a larger `ulimit -v`, helps");
+        return Err(Limit::System { what }.into());
+    }
+    let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, threads);
+    std::panic::catch_unwind(make).map_err(|_| {
+        let what = format!(
+            "the threads of the node table ({threads}, with a stack of 1 GiB each): a larger `ulimit -v` helps"
+        );
+        Limit::System { what }.into()
+    })
+}
+
+/// So many entries, but no more than an eighth of the memory; 2^10 at least.
+pub(super) fn cache_entries(memory: u64, wanted: u64) -> u64 {
+    let most = (memory / 8 / BYTES_PER_ENTRY).max(1);
+    (1u64 << most.min(wanted.max(1)).ilog2()).max(1 << 10)
+}
