@@ -76,7 +76,7 @@ pub enum ExprKind {
     /// `c ? e : c ? e : … e`; the list is not empty.
     Ite(Vec<(Expr, Expr)>, Box<Expr>),
     /// `f(e, …)`
-    Call(Ident, Vec<Expr>),
+    Call(Box<Ident>, Vec<Expr>),
 }
 
 /// Operators between two operands.

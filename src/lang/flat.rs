@@ -215,7 +215,7 @@ fn at(kind: ExprKind) -> Expr {
 }
 
 fn call(name: &str, arguments: Vec<Expr>) -> Expr {
-    at(ExprKind::Call(Ident { name: name.to_owned(), span: Span::default() }, arguments))
+    at(ExprKind::Call(Box::new(Ident { name: name.to_owned(), span: Span::default() }), arguments))
 }
 
 fn literal(value: Value) -> Expr {

@@ -63,7 +63,7 @@ fn expr() -> impl Strategy<Value = Expr> + Clone {
             }),
             1 => (vec((e.clone(), e.clone()), 1..3), e.clone())
                 .prop_map(|(cases, last)| at(ExprKind::Ite(cases, Box::new(last)))),
-            1 => (function, vec(e, 1..4)).prop_map(|(f, args)| at(ExprKind::Call(f, args))),
+            1 => (function, vec(e, 1..4)).prop_map(|(f, args)| at(ExprKind::Call(Box::new(f), args))),
         ]
     })
     .boxed()

@@ -65,6 +65,10 @@ impl Parser<'_> {
             left = join(left, (op, right), level == op.level(), start.to(self.before()));
             level = op.level();
         }
+        if let ExprKind::Chain(_, rest) = &mut left.kind {
+            // Trees take many times the memory of their texts: no room is left for what will not come.
+            rest.shrink_to_fit();
+        }
         Ok(left)
     }
 
@@ -182,7 +186,7 @@ impl Parser<'_> {
         let start = function.span;
         self.expect(Token::LeftParen)?;
         let arguments = self.arguments()?;
-        Ok(Expr { kind: ExprKind::Call(function, arguments), span: start.to(self.before()) })
+        Ok(Expr { kind: ExprKind::Call(Box::new(function), arguments), span: start.to(self.before()) })
     }
 
     /// `func(f, e, …)`
@@ -192,7 +196,7 @@ impl Parser<'_> {
         let function = self.function_name()?;
         self.expect(Token::Comma)?;
         let arguments = self.arguments()?;
-        Ok(Expr { kind: ExprKind::Call(function, arguments), span: start.to(self.before()) })
+        Ok(Expr { kind: ExprKind::Call(Box::new(function), arguments), span: start.to(self.before()) })
     }
 
     /// A name, or one of the two functions that are keywords.

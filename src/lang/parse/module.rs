@@ -109,6 +109,7 @@ impl Parser<'_> {
         while self.eat(Token::Plus) {
             branches.push(self.branch()?);
         }
+        branches.shrink_to_fit();
         let end = self.expect(Token::Semicolon)?;
         self.check_probabilities_given(&branches);
         Ok(Command { action, guard, branches, span: start.to(end) })
@@ -164,6 +165,7 @@ impl Parser<'_> {
         while self.eat(Token::And) {
             updates.push(self.assignment()?);
         }
+        updates.shrink_to_fit();
         Ok(updates)
     }
 
