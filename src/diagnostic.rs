@@ -175,14 +175,26 @@ pub fn render(diagnostics: &[Diagnostic], colour: bool) -> String {
             text.push('\n');
         }
         let (diagnostic, path) = (shown(diagnostic), escape::line(&diagnostic.source.name));
-        text.push_str(&renderer.render(&groups(&diagnostic, &path)));
+        let source = without_controls(&diagnostic.source.text);
+        text.push_str(&renderer.render(&groups(&diagnostic, &path, &source)));
         text.push('\n');
     }
     text
 }
 
-/// The diagnostic without anything in its words that a terminal would obey; the renderer sees to the
-/// text that it points into.
+/// The text with the control characters that the renderer leaves alone, U+0080 to U+009F, replaced by a
+/// dot of as many bytes, so that all places stay where they are.
+fn without_controls(text: &str) -> Cow<'_, str> {
+    let is_control = |c: char| ('\u{80}'..='\u{9f}').contains(&c);
+    if text.contains(is_control) {
+        Cow::Owned(text.replace(is_control, "\u{b7}"))
+    } else {
+        Cow::Borrowed(text)
+    }
+}
+
+/// The diagnostic without anything in its words that a terminal would obey; the renderer sees to most
+/// of the text that it points into.
 fn shown(diagnostic: &Diagnostic) -> Diagnostic {
     let safe = |text: &String| escape::lines(text).into_owned();
     Diagnostic {
@@ -195,11 +207,10 @@ fn shown(diagnostic: &Diagnostic) -> Diagnostic {
     }
 }
 
-fn groups<'d>(diagnostic: &'d Diagnostic, path: &'d str) -> [Group<'d>; 1] {
+fn groups<'d>(diagnostic: &'d Diagnostic, path: &'d str, text: &'d str) -> [Group<'d>; 1] {
     let source = &diagnostic.source;
     let primary = AnnotationKind::Primary.span(source.clamp(&diagnostic.span));
-    let mut snippet =
-        Snippet::source(source.text.as_str()).path(path).annotation(primary.label(diagnostic.label.as_str()));
+    let mut snippet = Snippet::source(text).path(path).annotation(primary.label(diagnostic.label.as_str()));
     for (span, label) in &diagnostic.related {
         let place = AnnotationKind::Context.span(source.clamp(span));
         snippet = snippet.annotation(place.label(label.as_str()));
