@@ -47,6 +47,10 @@ fn operations(c: &mut Criterion) {
             let target = engine.states_where(target).unwrap();
             engine.can_reach(&target, &engine.all_choices(), &Vec::new()).unwrap()
         });
+        fresh(c, case, "losing states", states, |engine| {
+            let outside = engine.difference(&engine.all_states(), &engine.states_where(target).unwrap());
+            engine.stay_within(&outside.unwrap(), &engine.all_choices()).unwrap()
+        });
         fresh(c, case, "confined fixpoint", states, |engine| {
             let target = engine.states_where(target).unwrap();
             let outside = engine.difference(&engine.all_states(), &target).unwrap();
