@@ -154,25 +154,20 @@ impl Atlas {
         (variable.low..=variable.high).collect()
     }
 
-    /// What to show first: the values of [`Atlas::at`], unless states are so few there that a view with
-    /// all other variables open says more.
+    /// What to show first: the values of [`Atlas::at`].
     pub fn opening(&self) -> View {
-        let here: View = self.at.iter().map(|&value| Some(value)).collect();
-        let open: View = vec![None; self.at.len()];
-        if self.projected {
-            return open;
+        match self.projected {
+            true => vec![None; self.at.len()],
+            false => self.at.iter().map(|&value| Some(value)).collect(),
         }
-        let cells = |others: &View| {
-            let column = |row: i64| {
-                let some = |&c: &i64| {
-                    let pattern = self.pattern(&self.view(others, row, c));
-                    self.meets(self.scope, &pattern)
-                };
-                self.columns().iter().filter(|c| some(c)).count()
-            };
-            self.rows().into_iter().map(column).sum::<usize>()
-        };
-        if 2 * cells(&here) >= cells(&open) { here } else { open }
+    }
+
+    /// What holds in a cell with the other variables as in `others`, and `true`; where no state fits
+    /// these, what holds with any others, and `false`; none where there is no state at all.
+    pub fn found(&self, others: &View, row: i64, column: i64) -> Option<(Cell, bool)> {
+        let here = self.cell(&self.view(others, row, column)).map(|cell| (cell, true));
+        let open = vec![None; self.at.len()];
+        here.or_else(|| Some((self.cell(&self.view(&open, row, column))?, false)))
     }
 
     fn rank(&self, ladder: &Ladder, pattern: &[Option<bool>]) -> Rank {

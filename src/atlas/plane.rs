@@ -11,6 +11,9 @@ const NAMES: [(&str, &str); 7] =
 /// A plane has at most so many cells: each is drawn.
 const MOST_CELLS: u64 = 1 << 14;
 
+/// Rows are looked for among so many variables.
+const MOST_TRIED: usize = 100;
+
 /// The variables that span a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plane {
@@ -65,8 +68,8 @@ impl Plane {
     }
 
     /// The plane that the names of the variables suggest: such as `r` and `c`, `robot_row` and `robot_col`,
-    /// `x1` and `y1`; else the only one or two integers there are. None where nothing suggests itself
-    /// or what does is too large to be drawn.
+    /// `x1` and `y1`; else the first two integers, or the only one, whose plane is not too large to be
+    /// drawn. None where there is none.
     pub fn guess(program: &Program) -> Option<Self> {
         let by_name = NAMES.iter().find_map(|&(row, column)| {
             integers(program).find_map(|variable| {
@@ -76,12 +79,14 @@ impl Plane {
                 Some(Plane { row: Some(variable), column })
             })
         });
-        let few = || match integers(program).collect::<Vec<_>>()[..] {
-            [column] => Some(Plane { row: None, column }),
-            [row, column] => Some(Plane { row: Some(row), column }),
-            _ => None,
+        let small = |plane: &Plane| plane.cells(program) <= MOST_CELLS;
+        let pairs = || {
+            let after = |row: VarId| integers(program).skip_while(move |&v| v != row).skip(1);
+            let pair = move |row| after(row).map(move |column| Plane { row: Some(row), column });
+            integers(program).take(MOST_TRIED).flat_map(pair).find(small)
         };
-        by_name.or_else(few).filter(|plane| plane.cells(program) <= MOST_CELLS)
+        let single = || integers(program).map(|column| Plane { row: None, column }).find(small);
+        by_name.filter(small).or_else(pairs).or_else(single)
     }
 
     fn cells(self, program: &Program) -> u64 {

@@ -5,7 +5,7 @@ use meliora::engine::{Engine, Scope};
 use meliora::error::{Diagnostic, Error, SourceFile};
 use meliora::lang;
 use meliora::model::{Program, State};
-use meliora::planning::{Analysis, Kind};
+use meliora::planning::{Analysis, Kind, Picks};
 
 use super::load::Question;
 use super::options::{ModelArgs, PreferenceArgs};
@@ -25,6 +25,25 @@ impl From<KindArg> for Kind {
         match kind {
             KindArg::Sasi => Kind::Sasi,
             KindArg::Spi => Kind::Spi,
+        }
+    }
+}
+
+/// `--strategy`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(super) enum PicksArg {
+    /// The first permitted action that comes closer to an improvement
+    #[default]
+    Progress,
+    /// Each permitted action is as likely as the others
+    Permissive,
+}
+
+impl From<PicksArg> for Picks {
+    fn from(picks: PicksArg) -> Self {
+        match picks {
+            PicksArg::Permissive => Picks::Permissive,
+            PicksArg::Progress => Picks::Progress,
         }
     }
 }

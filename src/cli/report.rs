@@ -10,21 +10,24 @@ use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::page::{Content, Picture, Play, Written};
 use meliora::output::report::{ModelSummary, Report};
-use meliora::output::simulate::PlaysReport;
+use meliora::output::simulate::TraceReport;
 use meliora::output::{CheckReport, PageReport};
-use meliora::planning::{Analysis, Kind, Picks, Playbook, Rank, Setup, Simulation};
+use meliora::planning::{Analysis, Kind, Playbook, Rank, Setup, Simulation};
 
 use super::check::{self, Checked};
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Question};
 use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, KindArg};
+use super::plan::{self, KindArg, PicksArg};
 use super::size;
 use super::supervise::{Desk, supervise};
 
 /// The play in a page has at most so many steps.
-const STEPS: u64 = 200;
+const STEPS: u64 = 500;
+
+/// So many plays are tried for one that shows all that is promised.
+const PLAYS: u64 = 100;
 
 /// A page to look at: verdict, maps with sliders, preference order, levels, a play to step through
 ///
@@ -50,7 +53,7 @@ pub(super) struct ReportArgs {
     picture: Option<PictureArg>,
 
     /// The integer variables that span the maps [default: those with names such as r and c, row and
-    /// col, y and x]
+    /// col, y and x, else the first two]
     #[arg(long, value_name = "ROW,COLUMN")]
     grid: Option<String>,
 
@@ -62,6 +65,10 @@ pub(super) struct ReportArgs {
     /// The strategy that the play is drawn from [default: sasi where that improves, else spi]
     #[arg(long, value_enum)]
     kind: Option<KindArg>,
+
+    /// Which of these strategies
+    #[arg(long, value_enum, default_value_t)]
+    strategy: PicksArg,
 
     /// The same seed gives the same play
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -260,7 +267,7 @@ impl Run<'_> {
                 let without = if atlas.is_some() { PictureArg::Sasi } else { PictureArg::Hasse };
                 let picture = self.args.picture.unwrap_or(without);
                 content.svg(picture.into()).ok_or_else(|| {
-                    let message = "no two variables are named like a row and a column: \
+                    let message = "no one or two integer variables span a map that can be drawn: \
                                    `--grid ROW,COLUMN` names those to draw over";
                     Error::Usage(message.to_owned())
                 })
@@ -282,11 +289,12 @@ impl Run<'_> {
         }
         let program = &self.question.program;
         let Some(mut book) = Playbook::new(self.analysis, program, kind) else { return Ok(None) };
-        let setup = Setup { picks: Picks::Permissive, runs: 1, steps: STEPS, seed: self.args.seed };
-        let tally = Simulation::new(&mut book, setup).run(start)?;
-        let report = PlaysReport::new(program, &self.question.preferences, &tally);
-        let visited = tally.trace.turns.iter().map(|turn| turn.state.clone());
+        let (picks, seed) = (self.args.strategy.into(), self.args.seed);
+        let setup = Setup { picks, runs: PLAYS, steps: STEPS, seed };
+        let (told, end) = Simulation::new(&mut book, setup).telling(start)?;
+        let trace = TraceReport::new(program, &self.question.preferences, start, &told);
+        let visited = told.turns.iter().map(|turn| turn.state.clone());
         let states = std::iter::once(start.clone()).chain(visited).collect();
-        Ok(Some(Play { kind, seed: self.args.seed, report, states }))
+        Ok(Some(Play { kind, picks, seed, trace, states, end }))
     }
 }

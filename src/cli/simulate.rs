@@ -1,18 +1,18 @@
 //! `meliora simulate`: random plays under a strategy.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::SimulateReport;
 use meliora::output::report::ModelSummary;
 use meliora::output::simulate::PlaysReport;
-use meliora::planning::{Picks, Playbook, Setup, Simulation};
+use meliora::planning::{Playbook, Setup, Simulation};
 
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, KindArg};
+use super::plan::{self, KindArg, PicksArg};
 use super::supervise::{Desk, supervise};
 
 /// Plays start in at most so many initial states.
@@ -62,25 +62,6 @@ pub(super) struct SimulateArgs {
 
 /// A play is kept in full until it is over: longer ones would fill the memory.
 const MOST_STEPS: u64 = 1_000_000;
-
-/// `--strategy`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum PicksArg {
-    /// Each permitted action is as likely as the others
-    #[default]
-    Permissive,
-    /// The first action that comes closer to an improvement
-    Progress,
-}
-
-impl From<PicksArg> for Picks {
-    fn from(picks: PicksArg) -> Self {
-        match picks {
-            PicksArg::Permissive => Picks::Permissive,
-            PicksArg::Progress => Picks::Progress,
-        }
-    }
-}
 
 impl SimulateArgs {
     fn setup(&self) -> Setup {

@@ -12,7 +12,7 @@ use super::strategy::{PlanTime, change_word, kind_name};
 use crate::engine::Scope;
 use crate::model::Program;
 use crate::model::preference::Preferences;
-use crate::planning::simulate::{Tally, Turn, Wait};
+use crate::planning::simulate::{Tally, Trace, Turn, Wait};
 use crate::planning::{Kind, Picks, Setup};
 
 /// What came of the plays, in the order in which JSON has it.
@@ -75,6 +75,8 @@ pub struct PlaysReport {
     pub settled: u64,
     /// Plays that were given up.
     pub given_up: u64,
+    /// Those among them that had not yet improved as often as the rank says.
+    pub undecided: u64,
     /// Plays that improved less often than the rank says; null where the rank is unbounded.
     pub fewer_than_rank: Option<u64>,
     /// Plays with a step that weakens the state before it.
@@ -179,14 +181,6 @@ impl PlaysReport {
             Rank::Unbounded => None,
         };
         let often = |(&times, &plays): (&usize, &u64)| ImprovementsReport { times: times as u64, plays };
-        // The kind matters to no word that is used here.
-        let words = Words { program, preferences, kind: Kind::Sasi };
-        let mut before = tally.start.as_slice();
-        let mut turns = Vec::with_capacity(tally.trace.turns.len());
-        for t in &tally.trace.turns {
-            turns.push(turn(words, before, t));
-            before = &t.state;
-        }
         PlaysReport {
             state: json_state(program, &tally.start),
             rank,
@@ -194,12 +188,28 @@ impl PlaysReport {
             steps_to: tally.waits.iter().map(StepsReport::from).collect(),
             settled: tally.settled,
             given_up: tally.given_up,
+            undecided: tally.undecided,
             fewer_than_rank,
             weakened_step: tally.weakened_step,
             weakened_reference: tally.weakened_reference,
             weakened_start: tally.weakened_start,
-            trace: TraceReport { play: tally.trace.play, turns },
+            trace: TraceReport::new(program, preferences, &tally.start, &tally.trace),
         }
+    }
+}
+
+impl TraceReport {
+    /// A play from a state.
+    pub fn new(program: &Program, preferences: &Preferences, start: &[i64], trace: &Trace) -> Self {
+        // The kind matters to no word that is used here.
+        let words = Words { program, preferences, kind: Kind::Sasi };
+        let mut before = start;
+        let mut turns = Vec::with_capacity(trace.turns.len());
+        for t in &trace.turns {
+            turns.push(turn(words, before, t));
+            before = &t.state;
+        }
+        TraceReport { play: trace.play, turns }
     }
 }
 

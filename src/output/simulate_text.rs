@@ -48,11 +48,8 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     out.push_str(&distribution(report, plays, style));
     out.push_str(&weakening(report, plays, style));
     if plays.given_up > 0 {
-        let (count, steps) = (group(&plays.given_up.to_string()), group(&report.steps.to_string()));
-        let _ = writeln!(
-            out,
-            "  {count} plays were still under way after {steps} steps; `--steps` lets them go on."
-        );
+        let (given_up, steps) = (plural_plays(plays.given_up), group(&report.steps.to_string()));
+        let _ = writeln!(out, "  {given_up} given up after {steps} steps; `--steps` lets them go on.");
     }
     out.push_str(&trace(plays, style));
     out
@@ -60,22 +57,40 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
 
 /// What the rank promises, and whether the plays kept it.
 fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
-    let how = match report.kind {
-        Kind::Sasi => "surely",
-        Kind::Spi => "possibly",
+    let (how, adverb) = match report.kind {
+        Kind::Sasi => ("sure", "surely"),
+        Kind::Spi => ("possible", "possibly"),
     };
-    let mut out = format!("  Promised: improves {} {how} ({}). ", times_of(plays.rank), report.kind);
-    let kept = match (plays.rank, plays.fewer_than_rank) {
-        (Rank::Exactly(0), _) => style.dim("There is nothing to play for."),
-        (_, Some(0)) => style.good("Every play did."),
-        (_, Some(fewer)) => {
-            let text = format!("{} did not.", plural_plays(fewer));
-            if report.kind == Kind::Sasi { style.warn(&text) } else { text }
-        }
-        (_, None) => String::new(),
-    };
-    let _ = writeln!(out, "{kept}");
-    out.lines().map(|l| format!("{}\n", l.trim_end())).collect()
+    if plays.rank == Rank::Exactly(0) {
+        let nothing = style.dim("There is nothing to play for.");
+        return format!("  No improvement is {how} ({}). {nothing}\n", report.kind);
+    }
+    let fewer = plays.fewer_than_rank.unwrap_or(plays.undecided);
+    let (kept, failed) = (report.runs - fewer, fewer - plays.undecided);
+    let mut parts = Vec::new();
+    if plays.fewer_than_rank.is_some() {
+        parts.push(
+            style.good(&format!(
+                "{} did",
+                if fewer == 0 { "Every play".to_owned() } else { plural_plays(kept) }
+            )),
+        );
+    }
+    if failed > 0 {
+        let text = format!("{} did not", plural_plays(failed));
+        parts.push(if report.kind == Kind::Sasi { style.warn(&text) } else { text });
+    }
+    if plays.undecided > 0 {
+        let verb = if plays.undecided == 1 { "was" } else { "were" };
+        let steps = group(&report.steps.to_string());
+        parts.push(format!("{} {verb} still under way after {steps} steps", plural_plays(plays.undecided)));
+    }
+    format!(
+        "  Promised: improves {} {adverb} ({}). {}.\n",
+        times_of(plays.rank),
+        report.kind,
+        parts.join(", ")
+    )
 }
 
 fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {

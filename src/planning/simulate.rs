@@ -48,6 +48,8 @@ pub struct Tally {
     pub settled: u64,
     /// Plays that were given up.
     pub given_up: u64,
+    /// Those among them that had not yet improved as often as the rank says.
+    pub undecided: u64,
     /// Plays with a step that weakens the state before it.
     pub weakened_step: u64,
     /// Plays with a step that weakens what the strategy measures against: under `prefix` the state
@@ -95,6 +97,28 @@ pub struct Trace {
     pub turns: Vec<Turn>,
 }
 
+impl Trace {
+    /// How often the play improved.
+    pub fn improvements(&self) -> usize {
+        self.turns.iter().filter(|turn| turn.improves).count()
+    }
+
+    fn weakens(&self) -> bool {
+        self.turns.iter().any(|turn| turn.weakens_step || turn.weakens_start)
+    }
+}
+
+/// How a play ended, against what the rank of its start promises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlayEnd {
+    /// It improved as often as that.
+    Kept,
+    /// It was given up before.
+    CutOff,
+    /// It ended before.
+    Failed,
+}
+
 /// A step of a play.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turn {
@@ -133,6 +157,7 @@ impl Tally {
             waits: Vec::new(),
             settled: 0,
             given_up: 0,
+            undecided: 0,
             weakened_step: 0,
             weakened_reference: 0,
             weakened_start: 0,
@@ -163,6 +188,8 @@ impl Tally {
             self.settled += 1;
         } else {
             self.given_up += 1;
+            let kept = matches!(self.rank, Rank::Finite(k) | Rank::AtLeast(k) if improved >= k);
+            self.undecided += u64::from(!kept);
         }
         let step = trace.turns.iter().any(|t| t.weakens_step);
         let start = trace.turns.iter().any(|t| t.weakens_start);
@@ -201,6 +228,38 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
             tally.add(Trace { play, turns }, settled);
         }
         Ok(tally)
+    }
+
+    /// The first of all plays from one state that weakens nothing and improves as often as the rank of the
+    /// state says; else the one that comes closest to that.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::run`].
+    pub fn telling(&mut self, start: &[i64]) -> Result<(Trace, PlayEnd)> {
+        let wanted = match self.book.rank(start) {
+            Rank::Finite(k) | Rank::AtLeast(k) => k,
+            Rank::Unbounded => usize::MAX,
+        };
+        let mut best = (Trace::default(), PlayEnd::Failed);
+        for play in 1..=self.setup.runs {
+            let (turns, settled) = self.play(start, &mut Draw::numbered(self.setup.seed, play))?;
+            let trace = Trace { play, turns };
+            let end = match trace.improvements() >= wanted {
+                true => PlayEnd::Kept,
+                false if settled => PlayEnd::Failed,
+                false => PlayEnd::CutOff,
+            };
+            let merit = |t: &Trace| (!t.weakens(), t.improvements());
+            if play == 1 || merit(&trace) > merit(&best.0) {
+                best = (trace, end);
+            }
+            // What has no end is told by its beginning.
+            let told = best.1 == PlayEnd::Kept || (wanted == usize::MAX && best.1 == PlayEnd::CutOff);
+            if told && !best.0.weakens() {
+                break;
+            }
+        }
+        Ok(best)
     }
 
     /// One play, and whether it ended where nothing is left to improve.

@@ -52,7 +52,7 @@ fn cells(dom: &str, map: &str) -> Cells {
         part[from..].split('"').next().unwrap().to_owned()
     };
     let number = |part: &str, name: &str| attribute(part, name).parse::<i64>().unwrap();
-    let parts = figure.split("<g class=\"cell\"").skip(1);
+    let parts = figure.split("<g class=\"cell").skip(1);
     parts.map(|p| ((number(p, "data-row"), number(p, "data-col")), attribute(p, "data-value"))).collect()
 }
 

@@ -38,16 +38,47 @@ fn a_page_is_one_file_that_loads_nothing() {
 
 #[test]
 fn without_a_plane_there_are_no_maps_but_all_the_rest() {
-    let model = "mdp\nmodule m\n p : [0..2] init 0; q : [0..2] init 0; w : [0..2] init 0;\n [] p<2 -> (p'=p+1);\n\
-                 endmodule\n";
-    let scratch = Scratch::new(&[("m.prism", model), ("p.pref", "objective A = F p=2;\n")]);
+    let model =
+        "mdp\nmodule m\n p : bool; q : bool; w : [0..99999] init 0;\n [] w<2 -> (w'=w+1);\nendmodule\n";
+    let scratch = Scratch::new(&[("m.prism", model), ("p.pref", "objective A = F w=2;\n")]);
     let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("page.html"));
     run(&format!("report {m} {p} --out {out}")).expect(0);
     let page = fs::read_to_string(&out).unwrap();
     assert!(page.contains("--grid ROW,COLUMN") && !page.contains("id=\"data\""));
     run(&format!("report {m} {p} --format svg --picture sasi")).expect(2);
-    let strip = run(&format!("report {m} {p} --format svg --picture classes --grid w")).expect(0).stdout;
-    assert_eq!(strip.matches("class=\"cell\"").count(), 3);
+}
+
+#[test]
+fn maps_are_over_the_first_two_integers_where_no_names_suggest_better_ones() {
+    let model = "mdp\nmodule m\n f : bool; w : [0..99999] init 0; p : [0..2] init 0; q : [0..3] init 0;\n \
+                 [] p<2 -> (p'=p+1);\nendmodule\n";
+    let scratch = Scratch::new(&[("m.prism", model), ("p.pref", "objective A = F p=2;\n")]);
+    let (m, p) = (scratch.show("m.prism"), scratch.show("p.pref"));
+    let page = run(&format!("report {m} {p} --scope all")).expect(0).stdout;
+    assert_eq!((&data(&page)["row"], &data(&page)["column"]), (&2.into(), &3.into()));
+    let strip = run(&format!("report {m} {p} --format svg --picture classes --grid q")).expect(0).stdout;
+    // No other value of q is ever reached.
+    assert_eq!(strip.matches("class=\"cell\"").count(), 4);
+    assert_eq!(strip.matches("url(#wall)").count(), 3);
+}
+
+#[test]
+fn the_play_shown_keeps_what_is_promised() {
+    let page = run(ROBOT).expect(0).stdout;
+    assert!(page.contains("It keeps what is guaranteed: 2 improvements."), "{page}");
+    let lucky = run(&format!("{ROBOT} --kind spi --strategy permissive")).expect(0).stdout;
+    assert!(
+        lucky.contains("It is cut off here after 500 steps") || lucky.contains("none made all"),
+        "{lucky}"
+    );
+}
+
+#[test]
+fn cells_without_a_state_of_these_values_are_pale_and_speak_of_others() {
+    let page = run(ROBOT).expect(0).stdout;
+    assert_eq!(data(&page)["opening"], serde_json::json!([2, 2, 8, 0, 0, 0, 0]));
+    // Three maps of 25 cells, 5 of them walls; one of the others is the start.
+    assert_eq!(page.matches("class=\"cell elsewhere\"").count(), 3 * 19);
 }
 
 #[test]

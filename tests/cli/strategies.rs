@@ -107,7 +107,7 @@ fn the_reports_have_their_keys_in_order() {
     );
     let report = run("simulate models/toy.prism models/toy.pref --json --runs 3").expect(0).json();
     assert_eq!(report["schema"], "meliora.simulate/1");
-    assert_eq!((&report["kind"], &report["strategy"]), (&json!("sasi"), &json!("permissive")));
+    assert_eq!((&report["kind"], &report["strategy"]), (&json!("sasi"), &json!("progress")));
     assert_eq!(report["plays"][0]["improvements"], json!([{"times": 1, "plays": 3}]));
 }
 

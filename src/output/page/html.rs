@@ -4,14 +4,15 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::super::check::{InitialReport, Rank};
 use super::super::report::{scope_word, show_state};
-use super::super::simulate::TurnReport;
+use super::super::simulate::{TurnReport, picks_word};
 use super::super::text;
 use super::paint::Paint;
-use super::{Content, Picture, Play, bars, data, hasse, map, words};
-use crate::atlas::{Atlas, View};
+use super::{Content, Picture, Play, bars, data, hasse, map, paint, words};
+use crate::atlas::Atlas;
 use crate::model::Variable;
 use crate::model::preference::Empty;
 use crate::model::value::Type;
+use crate::planning::Picks;
 
 /// The page.
 pub(super) fn page(content: &Content<'_>) -> String {
@@ -132,20 +133,49 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
                 }
             }
             @if content.play.is_some() { (stepper()) }
-            p #view.hint aria-live="polite" data-open=(open) { (view_sentence(atlas, opening)) }
-            div.maps.strip[atlas.plane.row.is_none()] {
+            p #view.hint aria-live="polite" data-open=(open) { (view_sentence(paint)) }
+            div.maps.strip[atlas.plane.row.is_none()] style=(format!("--least:{}rem", least_width(atlas))) {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
             }
-            div #cell.card.detail aria-live="polite" {
-                "Choose a cell to see what holds there. Triangles point where a permitted action leads; "
-                "letters in a corner mark targets; the ring is where planning starts."
-            }
+            p.hint { (key(content, paint)) }
+            div #cell.card.detail aria-live="polite" { "Choose a cell, by mouse or by the arrow keys, to see what holds there." }
         }
     }
 }
 
-fn view_sentence(atlas: &Atlas, view: &View) -> String {
+/// Numbers in cells are to be read: a map of many columns gets more room.
+fn least_width(atlas: &Atlas) -> usize {
+    (atlas.columns().len() * 3 / 2).clamp(19, 36)
+}
+
+/// What the signs in the maps mean.
+fn key(content: &Content<'_>, paint: &Paint<'_>) -> String {
+    let mut key =
+        String::from("Triangles point where a permitted action leads; the ring is where planning starts");
+    let shown: Vec<usize> = paint.cells.iter().flatten().flat_map(|found| found.targets.clone()).collect();
+    let names = content.preferences.objectives.iter().map(|o| o.name.as_str());
+    let letters = paint::letters(content).unwrap_or_default();
+    let long = names.zip(&letters).enumerate().filter(|(i, (name, l))| shown.contains(i) && name != l);
+    let long: Vec<String> = long.map(|(_, (name, letter))| format!("{letter} {name}")).collect();
+    if paint.cells.iter().flatten().any(|found| found.letters.iter().any(|l| l != "◆")) {
+        key.push_str("; letters in corners mark targets");
+        if !long.is_empty() {
+            key = format!("{key} ({})", long.join(", "));
+        }
+    }
+    if paint.cells.iter().flatten().any(|found| found.letters.iter().any(|l| l == "◆")) {
+        key.push_str("; ◆ marks targets, which the cell names when it is chosen");
+    }
+    key + "."
+}
+
+fn view_sentence(paint: &Paint<'_>) -> String {
+    let (atlas, view) = (paint.atlas, &paint.opening);
     let values = map::view_text(atlas, view);
+    let pale = match paint.cells.iter().flatten().any(|found| found.elsewhere) {
+        true => " In pale cells no play has these values: the most that others allow.",
+        false => "",
+    };
     match (atlas.projected, values.is_empty(), view.iter().any(Option::is_none)) {
         (_, true, _) => String::new(),
         (true, ..) => {
@@ -153,8 +183,8 @@ fn view_sentence(atlas: &Atlas, view: &View) -> String {
                 "For {values}: the most that some value allows. The regions are too large for sliders here."
             )
         }
-        (_, _, true) => format!("For {values}: the most that some value allows."),
-        _ => format!("For {values}."),
+        (_, _, true) => format!("For {values}: the most that some value allows.{pale}"),
+        _ => format!("For {values}.{pale}"),
     }
 }
 
@@ -162,6 +192,7 @@ fn view_sentence(atlas: &Atlas, view: &View) -> String {
 fn control(variable: &Variable, value: Option<i64>, at: i64) -> Markup {
     let id = format!("var-{}", variable.name);
     let shown = value.unwrap_or(at);
+    let any = format!("any value of {}", variable.name);
     html! {
         div.control data-variable=(variable.name) {
             label for=(id) { (variable.name) }
@@ -174,7 +205,7 @@ fn control(variable: &Variable, value: Option<i64>, at: i64) -> Markup {
                 input id=(id) type="range" min=(variable.low) max=(variable.high) value=(shown);
                 output for=(id) { (shown) }
             }
-            label.any { input type="checkbox" checked[value.is_none()]; "any" }
+            label.any { input type="checkbox" aria-label=(any) checked[value.is_none()]; "any" }
         }
     }
 }
@@ -182,8 +213,8 @@ fn control(variable: &Variable, value: Option<i64>, at: i64) -> Markup {
 fn no_maps() -> Markup {
     html! {
         section #maps { h2 { "Where" } p.hint {
-            "No two variables of this model are named like a row and a column: "
-            code { "--grid ROW,COLUMN" } " draws maps over any two integers."
+            "No one or two integer variables of this model span a map of a size that can be drawn: "
+            code { "--grid ROW,COLUMN" } " names those to draw over."
         } }
     }
 }
@@ -193,24 +224,29 @@ fn stepper() -> Markup {
     html! {
             div.stepper hidden {
             b { "Play" }
-            button type="button" data-step="first" title="to the start" { "start" }
-            button type="button" data-step="back" title="a step back" { "←" }
-            output #step { "start" }
-            button type="button" data-step="on" title="a step on" { "→" }
-            button type="button" data-step="last" title="to the end" { "end" }
+            button type="button" data-step="first" title="to the start" aria-label="to the start of the play" { "start" }
+            button type="button" data-step="back" title="a step back" aria-label="a step back" { "←" }
+            output #step aria-live="polite" { "start" }
+            button type="button" data-step="on" title="a step on" aria-label="a step on" { "→" }
+            button type="button" data-step="last" title="to the end" aria-label="to the end of the play" { "end" }
         }
     }
 }
 
 /// A play, step by step.
 fn played(play: &Play) -> Markup {
-    let turns = &play.report.trace.turns;
+    let turns = &play.trace.turns;
     html! {
         section #play {
             h2 { "A play" }
             p.hint {
-                "Drawn at random under the " (play.kind) " strategy (seed " (play.seed) "): "
-                "each permitted action is as likely as the others."
+                "Play " (play.trace.play) " with seed " (play.seed) " under the " (picks_word(play.picks)) " "
+                (play.kind) " strategy, which takes "
+                @match play.picks {
+                    Picks::Permissive => "each permitted action as likely as the others. ",
+                    Picks::Progress => "the first permitted action that comes closer to an improvement. ",
+                }
+                b { (words::outcome(play)) }
             }
             div.scroll.tall { table.turns {
                 thead { tr {

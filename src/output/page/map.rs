@@ -67,6 +67,7 @@ fn lines(text: &str, width: usize) -> Vec<String> {
 pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup {
     let atlas = paint.atlas;
     let (width, height) = size(atlas);
+    let pale = paint.cells.iter().flatten().any(|found| found.elsewhere);
     let widest = if atlas.plane.row.is_some() { (width * 2).clamp(320, 720) } else { width };
     html! {
         figure.map id=(format!("map-{}", picture.name())) {
@@ -84,6 +85,7 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
                 }
                 @if content.check.scope == Scope::Reachable {
                     li.wall-key { span.swatch.wall {} "never reached" }
+                    @if !atlas.projected { li.pale hidden[!pale] { span.swatch.pale {} "pale: not with these values" } }
                 }
                 @if picture == Picture::Classes { li.several { span.swatch.several {} "several" } }
             }
@@ -199,20 +201,31 @@ fn axes(atlas: &Atlas, rows: &[i64], columns: &[i64]) -> Markup {
 fn cell(picture: Picture, paint: &Paint<'_>, (x, y): (usize, usize), found: &Found) -> Markup {
     let look = paint.look(picture, found);
     html! {
-        g.cell transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
-            data-value=(look.text) {
+        g.cell.elsewhere[found.elsewhere] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
+            data-value=(if found.elsewhere { "" } else { &look.text }) {
             rect width=(SIDE) height=(SIDE) fill=(look.fill) {}
             @if !is_large(paint.atlas) {
                 text class=(size_class(&look.text)) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
                 @if picture != Picture::Classes {
                     path.arrows fill=(look.ink) d=(paint.arrows(picture, found)) {}
                 }
-                @if let Some(target) = &found.target {
-                    text.target x="3" y="11" fill=(look.ink) { (target) }
+                @for (corner, letter) in found.letters.iter().enumerate() {
+                    (corner_letter(corner, letter, look.ink))
                 }
             }
         }
     }
+}
+
+/// A letter in a corner, where no arrow points.
+fn corner_letter(corner: usize, letter: &str, ink: &str) -> Markup {
+    let (class, x) = match corner % 2 {
+        _ if letter == "◆" => ("target sign", 2),
+        0 => ("target", 2),
+        _ => ("target end", SIDE - 2),
+    };
+    let y = if corner < 2 { 12 } else { SIDE - 3 };
+    html! { text class=(class) x=(x) y=(y) fill=(ink) { (letter) } }
 }
 
 /// Long texts are smaller.

@@ -80,9 +80,13 @@ fn map(atlas: &Atlas) -> String {
     let view = view_text(atlas, &opening);
     let view = if view.is_empty() { view } else { format!(" for {view}") };
     let mut out = format!("## Guaranteed improvements (SASI ranks){view}\n\n```text\n");
+    let mut others = false;
     for row in rows {
-        let mark = |&column: &i64| match atlas.cell(&atlas.view(&opening, row, column)) {
-            Some(cell) => words::mark(cell.sasi),
+        let mark = |&column: &i64| match atlas.found(&opening, row, column) {
+            Some((cell, exact)) => {
+                others |= !exact;
+                words::mark(cell.sasi)
+            }
             None => "·".to_owned(),
         };
         let line: Vec<String> = columns.iter().map(mark).collect();
@@ -90,6 +94,9 @@ fn map(atlas: &Atlas) -> String {
         let _ = writeln!(out, "{label}{}", line.join(" "));
     }
     out.push_str("```\n\n");
+    if others {
+        out.push_str("Where no state has these values, the most that other values allow.\n\n");
+    }
     out
 }
 

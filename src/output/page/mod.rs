@@ -7,6 +7,7 @@ mod bars;
 mod data;
 mod hasse;
 mod html;
+mod layered;
 mod map;
 mod markdown;
 mod paint;
@@ -16,13 +17,14 @@ mod words;
 
 pub use report::{PageReport, Written};
 
-use super::simulate::PlaysReport;
+use super::simulate::TraceReport;
 use super::{CheckReport, Number};
 use crate::atlas::Atlas;
 use crate::model::hasse::Hasse;
 use crate::model::preference::{Empty, Preferences};
 use crate::model::{Program, State};
-use crate::planning::Kind;
+use crate::planning::simulate::PlayEnd;
+use crate::planning::{Kind, Picks};
 
 /// All that a page shows.
 pub struct Content<'a> {
@@ -43,12 +45,16 @@ pub struct Content<'a> {
 pub struct Play {
     /// Under which strategies.
     pub kind: Kind,
+    /// Which of the two.
+    pub picks: Picks,
     /// What the random draws started from.
     pub seed: u64,
     /// The play in words.
-    pub report: PlaysReport,
+    pub trace: TraceReport,
     /// The states it visits, the first one first.
     pub states: Vec<State>,
+    /// How it ended.
+    pub end: PlayEnd,
 }
 
 /// A picture of its own.

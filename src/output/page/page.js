@@ -47,16 +47,12 @@
     return [...new Set(permitted(ladder, pattern).map((choice) => choice.arrow))].join('');
   }
 
-  // Cells in which no state can be, whatever the other values are, look like walls.
-  const walls = new Map();
-  const key = (row, column) => row + ',' + column;
-  for (const row of data.rows) {
-    for (const column of data.columns) {
-      const anywhere = variables.map(() => null);
-      if (data.row !== null) anywhere[data.row] = row;
-      anywhere[data.column] = column;
-      walls.set(key(row, column), !diagram.meets(data.scope, diagram.pattern(variables, anywhere)));
-    }
+  /** The pattern of a cell in which the other variables may have any values. */
+  function anywhere(row, column) {
+    const open = variables.map(() => null);
+    if (data.row !== null) open[data.row] = row;
+    open[data.column] = column;
+    return diagram.pattern(variables, open);
   }
 
   // The maps have the same cells in the same order, so each is looked up once for all.
@@ -64,20 +60,24 @@
     row: Number(cell.dataset.row),
     column: Number(cell.dataset.col),
     parts: maps.map((map) => map.cells[index]),
+    anywhere: anywhere(Number(cell.dataset.row), Number(cell.dataset.col)),
   }));
 
   function draw() {
     const open = isOpen();
-    for (const { row, column, parts } of places) {
-      const pattern = diagram.pattern(variables, placed(row, column));
-      if (!diagram.meets(data.scope, pattern)) {
-        const fill = walls.get(key(row, column)) ? 'url(#wall)' : 'var(--void)';
-        for (const cell of parts) paint(cell, { text: '', color: { fill, ink: 'currentColor' } }, '');
+    for (const place of places) {
+      const here = diagram.pattern(variables, placed(place.row, place.column));
+      // Where no state has these values, the cell is pale and speaks of all others.
+      const elsewhere = !diagram.meets(data.scope, here);
+      const pattern = elsewhere ? place.anywhere : here;
+      if (elsewhere && !diagram.meets(data.scope, pattern)) {
+        place.parts.forEach((_, map) => paint(place, map, { text: '', color: { fill: 'url(#wall)', ink: 'currentColor' } }, '', false));
         continue;
       }
-      paint(parts[0], rank(sasi, pattern), open ? '' : arrows(sasi, pattern));
-      paint(parts[1], rank(spi, pattern), open ? '' : arrows(spi, pattern));
-      paint(parts[2], classOf(pattern), '');
+      const still = open || elsewhere;
+      paint(place, 0, rank(sasi, pattern), still ? '' : arrows(sasi, pattern), elsewhere);
+      paint(place, 1, rank(spi, pattern), still ? '' : arrows(spi, pattern), elsewhere);
+      paint(place, 2, classOf(pattern), '', elsewhere);
     }
     describeView(open);
     describeCell(open);
@@ -86,8 +86,11 @@
   }
 
   /** Shows what was found; small cells have a colour and nothing else. */
-  function paint(cell, found, path) {
-    cell.dataset.value = found.text;
+  function paint(place, map, found, path, elsewhere) {
+    const cell = place.parts[map];
+    cell.dataset.value = elsewhere ? '' : found.text;
+    cell.classList.toggle('elsewhere', elsewhere);
+    cell.setAttribute('aria-label', spoken(place, map, found, elsewhere));
     for (const part of cell.children) {
       if (part.localName === 'rect') {
         part.setAttribute('fill', found.color.fill);
@@ -100,6 +103,14 @@
       part.classList.toggle('long', [4, 5].includes(found.text.length));
       part.classList.toggle('longer', found.text.length > 5);
     }
+  }
+
+  /** What a cell says to those who do not see it. */
+  function spoken({ row, column }, map, found, elsewhere) {
+    const place = (data.row === null ? '' : variables[data.row].name + '=' + row + ', ') + variables[data.column].name + '=' + column;
+    if (found.text === '') return place + ': never reached';
+    const what = map === 2 ? 'sure of ' + found.found.map((c) => c.name).join(' or ') : found.text + (map === 0 ? ' guaranteed' : ' possible');
+    return place + ': ' + what + (elsewhere ? ' at most, with other values' : '');
   }
 
   /** The upper left corner of a cell in its drawing. */
@@ -124,7 +135,10 @@
     const texts = others.map(([v, i]) => (view[i] === null ? 'any ' + v.name : v.name + '=' + show(v, view[i])));
     const line = document.getElementById('view');
     const all = others.every(([, i]) => view[i] === null) && variables.length > 3;
-    line.textContent = 'For ' + (all ? 'any values of the other variables' : texts.join(', ')) + (open ? ': the most that some value allows.' : '.');
+    const pale = places.some((place) => place.parts[0].classList.contains('elsewhere'));
+    document.querySelectorAll('.legend .pale').forEach((key) => { key.hidden = !pale; });
+    line.textContent = 'For ' + (all ? 'any values of the other variables' : texts.join(', ')) + (open ? ': the most that some value allows.' : '.')
+      + (pale ? ' In pale cells no play has these values: the most that others allow.' : '');
     line.dataset.open = open;
   }
 
@@ -145,8 +159,12 @@
       dd.textContent = text;
       list.append(dt, dd);
     };
-    if (!diagram.meets(data.scope, pattern)) {
-      line('state', walls.get(key(chosen.row, chosen.column)) ? 'never: no play comes here' : 'no play comes here with these values');
+    const beyond = anywhere(chosen.row, chosen.column);
+    if (!diagram.meets(data.scope, beyond)) {
+      line('state', 'never: no play comes here');
+    } else if (!diagram.meets(data.scope, pattern)) {
+      line('state', 'no play comes here with these values');
+      line('with others', rank(sasi, beyond).text + ' guaranteed and ' + rank(spi, beyond).text + ' possible at most');
     } else {
       const sure = classOf(pattern);
       line('sure of', sure.found.map((c) => c.name).join(' / '));
@@ -199,15 +217,49 @@
   document.getElementById('to-start')?.addEventListener('click', () => setAll((index) => data.at[index]));
   document.getElementById('to-any')?.addEventListener('click', () => setAll(() => null));
 
-  for (const map of maps) {
-    map.figure.addEventListener('click', (event) => {
-      const cell = event.target.closest('.cell');
-      if (!cell) return;
-      chosen = { row: Number(cell.dataset.row), column: Number(cell.dataset.col) };
-      draw();
-      remember();
-    });
+  function choose(place) {
+    chosen = { row: place.row, column: place.column };
+    draw();
+    remember();
   }
+
+  // In each map one cell can be reached by the tabulator, the others from there by the arrow keys.
+  function goTo(index, map) {
+    places.forEach((place, i) => place.parts[map].setAttribute('tabindex', i === index ? 0 : -1));
+  }
+
+  const ways = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0] };
+  maps.forEach((map, number) => {
+    const wide = data.columns.length;
+    const indexOf = (event) => map.cells.indexOf(event.target.closest('.cell'));
+    map.figure.querySelector('svg').setAttribute('role', 'group');
+    for (const cell of map.cells) cell.setAttribute('role', 'button');
+    goTo(Math.max(0, places.findIndex((p) => p.column === data.at[data.column] && (data.row === null || p.row === data.at[data.row]))), number);
+    map.figure.addEventListener('click', (event) => {
+      const index = indexOf(event);
+      if (index < 0) return;
+      goTo(index, number);
+      choose(places[index]);
+    });
+    map.figure.addEventListener('keydown', (event) => {
+      const index = indexOf(event);
+      if (index < 0) return;
+      const way = ways[event.key];
+      if (way) {
+        const [row, column] = [Math.floor(index / wide) + way[0], (index % wide) + way[1]];
+        const to = row * wide + column;
+        if (row >= 0 && row < data.rows.length && column >= 0 && column < wide) {
+          goTo(to, number);
+          map.cells[to].focus();
+        }
+      } else if (event.key === 'Enter' || event.key === ' ') {
+        choose(places[index]);
+      } else {
+        return;
+      }
+      event.preventDefault();
+    });
+  });
 
   // The play.
   const rows = [...document.querySelectorAll('.turns tr[data-turn]')];

@@ -32,12 +32,14 @@ pub(super) struct Paint<'a> {
 pub(super) struct Found {
     pub(super) row: i64,
     pub(super) column: i64,
-    /// What holds there; none where there is no state.
+    /// What holds there; none where there is no state whatever values the other variables have.
     cell: Option<Cell>,
-    /// Whether there is no state whatever values the other variables have.
-    wall: bool,
+    /// Whether no state has the values of the view there: then the cell speaks of other values.
+    pub(super) elsewhere: bool,
     /// The objectives whose target can be there.
-    pub(super) target: Option<String>,
+    pub(super) targets: Vec<usize>,
+    /// What stands for them, a letter a corner.
+    pub(super) letters: Vec<String>,
 }
 
 /// How a cell is drawn.
@@ -83,8 +85,7 @@ impl<'a> Paint<'a> {
         let look = |(color, ink): (Rgb, _), text| Look { fill: palette::hex(color), ink, text };
         let plain = |fill: &str, ink, text: &str| Look { fill: fill.to_owned(), ink, text: text.to_owned() };
         let Some(cell) = &found.cell else {
-            let fill = if found.wall { "url(#wall)" } else { "var(--void, #ffffff)" };
-            return plain(fill, "currentColor", "");
+            return plain("url(#wall)", "currentColor", "");
         };
         let rank = match (picture, &cell.classes[..]) {
             (Picture::Classes, &[index]) => return look(self.class(index), self.marks[index].clone()),
@@ -100,7 +101,7 @@ impl<'a> Paint<'a> {
     pub(super) fn arrows(&self, picture: Picture, found: &Found) -> String {
         let view = self.atlas.view(&self.opening, found.row, found.column);
         let mut path = String::new();
-        if view.iter().any(Option::is_none) {
+        if found.elsewhere || view.iter().any(Option::is_none) {
             return path;
         }
         let ladder = ladder(self.atlas, picture);
@@ -149,25 +150,39 @@ fn ladder(atlas: &Atlas, picture: Picture) -> &Ladder {
 fn found(content: &Content<'_>, atlas: &Atlas, view: &View) -> Vec<Vec<Found>> {
     let open: View = vec![None; atlas.variables.len()];
     let everywhere = everywhere(atlas);
+    let letters = letters(content);
     let one = |row: i64, column: i64| {
         let any = atlas.view(&open, row, column);
-        let here = atlas.targets_at(&any).into_iter().filter(|&i| !everywhere[i]);
-        let names = here.filter_map(|i| content.preferences.objectives.get(i));
-        let text = names.map(|o| o.name.as_str()).collect::<String>();
+        let targets: Vec<usize> = atlas.targets_at(&any).into_iter().filter(|&i| !everywhere[i]).collect();
+        let (cell, exact) = atlas.found(view, row, column).unzip();
         Found {
             row,
             column,
-            cell: atlas.cell(&atlas.view(view, row, column)),
-            wall: !atlas.holds(atlas.scope, &any),
-            target: match text.chars().count() {
-                0 => None,
-                1..=4 => Some(text),
-                _ => Some("◆".to_owned()),
-            },
+            cell,
+            elsewhere: exact == Some(false),
+            letters: corner_letters(&letters, &targets),
+            targets,
         }
     };
     let columns = atlas.columns();
     atlas.rows().into_iter().map(|row| columns.iter().map(|&column| one(row, column)).collect()).collect()
+}
+
+/// For each objective the letter that stands for it; none where two begin with the same one.
+pub(super) fn letters(content: &Content<'_>) -> Option<Vec<String>> {
+    let first = |name: &String| name.chars().next().map(String::from).unwrap_or_default();
+    let letters: Vec<String> = content.preferences.objectives.iter().map(|o| first(&o.name)).collect();
+    let distinct = letters.iter().enumerate().all(|(i, letter)| !letters[..i].contains(letter));
+    distinct.then_some(letters)
+}
+
+/// Of at most four targets their letters; else one sign for all.
+fn corner_letters(letters: &Option<Vec<String>>, targets: &[usize]) -> Vec<String> {
+    match letters {
+        _ if targets.is_empty() => Vec::new(),
+        Some(letters) if targets.len() <= 4 => targets.iter().map(|&i| letters[i].clone()).collect(),
+        _ => vec!["◆".to_owned()],
+    }
 }
 
 /// What classes are called in cells: by their names or, where these would not fit, by numbers.

@@ -3,7 +3,10 @@
 use super::super::Number;
 use super::super::check::{InitialReport, Rank};
 use super::super::text;
+use super::Play;
 use crate::planning;
+use crate::planning::Kind;
+use crate::planning::simulate::PlayEnd;
 
 /// A count for a picture: `624`, `1.2 million`, `3.6e16`.
 pub(super) fn short(n: &Number) -> String {
@@ -90,6 +93,23 @@ pub(super) fn verdict(initial: &InitialReport) -> String {
     let mut letters = joined.chars();
     let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
     format!("{first}{}.", letters.as_str())
+}
+
+/// How a play ended.
+pub(super) fn outcome(play: &Play) -> String {
+    let improved = play.trace.turns.iter().filter(|turn| turn.improves).count();
+    let often = text::plural(improved, "improvement");
+    let steps = text::plural(play.trace.turns.len(), "step");
+    match (play.end, play.kind) {
+        (PlayEnd::Kept, Kind::Sasi) => format!("It keeps what is guaranteed: {often}."),
+        (PlayEnd::Kept, Kind::Spi) => {
+            format!("It has the luck that makes everything possible happen: {often}.")
+        }
+        (PlayEnd::CutOff, _) => format!("It is cut off here after {steps}, with {often} so far; it goes on."),
+        (PlayEnd::Failed, _) => format!(
+            "Of the plays tried, none made all the improvements that are possible; this one has {often}."
+        ),
+    }
 }
 
 /// What is known to be sure: `sure of A, B`.
