@@ -6,6 +6,7 @@ use meliora::error::Error;
 use meliora::output::CheckReport;
 use meliora::output::check::CheckTime;
 use meliora::output::report::ModelSummary;
+use meliora::planning::analysis::Phase;
 use meliora::planning::{Analysis, Event, Kind};
 
 use super::exit::Status;
@@ -136,9 +137,21 @@ impl<'b, E: Engine, R: Checked> Run<'_, 'b, E, R> {
     ) -> Result<(), Error> {
         let (desk, preferences) = (self.desk, &self.question.preferences);
         let analysis = &mut *self.analysis;
+        let (mut known, all) = (0, preferences.objectives.len());
         let mut listen = |event: Event<'_>| match event {
-            Event::Objective(counts) => desk.update(|r| r.check().add_objective(preferences, counts)),
-            Event::Level(kind, _, count) => desk.update(|r| r.check().add_level(kind, count)),
+            Event::Objective(counts) => {
+                known += 1;
+                if known < all {
+                    desk.watch.turn_to(format!("objective {} of {all}", known + 1));
+                }
+                desk.update(|r| r.check().add_objective(preferences, counts));
+            }
+            Event::Level(kind, number, count) => {
+                desk.watch.turn_to(format!("level {}", number + 1));
+                desk.update(|r| r.check().add_level(kind, count));
+            }
+            Event::Started(Phase::Outcomes) => desk.watch.turn_to(format!("objective 1 of {all}")),
+            Event::Started(Phase::Sasi | Phase::Spi) => desk.watch.turn_to("level 1".to_owned()),
             Event::Started(_) | Event::Finished(_) => {}
         };
         let result = desk.timed(name, || work(analysis, &mut listen), |r, s| note(&mut r.check().time, s));

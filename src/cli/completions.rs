@@ -1,11 +1,11 @@
 //! `meliora completions`: completion scripts for shells.
 
-use clap::{Args, CommandFactory};
+use clap::Args;
 use clap_complete::Shell;
 use meliora::error::Error;
 
 use super::exit::Status;
-use super::{Cli, terminal};
+use super::terminal;
 
 /// Write a completion script for a shell
 #[derive(Debug, Args)]
@@ -21,7 +21,7 @@ pub(super) struct CompletionsArgs {
 /// Standard output could not be written.
 pub(super) fn run(args: &CompletionsArgs) -> Result<Status, Error> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "meliora", &mut script);
+    clap_complete::generate(args.shell, &mut super::command(), "meliora", &mut script);
     terminal::print(&String::from_utf8_lossy(&script))?;
     Ok(Status::Done)
 }

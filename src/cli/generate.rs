@@ -235,5 +235,7 @@ fn write(prefix: &Path, generated: &Generated, args: &GridworldArgs) -> Result<(
         let message = "the file exists: `--force` overwrites it".to_owned();
         return Err(Error::Io { path: taken.path().display().to_string(), message });
     }
-    files::write_all(&[(&model, &generated.model), (&preferences, &generated.preferences)])
+    files::write_all(&[(&model, &generated.model), (&preferences, &generated.preferences)])?;
+    let written = terminal::stdout_style().good("written");
+    terminal::print(&format!("{written}: {} and {}\n", model.path().display(), preferences.path().display()))
 }

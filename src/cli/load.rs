@@ -1,9 +1,10 @@
 //! From arguments to what the library works on: files, programs, preferences, engines.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{SymbolicEngine, order};
@@ -13,7 +14,7 @@ use meliora::lang::named::{Asked, Property};
 use meliora::lang::property::{Bound, Strategies};
 use meliora::lang::{self, Given};
 use meliora::model::expr::ExprId;
-use meliora::model::preference::Preferences;
+use meliora::model::preference::{Empty, Preferences};
 use meliora::model::{ModelKind, Program, fault};
 use meliora::output::Number;
 
@@ -22,6 +23,9 @@ use super::watch::Watch;
 
 /// No text file of a sane model is larger; a device or a pipe without an end is.
 const LARGEST_FILE: u64 = 256 << 20;
+
+/// Whether standard input has been read.
+static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
 /// A model with preferences over it.
 pub(super) struct Question {
@@ -61,12 +65,15 @@ struct Loaded {
 /// # Errors
 /// It cannot be read, is too large or no UTF-8.
 pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
-    let from_stdin = path.as_os_str() == "-";
-    let name = if from_stdin { "standard input".to_owned() } else { path.display().to_string() };
+    let is_input = path == Path::new("-");
+    let name = if is_input { "standard input".to_owned() } else { path.display().to_string() };
     let failed = |message: String| Error::Io { path: name.clone(), message };
     let mut bytes = Vec::new();
-    let read = match from_stdin {
-        true => std::io::stdin().lock().take(LARGEST_FILE + 1).read_to_end(&mut bytes),
+    let read = match is_input {
+        true if INPUT_READ.swap(true, Ordering::Relaxed) => {
+            return Err(Error::Usage("`-` stands for standard input, which can be read once".to_owned()));
+        }
+        true => io::stdin().take(LARGEST_FILE + 1).read_to_end(&mut bytes),
         false => File::open(path).and_then(|f| f.take(LARGEST_FILE + 1).read_to_end(&mut bytes)),
     };
     read.map_err(|e| failed(e.to_string()))?;
@@ -121,13 +128,23 @@ pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, 
 /// A file or the constants are wrong.
 pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs, watch: &Watch) -> Result<Question, Error> {
     let loaded = parsed(model, watch)?;
-    preferred(loaded, &args.preferences)
+    preferred(loaded, &args.preferences, watch)
 }
 
-fn preferred(loaded: Loaded, preferences: &Path) -> Result<Question, Error> {
+fn preferred(loaded: Loaded, preferences: &Path, watch: &Watch) -> Result<Question, Error> {
     let Loaded { mut program, overlap, .. } = loaded;
     let source = read(preferences)?;
     let preferences = lang::load_preferences(&source, &mut program)?;
+    if preferences.order.len() > 1 && preferences.order.prefers_nothing() {
+        let left = match preferences.empty {
+            Empty::Incomparable => "no step improves",
+            Empty::Bottom | Empty::Gain => "only to gain a first objective improves",
+        };
+        watch.warn(&format!(
+            "{} prefers no objective to another: {left}; `prefer A > B;` states one",
+            source.name
+        ));
+    }
     Ok(Question { program: Arc::new(program), preferences, source, overlap })
 }
 
@@ -141,7 +158,7 @@ pub(super) fn certified(
     given: &Given,
     watch: &Watch,
 ) -> Result<Question, Error> {
-    preferred(loaded(model, given, watch)?, preferences)
+    preferred(loaded(model, given, watch)?, preferences, watch)
 }
 
 /// Reads the model, and the target or the property.

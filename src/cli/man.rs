@@ -1,11 +1,11 @@
 //! `meliora man`: the manual page.
 
-use clap::{Args, CommandFactory};
+use clap::Args;
 use clap_mangen::Man;
 use meliora::error::Error;
 
 use super::exit::Status;
-use super::{Cli, terminal};
+use super::terminal;
 
 /// Write the manual page in roff, of the program or of one command
 #[derive(Debug, Args)]
@@ -20,7 +20,7 @@ pub(super) struct ManArgs {
 /// # Errors
 /// There is no such command; standard output could not be written.
 pub(super) fn run(args: &ManArgs) -> Result<Status, Error> {
-    let mut program = Cli::command();
+    let mut program = super::command();
     program.build();
     let page = match &args.command {
         None => program,

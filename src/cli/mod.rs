@@ -2,6 +2,7 @@
 //! or exits, is in here; the library knows nothing of it.
 
 mod agreement;
+mod examples;
 mod exit;
 mod files;
 mod load;
@@ -32,7 +33,7 @@ mod verify;
 
 use std::ffi::OsString;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use meliora::error::Error;
 use meliora::output::Failure;
 
@@ -71,11 +72,17 @@ enum Command {
     Man(man::ManArgs),
 }
 
+/// The whole command line.
+fn command() -> clap::Command {
+    examples::with_examples(Cli::command())
+}
+
 /// Runs the command that the arguments (the program's name first) ask for.
 pub(crate) fn run(args: &[OsString]) -> Status {
     signals::prepare();
     let json = asks_for_json(args);
-    let cli = match Cli::try_parse_from(args) {
+    let parsed = command().try_get_matches_from(in_our_words(args));
+    let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => return terminal::show_clap(&error, json),
     };
@@ -108,6 +115,15 @@ fn fail(error: &Error, json: bool) -> Status {
         return Status::Limit;
     }
     Status::of(error)
+}
+
+/// The arguments with `-const K=4`, as PRISM has it, for `--const K=4`. (It could not mean `-c onst`,
+/// which gives no constant a value.)
+fn in_our_words(args: &[OsString]) -> impl Iterator<Item = OsString> {
+    let is_ours = |a: &OsString| if a == "-const" { OsString::from("--const") } else { a.clone() };
+    let end = args.iter().position(|a| a == "--").unwrap_or(args.len());
+    let (options, rest) = args.split_at(end);
+    options.iter().map(is_ours).chain(rest.iter().cloned()).collect::<Vec<_>>().into_iter()
 }
 
 /// Whether the arguments ask for JSON; asked where they could not be parsed, too.

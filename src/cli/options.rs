@@ -10,6 +10,10 @@ use meliora::planning::{Options, Safety};
 
 use super::{size, sweep};
 
+/// Headings in `--help`: what is below them comes after what a command is about.
+pub(super) const LIMITS: &str = "Engine and limits";
+const OUTPUT: &str = "Output";
+
 /// The model and how to work on it.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ModelArgs {
@@ -32,20 +36,20 @@ pub(super) struct ModelArgs {
 
     /// The order of the BDD variables: as declared, chosen by the program, or a file with one name
     /// a line
-    #[arg(long, value_name = "declared|auto|FILE", default_value = "auto")]
+    #[arg(help_heading = LIMITS, long, value_name = "declared|auto|FILE", default_value = "auto")]
     pub(super) order: String,
 
     /// Memory for node table and operation cache, or for the arrays of the explicit engine, such
     /// as 2GiB [default: half of the machine's memory]
-    #[arg(long, value_name = "SIZE", value_parser = size::parse)]
+    #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = size::parse)]
     pub(super) memory: Option<u64>,
 
     /// Use at most so many threads, and no more than the machine runs at once
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(help_heading = LIMITS, long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) threads: u16,
 
     /// End the work after this time, such as 30s or 5m, with what is known by then
-    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    #[arg(help_heading = LIMITS, long, value_name = "DURATION", value_parser = duration)]
     pub(super) timeout: Option<Duration>,
 
     /// The constants of one instance of a sweep, in place of `--const`; implies `--json`
@@ -89,7 +93,7 @@ impl ModelArgs {
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct EngineArgs {
     /// How states are stored: as decision diagrams or one by one
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(help_heading = LIMITS, long, value_enum, default_value_t)]
     pub(super) engine: EngineArg,
 }
 
@@ -112,7 +116,7 @@ impl EngineArgs {
 /// The preferences and what is asked of them.
 #[derive(Debug, Clone, Args)]
 pub(super) struct PreferenceArgs {
-    /// The preference file
+    /// The preference file; `-` reads standard input
     #[arg(value_name = "PREFS")]
     pub(super) preferences: PathBuf,
 
@@ -142,19 +146,19 @@ impl PreferenceArgs {
 #[derive(Debug, Clone, Args)]
 pub(super) struct ShownArgs {
     /// Write one JSON object instead of text
-    #[arg(long)]
+    #[arg(help_heading = OUTPUT, long)]
     pub(super) json: bool,
 
     /// Tell more on stderr (twice: everything)
-    #[arg(short, long, action = clap::ArgAction::Count)]
+    #[arg(help_heading = OUTPUT, short, long, action = clap::ArgAction::Count)]
     pub(super) verbose: u8,
 
     /// No warnings and no progress
-    #[arg(short, long, conflicts_with = "verbose")]
+    #[arg(help_heading = OUTPUT, short, long, conflicts_with = "verbose")]
     pub(super) quiet: bool,
 
     /// Colours; auto: on a terminal, unless `NO_COLOR` is set
-    #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
+    #[arg(help_heading = OUTPUT, long, value_enum, default_value_t, value_name = "WHEN")]
     pub(super) color: Color,
 }
 

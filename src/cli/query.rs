@@ -54,11 +54,11 @@ pub(super) struct QueryArgs {
 #[derive(Debug, Clone, Args)]
 pub(super) struct LimitArgs {
     /// Memory for node table and operation cache, such as 2GiB [default: half of the machine's memory]
-    #[arg(long, value_name = "SIZE", value_parser = size::parse)]
+    #[arg(help_heading = options::LIMITS, long, value_name = "SIZE", value_parser = size::parse)]
     memory: Option<u64>,
 
     /// End the work after this time, such as 30s or 5m
-    #[arg(long, value_name = "DURATION", value_parser = options::duration)]
+    #[arg(help_heading = options::LIMITS, long, value_name = "DURATION", value_parser = options::duration)]
     pub(super) timeout: Option<Duration>,
 }
 

@@ -101,6 +101,20 @@ pub(super) fn show_internal(text: &str) {
     ));
 }
 
+/// What is wrong, with the names that it is about, on one line: clap puts these on lines of their own.
+fn one_line(text: &str) -> String {
+    let wrong: Vec<&str> = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("tip:"))
+        .collect();
+    let mut line = wrong.iter().copied().filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+    if line.is_empty() {
+        line.push_str("wrong usage");
+    }
+    line.strip_prefix("error: ").map(str::to_owned).unwrap_or(line)
+}
+
 /// Shows what clap has to say: help and version on stdout, usage errors on stderr.
 pub(super) fn show_clap(error: &clap::Error, json: bool) -> Status {
     if !error.use_stderr() {
@@ -111,9 +125,7 @@ pub(super) fn show_clap(error: &clap::Error, json: bool) -> Status {
     }
     let _ = error.print();
     if json {
-        let text = error.render().to_string();
-        let first = text.lines().next().unwrap_or("wrong usage");
-        let failure = Failure::new(Kind::Usage, first.strip_prefix("error: ").unwrap_or(first));
+        let failure = Failure::new(Kind::Usage, one_line(&error.render().to_string()));
         if print_json(&failure).is_err() {
             return Status::Limit;
         }

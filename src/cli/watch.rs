@@ -39,6 +39,8 @@ pub(super) struct Watch {
     /// When the library was last asked for details, in milliseconds since the start.
     asked: AtomicU64,
     phase: Mutex<Phase>,
+    /// The phase of the library that was told of last.
+    told: Mutex<&'static str>,
     bar: Mutex<Option<ProgressBar>>,
     quiet: bool,
     verbose: u8,
@@ -48,6 +50,8 @@ pub(super) struct Watch {
 #[derive(Debug, Clone, Default)]
 struct Phase {
     name: &'static str,
+    /// Which part of it, such as `objective 2 of 5`.
+    part: String,
     detail: String,
 }
 
@@ -67,6 +71,7 @@ impl Watch {
             started: Instant::now(),
             asked: AtomicU64::new(0),
             phase: Mutex::default(),
+            told: Mutex::default(),
             bar: Mutex::default(),
             quiet: shown.quiet,
             verbose: shown.verbose,
@@ -120,7 +125,7 @@ impl Watch {
     /// The work turns to something else.
     pub(super) fn enter(&self, name: &'static str) {
         let mut phase = lock(&self.phase);
-        *phase = Phase { name, detail: String::new() };
+        *phase = Phase { name, ..Phase::default() };
         drop(phase);
         self.refresh();
     }
@@ -147,6 +152,15 @@ impl Watch {
         }
     }
 
+    /// Says which part of the present piece of work is being done.
+    pub(super) fn turn_to(&self, part: String) {
+        if self.verbose > 1 {
+            self.say(&format!("{:9.3} s  {part}", self.elapsed().as_secs_f64()));
+        }
+        lock(&self.phase).part = part;
+        self.refresh();
+    }
+
     /// Something the user asked to know by `-v`.
     pub(super) fn note(&self, text: &str) {
         if self.verbose > 0 {
@@ -164,10 +178,11 @@ impl Watch {
     /// What was being done, in words: how far the work got.
     pub(super) fn position(&self) -> Option<String> {
         let phase = lock(&self.phase).clone();
-        match (phase.name, phase.detail.as_str()) {
+        let details = [phase.part.as_str(), &phase.detail].into_iter().filter(|word| !word.is_empty());
+        match (phase.name, details.collect::<Vec<_>>().join(", ")) {
             ("", _) => None,
-            (name, "") => Some(format!("the work ended in the phase `{name}`")),
-            (name, detail) => Some(format!("the work ended in the phase `{name}` ({detail})")),
+            (name, details) if details.is_empty() => Some(format!("the work ended in the phase `{name}`")),
+            (name, details) => Some(format!("the work ended in the phase `{name}` ({details})")),
         }
     }
 
@@ -184,7 +199,8 @@ impl Watch {
     fn refresh(&self) {
         if let Some(bar) = &*lock(&self.bar) {
             let phase = lock(&self.phase).clone();
-            bar.set_message(format!("{} {}", phase.name, phase.detail));
+            let words = [phase.name, &phase.part, &phase.detail].into_iter().filter(|word| !word.is_empty());
+            bar.set_message(words.collect::<Vec<_>>().join(" · "));
             bar.tick();
         }
     }
@@ -194,6 +210,11 @@ impl Watch {
         if let Some(bar) = lock(&self.bar).take() {
             bar.finish_and_clear();
         }
+    }
+
+    /// The phase of the library that was told of last; the given one is from now on.
+    fn last_told(&self, phase: &'static str) -> &'static str {
+        std::mem::replace(&mut lock(&self.told), phase)
     }
 
     /// Whether it is time to do again what was last done then.
@@ -230,7 +251,9 @@ impl Observer for Watch {
     }
 
     fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
-        if !self.due(&self.asked, INTERVAL_MILLIS) {
+        // The first news of each phase is always told, so that short work has some too.
+        let news = self.verbose > 1 && self.last_told(phase) != phase;
+        if !self.due(&self.asked, INTERVAL_MILLIS) && !news {
             return;
         }
         let detail = detail();

@@ -5,6 +5,7 @@ pub mod check;
 pub mod flat;
 pub mod jani;
 mod load;
+mod mistaken;
 pub mod named;
 mod names;
 pub mod parse;
@@ -12,6 +13,7 @@ pub mod pref;
 pub mod print;
 pub mod property;
 pub mod property_file;
+mod slip;
 pub mod token;
 pub mod valuation;
 

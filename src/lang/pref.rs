@@ -46,6 +46,7 @@ pub struct Chain {
 /// # Errors
 /// All syntax errors that could be told apart.
 pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
+    super::mistaken::no_preferences(source)?;
     let mut parser = Parser::new(source);
     let mut preferences = Preferences::default();
     while parser.peek() != Token::End {
@@ -68,7 +69,11 @@ impl Parser<'_> {
         } else if self.eat_word("empty") {
             self.empty(start, preferences)?;
         } else {
-            let failed = self.expected("`objective`, `prefer` or `empty`");
+            let words = ["objective", "prefer", "empty"];
+            let failed = match self.slip(&words) {
+                Some(_) => Failed,
+                None => self.expected("`objective`, `prefer` or `empty`"),
+            };
             self.advance();
             return Err(failed);
         }
@@ -115,13 +120,13 @@ impl Parser<'_> {
                     self.report(diagnostic.help("write `prefer BETTER > WORSE;`"));
                     return Err(Failed);
                 }
-                Token::Semicolon if !links.is_empty() => break,
+                _ if !links.is_empty() => break,
                 _ => return Err(self.expected("`>`, `>=` or `~`")),
             };
             self.advance();
             links.push((relation, self.side()?));
         }
-        let end = self.advance();
+        let end = self.expect(Token::Semicolon)?;
         Ok(Chain { first, links, span: start.to(end) })
     }
 

@@ -111,7 +111,13 @@ impl Parser<'_> {
             Token::Ge | Token::Gt | Token::Le | Token::Lt => self.advance(),
             Token::Eq => {
                 self.advance();
-                self.eat(Token::Question);
+                if !self.eat(Token::Question) {
+                    let span = start.to(self.before());
+                    let diagnostic = self.wrong(span, "a probability is compared by `>=`, `>`, `<=` or `<`");
+                    let help = "`P>=1 […]` says that it is 1, `P<=0 […]` that it is 0";
+                    self.report(diagnostic.label("not by `=`").help(help));
+                    return Err(Failed);
+                }
                 let message = "a question for the value of a probability is not supported";
                 let reason = "only probabilities 0 and 1 are decided here; nothing is computed with numbers";
                 let help =

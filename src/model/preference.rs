@@ -300,6 +300,11 @@ impl Preorder {
         self.strictly_above(y).is_some_and(|above| above.contains(x))
     }
 
+    /// Whether x > y for no x and y.
+    pub fn prefers_nothing(&self) -> bool {
+        self.above.iter().all(ObjectiveSet::is_empty)
+    }
+
     /// { x : x > y }; none where y is no objective.
     pub fn strictly_above(&self, y: usize) -> Option<&ObjectiveSet> {
         self.above.get(y)

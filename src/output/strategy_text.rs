@@ -60,12 +60,7 @@ fn legend(report: &StrategyReport, style: Style) -> String {
 fn one(kind: Kind, state: &StateReport, style: Style) -> String {
     let mut out = format!("\n{}\n", style.bold(&format!("State {}", show_state(&state.state))));
     let _ = writeln!(out, "  Sure of {} now.", text::names(&state.most_preferred));
-    let _ = writeln!(
-        out,
-        "  Improves {} surely (SASI), {} possibly (SPI).",
-        times_of(state.sasi_rank),
-        times_of(state.spi_rank)
-    );
+    let _ = writeln!(out, "  {}", prospects(state.sasi_rank, state.spi_rank));
     for action in &state.actions {
         let pick = state.progress_action.as_deref() == Some(action.name.as_str());
         out.push_str(&action_text(kind, action, pick, style));
@@ -74,6 +69,17 @@ fn one(kind: Kind, state: &StateReport, style: Style) -> String {
         out.push_str(&course_text(course, state.longest_play, style));
     }
     out
+}
+
+/// What both ranks say.
+fn prospects(sasi: Rank, spi: Rank) -> String {
+    match (sasi, spi) {
+        (_, Rank::Exactly(0)) => "No improvement is possible.".to_owned(),
+        (Rank::Exactly(0), spi) => {
+            format!("No improvement is sure (SASI). Improves {} possibly (SPI).", times_of(spi))
+        }
+        _ => format!("Improves {} surely (SASI), {} possibly (SPI).", times_of(sasi), times_of(spi)),
+    }
 }
 
 fn action_text(kind: Kind, action: &ActionReport, pick: bool, style: Style) -> String {

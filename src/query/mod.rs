@@ -83,7 +83,10 @@ impl Archive {
     pub fn select(&self, expression: &str) -> Result<Selected> {
         let source = SourceFile::new("the region", expression);
         let names: Vec<&str> = self.dump.manifest.regions.roots.iter().map(|r| r.name.as_str()).collect();
-        let selected = self.evaluate(&region::parse(&source, &names)?)?;
+        // A dump of chosen regions, or of some levels, does not say where the levels end.
+        let manifest = &self.dump.manifest;
+        let levels_end = manifest.certificate.is_some() && manifest.max_level.is_none();
+        let selected = self.evaluate(&region::parse(&source, &names, levels_end)?)?;
         match self.condition {
             None => Ok(selected),
             Some(condition) => {

@@ -18,20 +18,22 @@ pub(super) enum Region {
     Or(Vec<Region>),
 }
 
-/// Reads an expression over the given names. `!` binds tightest, then `&`, then `|`.
-pub(super) fn parse(source: &Arc<SourceFile>, names: &[&str]) -> Result<Region> {
-    let mut parser = Parser { source, names, at: 0, depth: 0 };
+/// Reads an expression over the given names. `!` binds tightest, then `&`, then `|`. Whether all levels
+/// that there are have names is to be said.
+pub(super) fn parse(source: &Arc<SourceFile>, names: &[&str], levels_end: bool) -> Result<Region> {
+    let mut parser = Parser { source, names, levels_end, at: 0, depth: 0 };
     let region = parser.or()?;
     parser.space();
     match parser.peek() {
         None => Ok(region),
-        Some(_) => Err(parser.wrong(parser.rest(), "the expression has ended here").into()),
+        Some(_) => Err(parser.no_operator().into()),
     }
 }
 
 struct Parser<'a> {
     source: &'a Arc<SourceFile>,
     names: &'a [&'a str],
+    levels_end: bool,
     at: usize,
     depth: usize,
 }
@@ -82,10 +84,28 @@ impl Parser<'_> {
             return Err(self.wrong(self.rest(), "the name of a region was expected").into());
         }
         self.at += end;
-        match self.names.iter().position(|n| *n == name) {
+        let position = |wanted: &str| self.names.iter().position(|n| *n == wanted);
+        match position(name).or_else(|| position(&self.beyond(name)?)) {
             Some(position) => Ok(Region::Name(position)),
             None => Err(self.unknown(name, span).into()),
         }
+    }
+
+    /// Something stands where `&`, `|` or the end was expected.
+    fn no_operator(&self) -> Diagnostic {
+        let help = match self.peek() {
+            Some('-' | '\\') => "`a & !b` is what `a` has and `b` has not",
+            Some(')') => "there is a bracket too many",
+            _ => "regions are joined by `&` (both), `|` (either) and `!` (not)",
+        };
+        self.wrong(self.rest(), "the expression has ended here").label("expected `&` or `|`").help(help)
+    }
+
+    /// What a level past the last one is, where all are in the dump: the fixpoint, often empty.
+    fn beyond(&self, name: &str) -> Option<String> {
+        let (of, number) = name.rsplit_once(':')?;
+        let is_level = matches!(of, "sasi" | "spi" | "strategy:sasi" | "strategy:spi");
+        (self.levels_end && is_level && number.parse::<u64>().ok()? > 0).then(|| format!("{of}:unbounded"))
     }
 
     fn unknown(&self, name: &str, span: Range<usize>) -> Diagnostic {

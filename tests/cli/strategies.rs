@@ -80,7 +80,7 @@ fn the_reasons_are_told() {
     let action = run(&format!("strategy {trader}")).expect(0).stdout;
     assert!(action.contains("stays, but makes no progress"), "{action}");
     let unsafe_swap = run(&format!("strategy {trader} --scope all --safety prefix --at good=3")).expect(0);
-    assert!(unsafe_swap.stdout.contains("Improves not surely"), "{}", unsafe_swap.stdout);
+    assert!(unsafe_swap.stdout.contains("No improvement is possible."), "{}", unsafe_swap.stdout);
 }
 
 #[test]

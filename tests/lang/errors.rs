@@ -298,6 +298,7 @@ fn properties() {
             &[
                 "Pmax=? [ F x=1 ]",
                 "P=? [ F x=1 ]",
+                "P=1 [ F x=1 ]",
                 "P>=0.5 [ F x=1 ]",
                 "P>=0 [ F x=1 ]",
                 "R<=3 [ F x=1 ]",
@@ -378,4 +379,73 @@ fn formulas_that_pile_up_too_high_are_an_error() {
         text.push_str(&format!("formula f{i} = f{} + 1.5;\n", i - 1));
     }
     assert!(model(&text).contains("nests more than 2000 operators"));
+}
+
+#[test]
+fn what_other_languages_write() {
+    let command = |text: &str| with_commands(text);
+    let mut text = String::new();
+    for case in [
+        "[] x==0 && b -> (x'=1) && (b'=true);",
+        "[] x=<2 || x<>1 -> true;",
+        "[] x=0 and b -> true;",
+        "[] not b -> true;",
+        "[] x % 2 = 0 -> true;",
+        "[] x=0 -> x'=1;",
+        "[] x=0 -> 0.5 : x'=1 + 0.5 : true;",
+        "[] x'=0 -> true;",
+        "# nothing\n [] true -> true;",
+    ] {
+        text.push_str(&command(case));
+        text.push('\n');
+    }
+    snapshot("what_other_languages_write", text);
+}
+
+#[test]
+fn words_that_were_meant_to_be_others() {
+    let cases = [
+        "mdp\nmodul m\n x : bool;\nendmodule",
+        "mdp\nmodule m\n x : bool;\nendmodul\nmodule n\n y : bool;\nendmodule",
+        "mdp\nconts int N = 3;\nmodule m\n x : [0..N];\nendmodule",
+        "mdp\nmodule m\n x : bool;\nendmodule\ninit x endini",
+    ];
+    let preferences =
+        rendered(parse_preferences(&SourceFile::new("p.pref", "objectiv A = F x;\nprefer A > A;")));
+    snapshot("words_that_were_meant_to_be_others", all(&cases, model) + &preferences);
+}
+
+#[test]
+fn what_is_missing_is_missing_at_the_end_of_a_line() {
+    let cases = [
+        "mdp\nconst int N = 3\n\n// the module\nmodule m\n x : [0..N]\nendmodule",
+        "mdp\nmodule m\n x : [0..3];\n [] (x=1\n -> true;\nendmodule",
+        "mdp\nmodule m\n x : [0..3];\nendmodule\nlabel \"a\" = x=1",
+    ];
+    let preferences = rendered(parse_preferences(&SourceFile::new("p.pref", "prefer A > B\nprefer B > C;")));
+    snapshot("what_is_missing", all(&cases, model) + &preferences);
+}
+
+#[test]
+fn files_in_place_of_others() {
+    let mut text = String::new();
+    for case in [
+        "// preferences\nobjective A = F x=1;",
+        "P>=1 [ F x=1 ]",
+        "// Exported by storm\n@type: MDP\n@parameters\n",
+        "3 4 5\n0 0 1 0.5\n0 0 2 0.5\n",
+        "(x,y)\n0:(0,1)\n",
+        "0=\"init\" 1=\"deadlock\"\n0: 0\n",
+    ] {
+        text.push_str(&format!("{}\n", model(case)));
+    }
+    for case in ["mdp\nmodule m\n x : bool;\nendmodule", "const int N = 3;\nmdp"] {
+        text.push_str(&format!("{}\n", rendered(parse_preferences(&SourceFile::new("p.pref", case)))));
+    }
+    snapshot("files_in_place_of_others", text);
+}
+
+#[test]
+fn labels_and_names_that_were_taken_for_each_other() {
+    snapshot("labels_and_names", all(&["done", "\"low\"", "\"x\" = 1"], target));
 }

@@ -158,7 +158,10 @@ impl<'a> Lowerer<'a> {
                 let mut diagnostic = self
                     .wrong(span, format!("unknown name `{name}`"))
                     .label("no variable, constant or formula");
-                if let Some(similar) = self.scope.similar(name) {
+                if self.labels.as_ref().is_some_and(|labels| labels.contains_key(name)) {
+                    diagnostic =
+                        diagnostic.help(format!("there is a label of this name: write `\"{name}\"`"));
+                } else if let Some(similar) = self.scope.similar(name) {
                     diagnostic = diagnostic.help(format!("there is `{similar}`"));
                 }
                 self.report(diagnostic);
@@ -181,6 +184,11 @@ impl<'a> Lowerer<'a> {
             labels.keys().filter(|k| !k.contains('=')).map(|k| format!("\"{k}\"")).collect();
         known.sort();
         let diagnostic = self.wrong(span, format!("unknown label \"{name}\""));
+        if self.scope.symbol(name).is_some() {
+            let help = format!("`{name}` is a name of the model, not a label: write it without quotes");
+            self.report(diagnostic.help(help));
+            return None;
+        }
         self.report(diagnostic.help(format!("the labels are {}", known.join(", "))));
         None
     }

@@ -3,6 +3,7 @@
 use ahash::AHashMap;
 
 use crate::lang::ast::{Expr, ExprKind, Span};
+use crate::lang::slip::is_slip;
 use crate::model::VarId;
 use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
@@ -95,27 +96,6 @@ impl<'a> Scope<'a> {
     }
 }
 
-/// Whether two names differ in case only, or by one letter that is wrong, missing or too many, or by
-/// two neighbours in the wrong order.
-pub(in crate::lang) fn is_slip(a: &str, b: &str) -> bool {
-    if a.eq_ignore_ascii_case(b) {
-        return true;
-    }
-    let (long, short) =
-        if a.len() >= b.len() { (a.as_bytes(), b.as_bytes()) } else { (b.as_bytes(), a.as_bytes()) };
-    if short.len() < 3 || long.len() - short.len() > 1 {
-        return false;
-    }
-    let prefix = long.iter().zip(short).take_while(|(x, y)| x == y).count();
-    let rest = &short[prefix..];
-    if let ([a, b, end @ ..], [c, d, tail @ ..]) = (&long[prefix..], rest)
-        && (a, b, end) == (d, c, tail)
-    {
-        return true;
-    }
-    long[prefix + 1..] == rest[usize::from(long.len() == short.len())..]
-}
-
 fn collect_names<'e>(e: &'e Expr, names: &mut Vec<&'e str>) {
     match &e.kind {
         ExprKind::Name(name) => names.push(name),
@@ -133,26 +113,5 @@ fn collect_names<'e>(e: &'e Expr, names: &mut Vec<&'e str>) {
         }
         ExprKind::Call(_, arguments) => arguments.iter().for_each(|e| collect_names(e, names)),
         ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Real(_) | ExprKind::Label(_) => {}
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::is_slip;
-
-    #[test]
-    fn slips_are_recognised() {
-        for (a, b) in [
-            ("count", "Count"),
-            ("count", "coutn"),
-            ("count", "cont"),
-            ("count", "counts"),
-            ("count", "coumt"),
-        ] {
-            assert!(is_slip(a, b) && is_slip(b, a), "{a} {b}");
-        }
-        for (a, b) in [("count", "cuont1"), ("x", "y"), ("s1", "s2"), ("abc", "xyz"), ("count", "c")] {
-            assert!(!is_slip(a, b) && !is_slip(b, a), "{a} {b}");
-        }
     }
 }

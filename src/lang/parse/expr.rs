@@ -55,7 +55,9 @@ impl Parser<'_> {
         let mut left = self.prefix(least)?;
         let mut level = ATOM_LEVEL;
         while let Some(op) = operator(self.peek()).filter(|op| op.level() >= least) {
+            let sign = self.peek();
             self.advance();
+            self.foreign_operator(sign);
             if op == BinaryOp::Pow {
                 left = self.power(left, level, start)?;
                 level = op.level();
@@ -70,6 +72,24 @@ impl Parser<'_> {
             rest.shrink_to_fit();
         }
         Ok(left)
+    }
+
+    /// Reports `&&`, `==` and other operators of other languages, and goes on behind them.
+    pub(super) fn foreign_operator(&mut self, sign: Token) {
+        let ours = match (sign, self.peek()) {
+            (Token::And, Token::And) => "&",
+            (Token::Or, Token::Or) => "|",
+            (Token::Eq, Token::Eq) => "=",
+            (Token::Ne, Token::Eq) | (Token::Lt, Token::Gt) => "!=",
+            (Token::Eq, Token::Lt) => "<=",
+            _ => return,
+        };
+        let span = self.before().to(self.here());
+        if self.before().end == self.here().start {
+            let diagnostic = self.wrong(span, format!("`{}` is no operator", self.text(span)));
+            self.report(diagnostic.label(format!("write `{ours}`")));
+            self.advance();
+        }
     }
 
     /// `a ^ b`; a chain is refused, as tools read it differently.

@@ -44,7 +44,7 @@ const FOREIGN: &[(&str, &str)] = &[
     ("invariant", "invariants"),
 ];
 
-impl Parser<'_> {
+impl<'a> Parser<'a> {
     /// A whole model file.
     pub(crate) fn model(&mut self) -> Model {
         let mut model = Model::default();
@@ -63,7 +63,7 @@ impl Parser<'_> {
 
     fn part(&mut self, model: &mut Model) -> Parsed<()> {
         let span = self.here();
-        let word = if self.peek() == Token::Word { self.text(span) } else { "" };
+        let word = self.part_word(span);
         let item = match word {
             "mdp" | "nondeterministic" => return self.model_type(model, ModelType::Mdp),
             "dtmc" | "probabilistic" => return self.model_type(model, ModelType::Dtmc),
@@ -84,6 +84,13 @@ impl Parser<'_> {
         };
         model.items.push(item);
         Ok(())
+    }
+
+    /// The word with which a part begins, or was meant to.
+    fn part_word(&mut self, span: Span) -> &'a str {
+        let word = if self.peek() == Token::Word { self.text(span) } else { "" };
+        let is_known = ITEM_WORDS.contains(&word) || FOREIGN.iter().any(|(foreign, _)| *foreign == word);
+        if is_known { word } else { self.slip(ITEM_WORDS).unwrap_or(word) }
     }
 
     fn model_type(&mut self, model: &mut Model, kind: ModelType) -> Parsed<()> {
@@ -145,17 +152,16 @@ impl Parser<'_> {
     }
 
     fn constant(&mut self) -> Parsed<ConstDef> {
-        let ty = if self.eat_word("const") {
-            match self.text(self.here()) {
-                "int" => Some(ConstType::Int),
-                "double" => Some(ConstType::Double),
-                "bool" => Some(ConstType::Bool),
-                _ => None,
-            }
-        } else {
-            Some(ConstType::Double)
+        let is_old = self.at_word("rate") || self.at_word("prob");
+        self.advance();
+        let ty = match self.text(self.here()) {
+            _ if is_old => Some(ConstType::Double),
+            "int" => Some(ConstType::Int),
+            "double" => Some(ConstType::Double),
+            "bool" => Some(ConstType::Bool),
+            _ => None,
         };
-        if ty.is_some() {
+        if ty.is_some() && !is_old {
             self.advance();
         }
         let name = self.ident("the name of a constant")?;

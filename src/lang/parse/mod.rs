@@ -9,6 +9,7 @@ mod system;
 use std::sync::Arc;
 
 use super::ast::{Expr, Ident, Model, Span};
+use super::slip::is_slip;
 use super::token::{Token, is_keyword, is_property_operator, tokens};
 use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
 use crate::observer::{Observer, Poll, Unobserved};
@@ -36,6 +37,7 @@ pub fn parse_model(source: &Arc<SourceFile>) -> Result<Model> {
 
 /// As [`parse_model`], until the observer stops it.
 pub(crate) fn parse_model_observed(source: &Arc<SourceFile>, observer: &dyn Observer) -> Result<Model> {
+    super::mistaken::no_model(source)?;
     let mut parser = Parser::observed(source, observer);
     let model = parser.model();
     parser.finish(model)
@@ -59,6 +61,17 @@ pub(crate) struct Parser<'a> {
     depth: usize,
     diagnostics: Vec<Diagnostic>,
     poll: Poll<'a>,
+}
+
+/// How to write what is written otherwise in other languages.
+fn other_languages(found: &str) -> Option<&'static str> {
+    Some(match found {
+        "and" | "AND" => "conjunction is written `&`",
+        "or" | "OR" => "disjunction is written `|`",
+        "not" | "NOT" => "negation is written `!`",
+        "'" => "`x'` is the new value of `x`: it stands in updates alone, `(x'=…)` after `->`",
+        _ => return None,
+    })
 }
 
 impl<'a> Parser<'a> {
@@ -129,7 +142,27 @@ impl<'a> Parser<'a> {
     }
 
     pub(crate) fn expect(&mut self, token: Token) -> Parsed<Span> {
-        if self.peek() == token { Ok(self.advance()) } else { Err(self.expected(token.describe())) }
+        match token {
+            _ if self.peek() == token => Ok(self.advance()),
+            Token::Semicolon | Token::RightParen | Token::RightBracket if self.line_is_over() => {
+                Err(self.missing(token.describe()))
+            }
+            _ => Err(self.expected(token.describe())),
+        }
+    }
+
+    /// Whether the next token stands on a later line than the one before it, or nowhere.
+    fn line_is_over(&self) -> bool {
+        let between = self.before().end..self.here().start;
+        self.next > 0 && (self.peek() == Token::End || self.source.text[between].contains('\n'))
+    }
+
+    /// Records that something is missing at the end of the line before.
+    fn missing(&mut self, what: &str) -> Failed {
+        let end = self.before().end;
+        let place = Span { start: end, end };
+        self.report(self.wrong(place, format!("{what} is missing")).label(format!("expected {what}")));
+        Failed
     }
 
     /// Whether the next token is this word.
@@ -146,7 +179,24 @@ impl<'a> Parser<'a> {
     }
 
     pub(crate) fn expect_word(&mut self, word: &str) -> Parsed<Span> {
-        if self.at_word(word) { Ok(self.advance()) } else { Err(self.expected(&format!("`{word}`"))) }
+        if self.at_word(word) || self.slip(&[word]).is_some() {
+            return Ok(self.advance());
+        }
+        Err(self.expected(&format!("`{word}`")))
+    }
+
+    /// Whether the next token was meant to be one of these words: then it is reported, and to be read as
+    /// that word.
+    pub(crate) fn slip<'w>(&mut self, words: &[&'w str]) -> Option<&'w str> {
+        let (token, span) = (self.peek(), self.here());
+        let found = self.text(span);
+        let meant = words.iter().copied().find(|word| token == Token::Word && is_slip(word, found))?;
+        if words.contains(&found) {
+            return None;
+        }
+        let diagnostic = self.wrong(span, format!("`{found}` is no keyword"));
+        self.report(diagnostic.label(format!("did you mean `{meant}`?")));
+        Some(meant)
     }
 
     /// A name that is no keyword.
@@ -216,11 +266,15 @@ impl<'a> Parser<'a> {
         let span = self.here();
         let diagnostic = match self.peek() {
             Token::End => self.wrong(span, format!("the text ends where {what} was expected")),
-            Token::Wrong => self.wrong(span, self.explain_nonsense(span)),
+            Token::Wrong => self.nonsense(span),
             _ => {
                 let found = self.text(span);
                 let keyword = if is_keyword(found) { "the keyword " } else { "" };
-                self.wrong(span, format!("expected {what}, found {keyword}`{found}`"))
+                let diagnostic = self.wrong(span, format!("expected {what}, found {keyword}`{found}`"));
+                match other_languages(found) {
+                    Some(help) => diagnostic.help(help),
+                    None => diagnostic,
+                }
             }
         };
         let label = if self.peek() == Token::Wrong { String::new() } else { format!("expected {what}") };
@@ -228,11 +282,20 @@ impl<'a> Parser<'a> {
         Failed
     }
 
-    fn explain_nonsense(&self, span: Span) -> String {
-        match self.text(span) {
-            text if text.starts_with('"') => "a quote without its partner on the same line".to_owned(),
-            text if text.starts_with('#') => "the PRISM preprocessor (`#…#`) is not supported".to_owned(),
-            text => format!("`{text}` means nothing here"),
+    fn nonsense(&self, span: Span) -> Diagnostic {
+        let text = self.text(span);
+        let start = self.source.text[..span.start].rfind('\n').map_or(0, |end| end + 1);
+        let line = self.source.text[start..].lines().next().unwrap_or("");
+        match text.chars().next() {
+            Some('"') => self.wrong(span, "a quote without its partner on the same line"),
+            Some('#') if line.matches('#').count() > 1 => {
+                self.wrong(span, "the PRISM preprocessor (`#…#`) is not supported")
+            }
+            Some('#') => self.wrong(span, "`#` begins no comment").help("comments begin with `//`"),
+            Some('%') => {
+                self.wrong(span, "`%` means nothing here").help("the remainder is written `mod(a, b)`")
+            }
+            _ => self.wrong(span, format!("`{text}` means nothing here")),
         }
     }
 

@@ -18,7 +18,9 @@ impl Parser<'_> {
         let mut module = Module { name, variables: Vec::new(), commands: Vec::new() };
         loop {
             let before = self.next;
-            if self.eat_word("endmodule") {
+            let slip = self.peek_at(1) != Token::Colon && self.slip(&["endmodule"]).is_some();
+            if slip || self.at_word("endmodule") {
+                self.advance();
                 return Ok(Item::Module(module));
             }
             // A keyword before a colon is a variable with a wrong name: that message comes below.
@@ -153,7 +155,8 @@ impl Parser<'_> {
         if self.at_word("true") {
             return matches!(self.peek_at(1), Token::Semicolon | Token::Plus);
         }
-        self.peek() == Token::LeftParen && self.peek_at(1) == Token::Word && self.peek_at(2) == Token::Prime
+        let bracket = usize::from(self.peek() == Token::LeftParen);
+        self.peek_at(bracket) == Token::Word && self.peek_at(bracket + 1) == Token::Prime
     }
 
     /// `(x'=e) & (y'=e) & …` or `true`
@@ -163,6 +166,7 @@ impl Parser<'_> {
         }
         let mut updates = vec![self.assignment()?];
         while self.eat(Token::And) {
+            self.foreign_operator(Token::And);
             updates.push(self.assignment()?);
         }
         updates.shrink_to_fit();
@@ -170,6 +174,12 @@ impl Parser<'_> {
     }
 
     fn assignment(&mut self) -> Parsed<Assignment> {
+        if self.peek() == Token::Word && self.peek_at(1) == Token::Prime {
+            let name = self.text(self.here());
+            let diagnostic = self.wrong(self.here(), "an update stands in brackets");
+            self.report(diagnostic.label("expected `(`").help(format!("write `({name}'=…)`")));
+            return Err(Failed);
+        }
         if self.peek() != Token::LeftParen {
             return Err(self.expected("an update `(x'=…)` or `true`"));
         }

@@ -1,0 +1,123 @@
+//! Files that were given in place of others, told by how they begin.
+
+use std::sync::Arc;
+
+use super::token::{Token, tokens};
+use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
+use crate::observer::{Poll, Unobserved};
+
+/// So much of a text is looked at.
+const BEGINNING: usize = 1 << 12;
+
+/// Words with which preference files begin.
+const PREFERENCE_WORDS: &[&str] = &["objective", "prefer", "empty", "history"];
+/// Words with which models begin.
+const MODEL_WORDS: &[&str] = &[
+    "mdp",
+    "dtmc",
+    "ctmc",
+    "pomdp",
+    "nondeterministic",
+    "probabilistic",
+    "module",
+    "const",
+    "formula",
+    "global",
+];
+/// Words with which properties begin, before a bound or a bracket.
+const PROPERTY_WORDS: &[&str] = &["P", "Pmin", "Pmax", "R", "Rmin", "Rmax", "S", "filter", "multi"];
+
+/// Refuses as a model what is known to be something else.
+///
+/// # Errors
+/// It is a preference file, a list of properties, or a model of another language.
+pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
+    let begin = Beginning::of(source);
+    let found = match begin.first_word() {
+        Some(word) if PREFERENCE_WORDS.contains(&word) => Some((
+            "this is a preference file, not a model",
+            "the model comes first: `meliora check MODEL PREFS`",
+        )),
+        Some(word) if PROPERTY_WORDS.contains(&word) && begin.second_is_bound() => Some((
+            "this is a list of properties, not a model",
+            "`meliora reach MODEL --properties FILE` takes it",
+        )),
+        _ => begin.explicit(),
+    };
+    found.map_or(Ok(()), |(message, help)| Err(begin.refuse(message, help)))
+}
+
+/// Refuses as preferences what is known to be a model.
+///
+/// # Errors
+/// It is a model.
+pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
+    let begin = Beginning::of(source);
+    let is_model = begin.first_word().is_some_and(|word| MODEL_WORDS.contains(&word))
+        || begin.tokens.first() == Some(&(Token::LeftBrace, "{"));
+    let help = "the preferences come after the model: `meliora check MODEL PREFS`";
+    if is_model { Err(begin.refuse("this is a model, not a preference file", help)) } else { Ok(()) }
+}
+
+/// The first tokens of a text.
+struct Beginning<'a> {
+    source: &'a Arc<SourceFile>,
+    text: &'a str,
+    tokens: Vec<(Token, &'a str)>,
+    start: usize,
+}
+
+impl<'a> Beginning<'a> {
+    fn of(source: &'a Arc<SourceFile>) -> Self {
+        let text = &source.text[..source.text.floor_char_boundary(BEGINNING)];
+        let all = tokens(text, &mut Poll::new(&Unobserved));
+        let start = all.first().map_or(0, |(_, span)| span.start);
+        let tokens = all.into_iter().map(|(token, span)| (token, text.get(span.range()).unwrap_or("")));
+        Beginning { source, text, tokens: tokens.collect(), start }
+    }
+
+    fn first_word(&self) -> Option<&'a str> {
+        self.tokens.first().filter(|(token, _)| *token == Token::Word).map(|(_, text)| *text)
+    }
+
+    fn second_is_bound(&self) -> bool {
+        let signs =
+            [Token::Ge, Token::Gt, Token::Le, Token::Lt, Token::Eq, Token::LeftParen, Token::LeftBracket];
+        self.tokens.get(1).is_some_and(|(token, text)| signs.contains(token) || ["min", "max"].contains(text))
+    }
+
+    /// A model that lists its states or transitions one by one.
+    fn explicit(&self) -> Option<(&'static str, &'static str)> {
+        let help = "models are written in PRISM's language, or in JANI";
+        let lines: Vec<&str> = self.text.lines().map(str::trim).filter(|l| !l.is_empty()).take(3).collect();
+        let kinds: Vec<Token> = self.tokens.iter().take(4).map(|(token, _)| *token).collect();
+        let numbers = |line: &&str| {
+            let parts: Vec<&str> = line.split_whitespace().collect();
+            (2..=5).contains(&parts.len()) && parts[..2].iter().all(|part| part.parse::<u64>().is_ok())
+        };
+        if self.text.trim_start().starts_with('@') || lines.iter().any(|line| line.starts_with("@type:")) {
+            return Some((
+                "this is a model in Storm's explicit format (`.drn`), which is not supported",
+                help,
+            ));
+        }
+        if lines.len() > 1 && lines.iter().all(numbers) {
+            return Some(("this is a list of transitions (`.tra`), which is not supported", help));
+        }
+        match kinds[..] {
+            [Token::Int, Token::Eq, Token::Quoted, ..] => {
+                Some(("this is a list of labels (`.lab`), which is not supported", help))
+            }
+            [Token::LeftParen, Token::Word, Token::Comma | Token::RightParen, ..] => {
+                Some(("this is a list of states (`.sta`), which is not supported", help))
+            }
+            _ => None,
+        }
+    }
+
+    fn refuse(&self, message: &str, help: &str) -> Error {
+        let end =
+            self.text[self.start..].find(char::is_whitespace).map_or(self.text.len(), |n| self.start + n);
+        Diagnostic::new(self.source, self.start..end, message).kind(Kind::Unsupported).help(help).into()
+    }
+}
