@@ -108,11 +108,20 @@ fn expressions_join_regions() {
 }
 
 #[test]
+fn levels_past_the_last_one_are_the_fixpoint() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "toy", "");
+    for region in ["sasi:7", "strategy:sasi:7", "sasi:unbounded"] {
+        assert_eq!(query(&dump, &[region, "--count"]).expect(0).stdout, "0\n", "{region}");
+    }
+}
+
+#[test]
 fn wrong_questions_point_at_their_place() {
     let scratch = Scratch::new(&[]);
     let dump = export(&scratch, "toy", "");
     for (arguments, word) in [
-        (vec!["sasi:7"], "no region `sasi:7`"),
+        (vec!["sasi:0"], "no region `sasi:0`"),
         (vec!["sasi:1 &"], "name of a region"),
         (vec!["(sasi:1"], "not closed"),
         (vec!["sasi:1 sasi:1"], "has ended"),
