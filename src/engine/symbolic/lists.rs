@@ -31,7 +31,7 @@ impl Entry {
     }
 
     /// What is left below `bit` of the steps on which it has the value `from` before and `to` after;
-    /// none where the bit keeps its value. No earlier bit may matter.
+    /// none where the relation does not touch it and the values differ. No earlier bit may matter.
     fn below(&self, m: &ManagerOf<'_>, bit: u32, from: bool, to: bool) -> Option<Entry> {
         let touches = self.touched.top() == bit;
         if !touches && from != to {
