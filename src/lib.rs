@@ -22,11 +22,11 @@
 //!
 //! Text becomes a checked program ([`lang`]), flat and free of engines ([`model`]), on which an
 //! [`engine`], symbolic or explicit, offers sets of states and of choices; [`planning`] is written once
-//! over these. Its results are plain data, which [`output`] turns into text, JSON and pages. [`export`] and
+//! over these. Its results are plain data, which `output` turns into text, JSON and pages. [`export`] and
 //! [`dump`] write regions as decision diagrams, [`query`] answers from them without the model, and
 //! [`certify`] re-checks them by one-step conditions with none of the code that computed them. [`atlas`]
-//! lays regions over a plane for pictures, [`generate`] writes models of any size. Imports run along
-//! this line only. The library never prints, reads the clock or the environment, or ends the process;
+//! lays regions over a plane for pictures, [`generate`] writes models of any size; [`embed`] has owners of
+//! models, engines and analyses for other programs and languages. Imports run along this line only. The library never prints, reads the clock or the environment, or ends the process;
 //! whatever runs out of memory or time returns [`error::Limit`] and keeps what it found; an
 //! [`observer::Observer`] carries the order to stop.
 //!
@@ -36,17 +36,10 @@
 //! the actions b and c are sure to end in something better.
 //!
 //! ```
-//! use std::sync::Arc;
+//! use meliora::{Kind, Model, Options, Rank, Result, Settings, SourceFile, Storage};
 //!
-//! use meliora::engine::Settings;
-//! use meliora::engine::explicit::ExplicitEngine;
-//! use meliora::engine::symbolic::{SymbolicEngine, order};
-//! use meliora::error::{Error, SourceFile};
-//! use meliora::lang;
-//! use meliora::planning::{Analysis, Options, Rank};
-//!
-//! # fn main() -> Result<(), Error> {
-//! let model = SourceFile::new("toy.prism", "mdp
+//! # fn main() -> Result<()> {
+//! let model = Model::parse("mdp
 //!     module toy
 //!       s : [0..5] init 0;
 //!       [a] s=0 -> 1/2: (s'=1) + 1/2: (s'=5);
@@ -54,29 +47,24 @@
 //!       [c] s=0 -> 1/2: (s'=3) + 1/2: (s'=4);
 //!       [a] s=5 -> (s'=1);
 //!       [stay] s>=1 & s<=4 -> true;
-//!     endmodule");
+//!     endmodule", "")?;
 //! let wishes = SourceFile::new("toy.pref", "
 //!     objective First  = F (s=1 | s=5);
 //!     objective Second = F (s=2 | s=4);
 //!     objective Third  = F (s=3);
 //!     prefer Second, Third > First;");
-//! let mut program = lang::load(&model, &SourceFile::new("constants", ""))?.program;
-//! let preferences = lang::load_preferences(&wishes, &mut program)?;
-//! let program = Arc::new(program);
 //!
-//! let symbolic = SymbolicEngine::new(program.clone(), order::auto(&program), 1, Settings::default())?;
-//! let explicit = ExplicitEngine::new(program.clone(), Settings::default())?;
-//! let mut one = Analysis::new(&symbolic, &preferences, Options::default());
-//! let mut other = Analysis::new(&explicit, &preferences, Options::default());
+//! let explored = |storage| model.explore(Settings { storage, ..Settings::default() });
+//! let mut one = explored(Storage::Symbolic)?.prefer(&wishes, Options::default())?;
+//! let mut other = explored(Storage::Explicit)?.prefer(&wishes, Options::default())?;
 //! one.run(&mut |_| ())?;
 //! other.run(&mut |_| ())?;
 //! assert_eq!(one.result(), other.result());
 //!
-//! let start = one.prospects(&program, &[0])?;
-//! assert_eq!(preferences.names(&start.most_preferred), ["First"]);
-//! let sasi = start.sasi.ok_or_else(|| Error::Usage("the levels are known".into()))?;
-//! assert_eq!(sasi.rank, Rank::Finite(1));
-//! assert_eq!(sasi.actions, ["b", "c"]);
+//! let start = model.state("s=0")?;
+//! assert_eq!(one.most_preferred(&start), ["First"]);
+//! assert_eq!(one.rank(Kind::Sasi, &start), Rank::Finite(1));
+//! assert_eq!(one.strategy(Kind::Sasi)?.permitted(&start)?, ["b", "c"]);
 //! # Ok(())
 //! # }
 //! ```
@@ -85,16 +73,25 @@ pub mod atlas;
 pub mod certify;
 pub mod diagnostic;
 pub mod dump;
+pub mod embed;
 pub mod engine;
 pub mod error;
 pub mod escape;
 pub mod export;
 pub mod generate;
+pub mod held;
 pub mod lang;
 pub mod model;
 pub mod observer;
+#[cfg(feature = "output")]
 pub mod output;
 pub mod planning;
 pub mod query;
 mod random;
 pub mod tutorial;
+
+pub use embed::{Exploration, Model, Planning, States, Strategy};
+pub use engine::{Scope, Settings, Storage};
+pub use error::{Error, Limit, Result, SourceFile};
+pub use observer::Observer;
+pub use planning::{Kind, Options, Rank, Safety};

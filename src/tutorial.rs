@@ -75,7 +75,7 @@
 //! # use meliora::{lang, tutorial};
 //! use meliora::engine::explicit::ExplicitEngine;
 //! use meliora::engine::regions::{pmax_one, pmax_positive};
-//! use meliora::engine::symbolic::{SymbolicEngine, order};
+//! use meliora::engine::symbolic::SymbolicEngine;
 //! use meliora::engine::{Count, Engine, Settings};
 //! use meliora::model::expr::ExprId;
 //!
@@ -91,7 +91,7 @@
 //! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
 //! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
 //! let program = Arc::new(program);
-//! let symbolic = SymbolicEngine::new(program.clone(), order::auto(&program), 1, Settings::default())?;
+//! let symbolic = SymbolicEngine::new(program.clone(), Settings::default())?;
 //! let explicit = ExplicitEngine::new(program.clone(), Settings::default())?;
 //! let third = preferences.objectives[2].target;
 //! assert_eq!(sizes(&symbolic, third)?, [Count::from(1u32), Count::from(2u32)]);
@@ -107,7 +107,7 @@
 //!
 //! ```
 //! # use std::sync::Arc;
-//! # use meliora::engine::symbolic::{SymbolicEngine, order};
+//! # use meliora::engine::symbolic::SymbolicEngine;
 //! # use meliora::engine::Settings;
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
@@ -118,7 +118,7 @@
 //! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
 //! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
 //! # let program = Arc::new(program);
-//! # let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, Settings::default())?;
+//! # let engine = SymbolicEngine::new(program.clone(), Settings::default())?;
 //! let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! let mut heard = Vec::new();
 //! analysis.run(&mut |event| {
@@ -141,7 +141,7 @@
 //!
 //! ```
 //! # use std::sync::Arc;
-//! # use meliora::engine::symbolic::{SymbolicEngine, order};
+//! # use meliora::engine::symbolic::SymbolicEngine;
 //! # use meliora::engine::Settings;
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
@@ -154,7 +154,7 @@
 //! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
 //! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
 //! # let program = Arc::new(program);
-//! # let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, Settings::default())?;
+//! # let engine = SymbolicEngine::new(program.clone(), Settings::default())?;
 //! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! # analysis.run(&mut |_| ())?;
 //! # let missing = || Error::Usage("the levels are known".into());
@@ -217,7 +217,7 @@
 //!
 //! ```
 //! # use std::sync::Arc;
-//! # use meliora::engine::symbolic::{SymbolicEngine, order};
+//! # use meliora::engine::symbolic::SymbolicEngine;
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
 //! # use meliora::planning::{Analysis, Options};
@@ -241,7 +241,7 @@
 //! let button = Arc::new(Button::default());
 //! let settings = Settings { observer: button.clone(), ..Settings::default() };
 //! # let program = Arc::new(program);
-//! let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings)?;
+//! let engine = SymbolicEngine::new(program.clone(), settings)?;
 //! let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! analysis.run_counts(&mut |_| ())?;
 //! button.0.store(true, Ordering::Relaxed);
@@ -263,7 +263,7 @@
 //!
 //! ```
 //! # use std::sync::Arc;
-//! # use meliora::engine::symbolic::{SymbolicEngine, order};
+//! # use meliora::engine::symbolic::SymbolicEngine;
 //! # use meliora::engine::{Count, Settings, Unobserved};
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
@@ -277,7 +277,7 @@
 //! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
 //! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
 //! # let program = Arc::new(program);
-//! # let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, Settings::default())?;
+//! # let engine = SymbolicEngine::new(program.clone(), Settings::default())?;
 //! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! # analysis.run(&mut |_| ())?;
 //! # let scratch = tempfile::tempdir().map_err(|e| Error::Usage(e.to_string()))?;

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use criterion::Criterion;
 use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::generate::{self, Choices, Parameters};
@@ -58,7 +58,7 @@ impl Case {
     /// The symbolic engine in another scope.
     pub fn symbolic_in(&self, scope: Scope) -> SymbolicEngine {
         let settings = Settings { scope, ..self.settings() };
-        SymbolicEngine::new(self.program.clone(), order::auto(&self.program), 1, settings).unwrap()
+        SymbolicEngine::new(self.program.clone(), settings).unwrap()
     }
 
     /// The explicit engine.

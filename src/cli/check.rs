@@ -11,7 +11,7 @@ use meliora::planning::{Analysis, Event, Kind};
 
 use super::exit::Status;
 use super::load::{self, Question};
-use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::supervise::{Desk, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -80,20 +80,9 @@ fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
     });
-    let build_time = |r: &mut CheckReport, s: f64| r.time.build = Some(s);
-    let settings = load::settings(&args.model, &desk.watch);
-    match args.engine.engine {
-        EngineArg::Symbolic => {
-            let build = || load::symbolic(&question.program, &args.model, settings);
-            let engine = desk.timed("build", build, build_time)?;
-            analyse(desk, &engine, &question, &args.preferences).map(|_| ())
-        }
-        EngineArg::Explicit => {
-            let build = || load::explicit(&question.program, settings);
-            let engine = desk.timed("build", build, build_time)?;
-            analyse(desk, &engine, &question, &args.preferences).map(|_| ())
-        }
-    }
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &desk.watch);
+    let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+    analyse(desk, &engine, &question, &args.preferences).map(|_| ())
 }
 
 /// All phases, each of which leaves what it found in the report.

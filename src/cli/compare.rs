@@ -1,9 +1,10 @@
 //! `meliora compare`: both engines on the same input.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
-use meliora::engine::Engine;
+use meliora::engine::{AnyEngine, Engine, Storage};
 use meliora::error::Error;
 use meliora::output::CompareReport;
 use meliora::output::check::CheckTime;
@@ -66,23 +67,25 @@ fn work(desk: &Desk<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
     });
-    let settings = || load::settings(&args.model, &desk.watch);
-    let options = args.preferences.options();
-
-    let start = Instant::now();
-    let build = || load::symbolic(&question.program, &args.model, settings());
-    let symbolic = desk.timed("symbolic: build", build, |_, _| ())?;
-    let built = start.elapsed().as_secs_f64();
-    let mut left = Analysis::new(&symbolic, &question.preferences, options);
-    analyse(desk, "symbolic", built, &mut left)?;
-
-    let start = Instant::now();
-    let build = || load::explicit(&question.program, settings());
-    let explicit = desk.timed("explicit: build", build, |_, _| ())?;
-    let built = start.elapsed().as_secs_f64();
-    let mut right = Analysis::new(&explicit, &question.preferences, options);
-    analyse(desk, "explicit", built, &mut right)?;
+    let left = analysed(desk, args, &question, (Storage::Symbolic, "symbolic: build"))?;
+    let right = analysed(desk, args, &question, (Storage::Explicit, "explicit: build"))?;
     conclude(desk, args, &question, &left, &right)
+}
+
+/// All that one engine finds.
+fn analysed<'q>(
+    desk: &Desk<CompareReport>,
+    args: &CompareArgs,
+    question: &'q Question,
+    (storage, phase): (Storage, &'static str),
+) -> Result<Analysis<'q, AnyEngine>, Error> {
+    let start = Instant::now();
+    let build = || load::engine(&question.program, &args.model, storage, &desk.watch);
+    let engine = Arc::new(desk.timed(phase, build, |_, _| ())?);
+    let built = start.elapsed().as_secs_f64();
+    let mut analysis = Analysis::new(engine, &question.preferences, args.preferences.options());
+    analyse(desk, storage.name(), built, &mut analysis)?;
+    Ok(analysis)
 }
 
 /// Runs all phases of one engine and notes what they took.

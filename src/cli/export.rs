@@ -135,8 +135,7 @@ fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result
     let read = || load::question(&args.model, &args.preferences, &desk.watch);
     let question = desk.timed("parse", read, |_, _| ())?;
     desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &question.program));
-    let settings = load::settings(&args.model, &desk.watch);
-    let build = || load::symbolic(&question.program, &args.model, settings);
+    let build = || load::symbolic(&question.program, &args.model, &desk.watch);
     let engine = desk.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
     desk.timed("analysis", || analysis.run(&mut |_| ()), |_, _| ())?;

@@ -91,8 +91,7 @@ fn work(desk: &Desk<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let read = || load::question(&wanted.model, &wanted.preferences, &desk.watch);
     let question = desk.timed("parse", read, |_, _| ())?;
     desk.update(|r| r.model = ModelSummary::of(&wanted.model.path(), &question.program));
-    let settings = load::settings(&wanted.model, &desk.watch);
-    let build = || load::symbolic(&question.program, &wanted.model, settings);
+    let build = || load::symbolic(&question.program, &wanted.model, &desk.watch);
     let engine = desk.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());
     desk.timed("analysis", || analysis.run(&mut |_| ()), |_, _| ())?;

@@ -13,7 +13,7 @@ use meliora::output::report::{Counts, ModelSummary};
 
 use super::exit::Status;
 use super::load;
-use super::options::{EngineArg, EngineArgs, ModelArgs, ShownArgs};
+use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::supervise::{Desk, supervise};
 
 /// Variables, sizes, the order of the BDD variables and node counts of a model
@@ -62,26 +62,18 @@ fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
     let read = || load::program(&args.model, &desk.watch);
     let (program, overlap) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
     desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &program));
-    let settings = load::settings(&args.model, &desk.watch);
-    match args.engine.engine {
-        EngineArg::Symbolic => {
-            let build = || load::symbolic(&program, &args.model, settings);
-            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-            let sizes = engine.sizes();
-            desk.update(|r| {
-                r.order = Some(engine.encoding().names());
-                r.order_reason = (args.model.order == "auto").then(|| order::from_structure(&program).why);
-                let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
-                r.nodes = Some(Nodes { transition, reachable });
-            });
-            count(desk, &engine, &program, overlap)
-        }
-        EngineArg::Explicit => {
-            let build = || load::explicit(&program, settings);
-            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-            count(desk, &engine, &program, overlap)
-        }
+    let build = || load::engine(&program, &args.model, args.engine.engine, &desk.watch);
+    let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+    if let Some(engine) = engine.symbolic() {
+        let sizes = engine.sizes();
+        desk.update(|r| {
+            r.order = Some(engine.encoding().names());
+            r.order_reason = (args.model.order == "auto").then(|| order::from_structure(&program).why);
+            let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
+            r.nodes = Some(Nodes { transition, reachable });
+        });
     }
+    count(desk, &engine, &program, overlap)
 }
 
 fn count<E: Engine>(

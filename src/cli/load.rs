@@ -1,15 +1,13 @@
 //! From arguments to what the library works on: files, programs, preferences, engines.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
-use meliora::engine::{Count, Engine, Settings};
-use meliora::error::{Diagnostic, Error, Kind, Limit, SourceFile};
+use meliora::engine::symbolic::{Order, SymbolicEngine};
+use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
+use meliora::error::{Diagnostic, Error, Kind, SourceFile};
 use meliora::lang::named::{Asked, Property};
 use meliora::lang::property::{Bound, Strategies};
 use meliora::lang::{self, Given};
@@ -20,9 +18,6 @@ use meliora::output::Number;
 
 use super::options::{ModelArgs, PreferenceArgs};
 use super::watch::Watch;
-
-/// No text file of a sane model is larger; a device or a pipe without an end is.
-const LARGEST_FILE: u64 = 256 << 20;
 
 /// Whether standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
@@ -65,29 +60,13 @@ struct Loaded {
 /// # Errors
 /// It cannot be read, is too large or no UTF-8.
 pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
-    let is_input = path == Path::new("-");
-    let name = if is_input { "standard input".to_owned() } else { path.display().to_string() };
-    let failed = |message: String| Error::Io { path: name.clone(), message };
-    let mut bytes = Vec::new();
-    let read = match is_input {
-        true if INPUT_READ.swap(true, Ordering::Relaxed) => {
-            return Err(Error::Usage("`-` stands for standard input, which can be read once".to_owned()));
-        }
-        true => io::stdin().take(LARGEST_FILE + 1).read_to_end(&mut bytes),
-        false => File::open(path).and_then(|f| f.take(LARGEST_FILE + 1).read_to_end(&mut bytes)),
-    };
-    read.map_err(|e| failed(e.to_string()))?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        let what = format!("{name} has more than {} MiB", LARGEST_FILE >> 20);
-        return Err(Limit::Size { what }.into());
+    if path != Path::new("-") {
+        return SourceFile::open(path);
     }
-    match String::from_utf8(bytes) {
-        Ok(text) => Ok(SourceFile::new(name, text)),
-        Err(e) => {
-            let at = e.utf8_error().valid_up_to();
-            Err(failed(format!("this is no UTF-8 text: byte {at} does not belong there")))
-        }
+    if INPUT_READ.swap(true, Ordering::Relaxed) {
+        return Err(Error::Usage("`-` stands for standard input, which can be read once".to_owned()));
     }
+    SourceFile::read("standard input", io::stdin())
 }
 
 fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Loaded, Error> {
@@ -205,38 +184,49 @@ fn asked(property: &Property) -> Result<Asked, Error> {
 }
 
 /// What an engine is created with.
-pub(super) fn settings(args: &ModelArgs, watch: &Arc<Watch>) -> Settings {
-    Settings {
+///
+/// # Errors
+/// The file of `--order` cannot be read.
+pub(super) fn settings(args: &ModelArgs, storage: Storage, watch: &Arc<Watch>) -> Result<Settings, Error> {
+    let order = match args.order.as_str() {
+        "auto" => Order::Auto,
+        "declared" => Order::Declared,
+        file => Order::Text(read(Path::new(file))?),
+    };
+    Ok(Settings {
         scope: args.scope.into(),
+        storage,
         memory: args.memory(),
+        order,
+        threads: args.threads(),
         observer: Arc::clone(watch) as _,
         ..Settings::default()
-    }
+    })
 }
 
-/// The symbolic engine with the order that `--order` asks for.
+/// The engine that the arguments ask for.
 ///
 /// # Errors
 /// The order is wrong; the model has no meaning in some state; a limit.
+pub(super) fn engine(
+    program: &Arc<Program>,
+    args: &ModelArgs,
+    storage: impl Into<Storage>,
+    watch: &Arc<Watch>,
+) -> Result<AnyEngine, Error> {
+    AnyEngine::new(Arc::clone(program), settings(args, storage.into(), watch)?)
+}
+
+/// The symbolic engine, for what only decision diagrams can do.
+///
+/// # Errors
+/// Those of [`engine`].
 pub(super) fn symbolic(
     program: &Arc<Program>,
     args: &ModelArgs,
-    settings: Settings,
+    watch: &Arc<Watch>,
 ) -> Result<SymbolicEngine, Error> {
-    let order = match args.order.as_str() {
-        "auto" => order::auto(program),
-        "declared" => order::declared(program),
-        file => order::parse(program, &read(Path::new(file))?)?,
-    };
-    SymbolicEngine::new(Arc::clone(program), order, args.threads(), settings)
-}
-
-/// The explicit engine.
-///
-/// # Errors
-/// The model has no meaning in some state; a limit.
-pub(super) fn explicit(program: &Arc<Program>, settings: Settings) -> Result<ExplicitEngine, Error> {
-    ExplicitEngine::new(Arc::clone(program), settings)
+    SymbolicEngine::new(Arc::clone(program), settings(args, Storage::Symbolic, watch)?)
 }
 
 /// Tells of states in which nothing is enabled, of probabilities that were rounded, and of states in

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use meliora::engine::Scope;
+use meliora::engine::{Scope, Storage};
 use meliora::error::Error;
 use meliora::planning::{Options, Safety};
 
@@ -200,13 +200,19 @@ pub(super) enum EngineArg {
     Explicit,
 }
 
+impl From<EngineArg> for Storage {
+    fn from(engine: EngineArg) -> Self {
+        match engine {
+            EngineArg::Symbolic => Storage::Symbolic,
+            EngineArg::Explicit => Storage::Explicit,
+        }
+    }
+}
+
 impl EngineArg {
     /// The name in reports.
     pub(super) fn name(self) -> &'static str {
-        match self {
-            EngineArg::Symbolic => "symbolic",
-            EngineArg::Explicit => "explicit",
-        }
+        Storage::from(self).name()
     }
 }
 

@@ -16,7 +16,7 @@ use meliora::output::report::{Counts, ModelSummary};
 
 use super::exit::Status;
 use super::load;
-use super::options::{EngineArg, EngineArgs, ModelArgs, ShownArgs};
+use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::reach::satisfying;
 use super::supervise::{Desk, supervise};
 
@@ -47,18 +47,9 @@ fn work(desk: &Desk<PropertiesReport>, asked: &Asked) -> Result<(), Error> {
     let read = || read(desk, asked);
     let (program, open, overlap) = desk.timed("parse", read, |_, _| ())?;
     desk.update(|r| r.model = ModelSummary::of(&asked.model.path(), &program));
-    let settings = load::settings(&asked.model, &desk.watch);
-    match asked.engine.engine {
-        EngineArg::Symbolic => {
-            let build = || load::symbolic(&program, &asked.model, settings);
-            let engine = desk.timed("build", build, |_, _| ())?;
-            answer(desk, &engine, &program, overlap, &open)
-        }
-        EngineArg::Explicit => {
-            let engine = desk.timed("build", || load::explicit(&program, settings), |_, _| ())?;
-            answer(desk, &engine, &program, overlap, &open)
-        }
-    }
+    let build = || load::engine(&program, &asked.model, asked.engine.engine, &desk.watch);
+    let engine = desk.timed("build", build, |_, _| ())?;
+    answer(desk, &engine, &program, overlap, &open)
 }
 
 /// The model with what the file defines, and the properties that can be answered.

@@ -13,7 +13,7 @@ use meliora::output::{Number, ReachReport};
 
 use super::exit::Status;
 use super::load::{self, Target};
-use super::options::{EngineArg, EngineArgs, ModelArgs, ShownArgs};
+use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::properties;
 use super::supervise::{Desk, supervise};
 use super::sweep::{self, SweepArgs};
@@ -73,20 +73,9 @@ fn work(desk: &Desk<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     let read = || load::target(&args.model, args.target.as_deref(), args.property.as_deref(), &desk.watch);
     let target = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
     desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &target.program));
-    let settings = load::settings(&args.model, &desk.watch);
-    let build_time = |r: &mut ReachReport, s: f64| r.time.build = Some(s);
-    match args.engine.engine {
-        EngineArg::Symbolic => {
-            let build = || load::symbolic(&target.program, &args.model, settings);
-            let engine = desk.timed("build", build, build_time)?;
-            answer(desk, &engine, &target)
-        }
-        EngineArg::Explicit => {
-            let build = || load::explicit(&target.program, settings);
-            let engine = desk.timed("build", build, build_time)?;
-            answer(desk, &engine, &target)
-        }
-    }
+    let build = || load::engine(&target.program, &args.model, args.engine.engine, &desk.watch);
+    let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+    answer(desk, &engine, &target)
 }
 
 /// All four regions, each of which is in the report as soon as it is known.

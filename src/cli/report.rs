@@ -197,8 +197,7 @@ fn work(desk: &Desk<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         r.check.model = ModelSummary::of(&args.model.path(), &question.program);
         r.check.empty = Some(question.preferences.empty.name());
     });
-    let settings = load::settings(&args.model, &desk.watch);
-    let build = || load::symbolic(&question.program, &args.model, settings);
+    let build = || load::symbolic(&question.program, &args.model, &desk.watch);
     let engine = desk.timed("build", build, |r, s| r.check.time.build = Some(s))?;
     if let (Some(text), Some(start)) = (&args.at, &start) {
         plan::in_scope(&engine, &args.model, std::slice::from_ref(text), std::slice::from_ref(start))?;

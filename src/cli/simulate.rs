@@ -11,7 +11,7 @@ use meliora::planning::{Playbook, Setup, Simulation};
 
 use super::exit::Status;
 use super::load::{self, Question};
-use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, KindArg, PicksArg};
 use super::supervise::{Desk, supervise};
 
@@ -99,19 +99,9 @@ fn work(desk: &Desk<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
     });
-    let settings = load::settings(&args.model, &desk.watch);
-    match args.engine.engine {
-        EngineArg::Symbolic => {
-            let build = || load::symbolic(&question.program, &args.model, settings);
-            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-            play(desk, &engine, &question, args, states)
-        }
-        EngineArg::Explicit => {
-            let build = || load::explicit(&question.program, settings);
-            let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-            play(desk, &engine, &question, args, states)
-        }
-    }
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &desk.watch);
+    let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+    play(desk, &engine, &question, args, states)
 }
 
 fn play<E: Engine>(

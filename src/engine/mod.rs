@@ -4,6 +4,7 @@
 //! state s of the scope and a choice a enabled in s. All algorithms of [`crate::planning`] are
 //! written over these; iterating over states is not part of the interface.
 
+pub mod any;
 pub mod explicit;
 pub mod moves;
 pub mod regions;
@@ -11,6 +12,7 @@ pub mod symbolic;
 
 use std::sync::Arc;
 
+pub use any::AnyEngine;
 pub use moves::Moves;
 use num_bigint::BigUint;
 
@@ -33,13 +35,40 @@ pub enum Scope {
     All,
 }
 
-/// What an engine is created with.
+/// How states are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Storage {
+    /// Sets of states as binary decision diagrams.
+    #[default]
+    Symbolic,
+    /// States one by one.
+    Explicit,
+}
+
+impl Storage {
+    /// The name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Storage::Symbolic => "symbolic",
+            Storage::Explicit => "explicit",
+        }
+    }
+}
+
+/// What an engine is created with: all that may be set of how to work. Results do not depend on it, but for
+/// the scope.
 #[derive(Clone)]
 pub struct Settings {
     /// Which valuations are states.
     pub scope: Scope,
+    /// How states are stored, where an engine is made by [`AnyEngine::new`].
+    pub storage: Storage,
     /// Bytes for the node table and operation cache, or for the arrays.
     pub memory: u64,
+    /// The order of the bits in decision diagrams.
+    pub order: symbolic::Order,
+    /// The threads that work on decision diagrams, from 1.
+    pub threads: u32,
     /// Where the symbolic engine takes one way or another to the same result.
     pub thresholds: symbolic::Thresholds,
     /// Where progress goes and interruptions come from.
@@ -50,7 +79,10 @@ impl Default for Settings {
     fn default() -> Self {
         Settings {
             scope: Scope::Reachable,
+            storage: Storage::Symbolic,
             memory: 2 << 30,
+            order: symbolic::Order::Auto,
+            threads: 1,
             thresholds: symbolic::Thresholds::default(),
             observer: Arc::new(Unobserved),
         }

@@ -112,6 +112,12 @@ impl ExprPool {
         self.nodes[id.index()].ty
     }
 
+    /// Whether all nodes of another pool are here too, under the same ids.
+    pub(super) fn starts_with(&self, other: &ExprPool) -> bool {
+        let same = |(a, b): (&Entry, &Entry)| a.node == b.node;
+        self.nodes.len() >= other.nodes.len() && self.nodes.iter().zip(&other.nodes).all(same)
+    }
+
     /// How many nodes there are.
     pub fn len(&self) -> usize {
         self.nodes.len()

@@ -168,6 +168,16 @@ impl Program {
         u32::try_from(index).ok().map(VarId)
     }
 
+    /// Whether this is another program with more expressions: what those of the other say, they say here.
+    pub fn extends(&self, other: &Program) -> bool {
+        let ranges = |p: &Program| p.variables.iter().map(|v| (v.low, v.high)).collect::<Vec<_>>();
+        std::ptr::eq(self, other)
+            || (Arc::ptr_eq(&self.source, &other.source)
+                && self.constants == other.constants
+                && ranges(self) == ranges(other)
+                && self.pool.starts_with(&other.pool))
+    }
+
     /// `x=1,b=false` for a state.
     pub fn show_state(&self, state: &[i64]) -> String {
         let mut text = String::new();

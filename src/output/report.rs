@@ -218,14 +218,7 @@ impl Counts {
     /// # Errors
     /// A limit of the engine.
     pub fn of<E: Engine>(engine: &E) -> Result<Self> {
-        let (states, choices) = (engine.all_states(), engine.all_choices());
-        Ok(Counts {
-            states: engine.count_states(&states)?.into(),
-            choices: engine.count_choices(&choices)?.into(),
-            transitions: engine.count_transitions(&choices, &states)?.into(),
-            deadlocks: engine.count_states(&engine.deadlock_states())?.into(),
-            initial: engine.count_states(&engine.initial_states())?.into(),
-        })
+        Ok(Counts::from(&ModelCounts::of(engine)?))
     }
 }
 

@@ -1,15 +1,19 @@
 //! The whole analysis, phase by phase; what is known stays when a limit ends the work.
 
+use std::sync::Arc;
+
 use super::classes::Classes;
 use super::improvement::{Improvement, Safety};
 use super::levels::{End, Kind, Levels, Rank};
 use super::outcomes::Outcomes;
+use super::playbook::Playbook;
 use super::result::{
     AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
 use super::strategy;
 use crate::engine::{Count, Engine};
 use crate::error::Result;
+use crate::held::Held;
 use crate::model::preference::{Objective, ObjectiveSet, Preferences};
 use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
@@ -38,6 +42,11 @@ pub enum Phase {
     Spi,
 }
 
+impl Phase {
+    /// All phases in their order.
+    pub const ALL: [Phase; 5] = [Phase::Counts, Phase::Outcomes, Phase::Improvement, Phase::Sasi, Phase::Spi];
+}
+
 /// What the listener of an analysis hears.
 #[derive(Debug, Clone, Copy)]
 pub enum Event<'a> {
@@ -53,29 +62,34 @@ pub enum Event<'a> {
 
 /// Outcomes, classes, improvement MDP and levels of one model under one preference file.
 pub struct Analysis<'a, E: Engine> {
-    engine: &'a E,
-    preferences: &'a Preferences,
+    engine: Held<'a, E>,
+    preferences: Held<'a, Preferences>,
     options: Options,
     outcomes: Option<Outcomes<E>>,
-    classes: Option<Classes<E>>,
-    improvement: Option<Improvement<E>>,
-    sasi: Levels<E>,
-    spi: Levels<E>,
+    // Shared with the playbooks made of them.
+    classes: Option<Arc<Classes<E>>>,
+    improvement: Option<Arc<Improvement<E>>>,
+    sasi: Arc<Levels<E>>,
+    spi: Arc<Levels<E>>,
     result: AnalysisResult,
 }
 
 impl<'a, E: Engine> Analysis<'a, E> {
     /// An analysis of which nothing is computed yet.
-    pub fn new(engine: &'a E, preferences: &'a Preferences, options: Options) -> Self {
+    pub fn new(
+        engine: impl Into<Held<'a, E>>,
+        preferences: impl Into<Held<'a, Preferences>>,
+        options: Options,
+    ) -> Self {
         Analysis {
-            engine,
-            preferences,
+            engine: engine.into(),
+            preferences: preferences.into(),
             options,
             outcomes: None,
             classes: None,
             improvement: None,
-            sasi: Levels::new(Kind::Sasi),
-            spi: Levels::new(Kind::Spi),
+            sasi: Arc::new(Levels::new(Kind::Sasi)),
+            spi: Arc::new(Levels::new(Kind::Spi)),
             result: AnalysisResult::default(),
         }
     }
@@ -87,11 +101,21 @@ impl<'a, E: Engine> Analysis<'a, E> {
     /// stays in [`Analysis::result`]. Cost: that of the phases; see [`Outcomes::advance`],
     /// [`Improvement::new`] and [`super::levels::next_level`].
     pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        self.run_counts(listener)?;
-        self.run_outcomes(listener)?;
-        self.run_improvement(listener)?;
-        self.run_levels(Kind::Sasi, listener)?;
-        self.run_levels(Kind::Spi, listener)
+        Phase::ALL.into_iter().try_for_each(|phase| self.run_phase(phase, listener))
+    }
+
+    /// One phase; does nothing where those before it are not done.
+    ///
+    /// # Errors
+    /// As [`Analysis::run`].
+    pub fn run_phase(&mut self, phase: Phase, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        match phase {
+            Phase::Counts => self.run_counts(listener),
+            Phase::Outcomes => self.run_outcomes(listener),
+            Phase::Improvement => self.run_improvement(listener),
+            Phase::Sasi => self.run_levels(Kind::Sasi, listener),
+            Phase::Spi => self.run_levels(Kind::Spi, listener),
+        }
     }
 
     /// The size of the model.
@@ -103,15 +127,8 @@ impl<'a, E: Engine> Analysis<'a, E> {
             return Ok(());
         }
         listener(Event::Started(Phase::Counts));
-        let engine = self.engine;
-        let (states, choices) = (engine.all_states(), engine.all_choices());
-        self.result.counts = Some(ModelCounts {
-            states: engine.count_states(&states)?,
-            choices: engine.count_choices(&choices)?,
-            transitions: engine.count_transitions(&choices, &states)?,
-            deadlocks: engine.count_states(&engine.deadlock_states())?,
-            initial: engine.count_states(&engine.initial_states())?,
-        });
+        let engine = &*self.engine;
+        self.result.counts = Some(ModelCounts::of(engine)?);
         listener(Event::Finished(Phase::Counts));
         Ok(())
     }
@@ -128,7 +145,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         if self.outcomes.is_none() {
             let target = |o: &Objective| self.engine.states_where(o.target);
             let targets = self.preferences.objectives.iter().map(target).collect::<Result<Vec<_>>>()?;
-            self.outcomes = Some(Outcomes::new(self.engine, targets)?);
+            self.outcomes = Some(Outcomes::new(&*self.engine, targets)?);
         }
         while let Some(counts) = self.next_outcome()? {
             listener(Event::Objective(&counts));
@@ -138,13 +155,13 @@ impl<'a, E: Engine> Analysis<'a, E> {
         let Some(almost_sure) = self.outcomes.as_ref().and_then(Outcomes::almost_sure) else {
             return Ok(());
         };
-        let classes = Classes::new(self.engine, self.preferences, &almost_sure)?;
+        let classes = Classes::new(&*self.engine, &self.preferences, &almost_sure)?;
         let count = |c: &super::Class<E>| {
             let states = self.engine.count_states(&c.states)?;
             Ok(ClassCount { most_preferred: c.most_preferred.clone(), states })
         };
         self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
-        self.classes = Some(classes);
+        self.classes = Some(Arc::new(classes));
         listener(Event::Finished(Phase::Outcomes));
         Ok(())
     }
@@ -157,7 +174,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         let uncounted = all.find(|i| outcomes.get(*i).is_some() && !counted(i));
         let next = match uncounted {
             Some(objective) => Some(objective),
-            None => outcomes.advance(self.engine)?,
+            None => outcomes.advance(&*self.engine)?,
         };
         let Some(objective) = next else { return Ok(None) };
         let Some(outcome) = outcomes.get(objective) else { return Ok(None) };
@@ -176,9 +193,9 @@ impl<'a, E: Engine> Analysis<'a, E> {
     pub fn run_improvement(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let (Some(classes), None) = (&self.classes, &self.improvement) else { return Ok(()) };
         listener(Event::Started(Phase::Improvement));
-        let improvement = Improvement::new(self.engine, classes, self.options.safety)?;
-        self.result.improvement = improvement.sizes(self.engine)?;
-        self.improvement = Some(improvement);
+        let improvement = Improvement::new(&*self.engine, classes, self.options.safety)?;
+        self.result.improvement = improvement.sizes(&*self.engine)?;
+        self.improvement = Some(Arc::new(improvement));
         listener(Event::Finished(Phase::Improvement));
         Ok(())
     }
@@ -195,14 +212,13 @@ impl<'a, E: Engine> Analysis<'a, E> {
             Kind::Sasi => (&mut self.sasi, &mut self.result.sasi, Phase::Sasi),
             Kind::Spi => (&mut self.spi, &mut self.result.spi, Phase::Spi),
         };
-        if levels.end.is_some() {
-            return Ok(());
-        }
+        // Only complete levels are shared.
+        let Some(levels) = Arc::get_mut(levels).filter(|levels| levels.end.is_none()) else { return Ok(()) };
         listener(Event::Started(phase));
-        while levels.advance(self.engine, classes, improvement, self.options.max_level)? {
-            count_levels(self.engine, levels, counts, listener)?;
+        while levels.advance(&*self.engine, classes, improvement, self.options.max_level)? {
+            count_levels(&*self.engine, levels, counts, listener)?;
         }
-        count_levels(self.engine, levels, counts, listener)?;
+        count_levels(&*self.engine, levels, counts, listener)?;
         counts.end = match &levels.end {
             None => LevelsEnd::Open,
             Some(End::Cut) => LevelsEnd::Cut,
@@ -224,7 +240,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
         let most_preferred = match &self.classes {
             Some(classes) => classes
-                .of(self.engine, state)
+                .of(&*self.engine, state)
                 .map_or_else(ObjectiveSet::new, |c| classes.list[c].most_preferred.clone()),
             None => ObjectiveSet::new(),
         };
@@ -252,15 +268,24 @@ impl<'a, E: Engine> Analysis<'a, E> {
         if levels.found.is_empty() && levels.end.is_none() {
             return Ok(None);
         }
-        let rank: Rank = levels.rank(self.engine, state);
+        let rank: Rank = levels.rank(&*self.engine, state);
         let mut actions = Vec::new();
         if let Some(level) = levels.level(rank) {
             let permitted =
-                strategy::permitted_at_start(self.engine, levels.kind, classes, improvement, level)?;
+                strategy::permitted_at_start(&*self.engine, levels.kind, classes, improvement, level)?;
             let allowed = choices.iter().filter(|(c, _)| self.engine.contains_choice(&permitted, state, c));
             actions = allowed.map(|(_, name)| name.clone()).collect();
         }
         Ok(Some(Plan { rank, actions }))
+    }
+
+    /// The strategies of one kind; none before its levels were searched.
+    pub(super) fn playbook(&self, program: Held<'a, Program>, kind: Kind) -> Option<Playbook<'a, E>> {
+        let levels = self.shared_levels(kind);
+        levels.end.as_ref()?;
+        let lent = (self.engine.clone(), self.preferences.clone());
+        let (classes, improvement) = (self.classes.clone()?, self.improvement.clone()?);
+        Some(Playbook::of(lent, program, classes, improvement, Arc::clone(levels)))
     }
 
     /// The counts of all that is known.
@@ -269,13 +294,13 @@ impl<'a, E: Engine> Analysis<'a, E> {
     }
 
     /// The engine.
-    pub fn engine(&self) -> &'a E {
-        self.engine
+    pub fn engine(&self) -> &E {
+        &self.engine
     }
 
     /// The preferences.
-    pub fn preferences(&self) -> &'a Preferences {
-        self.preferences
+    pub fn preferences(&self) -> &Preferences {
+        &self.preferences
     }
 
     /// What was asked for.
@@ -290,16 +315,20 @@ impl<'a, E: Engine> Analysis<'a, E> {
 
     /// The classes, once known.
     pub fn classes(&self) -> Option<&Classes<E>> {
-        self.classes.as_ref()
+        self.classes.as_deref()
     }
 
     /// The improvement MDP, once known.
     pub fn improvement(&self) -> Option<&Improvement<E>> {
-        self.improvement.as_ref()
+        self.improvement.as_deref()
     }
 
     /// The levels of one kind, as far as they are known.
     pub fn levels(&self, kind: Kind) -> &Levels<E> {
+        self.shared_levels(kind)
+    }
+
+    fn shared_levels(&self, kind: Kind) -> &Arc<Levels<E>> {
         match kind {
             Kind::Sasi => &self.sasi,
             Kind::Spi => &self.spi,

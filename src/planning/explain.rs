@@ -106,7 +106,7 @@ impl<E: Engine> Playbook<'_, E> {
         if let Some(limit) = self.engine.settings().observer.stop() {
             return Err(limit.into());
         }
-        let steps = self.program.steps(state).map_err(|f| fault::error(self.program, &f, state))?;
+        let steps = self.program.steps(state).map_err(|f| fault::error(&self.program, &f, state))?;
         let reference = self.reference(memory, state);
         let mut actions = Vec::with_capacity(steps.len());
         for step in steps {
@@ -130,7 +130,7 @@ impl<E: Engine> Playbook<'_, E> {
         step: Step,
     ) -> Result<Action> {
         let Step { choice, name, successors } = step;
-        let (engine, kind) = (self.engine, self.kind());
+        let (engine, kind) = (self.engine.clone(), self.kind());
         let one = |(to, p)| self.successor(state, memory, reference, to, p);
         let successors: Vec<Successor> = successors.into_iter().map(one).collect();
         let kept = self.arena(memory).is_some_and(|a| engine.contains_choice(&a.choices, state, &choice));
@@ -160,14 +160,14 @@ impl<E: Engine> Playbook<'_, E> {
         let change = self.preferences.change(reference, &most_preferred);
         let (next, improves) = self.after(memory, from, &to);
         let (goal, stays) = self.game(memory).map_or((false, false), |(arena, game)| {
-            let goal = super::strategy::is_goal(self.engine, arena, game, from, &to);
+            let goal = super::strategy::is_goal(&*self.engine, arena, game, from, &to);
             (goal, self.engine.contains(&game.states, &to))
         });
         Successor {
             probability: p,
             rank: self.rank(&to),
-            gained: gained(self.preferences, reference, &most_preferred),
-            lost: lost(self.preferences, reference, &most_preferred),
+            gained: gained(&self.preferences, reference, &most_preferred),
+            lost: lost(&self.preferences, reference, &most_preferred),
             dropped: self.improvement.safety == Safety::Transition && change == Change::Weakening,
             most_preferred,
             state: to,

@@ -18,6 +18,7 @@
 //! Level 0 has nothing to improve: a play ends there.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::analysis::Analysis;
 use super::classes::Classes;
@@ -26,6 +27,7 @@ use super::levels::{Game, Kind, Level, Levels, Rank};
 use super::strategy::{self, Strategy};
 use crate::engine::Engine;
 use crate::error::Result;
+use crate::held::Held;
 use crate::model::Program;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
 
@@ -40,30 +42,36 @@ pub struct Memory {
 
 /// The strategies of one kind, computed as they are asked for.
 pub struct Playbook<'a, E: Engine> {
-    pub(super) engine: &'a E,
-    pub(super) program: &'a Program,
-    pub(super) preferences: &'a Preferences,
-    pub(super) classes: &'a Classes<E>,
-    pub(super) improvement: &'a Improvement<E>,
-    pub(super) levels: &'a Levels<E>,
+    pub(super) engine: Held<'a, E>,
+    pub(super) program: Held<'a, Program>,
+    pub(super) preferences: Held<'a, Preferences>,
+    pub(super) classes: Arc<Classes<E>>,
+    pub(super) improvement: Arc<Improvement<E>>,
+    pub(super) levels: Arc<Levels<E>>,
     /// By level (see [`key`]) and arena.
     strategies: BTreeMap<(usize, usize), Strategy<E>>,
 }
 
 impl<'a, E: Engine> Playbook<'a, E> {
     /// The playbook of an analysis; none before the levels of this kind were searched.
-    pub fn new(analysis: &'a Analysis<'_, E>, program: &'a Program, kind: Kind) -> Option<Self> {
-        let levels = analysis.levels(kind);
-        levels.end.as_ref()?;
-        Some(Playbook {
-            engine: analysis.engine(),
-            program,
-            preferences: analysis.preferences(),
-            classes: analysis.classes()?,
-            improvement: analysis.improvement()?,
-            levels,
-            strategies: BTreeMap::new(),
-        })
+    pub fn new(
+        analysis: &Analysis<'a, E>,
+        program: impl Into<Held<'a, Program>>,
+        kind: Kind,
+    ) -> Option<Self> {
+        analysis.playbook(program.into(), kind)
+    }
+
+    /// A playbook without a strategy yet.
+    pub(super) fn of(
+        (engine, preferences): (Held<'a, E>, Held<'a, Preferences>),
+        program: Held<'a, Program>,
+        classes: Arc<Classes<E>>,
+        improvement: Arc<Improvement<E>>,
+        levels: Arc<Levels<E>>,
+    ) -> Self {
+        let strategies = BTreeMap::new();
+        Playbook { engine, program, preferences, classes, improvement, levels, strategies }
     }
 
     /// Which kind of strategies.
@@ -72,24 +80,24 @@ impl<'a, E: Engine> Playbook<'a, E> {
     }
 
     /// The preferences.
-    pub fn preferences(&self) -> &'a Preferences {
-        self.preferences
+    pub fn preferences(&self) -> &Preferences {
+        &self.preferences
     }
 
     /// The program.
-    pub fn program(&self) -> &'a Program {
-        self.program
+    pub fn program(&self) -> &Program {
+        &self.program
     }
 
     /// MP(s); empty outside the scope.
     pub fn most_preferred(&self, state: &[i64]) -> ObjectiveSet {
-        let class = self.classes.of(self.engine, state);
+        let class = self.classes.of(&*self.engine, state);
         class.map_or_else(ObjectiveSet::new, |c| self.classes.list[c].most_preferred.clone())
     }
 
     /// rank(s) = max { k : s ∈ W_k }; see [`Levels::rank`].
     pub fn rank(&self, state: &[i64]) -> Rank {
-        self.levels.rank(self.engine, state)
+        self.levels.rank(&*self.engine, state)
     }
 
     /// { s : rank(s) = k }, where `None` stands for the unbounded rank.
@@ -112,7 +120,7 @@ impl<'a, E: Engine> Playbook<'a, E> {
     /// The memory with which planning starts in a state: its own rank and, under `prefix`, its own class as
     /// the reference.
     pub fn start(&self, state: &[i64]) -> Memory {
-        let class = self.classes.of(self.engine, state);
+        let class = self.classes.of(&*self.engine, state);
         let starts_in = |arena: &Arena<E>| arena.reference.is_none() || arena.reference == class;
         Memory { level: self.rank(state), arena: self.improvement.arenas.iter().position(starts_in) }
     }
@@ -123,7 +131,7 @@ impl<'a, E: Engine> Playbook<'a, E> {
         match self.game(memory) {
             Some((arena, game)) => {
                 let stays = self.engine.contains(&game.states, to);
-                let goal = improves && strategy::is_goal(self.engine, arena, game, from, to);
+                let goal = improves && strategy::is_goal(&*self.engine, arena, game, from, to);
                 match (goal, stays, improves) {
                     (true, _, _) | (_, false, true) => (self.start(to), true),
                     (false, true, _) => (memory, false),
@@ -157,12 +165,12 @@ impl<'a, E: Engine> Playbook<'a, E> {
     }
 
     /// The arena of a memory.
-    pub(super) fn arena(&self, memory: Memory) -> Option<&'a Arena<E>> {
+    pub(super) fn arena(&self, memory: Memory) -> Option<&Arena<E>> {
         self.improvement.arenas.get(memory.arena?)
     }
 
     /// The game of a memory; none where nothing can be improved.
-    pub(super) fn game(&self, memory: Memory) -> Option<(&'a Arena<E>, &'a Game<E>)> {
+    pub(super) fn game(&self, memory: Memory) -> Option<(&Arena<E>, &Game<E>)> {
         let game = self.levels.level(memory.level)?.games.get(memory.arena?)?;
         Some((self.arena(memory)?, game))
     }
@@ -175,7 +183,7 @@ impl<'a, E: Engine> Playbook<'a, E> {
         let (Some((arena, game)), Some(index)) = (self.game(memory), memory.arena) else { return Ok(None) };
         let key = (key(memory.level), index);
         if !self.strategies.contains_key(&key) {
-            let found = strategy::strategy(self.engine, self.levels.kind, arena, game)?;
+            let found = strategy::strategy(&*self.engine, self.levels.kind, arena, game)?;
             self.strategies.insert(key, found);
         }
         Ok(self.strategies.get(&key))

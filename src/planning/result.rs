@@ -2,7 +2,8 @@
 
 use super::improvement::Sizes;
 use super::levels::Rank;
-use crate::engine::Count;
+use crate::engine::{Count, Engine};
+use crate::error::Result;
 use crate::model::State;
 use crate::model::preference::ObjectiveSet;
 
@@ -36,6 +37,23 @@ pub struct ModelCounts {
     pub deadlocks: Count,
     /// The initial states.
     pub initial: Count,
+}
+
+impl ModelCounts {
+    /// The size of the model that an engine has.
+    ///
+    /// # Errors
+    /// A limit of the engine. Cost: no image.
+    pub fn of<E: Engine>(engine: &E) -> Result<Self> {
+        let (states, choices) = (engine.all_states(), engine.all_choices());
+        Ok(ModelCounts {
+            states: engine.count_states(&states)?,
+            choices: engine.count_choices(&choices)?,
+            transitions: engine.count_transitions(&choices, &states)?,
+            deadlocks: engine.count_states(&engine.deadlock_states())?,
+            initial: engine.count_states(&engine.initial_states())?,
+        })
+    }
 }
 
 /// The sizes of an objective's regions.

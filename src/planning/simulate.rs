@@ -299,7 +299,7 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
             improves: to.improves,
             gained: to.gained.clone(),
             change: to.change,
-            lost: lost(self.book.preferences, &at.most_preferred, &to.most_preferred),
+            lost: lost(&self.book.preferences, &at.most_preferred, &to.most_preferred),
             weakens_step: weakens(&at.most_preferred),
             weakens_start: weakens(first),
         };

@@ -136,7 +136,7 @@ pub fn engines(text: &str) {
         return;
     }
     let explicit = counts(ExplicitEngine::new(program.clone(), settings()));
-    let symbolic = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings());
+    let symbolic = SymbolicEngine::new(program.clone(), settings());
     match (explicit, counts(symbolic)) {
         (Err(Error::Limit(_)), _) | (_, Err(Error::Limit(_))) => {}
         (Err(a), Err(b)) => assert_eq!(std::mem::discriminant(&a), std::mem::discriminant(&b)),
@@ -255,7 +255,7 @@ pub fn exported() -> directory::Dump {
     let preferences = lang::load_preferences(&source(PREFERENCES), &mut program).unwrap();
     let program = Arc::new(program);
     let settings = Settings { memory: 16 << 20, ..Settings::default() };
-    let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings).unwrap();
+    let engine = SymbolicEngine::new(program.clone(), settings).unwrap();
     let mut analysis = Analysis::new(&engine, &preferences, Options::default());
     analysis.run(&mut |_| ()).unwrap();
     let named = |name: &str| (name.to_owned(), String::new());

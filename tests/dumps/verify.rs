@@ -6,7 +6,7 @@ use std::sync::Arc;
 use meliora::certify::{Verdict, verify};
 use meliora::dump::manifest::Root;
 use meliora::dump::{Dump, Edge};
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Scope, Settings};
 use meliora::error::{Result, SourceFile};
 use meliora::export::{Inputs, Selection, export};
@@ -35,8 +35,7 @@ fn case(model: &str, scope: Scope, safety: Safety) -> Case {
     let mut program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
     let preferences = lang::load_preferences(&read(format!("models/{model}.pref")), &mut program).unwrap();
     let program = Arc::new(program);
-    let order = order::auto(&program);
-    let engine = SymbolicEngine::new(Arc::clone(&program), order, 1, settings(scope)).unwrap();
+    let engine = SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap();
     let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
     analysis.run(&mut |_| ()).unwrap();
     let inputs = Inputs {

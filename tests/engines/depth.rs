@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
@@ -26,7 +26,7 @@ fn hundreds_of_bits_need_no_large_stack_of_the_caller() {
         let none = SourceFile::new("constants", "");
         let program = Arc::new(lang::load(&SourceFile::new("lamps", lamps(500)), &none).unwrap().program);
         let settings = Settings { memory: 64 << 20, ..Settings::default() };
-        let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings).unwrap();
+        let engine = SymbolicEngine::new(program.clone(), settings).unwrap();
         let all = engine.all_states();
         assert_eq!(engine.count_states(&all).unwrap(), 501u32.into());
         let last = engine.deadlock_states();

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
-use meliora::engine::{Engine, Scope, Settings};
+use meliora::engine::symbolic::{Order, SymbolicEngine};
+use meliora::engine::{AnyEngine, Engine, Scope, Settings};
 use meliora::error::{Error, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
@@ -29,7 +29,7 @@ fn explicit(program: &Arc<Program>, scope: Scope) -> Result<ExplicitEngine> {
 
 fn symbolic(program: &Arc<Program>, scope: Scope) -> Result<SymbolicEngine> {
     let settings = Settings { scope, memory: 64 << 20, ..Settings::default() };
-    SymbolicEngine::new(program.clone(), order::declared(program), 1, settings)
+    SymbolicEngine::new(program.clone(), Settings { order: Order::Declared, ..settings })
 }
 
 proptest! {
@@ -46,7 +46,9 @@ proptest! {
         let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
         let program = Arc::new(program);
         let brute = Brute::new(&program, scope).unwrap();
-        agreement::check(&explicit(&program, scope).unwrap(), &program, &brute, &predicates);
+        let engine = explicit(&program, scope).unwrap();
+        agreement::check(&engine, &program, &brute, &predicates);
+        agreement::check(&AnyEngine::from(engine), &program, &brute, &predicates);
     }
 
     #[test]
@@ -90,7 +92,9 @@ proptest! {
         let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
         let program = Arc::new(program);
         let brute = Brute::new(&program, scope).unwrap();
-        agreement::check(&symbolic(&program, scope).unwrap(), &program, &brute, &predicates);
+        let engine = symbolic(&program, scope).unwrap();
+        agreement::check(&engine, &program, &brute, &predicates);
+        agreement::check(&AnyEngine::from(engine), &program, &brute, &predicates);
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Observer, Settings};
 use meliora::error::{Error, Limit, SourceFile};
 use meliora::lang;
@@ -90,9 +90,7 @@ fn building_an_engine_for_many_commands_can_be_interrupted_anywhere() {
     let program = Arc::new(lang::load(&many(2_000), &none()).unwrap().program);
     let settings = |observer: Arc<StopAt>| Settings { memory: 64 << 20, observer, ..Settings::default() };
     building_stops(|observer| ExplicitEngine::new(program.clone(), settings(observer)).err());
-    building_stops(|observer| {
-        SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings(observer)).err()
-    });
+    building_stops(|observer| SymbolicEngine::new(program.clone(), settings(observer)).err());
 }
 
 #[test]

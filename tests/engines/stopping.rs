@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 
 use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{Engine, Moves, Observer, Region, Settings, regions};
 use meliora::error::{Error, Limit, Result, SourceFile};
 use meliora::lang;
@@ -65,7 +65,7 @@ fn explicit(program: &Arc<Program>, settings: Settings) -> Result<ExplicitEngine
 }
 
 fn symbolic(program: &Arc<Program>, settings: Settings) -> Result<SymbolicEngine> {
-    SymbolicEngine::new(program.clone(), order::declared(program), 1, settings)
+    SymbolicEngine::new(program.clone(), Settings { order: Order::Declared, ..settings })
 }
 
 fn settings(observer: &Arc<Patience>) -> Settings {

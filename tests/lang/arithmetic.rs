@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Scope, Settings};
 use meliora::error::{Error, SourceFile};
 use meliora::lang;
@@ -116,7 +116,7 @@ fn said(text: &str) -> [Option<String>; 2] {
     let program = program(text);
     let settings = Settings { scope: Scope::All, memory: 64 << 20, ..Settings::default() };
     let explicit = ExplicitEngine::new(program.clone(), settings.clone()).err();
-    let symbolic = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings).err();
+    let symbolic = SymbolicEngine::new(program.clone(), settings).err();
     [explicit, symbolic].map(|error| error.map(|e| e.to_string()))
 }
 

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{Engine, Scope, Settings};
 use meliora::error::{Error, SourceFile};
 use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
@@ -225,7 +225,8 @@ fn answers(program: &Arc<Program>, e: ExprId, states: &[Vec<i64>]) -> [Result<Ve
     }
     let settings = Settings { scope: Scope::All, memory: 64 << 20, ..Settings::default() };
     let explicit = ExplicitEngine::new(program.clone(), settings.clone()).unwrap();
-    let symbolic = SymbolicEngine::new(program.clone(), order::declared(program), 1, settings).unwrap();
+    let symbolic =
+        SymbolicEngine::new(program.clone(), Settings { order: Order::Declared, ..settings }).unwrap();
     [of(&explicit, e, states), of(&symbolic, e, states)]
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang::property::{Bound, Strategies};
@@ -393,8 +393,7 @@ fn probabilities_that_were_rounded_are_a_distribution_with_a_warning() {
         let program = Arc::new(program(&format!("mdp\nmodule m\n x : [0..3];\n {command};\nendmodule")));
         let explicit =
             ExplicitEngine::new(Arc::clone(&program), Settings::default()).expect("it has a meaning");
-        let symbolic =
-            SymbolicEngine::new(Arc::clone(&program), order::auto(&program), 1, Settings::default());
+        let symbolic = SymbolicEngine::new(Arc::clone(&program), Settings::default());
         let expected = enabled.then(|| vec![0]);
         assert_eq!(explicit.rounded_state(), expected.as_ref(), "{command}");
         assert_eq!(symbolic.expect("it has a meaning").rounded_state(), expected.as_ref(), "{command}");

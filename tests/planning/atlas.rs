@@ -5,7 +5,7 @@ use std::fs;
 use std::sync::Arc;
 
 use meliora::atlas::{self, Atlas, Plane};
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
@@ -24,7 +24,7 @@ fn with_atlas(
     let plane = Plane::guess(&program).unwrap();
     let program = Arc::new(program);
     let settings = Settings { scope, memory: 256 << 20, ..Settings::default() };
-    let engine = SymbolicEngine::new(program.clone(), order::auto(&program), 1, settings).unwrap();
+    let engine = SymbolicEngine::new(program.clone(), settings).unwrap();
     let mut analysis =
         Analysis::new(&engine, &preferences, Options { safety: Safety::Action, max_level: None });
     analysis.run(&mut |_| ()).unwrap();

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{Engine, Settings};
 use meliora::model::preference::Preferences;
 use meliora::planning::levels::{End, Level};
@@ -233,8 +233,8 @@ fn both(world: &World) {
     let settings = || Settings { scope: world.scope, memory: 64 << 20, ..Settings::default() };
     let explicit = ExplicitEngine::new(world.program.clone(), settings()).unwrap();
     check(&explicit, world, &reference);
-    for order in [order::auto(&world.program), order::declared(&world.program)] {
-        let symbolic = SymbolicEngine::new(world.program.clone(), order, 1, settings()).unwrap();
+    for order in [Order::Auto, Order::Declared] {
+        let symbolic = SymbolicEngine::new(world.program.clone(), Settings { order, ..settings() }).unwrap();
         check(&symbolic, world, &reference);
     }
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, Thresholds, Ways, order};
+use meliora::engine::symbolic::{SymbolicEngine, Thresholds, Ways};
 use meliora::engine::{Engine, Settings, regions};
 use meliora::error::SourceFile;
 use meliora::generate::{Choices, Parameters, gridworld};
@@ -75,8 +75,7 @@ fn every_way_leads_to_what_the_explicit_engine_finds() {
         let expected = (results(&explicit, &preferences), counts(&explicit, &preferences));
         for thresholds in thresholds() {
             let settings = Settings { memory: 64 << 20, thresholds, ..Settings::default() };
-            let bits = order::auto(&program);
-            let symbolic = SymbolicEngine::new(Arc::clone(&program), bits, 1, settings).unwrap();
+            let symbolic = SymbolicEngine::new(Arc::clone(&program), settings).unwrap();
             let found = (results(&symbolic, &preferences), counts(&symbolic, &preferences));
             assert_eq!(found, expected, "seed {seed}, {thresholds:?}");
             let ways = symbolic.ways();

@@ -3,6 +3,7 @@
 
 mod atlas;
 mod differential;
+mod embed;
 #[path = "../common/engines.rs"]
 mod engines;
 mod examples;

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
@@ -147,7 +147,7 @@ fn check_plays(
 fn check(program: Program, preferences: &Preferences, ranks: &mut Ranks) {
     let settings = Settings { scope: Scope::All, memory: 16 << 20, ..Settings::default() };
     let program = Arc::new(program);
-    let engine = SymbolicEngine::new(Arc::clone(&program), order::auto(&program), 1, settings).unwrap();
+    let engine = SymbolicEngine::new(Arc::clone(&program), settings).unwrap();
     for safety in [Safety::Action, Safety::Prefix, Safety::Transition] {
         let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
@@ -247,8 +247,9 @@ fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
     let preferences = SourceFile::new("p", "objective A = F x=1;");
     let preferences = lang::load_preferences(&preferences, &mut program).unwrap();
     let program = Arc::new(program);
-    let order = order::declared(&program);
-    let engine = SymbolicEngine::new(program.clone(), order, 1, Settings::default()).unwrap();
+    let engine =
+        SymbolicEngine::new(program.clone(), Settings { order: Order::Declared, ..Settings::default() })
+            .unwrap();
     let options = Options { safety: Safety::Prefix, ..Options::default() };
     let mut analysis = Analysis::new(&engine, &preferences, options);
     analysis.run(&mut |_| ()).unwrap();

@@ -12,7 +12,7 @@ use crate::engine::{Count, Dropped, Engine, Moves, Region, Settings, Usage};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
-use crate::model::{State, fault};
+use crate::model::{Program, State, fault};
 use crate::observer::Poll;
 
 impl Engine for ExplicitEngine {
@@ -40,30 +40,7 @@ impl Engine for ExplicitEngine {
     }
 
     fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
-        let pool = &self.program.pool;
-        let mut poll = Poll::new(&*self.settings.observer);
-        let mut compiler = Compiler::new(&self.program, &[predicate], &mut poll)?;
-        let start = compiler.condition(predicate).start;
-        let code = compiler.finish();
-        let mut machine = Machine::new(&code);
-        let support = pool.support(predicate);
-        let mut holds = Bits::empty(&self.meter, self.graph.states());
-        let words = holds.words_mut();
-        for state in 0..self.graph.states() {
-            self.tick()?;
-            self.with_code(state, |packed| {
-                for v in &support {
-                    machine.regs[v.index()] = self.layout.value(packed, v.index());
-                }
-            });
-            machine.next_state();
-            match machine.run(&code, start) {
-                Ok(true) => set(words, state),
-                Ok(false) => {}
-                Err(_) => return Err(fault::in_predicate(&self.program, predicate, &self.values(state))),
-            }
-        }
-        Ok(StateSet(holds))
+        self.states_where_in(&self.program, predicate)
     }
 
     fn all_choices(&self) -> ChoiceSet {
@@ -260,6 +237,37 @@ impl Engine for ExplicitEngine {
 }
 
 impl ExplicitEngine {
+    /// [`Engine::states_where`] for an expression of a program that has more expressions than the engine's own
+    /// and is the same otherwise.
+    ///
+    /// # Errors
+    /// Those of [`Engine::states_where`].
+    pub fn states_where_in(&self, program: &Program, predicate: ExprId) -> Result<StateSet> {
+        let mut poll = Poll::new(&*self.settings.observer);
+        let mut compiler = Compiler::new(program, &[predicate], &mut poll)?;
+        let start = compiler.condition(predicate).start;
+        let code = compiler.finish();
+        let mut machine = Machine::new(&code);
+        let support = program.pool.support(predicate);
+        let mut holds = Bits::empty(&self.meter, self.graph.states());
+        let words = holds.words_mut();
+        for state in 0..self.graph.states() {
+            self.tick()?;
+            self.with_code(state, |packed| {
+                for v in &support {
+                    machine.regs[v.index()] = self.layout.value(packed, v.index());
+                }
+            });
+            machine.next_state();
+            match machine.run(&code, start) {
+                Ok(true) => set(words, state),
+                Ok(false) => {}
+                Err(_) => return Err(fault::in_predicate(program, predicate, &self.values(state))),
+            }
+        }
+        Ok(StateSet(holds))
+    }
+
     /// The number of a state of the scope.
     fn number(&self, values: &[i64]) -> Option<usize> {
         self.space.find(&self.layout.encode(values)?)

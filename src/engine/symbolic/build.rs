@@ -25,7 +25,6 @@ pub(super) type Given<'a> = dyn Fn(&Store) -> Result<Bdd> + 'a;
 pub(super) fn build(
     program: Arc<Program>,
     order: Vec<Bit>,
-    threads: u32,
     settings: Settings,
     given: Option<&Given<'_>>,
 ) -> Result<SymbolicEngine> {
@@ -34,7 +33,7 @@ pub(super) fn build(
         return Err(Limit::Size { what }.into());
     }
     let encoding = Encoding::new(&program, order);
-    let mut store = Store::new(encoding.width(), threads, &settings)?;
+    let mut store = Store::new(encoding.width(), settings.threads, &settings)?;
     let mut domain = encoding.domain(&store)?;
     let Translated { mut transitions, mut initial, initial_fails, rounded } =
         translate(&program, &encoding, &store, &domain)?;
@@ -50,7 +49,7 @@ pub(super) fn build(
         return Err(fault::in_state(&program, &state));
     }
     let rounded = pick::list(&store, &encoding, &store.and(&rounded, &states)?, 1)?.pop();
-    if let Some(larger) = store.larger(&states, threads, &settings) {
+    if let Some(larger) = store.larger(&states, settings.threads, &settings) {
         let single = [&mut domain, &mut initial, &mut states].into_iter();
         larger.adopt_all(&store, single.chain(transitions.diagrams()).chain(clusters.diagrams()))?;
         clusters.relist(&larger)?;

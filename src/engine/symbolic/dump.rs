@@ -57,7 +57,7 @@ impl SymbolicEngine {
             let mut loaded = load(store, diagram, offset, &[states])?;
             Ok(loaded.pop().unwrap_or_else(|| store.zero()))
         };
-        build::build(program, order, 1, settings, Some(&given))
+        build::build(program, order, settings, Some(&given))
     }
 
     /// All valuations of the declared variables, states of the scope or not: every bit pattern in which

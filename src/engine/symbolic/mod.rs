@@ -37,6 +37,7 @@ use oxidd::BooleanFunction;
 
 pub use dump::{Numbered, Set};
 pub use encoding::{Bit, Encoding};
+pub use order::Order;
 pub use thresholds::{Thresholds, Ways};
 
 use super::{Count, Dropped, Engine, Moves, Settings, Usage};
@@ -97,7 +98,7 @@ pub struct Sizes {
 }
 
 impl SymbolicEngine {
-    /// Encodes the program with the bits in the given order, explores the scope and checks that
+    /// Encodes the program with the bits in the order of the settings, explores the scope and checks that
     /// every command has a meaning in every state of it.
     ///
     /// # Errors
@@ -105,8 +106,9 @@ impl SymbolicEngine {
     /// range, probabilities that are no distribution, an expression without a value.
     ///
     /// Cost: one image fixpoint for the scope `reachable`.
-    pub fn new(program: Arc<Program>, order: Vec<Bit>, threads: u32, settings: Settings) -> Result<Self> {
-        build::build(program, order, threads, settings, None)
+    pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
+        let order = settings.order.bits(&program)?;
+        build::build(program, order, settings, None)
     }
 
     /// How states are bits.
@@ -127,6 +129,22 @@ impl SymbolicEngine {
             clusters: self.clusters.len(),
             groups: self.transitions.guards.len(),
         }
+    }
+
+    /// [`Engine::states_where`] for an expression of a program that has more expressions than the engine's own
+    /// and is the same otherwise.
+    ///
+    /// # Errors
+    /// Those of [`Engine::states_where`].
+    pub fn states_where_in(&self, program: &Program, predicate: ExprId) -> Result<StateSet> {
+        let translator = Translator::new(program, &self.encoding, &self.store);
+        let (holds, fails) = translator.condition(predicate)?;
+        let bad = self.store.and(&fails, &self.states.0)?;
+        if !self.store.is_zero(&bad) {
+            let state = pick::first(&self.store, &self.encoding, &bad)?;
+            return Err(fault::in_predicate(program, predicate, &state));
+        }
+        Ok(StateSet(self.store.and(&holds, &self.states.0)?))
     }
 
     /// How often each way to the same result was taken.
@@ -202,14 +220,7 @@ impl Engine for SymbolicEngine {
     }
 
     fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
-        let translator = Translator::new(&self.program, &self.encoding, &self.store);
-        let (holds, fails) = translator.condition(predicate)?;
-        let bad = self.store.and(&fails, &self.states.0)?;
-        if !self.store.is_zero(&bad) {
-            let state = pick::first(&self.store, &self.encoding, &bad)?;
-            return Err(fault::in_predicate(&self.program, predicate, &state));
-        }
-        Ok(StateSet(self.store.and(&holds, &self.states.0)?))
+        self.states_where_in(&self.program, predicate)
     }
 
     fn all_choices(&self) -> ChoiceSet {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use ahash::AHashSet;
 
 use super::encoding::Bit;
-use crate::error::{Diagnostic, Result, SourceFile};
+use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::model::expr::{Binary, ExprId, Node};
 use crate::model::value::Type;
 use crate::model::{Command, Program, VarId};
@@ -28,6 +28,46 @@ pub fn by_variables(program: &Program, variables: &[VarId]) -> Vec<Bit> {
 fn bits_of(program: &Program, variable: VarId) -> impl Iterator<Item = Bit> + use<> {
     let count = program.variables[variable.index()].bits();
     (0..count).rev().map(move |index| Bit { variable, index })
+}
+
+/// Which order the bits have.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Order {
+    /// That of [`from_structure`].
+    #[default]
+    Auto,
+    /// That of [`declared`].
+    Declared,
+    /// These bits from the root down, every bit of the program once.
+    Bits(Vec<Bit>),
+    /// One read by [`parse`].
+    Text(Arc<SourceFile>),
+}
+
+impl Order {
+    /// The bits of a program from the root down.
+    ///
+    /// # Errors
+    /// The order does not have every bit of the program once.
+    pub fn bits(&self, program: &Program) -> Result<Vec<Bit>> {
+        match self {
+            Order::Auto => Ok(auto(program)),
+            Order::Declared => Ok(declared(program)),
+            Order::Text(source) => parse(program, source),
+            Order::Bits(bits) => {
+                let each: AHashSet<Bit> = bits.iter().copied().collect();
+                let all = declared(program);
+                if each.len() != bits.len()
+                    || each.len() != all.len()
+                    || !all.iter().all(|b| each.contains(b))
+                {
+                    let message = "the order does not have every bit of the model once";
+                    return Err(Error::Usage(message.to_owned()));
+                }
+                Ok(bits.clone())
+            }
+        }
+    }
 }
 
 /// An order and the reason for it.
@@ -176,7 +216,7 @@ pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Vec<Bit>> {
         let end = source.text.len();
         errors.push(wrong(source, end..end, format!("bit {} of `{name}` is not in the order", first.index)));
     }
-    if errors.is_empty() { Ok(order) } else { Err(crate::error::Error::Input(errors)) }
+    if errors.is_empty() { Ok(order) } else { Err(Error::Input(errors)) }
 }
 
 /// The bits that a word names: all of a variable, or one.

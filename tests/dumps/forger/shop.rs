@@ -7,7 +7,7 @@ use std::sync::Arc;
 use meliora::certify;
 use meliora::dump::manifest::{File, Kind};
 use meliora::dump::{Diagram, Dump, Edge, dddmp, read_directory};
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Scope, Settings, Unobserved};
 use meliora::error::{Result, SourceFile};
 use meliora::export::{Inputs, Selection, export};
@@ -48,7 +48,7 @@ impl Shop {
     fn export(&self, (scope, safety, max_level, constants): &Named) -> Option<Dump> {
         let (program, preferences) = self.program(constants).ok()?;
         let settings = Settings { memory: 4 << 20, scope: scope_named(scope)?, ..Settings::default() };
-        let engine = SymbolicEngine::new(Arc::clone(&program), order::auto(&program), 1, settings).ok()?;
+        let engine = SymbolicEngine::new(Arc::clone(&program), settings).ok()?;
         let options = Options { safety: safety_named(safety)?, max_level: *max_level };
         let mut analysis = Analysis::new(&engine, &preferences, options);
         analysis.run(&mut |_| ()).unwrap();

@@ -1,0 +1,372 @@
+//! Either engine behind one type, for those who choose at run time.
+
+use std::sync::Arc;
+
+use super::explicit::{self, ExplicitEngine};
+use super::symbolic::{self, SymbolicEngine};
+use super::{Count, Dropped, Engine, Moves, Region, Settings, Storage, Usage};
+use crate::error::{Error, Result};
+use crate::model::expr::ExprId;
+use crate::model::step::Choice;
+use crate::model::{Program, State};
+
+/// The symbolic or the explicit engine, with the program whose expressions it answers for. Clones share the
+/// states explored and their sets.
+#[derive(Clone)]
+pub struct AnyEngine {
+    inner: Inner,
+    program: Arc<Program>,
+}
+
+#[derive(Clone)]
+enum Inner {
+    Symbolic(Arc<SymbolicEngine>),
+    Explicit(Arc<ExplicitEngine>),
+}
+
+/// A set of states of an [`AnyEngine`].
+#[derive(Clone)]
+pub enum AnyStates {
+    /// Of a symbolic one.
+    Symbolic(symbolic::StateSet),
+    /// Of an explicit one.
+    Explicit(explicit::StateSet),
+}
+
+/// A set of (state, choice) pairs of an [`AnyEngine`].
+#[derive(Clone)]
+pub enum AnyChoices {
+    /// Of a symbolic one.
+    Symbolic(symbolic::ChoiceSet),
+    /// Of an explicit one.
+    Explicit(explicit::ChoiceSet),
+}
+
+/// What a set is for one of the engines.
+trait Of<E: Engine> {
+    type Set;
+    /// # Panics
+    /// The set is of the other engine.
+    fn of(&self, engine: &E) -> &Self::Set;
+}
+
+macro_rules! sets_of {
+    ($any:ident, $variant:ident, $engine:ident, $set:ty) => {
+        impl Of<$engine> for $any {
+            type Set = $set;
+            fn of(&self, _: &$engine) -> &$set {
+                match self {
+                    $any::$variant(set) => set,
+                    _ => panic!("a set of another engine"),
+                }
+            }
+        }
+
+        impl From<$set> for $any {
+            fn from(set: $set) -> Self {
+                $any::$variant(set)
+            }
+        }
+    };
+}
+
+sets_of!(AnyStates, Symbolic, SymbolicEngine, symbolic::StateSet);
+sets_of!(AnyStates, Explicit, ExplicitEngine, explicit::StateSet);
+sets_of!(AnyChoices, Symbolic, SymbolicEngine, symbolic::ChoiceSet);
+sets_of!(AnyChoices, Explicit, ExplicitEngine, explicit::ChoiceSet);
+
+/// The one match on the engine: the same words for both.
+macro_rules! on {
+    ($any:expr, $engine:ident => $work:expr) => {
+        match &$any.inner {
+            Inner::Symbolic($engine) => {
+                let $engine = &**$engine;
+                $work
+            }
+            Inner::Explicit($engine) => {
+                let $engine = &**$engine;
+                $work
+            }
+        }
+    };
+}
+
+impl AnyEngine {
+    /// Explores a program with the engine that the settings name.
+    ///
+    /// # Errors
+    /// Those of [`SymbolicEngine::new`] and [`ExplicitEngine::new`].
+    pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
+        Ok(match settings.storage {
+            Storage::Symbolic => SymbolicEngine::new(program, settings)?.into(),
+            Storage::Explicit => ExplicitEngine::new(program, settings)?.into(),
+        })
+    }
+
+    /// Which engine it is.
+    pub fn storage(&self) -> Storage {
+        match &self.inner {
+            Inner::Symbolic(_) => Storage::Symbolic,
+            Inner::Explicit(_) => Storage::Explicit,
+        }
+    }
+
+    /// The symbolic engine, where it is that.
+    pub fn symbolic(&self) -> Option<&Arc<SymbolicEngine>> {
+        match &self.inner {
+            Inner::Symbolic(engine) => Some(engine),
+            Inner::Explicit(_) => None,
+        }
+    }
+
+    /// The program.
+    pub fn program(&self) -> &Arc<Program> {
+        &self.program
+    }
+
+    /// The same states, for expressions of a program with more of them: targets that came later need no
+    /// new exploration.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the program is not the engine's own with more expressions.
+    pub fn reading(&self, program: Arc<Program>) -> Result<Self> {
+        if !program.extends(&self.program) {
+            let message = "the program is not the one that was explored, with more expressions";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        Ok(AnyEngine { inner: self.inner.clone(), program })
+    }
+
+    /// Whether both answer for the same states, so that each takes the sets of the other.
+    pub fn shares(&self, other: &AnyEngine) -> bool {
+        match (&self.inner, &other.inner) {
+            (Inner::Symbolic(a), Inner::Symbolic(b)) => Arc::ptr_eq(a, b),
+            (Inner::Explicit(a), Inner::Explicit(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+}
+
+impl From<SymbolicEngine> for AnyEngine {
+    fn from(engine: SymbolicEngine) -> Self {
+        let program = Arc::clone(engine.program());
+        AnyEngine { inner: Inner::Symbolic(Arc::new(engine)), program }
+    }
+}
+
+impl From<ExplicitEngine> for AnyEngine {
+    fn from(engine: ExplicitEngine) -> Self {
+        let program = Arc::clone(engine.program());
+        AnyEngine { inner: Inner::Explicit(Arc::new(engine)), program }
+    }
+}
+
+/// A region of either engine.
+fn region<S: Into<AnyStates>, C: Into<AnyChoices>>(found: Region<S, C>) -> Region<AnyStates, AnyChoices> {
+    Region { states: found.states.into(), choices: found.choices.into() }
+}
+
+/// What edges are worth, for one of the engines.
+fn moves_of<E: Engine>(engine: &E, moves: &[Moves<AnyStates>]) -> Vec<Moves<E::States>>
+where
+    AnyStates: Of<E, Set = E::States>,
+{
+    let of = |set: &AnyStates| set.of(engine).clone();
+    moves.iter().map(|m| Moves { from: of(&m.from), goal: of(&m.goal), dropped: of(&m.dropped) }).collect()
+}
+
+/// Dropped edges, for one of the engines.
+fn dropped_of<E: Engine>(engine: &E, dropped: &Dropped<AnyStates>) -> Dropped<E::States>
+where
+    AnyStates: Of<E, Set = E::States>,
+{
+    dropped.iter().map(|(from, into)| (from.of(engine).clone(), into.of(engine).clone())).collect()
+}
+
+// Each method goes to the engine itself, those with a body in the trait too: it may have a better one.
+#[deny(clippy::missing_trait_methods, reason = "a default body would bypass the engine's own")]
+impl Engine for AnyEngine {
+    type States = AnyStates;
+    type Choices = AnyChoices;
+
+    fn all_states(&self) -> AnyStates {
+        on!(self, e => e.all_states().into())
+    }
+
+    fn no_states(&self) -> AnyStates {
+        on!(self, e => e.no_states().into())
+    }
+
+    fn initial_states(&self) -> AnyStates {
+        on!(self, e => e.initial_states().into())
+    }
+
+    fn deadlock_states(&self) -> AnyStates {
+        on!(self, e => e.deadlock_states().into())
+    }
+
+    fn rounded_state(&self) -> Option<&State> {
+        on!(self, e => e.rounded_state())
+    }
+
+    fn states_where(&self, predicate: ExprId) -> Result<AnyStates> {
+        on!(self, e => Ok(e.states_where_in(&self.program, predicate)?.into()))
+    }
+
+    fn all_choices(&self) -> AnyChoices {
+        on!(self, e => e.all_choices().into())
+    }
+
+    fn no_choices(&self) -> AnyChoices {
+        on!(self, e => e.no_choices().into())
+    }
+
+    fn union(&self, x: &AnyStates, y: &AnyStates) -> Result<AnyStates> {
+        on!(self, e => Ok(e.union(x.of(e), y.of(e))?.into()))
+    }
+
+    fn intersection(&self, x: &AnyStates, y: &AnyStates) -> Result<AnyStates> {
+        on!(self, e => Ok(e.intersection(x.of(e), y.of(e))?.into()))
+    }
+
+    fn difference(&self, x: &AnyStates, y: &AnyStates) -> Result<AnyStates> {
+        on!(self, e => Ok(e.difference(x.of(e), y.of(e))?.into()))
+    }
+
+    fn is_simpler(&self, x: &AnyStates, y: &AnyStates) -> bool {
+        on!(self, e => e.is_simpler(x.of(e), y.of(e)))
+    }
+
+    fn is_empty(&self, x: &AnyStates) -> bool {
+        on!(self, e => e.is_empty(x.of(e)))
+    }
+
+    fn same_states(&self, x: &AnyStates, y: &AnyStates) -> bool {
+        on!(self, e => e.same_states(x.of(e), y.of(e)))
+    }
+
+    fn union_choices(&self, c: &AnyChoices, d: &AnyChoices) -> Result<AnyChoices> {
+        on!(self, e => Ok(e.union_choices(c.of(e), d.of(e))?.into()))
+    }
+
+    fn common_choices(&self, c: &AnyChoices, d: &AnyChoices) -> Result<AnyChoices> {
+        on!(self, e => Ok(e.common_choices(c.of(e), d.of(e))?.into()))
+    }
+
+    fn without_choices(&self, c: &AnyChoices, d: &AnyChoices) -> Result<AnyChoices> {
+        on!(self, e => Ok(e.without_choices(c.of(e), d.of(e))?.into()))
+    }
+
+    fn has_no_choices(&self, c: &AnyChoices) -> bool {
+        on!(self, e => e.has_no_choices(c.of(e)))
+    }
+
+    fn same_choices(&self, c: &AnyChoices, d: &AnyChoices) -> bool {
+        on!(self, e => e.same_choices(c.of(e), d.of(e)))
+    }
+
+    fn choices_in(&self, c: &AnyChoices, x: &AnyStates) -> Result<AnyChoices> {
+        on!(self, e => Ok(e.choices_in(c.of(e), x.of(e))?.into()))
+    }
+
+    fn sources(&self, c: &AnyChoices) -> Result<AnyStates> {
+        on!(self, e => Ok(e.sources(c.of(e))?.into()))
+    }
+
+    fn entering(&self, c: &AnyChoices, x: &AnyStates) -> Result<AnyChoices> {
+        on!(self, e => Ok(e.entering(c.of(e), x.of(e))?.into()))
+    }
+
+    fn some_successor_in(&self, x: &AnyStates) -> Result<AnyChoices> {
+        on!(self, e => Ok(e.some_successor_in(x.of(e))?.into()))
+    }
+
+    fn every_successor_in(&self, y: &AnyStates) -> Result<AnyChoices> {
+        on!(self, e => Ok(e.every_successor_in(y.of(e))?.into()))
+    }
+
+    fn successors(&self, c: &AnyChoices) -> Result<AnyStates> {
+        on!(self, e => Ok(e.successors(c.of(e))?.into()))
+    }
+
+    fn can_reach(
+        &self,
+        target: &AnyStates,
+        within: &AnyChoices,
+        dropped: &Dropped<AnyStates>,
+    ) -> Result<AnyStates> {
+        on!(self, e => Ok(e.can_reach(target.of(e), within.of(e), &dropped_of(e, dropped))?.into()))
+    }
+
+    fn lose(
+        &self,
+        lost: &AnyStates,
+        won: &AnyStates,
+        within: &AnyChoices,
+        moves: &[Moves<AnyStates>],
+    ) -> Result<Option<(AnyStates, AnyChoices)>> {
+        on!(self, e => {
+            let found = e.lose(lost.of(e), won.of(e), within.of(e), &moves_of(e, moves))?;
+            Ok(found.map(|(lost, left)| (lost.into(), left.into())))
+        })
+    }
+
+    fn stay_within(&self, x: &AnyStates, within: &AnyChoices) -> Result<Region<AnyStates, AnyChoices>> {
+        on!(self, e => Ok(region(e.stay_within(x.of(e), within.of(e))?)))
+    }
+
+    fn almost_surely_reach(
+        &self,
+        target: &AnyStates,
+        within: &AnyChoices,
+    ) -> Result<Region<AnyStates, AnyChoices>> {
+        on!(self, e => Ok(region(e.almost_surely_reach(target.of(e), within.of(e))?)))
+    }
+
+    fn almost_surely_win(
+        &self,
+        start: Region<AnyStates, AnyChoices>,
+        moves: &[Moves<AnyStates>],
+    ) -> Result<Region<AnyStates, AnyChoices>> {
+        on!(self, e => {
+            let start = Region { states: start.states.of(e).clone(), choices: start.choices.of(e).clone() };
+            Ok(region(e.almost_surely_win(start, &moves_of(e, moves))?))
+        })
+    }
+
+    fn count_states(&self, x: &AnyStates) -> Result<Count> {
+        on!(self, e => e.count_states(x.of(e)))
+    }
+
+    fn count_choices(&self, c: &AnyChoices) -> Result<Count> {
+        on!(self, e => e.count_choices(c.of(e)))
+    }
+
+    fn count_transitions(&self, c: &AnyChoices, x: &AnyStates) -> Result<Count> {
+        on!(self, e => e.count_transitions(c.of(e), x.of(e)))
+    }
+
+    fn list_states(&self, x: &AnyStates, limit: usize) -> Result<Vec<State>> {
+        on!(self, e => e.list_states(x.of(e), limit))
+    }
+
+    fn singleton(&self, state: &[i64]) -> Result<AnyStates> {
+        on!(self, e => Ok(e.singleton(state)?.into()))
+    }
+
+    fn contains(&self, x: &AnyStates, state: &[i64]) -> bool {
+        on!(self, e => e.contains(x.of(e), state))
+    }
+
+    fn contains_choice(&self, c: &AnyChoices, state: &[i64], choice: &Choice) -> bool {
+        on!(self, e => e.contains_choice(c.of(e), state, choice))
+    }
+
+    fn usage(&self) -> Usage {
+        on!(self, e => e.usage())
+    }
+
+    fn settings(&self) -> &Settings {
+        on!(self, e => e.settings())
+    }
+}

@@ -1,0 +1,139 @@
+//! The owners for those who embed the library.
+
+use std::sync::Arc;
+
+use meliora::engine::{Count, Engine};
+use meliora::planning::{Picks, Setup};
+use meliora::{Error, Kind, Model, Options, Rank, Settings, SourceFile, Storage};
+
+const TOY: &str = "mdp
+    const int last;
+    module toy
+      s : [0..last] init 0;
+      lost : bool init false;
+      [a] s=0 -> 1/2: (s'=1) + 1/2: (s'=5);
+      [b] s=0 -> 1/2: (s'=2) + 1/2: (s'=3);
+      [c] s=0 -> 1/2: (s'=3) + 1/2: (s'=4);
+      [a] s=5 -> (s'=1);
+    endmodule
+    label \"middle\" = s=2 | s=3;";
+
+fn wishes() -> Arc<SourceFile> {
+    let text = "objective First  = F (s=1 | s=5);
+        objective Second = F (s=2 | s=4);
+        objective Third  = F (s=3);
+        prefer Second, Third > First;";
+    SourceFile::new("toy.pref", text)
+}
+
+fn toy() -> Model {
+    Model::parse(TOY, "last=5").unwrap()
+}
+
+fn stored(storage: Storage) -> Settings {
+    Settings { storage, memory: 64 << 20, ..Settings::default() }
+}
+
+const BOTH: [Storage; 2] = [Storage::Symbolic, Storage::Explicit];
+
+#[test]
+fn targets_and_preferences_that_come_later_explore_nothing_again() {
+    for storage in BOTH {
+        let explored = toy().explore(stored(storage)).unwrap();
+        assert_eq!(explored.engine().storage(), storage);
+        let middle = explored.states_where("\"middle\"").unwrap();
+        assert_eq!(middle.count().unwrap(), Count::from(2u32));
+        let reached = explored.reach(&middle).unwrap();
+        assert_eq!(reached.pmax_one.list(9).unwrap(), [[0, 0], [2, 0], [3, 0]]);
+        assert!(middle.is_subset(&reached.pmin_one).unwrap());
+
+        let mut one = explored.prefer(&wishes(), Options::default()).unwrap();
+        let other = SourceFile::new("other.pref", "objective Fifth = F (s=5 & !lost);");
+        let mut other = explored.prefer(&other, Options::default()).unwrap();
+        one.run(&mut |_| ()).unwrap();
+        other.run(&mut |_| ()).unwrap();
+        assert!(one.engine().shares(explored.engine()) && other.engine().shares(explored.engine()));
+        let start = explored.initial().list(1).unwrap().concat();
+        assert_eq!(one.rank(Kind::Sasi, &start), Rank::Finite(1));
+        assert_eq!(other.rank(Kind::Spi, &start), Rank::Finite(1));
+        assert_eq!(one.levels(Kind::Sasi)[0], one.region("sasi:1").unwrap());
+        assert_eq!(one.regions().iter().filter(|(name, _)| name.starts_with("target:")).count(), 3);
+        // Regions of one exploration go together, whatever they come of.
+        let fifth = other.region("target:Fifth").unwrap();
+        assert!(fifth.is_subset(&one.region("target:First").unwrap()).unwrap());
+    }
+}
+
+#[test]
+fn a_strategy_outlives_what_it_was_made_of() {
+    for storage in BOTH {
+        let model = toy();
+        let start = model.state("s=0").unwrap();
+        let mut strategy = {
+            let mut planning =
+                model.explore(stored(storage)).unwrap().prefer(&wishes(), Options::default()).unwrap();
+            assert!(matches!(planning.strategy(Kind::Sasi), Err(Error::Usage(_))));
+            planning.run(&mut |_| ()).unwrap();
+            planning.strategy(Kind::Sasi).unwrap()
+        };
+        assert_eq!(strategy.permitted(&start).unwrap(), ["b", "c"]);
+        let setup = Setup { picks: Picks::Permissive, runs: 20, steps: 50, seed: 1 };
+        let tally = strategy.simulate(setup, &start).unwrap();
+        assert_eq!((tally.plays, tally.fewer_than(1)), (20, 0));
+    }
+}
+
+#[test]
+fn sets_know_where_they_are_from() {
+    for storage in BOTH {
+        let model = toy();
+        let (one, other) = (model.explore(stored(storage)).unwrap(), model.explore(stored(storage)).unwrap());
+        assert!(matches!(one.states().union(&other.states()), Err(Error::Usage(_))));
+        assert!(matches!(one.reach(&other.initial()), Err(Error::Usage(_))));
+        assert_ne!(one.initial(), other.initial());
+        assert_eq!(one.initial(), one.states_where("s = 0").unwrap());
+        assert_eq!(one.initial().complement().unwrap().complement().unwrap(), one.initial());
+        assert_eq!(one.initial().to_string(), "{s=0,lost=false}");
+        let shown = "{s=0,lost=false; s=1,lost=false; s=2,lost=false; … and 3 more}";
+        assert_eq!(one.states().to_string(), shown);
+        assert!(one.states().contains(&[5, 0]) && !one.states().contains(&[5, 1]));
+        assert!(!one.states().contains(&[5]) && one.singleton(&[5]).is_err());
+        assert_eq!(one.singleton(&[5, 1]).unwrap().count().unwrap(), Count::ZERO);
+    }
+}
+
+#[test]
+fn a_program_that_was_not_explored_is_refused() {
+    let explored = toy().explore(Settings::default()).unwrap();
+    let other = Model::parse(TOY, "last=5").unwrap();
+    assert!(matches!(explored.engine().reading(Arc::clone(other.program())), Err(Error::Usage(_))));
+    assert!(explored.engine().reading(Arc::clone(explored.program())).is_ok());
+}
+
+#[test]
+#[should_panic(expected = "a set of another engine")]
+fn an_engine_takes_no_set_of_the_other_sort() {
+    let [one, other] = BOTH.map(|storage| toy().explore(stored(storage)).unwrap());
+    one.engine().is_empty(other.states().set());
+}
+
+#[test]
+fn errors_have_their_places() {
+    let explored = toy().explore(Settings::default()).unwrap();
+    let place = |error: Error| match error {
+        Error::Input(wrong) => wrong[0].position(),
+        other => panic!("{other}"),
+    };
+    assert_eq!(place(Model::parse("mdp\nmodule", "").unwrap_err()), (2, 7));
+    assert_eq!(place(Model::parse(TOY, "first=5").unwrap_err()), (1, 1));
+    assert_eq!(place(explored.states_where("s = t").unwrap_err()), (1, 5));
+    assert!(matches!(Model::open("no/such/file.prism", ""), Err(Error::Io { .. })));
+}
+
+#[test]
+fn states_are_values_by_name() {
+    let model = toy();
+    let state = model.state("s=3,lost=true").unwrap();
+    let values: Vec<String> = model.values(&state).map(|(name, value)| format!("{name}:{value}")).collect();
+    assert_eq!(values, ["s:3", "lost:true"]);
+}
