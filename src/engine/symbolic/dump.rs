@@ -294,6 +294,10 @@ fn arc<'id>(m: &ManagerOf<'id>, known: &AHashMap<usize, Edge>, edge: Ref<'_, Edg
 
 /// Functions out of a diagram; `offset` variables stand above the bits of the states.
 fn load(store: &Store, diagram: &Diagram, offset: u32, edges: &[Edge]) -> Result<Vec<Bdd>> {
+    store.deep(|| load_deep(store, diagram, offset, edges))
+}
+
+fn load_deep(store: &Store, diagram: &Diagram, offset: u32, edges: &[Edge]) -> Result<Vec<Bdd>> {
     let wanted = wanted(diagram, edges);
     let mut built: Vec<[Option<Bdd>; 2]> = Vec::with_capacity(diagram.nodes.len());
     let get = |built: &[[Option<Bdd>; 2]], edge: Edge| match edge.id().checked_sub(2) {

@@ -19,7 +19,9 @@ use oxidd::{
 use super::diagram::{Diagram, ManagerOf};
 use super::lists::{List, Lists};
 use super::losing::{Known, Loss, Part};
-use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, manager};
+use super::tables::{
+    BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, cache_for_nodes, manager,
+};
 use super::thresholds::{Thresholds, Work};
 use super::touched::Touched;
 use super::walk::{Direction, Halt, Walk};
@@ -31,10 +33,6 @@ pub(super) type Bdd = BDDFunction;
 
 /// What a recursion takes of the stack for a bit of a state, those of OxiDD within ours.
 const STACK_PER_BIT: usize = 4 << 10;
-/// So many entries of the operation cache for a node of the states.
-const CACHE_PER_NODE: u64 = 200;
-/// More entries gain nothing.
-const LARGEST_CACHE: u64 = 1 << 23;
 /// OxiDD aborts the process at 2^31 nodes: stay well below.
 const MOST_NODES: u64 = 1 << 30;
 /// OxiDD hands nodes to its threads in blocks of 2^16, and what one thread holds no other can use:
@@ -68,7 +66,8 @@ impl Store {
     /// # Errors
     /// The memory is too little for an empty table, or the system does not give them or the threads.
     pub(super) fn new(width: usize, threads: u32, settings: &Settings) -> Result<Self> {
-        Store::sized(width, threads, settings, settings.thresholds.first_cache)
+        let entries = settings.thresholds.first_cache.min(cache_for_bits(width));
+        Store::sized(width, threads, settings, entries)
     }
 
     /// The same with an operation cache of so many entries, if that is not too much of the memory.
@@ -112,7 +111,7 @@ impl Store {
     /// OxiDD's tables do not grow, and it is the states that tell how much work is to come: the
     /// fixpoints after exploring take hundreds of nodes for each node of theirs.
     pub(super) fn larger(&self, states: &Bdd, threads: u32, settings: &Settings) -> Option<Self> {
-        let wanted = (self.size(states) as u64 * CACHE_PER_NODE).next_power_of_two().min(LARGEST_CACHE);
+        let wanted = cache_for_nodes(self.size(states));
         if cache_entries(settings.memory, wanted) <= self.cache_entries {
             return None;
         }
@@ -328,8 +327,9 @@ impl Store {
         self.manager.with_manager_shared(work)
     }
 
-    /// Runs a recursion as deep as states have bits, with a stack that holds it.
-    fn deep<T>(&self, recursion: impl FnOnce() -> T) -> T {
+    /// Runs a recursion as deep as states have bits, with a stack that holds it. Within another one
+    /// it costs nothing: a loop over many operations runs in one.
+    pub(super) fn deep<T>(&self, recursion: impl FnOnce() -> T) -> T {
         stacker::maybe_grow(self.stack, 2 * self.stack, recursion)
     }
 

@@ -9,6 +9,14 @@ pub(super) const BYTES_PER_NODE: u64 = 32;
 /// What an entry of the operation cache takes.
 pub(super) const BYTES_PER_ENTRY: u64 = 20;
 
+/// The first operation cache has no more entries than 2 to the bits of a state and so many: a narrow
+/// model is not worth clearing a large one for.
+const CACHE_BITS_MORE: u32 = 6;
+/// So many entries of the operation cache for a node of the states.
+const CACHE_PER_NODE: u64 = 200;
+/// More entries gain nothing.
+const LARGEST_CACHE: u64 = 1 << 23;
+
 /// A manager, if the system gives its memory and its threads.
 ///
 /// OxiDD takes both for granted: without the memory it aborts the process, without the threads, each
@@ -28,6 +36,16 @@ pub(super) fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result
         );
         Limit::System { what }.into()
     })
+}
+
+/// So many entries of the operation cache are enough for states of so many bits.
+pub(super) fn cache_for_bits(width: usize) -> u64 {
+    1u64.checked_shl(width as u32 + CACHE_BITS_MORE).unwrap_or(u64::MAX)
+}
+
+/// So many entries of the operation cache are worth having where the states have so many nodes.
+pub(super) fn cache_for_nodes(nodes: usize) -> u64 {
+    (nodes as u64 * CACHE_PER_NODE).next_power_of_two().min(LARGEST_CACHE)
 }
 
 /// So many entries, but no more than an eighth of the memory; 2^10 at least.
