@@ -8,11 +8,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
 use meliora::error::{Diagnostic, Error, Kind, SourceFile};
-use meliora::lang::named::{Asked, Property};
+use meliora::lang::ltl::{Formula, Watching};
+use meliora::lang::named::{self, Property};
 use meliora::lang::property::{Bound, Strategies};
 use meliora::lang::{self, Given};
 use meliora::model::expr::ExprId;
 use meliora::model::preference::{Empty, Preferences};
+use meliora::model::temporal::{Begin, Condition};
 use meliora::model::{ModelKind, Program, fault};
 use meliora::output::Number;
 
@@ -34,16 +36,42 @@ pub(super) struct Question {
     pub(super) overlap: Option<ExprId>,
 }
 
-/// A model with a target.
-pub(super) struct Target {
-    /// The model, with the target in its pool.
+/// A model with what is asked of it.
+pub(super) struct Asked {
+    /// The model, with the targets in its pool.
     pub(super) program: Arc<Program>,
-    /// The target.
-    pub(super) expression: ExprId,
-    /// What `--property` asks of the initial states.
-    pub(super) property: Option<(Strategies, Bound)>,
+    /// What is asked, in the order of the command line.
+    pub(super) questions: Vec<Asking>,
     /// See [`Loaded::overlap`].
     pub(super) overlap: Option<ExprId>,
+}
+
+/// A question about a model.
+pub(super) struct Asking {
+    /// As it was asked.
+    pub(super) text: String,
+    /// What plays are to do.
+    pub(super) goal: Goal,
+    /// What `--property` asks of the initial states.
+    pub(super) property: Option<(Strategies, Bound)>,
+}
+
+/// What plays are to do.
+pub(super) enum Goal {
+    /// To reach these states.
+    Target(ExprId),
+    /// To satisfy a temporal formula.
+    Formula(Watched),
+}
+
+/// A model with the observers of one formula.
+pub(super) struct Watched {
+    /// The model with them.
+    pub(super) program: Arc<Program>,
+    /// What is asked of their marks.
+    pub(super) condition: Condition,
+    /// Where they are fresh.
+    pub(super) fresh: ExprId,
 }
 
 /// A model that was read.
@@ -140,42 +168,66 @@ pub(super) fn certified(
     preferred(loaded(model, given, watch)?, preferences, watch)
 }
 
-/// Reads the model, and the target or the property.
+/// Reads the model, and the target or the properties.
 ///
 /// # Errors
-/// The file, the constants or the expression are wrong.
-pub(super) fn target(
+/// The file, the constants or an expression are wrong.
+pub(super) fn asked(
     args: &ModelArgs,
     target: Option<&str>,
-    property: Option<&str>,
+    properties: &[String],
     watch: &Watch,
-) -> Result<Target, Error> {
+) -> Result<Asked, Error> {
     let Loaded { mut program, named, overlap } = parsed(args, watch)?;
-    if let Some(named) = property.and_then(|name| named.iter().find(|p| p.name == name)) {
-        let Asked { target: expression, compared: property } = asked(named)?;
-        return Ok(Target { program: Arc::new(program), expression, property, overlap });
+    let mut questions = Vec::new();
+    if let Some(text) = target {
+        let source = SourceFile::new("--target", text);
+        let tree = lang::parse_expression(&source)?;
+        let goal = Goal::Target(lang::lower_target(&mut program, &source, &tree)?);
+        questions.push(Asking { text: text.to_owned(), goal, property: None });
     }
-    let (source, tree, property) = match property {
-        Some(text) => {
-            let source = SourceFile::new("--property", text);
-            let property = lang::parse_property(&source)?;
-            (source, property.target, Some((property.strategies, property.bound)))
-        }
-        None => {
-            let source = SourceFile::new("--target", target.unwrap_or_default());
-            let tree = lang::parse_expression(&source)?;
-            (source, tree, None)
-        }
-    };
-    let expression = lang::lower_target(&mut program, &source, &tree)?;
-    Ok(Target { program: Arc::new(program), expression, property, overlap })
+    for text in properties {
+        let (goal, property) = match named.iter().find(|p| p.name == *text) {
+            Some(named) => {
+                let found = of_model(named)?;
+                (Goal::Target(found.target), found.compared)
+            }
+            None => {
+                let source = SourceFile::new("--property", text.as_str());
+                let property = lang::parse_property(&source)?;
+                let asks = Some((property.strategies, property.bound));
+                (goal(&mut program, &source, &property.formula)?, asks)
+            }
+        };
+        questions.push(Asking { text: text.clone(), goal, property });
+    }
+    Ok(Asked { program: Arc::new(program), questions, overlap })
+}
+
+/// What a formula asks: a target, or observers beside the model.
+///
+/// # Errors
+/// The formula is wrong, or not supported.
+pub(super) fn goal(
+    program: &mut Program,
+    source: &Arc<SourceFile>,
+    formula: &Formula,
+) -> Result<Goal, Error> {
+    if let Some(target) = formula.reachability() {
+        return Ok(Goal::Target(lang::lower_target(program, source, target)?));
+    }
+    let mut watched = program.clone();
+    let mut watching = Watching::new(&mut watched);
+    let condition = watching.watch(source, formula, "property")?;
+    let fresh = watching.finish(Begin::Everywhere)?;
+    Ok(Goal::Formula(Watched { program: Arc::new(watched), condition, fresh }))
 }
 
 /// What a property of the model asks.
 ///
 /// # Errors
 /// It is no reachability.
-fn asked(property: &Property) -> Result<Asked, Error> {
+fn of_model(property: &Property) -> Result<named::Asked, Error> {
     property.asks.clone().map_err(|reason| {
         let source = SourceFile::new("--property", property.name.as_str());
         let message = format!("the property \"{}\" of the model cannot be answered: {reason}", property.name);

@@ -1,4 +1,6 @@
-//! `meliora reach --properties FILE`: all qualitative properties of a file, with one engine.
+//! `meliora reach` with several properties, those of a file or of the command line.
+//!
+//! All reachabilities share one engine; a temporal formula has one of its own, with its observers.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -6,107 +8,170 @@ use std::sync::Arc;
 use meliora::engine::Engine;
 use meliora::engine::regions;
 use meliora::error::Error;
-use meliora::lang::property_file::Stated;
-use meliora::lang::{lower_target, parse_properties};
+use meliora::lang::parse_properties;
+use meliora::lang::property::{Bound, Strategies};
 use meliora::model::Program;
-use meliora::model::expr::ExprId;
 use meliora::output::PropertiesReport;
 use meliora::output::properties::PropertyAnswer;
 use meliora::output::report::{Counts, ModelSummary};
+use meliora::planning::temporal;
 
 use super::exit::Status;
-use super::load;
+use super::load::{self, Asked, Asking, Goal};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::reach::satisfying;
 use super::supervise::{Desk, supervise};
 
 /// What is asked of which model.
-pub(super) struct Asked {
+pub(super) struct Questions {
     pub(super) model: ModelArgs,
     pub(super) engine: EngineArgs,
     pub(super) file: PathBuf,
     pub(super) only: Option<String>,
 }
 
-/// Runs the command.
+/// Runs the command for a file.
 ///
 /// # Errors
 /// The input is wrong.
-pub(super) fn run(asked: Asked, shown: &ShownArgs) -> Result<Status, Error> {
-    let file = asked.file.display().to_string();
-    let (engine, scope) = (asked.engine.engine.name(), asked.model.scope.into());
-    let report = PropertiesReport::new(&asked.model.path(), &file, engine, scope);
-    let shown = shown.of(&asked.model);
-    supervise(report, asked.model.timeout, &shown, move |desk| work(desk, &asked))
+pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Error> {
+    let file = questions.file.display().to_string();
+    let Questions { model, engine, .. } = &questions;
+    let report = PropertiesReport::new(&model.path(), Some(&file), engine.engine.name(), model.scope.into());
+    let shown = shown.of(&questions.model);
+    supervise(report, questions.model.timeout, &shown, move |desk| {
+        let (asked, open) = desk.timed("parse", || read(desk, &questions), |_, _| ())?;
+        work(desk, &questions.model, &questions.engine, &asked, &open)
+    })
 }
 
-/// A property that can be answered: its position in the report, and its target.
-type Open = (usize, Stated, ExprId);
-
-fn work(desk: &Desk<PropertiesReport>, asked: &Asked) -> Result<(), Error> {
-    let read = || read(desk, asked);
-    let (program, open, overlap) = desk.timed("parse", read, |_, _| ())?;
-    desk.update(|r| r.model = ModelSummary::of(&asked.model.path(), &program));
-    let build = || load::engine(&program, &asked.model, asked.engine.engine, &desk.watch);
-    let engine = desk.timed("build", build, |_, _| ())?;
-    answer(desk, &engine, &program, overlap, &open)
+/// Runs the command for properties of the command line.
+///
+/// # Errors
+/// The input is wrong.
+pub(super) fn several(
+    model: ModelArgs,
+    engine: EngineArgs,
+    properties: Vec<String>,
+    shown: &ShownArgs,
+) -> Result<Status, Error> {
+    let report = PropertiesReport::new(&model.path(), None, engine.engine.name(), model.scope.into());
+    let (shown, timeout) = (shown.of(&model), model.timeout);
+    supervise(report, timeout, &shown, move |desk| {
+        let read = || load::asked(&model, None, &properties, &desk.watch);
+        let asked = desk.timed("parse", read, |_, _| ())?;
+        let open: Vec<usize> = (0..asked.questions.len()).collect();
+        desk.update(|r| {
+            let entry = |q: &Asking| PropertyAnswer::open(None, q.text.clone(), None);
+            r.properties = asked.questions.iter().map(entry).collect();
+        });
+        work(desk, &model, &engine, &asked, &open)
+    })
 }
 
-/// The model with what the file defines, and the properties that can be answered.
-#[allow(clippy::type_complexity, reason = "three results of one reading")]
-fn read(
-    desk: &Desk<PropertiesReport>,
-    asked: &Asked,
-) -> Result<(Arc<Program>, Vec<Open>, Option<ExprId>), Error> {
-    let (program, overlap) = load::program(&asked.model, &desk.watch)?;
+/// The model with what the file defines, the properties that can be answered, and where these stand in the
+/// report.
+fn read(desk: &Desk<PropertiesReport>, questions: &Questions) -> Result<(Asked, Vec<usize>), Error> {
+    let (program, overlap) = load::program(&questions.model, &desk.watch)?;
     let mut program = Arc::unwrap_or_clone(program);
-    let source = load::read(&asked.file)?;
+    let source = load::read(&questions.file)?;
     let mut stated = parse_properties(&source, &mut program)?;
-    if let Some(only) = &asked.only {
+    if let Some(only) = &questions.only {
         stated.retain(|s| s.name.as_ref() == Some(only));
         if stated.is_empty() {
             return Err(Error::Usage(format!("no property of {} is called `{only}`", source.name)));
         }
     }
-    let mut open = Vec::new();
+    let (mut open, mut asking) = (Vec::new(), Vec::new());
     for (position, stated) in stated.into_iter().enumerate() {
         let reason = stated.property.as_ref().err().cloned();
-        let entry = PropertyAnswer::open(stated.name.clone(), stated.text.clone(), reason);
+        let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
         desk.update(|r| r.properties.push(entry));
         if let Ok(property) = &stated.property {
-            let target = lower_target(&mut program, &stated.source, &property.target)?;
-            open.push((position, stated, target));
+            let goal = load::goal(&mut program, &stated.source, &property.formula)?;
+            let asks = Some((property.strategies, property.bound));
+            asking.push(Asking { text: stated.text, goal, property: asks });
+            open.push(position);
         }
     }
-    Ok((Arc::new(program), open, overlap))
+    Ok((Asked { program: Arc::new(program), questions: asking, overlap }, open))
+}
+
+/// Answers the reachabilities with one engine, then each formula with its own.
+fn work(
+    desk: &Desk<PropertiesReport>,
+    model: &ModelArgs,
+    engine: &EngineArgs,
+    asked: &Asked,
+    open: &[usize],
+) -> Result<(), Error> {
+    desk.update(|r| r.model = ModelSummary::of(&model.path(), &asked.program));
+    let all = || asked.questions.iter().zip(open.iter().copied());
+    let plain: Vec<_> = all().filter(|(q, _)| matches!(q.goal, Goal::Target(_))).collect();
+    if !plain.is_empty() || asked.questions.is_empty() {
+        run_engine(desk, model, engine, asked, &asked.program, &plain)?;
+    }
+    for question in all() {
+        if let Goal::Formula(watched) = &question.0.goal {
+            run_engine(desk, model, engine, asked, &watched.program, &[question])?;
+        }
+    }
+    Ok(())
+}
+
+fn run_engine(
+    desk: &Desk<PropertiesReport>,
+    model: &ModelArgs,
+    engine: &EngineArgs,
+    asked: &Asked,
+    program: &Arc<Program>,
+    questions: &[(&Asking, usize)],
+) -> Result<(), Error> {
+    let build = || load::engine(program, model, engine.engine, &desk.watch);
+    let engine = desk.timed("build", build, |_, _| ())?;
+    answer(desk, &engine, asked, questions)
 }
 
 fn answer<E: Engine>(
     desk: &Desk<PropertiesReport>,
     engine: &E,
-    program: &Program,
-    overlap: Option<ExprId>,
-    open: &[Open],
+    asked: &Asked,
+    questions: &[(&Asking, usize)],
 ) -> Result<(), Error> {
-    let counts = desk.timed("count", || Counts::of(engine), |_, _| ())?;
-    load::warn_of_states(&desk.watch, engine, program, &counts.deadlocks.0, overlap)?;
-    desk.update(|r| r.counts = Some(counts));
+    let judged = match questions.first().map(|q| &q.0.goal) {
+        Some(Goal::Formula(watched)) => engine.states_where(watched.fresh)?,
+        _ => engine.all_states(),
+    };
+    let counts = desk.timed("count", || Counts::within(engine, &judged), |_, _| ())?;
+    let mut known = false;
+    desk.update(|r| known = r.counts.is_some());
+    if !known {
+        load::warn_of_states(&desk.watch, engine, &asked.program, &counts.deadlocks.0, asked.overlap)?;
+        desk.update(|r| r.counts = Some(counts));
+    }
     let initial = engine.initial_states();
-    for (position, stated, target) in open {
-        let Ok(property) = &stated.property else { continue };
-        let states = engine.states_where(*target)?;
-        let found = desk.timed("regions", || regions::regions(engine, &states), |_, _| ())?;
+    for &(asking, position) in questions {
+        let find = || match &asking.goal {
+            Goal::Target(target) => regions::regions(engine, &engine.states_where(*target)?),
+            Goal::Formula(watched) => {
+                temporal::judged(engine, watched.fresh, temporal::regions(engine, &watched.condition)?)
+            }
+        };
+        let found = desk.timed("regions", find, |_, _| ())?;
         let size = |x: &E::States| engine.count_states(x).map(|n| Some(n.into()));
         let (pmax_one, pmax_positive) = (size(&found.pmax_one)?, size(&found.pmax_positive)?);
         let (pmin_one, pmin_positive) = (size(&found.pmin_one)?, size(&found.pmin_positive)?);
-        let satisfying = satisfying(engine, (property.strategies, property.bound), found)?;
-        let holds = engine.is_empty(&engine.difference(&initial, &satisfying)?);
+        let truth = |asks: (Strategies, Bound)| {
+            let satisfying = satisfying(engine, asks, found)?;
+            Ok::<_, Error>(engine.is_empty(&engine.difference(&initial, &satisfying)?))
+        };
+        let holds = asking.property.map(truth).transpose()?;
         desk.update(|r| {
-            let answer = &mut r.properties[*position];
+            let answer = &mut r.properties[position];
             (answer.pmax_one, answer.pmax_positive) = (pmax_one, pmax_positive);
             (answer.pmin_one, answer.pmin_positive) = (pmin_one, pmin_positive);
-            answer.holds = Some(holds);
-            r.memory.peak_nodes = engine.usage().peak_nodes;
+            answer.holds = holds;
+            r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
         });
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! `meliora reach`: the four qualitative regions of one target.
+//! `meliora reach`: the four qualitative regions of a target, or of a temporal formula.
 
 use std::path::PathBuf;
 
@@ -7,31 +7,36 @@ use meliora::engine::regions::{self, Regions};
 use meliora::engine::{Count, Engine};
 use meliora::error::Error;
 use meliora::lang::property::{Bound, Strategies};
+use meliora::model::expr::ExprId;
+use meliora::model::temporal::Condition;
 use meliora::output::reach::{InitialShare, ReachTime, Share};
 use meliora::output::report::{Counts, ModelSummary};
 use meliora::output::{Number, ReachReport};
+use meliora::planning::temporal;
 
 use super::exit::Status;
-use super::load::{self, Target};
+use super::load::{self, Asked, Asking, Goal};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::properties;
 use super::supervise::{Desk, supervise};
 use super::sweep::{self, SweepArgs};
 
-/// From which states can, or must, a target be reached: surely or possibly?
+/// From which states can, or must, a target be reached, or a temporal formula hold: surely or possibly?
 #[derive(Debug, Clone, Args)]
 #[command(group = clap::ArgGroup::new("question").required(true))]
 pub(super) struct ReachArgs {
     #[command(flatten)]
     model: ModelArgs,
 
-    /// The target, an expression of the model's language: 'x = 3 & "goal"'
+    /// The target, an expression of the model's language: 'x = 3 & "goal"'; for more than to reach it see
+    /// --property
     #[arg(long, value_name = "EXPR", group = "question", allow_hyphen_values = true)]
     target: Option<String>,
 
-    /// A property, whose truth in the initial states is told too: 'P>=1 [ F "goal" ]'
+    /// A property, whose truth in the initial states is told too: 'P>=1 [ F "goal" ]', 'P>0 [ G F a ]'; may be
+    /// given several times
     #[arg(long, value_name = "PROPERTY", group = "question")]
-    property: Option<String>,
+    property: Vec<String>,
 
     /// A property file of PRISM's: answers the qualitative properties, and says why not the others
     #[arg(long, value_name = "FILE", group = "question")]
@@ -60,9 +65,13 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     }
     if let Some(file) = args.properties {
         let ReachArgs { model, engine, only, shown, .. } = args;
-        return properties::run(properties::Asked { model, engine, file, only }, &shown);
+        return properties::run(properties::Questions { model, engine, file, only }, &shown);
     }
-    let asked = args.target.as_ref().or(args.property.as_ref()).cloned().unwrap_or_default();
+    if args.property.len() > 1 {
+        let ReachArgs { model, engine, property, shown, .. } = args;
+        return properties::several(model, engine, property, &shown);
+    }
+    let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
     let report =
         ReachReport::new(&args.model.path(), args.engine.engine.name(), args.model.scope.into(), &asked);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
@@ -70,40 +79,50 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
 }
 
 fn work(desk: &Desk<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
-    let read = || load::target(&args.model, args.target.as_deref(), args.property.as_deref(), &desk.watch);
-    let target = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &target.program));
-    let build = || load::engine(&target.program, &args.model, args.engine.engine, &desk.watch);
+    let read = || load::asked(&args.model, args.target.as_deref(), &args.property, &desk.watch);
+    let asked = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &asked.program));
+    let Some(asking) = asked.questions.first() else { return Ok(()) };
+    let program = match &asking.goal {
+        Goal::Target(_) => &asked.program,
+        Goal::Formula(watched) => &watched.program,
+    };
+    let build = || load::engine(program, &args.model, args.engine.engine, &desk.watch);
     let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-    answer(desk, &engine, &target)
+    answer(desk, &engine, &asked, asking)
 }
 
 /// All four regions, each of which is in the report as soon as it is known.
-fn answer<E: Engine>(desk: &Desk<ReachReport>, engine: &E, target: &Target) -> Result<(), Error> {
+fn answer<E: Engine>(
+    desk: &Desk<ReachReport>,
+    engine: &E,
+    asked: &Asked,
+    asking: &Asking,
+) -> Result<(), Error> {
+    let judged = match &asking.goal {
+        Goal::Target(_) => engine.all_states(),
+        Goal::Formula(watched) => engine.states_where(watched.fresh)?,
+    };
     let counts = desk.timed(
         "count",
-        || Counts::of(engine),
+        || Counts::within(engine, &judged),
         |r, s| {
             r.time.build = Some(r.time.build.unwrap_or(0.0) + s);
         },
     )?;
-    load::warn_of_states(&desk.watch, engine, &target.program, &counts.deadlocks.0, target.overlap)?;
+    load::warn_of_states(&desk.watch, engine, &asked.program, &counts.deadlocks.0, asked.overlap)?;
     desk.update(|r| r.counts = Some(counts));
-    let states = engine.states_where(target.expression)?;
-    let size = engine.count_states(&states)?;
-    if size == Count::ZERO {
-        desk.watch.warn("no state satisfies the target");
-    }
-    desk.update(|r| r.target = Some(size.into()));
-    let search = Search { desk, engine };
-    let pmax_positive = search.region(&PMAX_POSITIVE, || regions::pmax_positive(engine, &states))?;
-    let pmax_one = search.region(&PMAX_ONE, || regions::pmax_one(engine, &states))?;
-    let pmin_positive = search.region(&PMIN_POSITIVE, || regions::pmin_positive(engine, &states))?;
-    let pmin_one = search.region(&PMIN_ONE, || regions::pmin_one(engine, &states, &pmin_positive))?;
-    if let Some(property) = target.property {
-        let found = Regions { pmax_one, pmax_positive, pmin_one, pmin_positive };
-        let share = search.share(&satisfying(engine, property, found)?)?;
-        desk.update(|r| r.holds = Some(share == Share::All));
+    let search = Search { desk, engine, judged };
+    let found = match &asking.goal {
+        Goal::Target(target) => search.target(*target)?,
+        Goal::Formula(watched) => search.formula(&watched.condition)?,
+    };
+    if let Some(property) = asking.property {
+        let holds = search.share(&satisfying(engine, property, found)?)? == Share::All;
+        desk.update(|r| {
+            r.holds = Some(holds);
+            r.list_property();
+        });
     }
     Ok(())
 }
@@ -167,15 +186,56 @@ const PMIN_ONE: Slot = Slot {
 struct Search<'a, E: Engine> {
     desk: &'a Desk<ReachReport>,
     engine: &'a E,
+    /// From which states plays are judged: with observers, where these are fresh.
+    judged: E::States,
 }
 
 impl<E: Engine> Search<'_, E> {
+    /// The regions of a target.
+    fn target(&self, target: ExprId) -> Result<Regions<E::States>, Error> {
+        let engine = self.engine;
+        let states = engine.states_where(target)?;
+        let size = engine.count_states(&states)?;
+        if size == Count::ZERO {
+            self.desk.watch.warn("no state satisfies the target");
+        }
+        self.desk.update(|r| r.target = Some(size.into()));
+        let pmax_positive = self.region(&PMAX_POSITIVE, || regions::pmax_positive(engine, &states))?;
+        let pmax_one = self.region(&PMAX_ONE, || regions::pmax_one(engine, &states))?;
+        let pmin_positive = self.region(&PMIN_POSITIVE, || regions::pmin_positive(engine, &states))?;
+        let pmin_one = self.region(&PMIN_ONE, || regions::pmin_one(engine, &states, &pmin_positive))?;
+        Ok(Regions { pmax_one, pmax_positive, pmin_one, pmin_positive })
+    }
+
+    /// The regions of what is asked of marks: what no strategy against it wins is won by every strategy.
+    fn formula(&self, condition: &Condition) -> Result<Regions<E::States>, Error> {
+        let (engine, all) = (self.engine, self.engine.all_states());
+        let mut own = (engine.no_states(), engine.no_states());
+        let pmax_positive = self.region(&PMAX_POSITIVE, || {
+            own.0 = temporal::secured(engine, condition)?;
+            own.1 = regions::pmax_positive(engine, &own.0)?;
+            Ok(own.1.clone())
+        })?;
+        let pmax_one = self.region(&PMAX_ONE, || temporal::almost_surely(engine, &own.0, &own.1))?;
+        let mut against = (engine.no_states(), engine.no_states());
+        let pmin_one = self.region(&PMIN_ONE, || {
+            against.0 = temporal::secured(engine, &condition.negated())?;
+            against.1 = regions::pmax_positive(engine, &against.0)?;
+            engine.difference(&all, &against.1)
+        })?;
+        let pmin_positive = self.region(&PMIN_POSITIVE, || {
+            engine.difference(&all, &temporal::almost_surely(engine, &against.0, &against.1)?)
+        })?;
+        Ok(Regions { pmax_one, pmax_positive, pmin_one, pmin_positive })
+    }
+
     /// Computes a region and writes it into the report.
     fn region(
         &self,
         slot: &Slot,
         work: impl FnOnce() -> Result<E::States, Error>,
     ) -> Result<E::States, Error> {
+        let work = || self.engine.intersection(&work()?, &self.judged);
         let states = self.desk.timed(slot.name, work, |r, s| *(slot.time)(&mut r.time) = Some(s))?;
         let size = self.engine.count_states(&states)?;
         let share = self.share(&states)?;

@@ -5,6 +5,7 @@ pub mod check;
 pub mod flat;
 pub mod jani;
 mod load;
+pub mod ltl;
 mod mistaken;
 pub mod named;
 mod names;

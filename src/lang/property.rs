@@ -1,8 +1,9 @@
-//! Properties whose answer is a set of states decided without numbers: `P>=1 [ F e ]` and its kin.
+//! Properties whose answer is a set of states decided without numbers: `P>=1 [ ψ ]` and its kin.
 
 use std::sync::Arc;
 
-use super::ast::{Expr, Span};
+use super::ast::Span;
+use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
@@ -16,7 +17,7 @@ pub enum Strategies {
     Some,
 }
 
-/// What the probability to reach the target must be.
+/// What the probability must be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bound {
     /// 1
@@ -29,15 +30,15 @@ pub enum Bound {
     Zero,
 }
 
-/// A qualitative reachability property.
+/// A qualitative property.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Property {
     /// For all strategies, or for some.
     pub strategies: Strategies,
-    /// What each of these strategies reaches the target with.
+    /// What each of these strategies satisfies the formula with.
     pub bound: Bound,
-    /// The target.
-    pub target: Expr,
+    /// What is asked of plays.
+    pub formula: Formula,
 }
 
 /// Which extreme probability an operator names.
@@ -48,7 +49,7 @@ enum Extreme {
     Max,
 }
 
-/// Reads a property such as `P>=1 [ F "done" ]`, `P<1 [ F x=3 ]` or `Pmax>0 [ F e ]`.
+/// Reads a property such as `P>=1 [ F "done" ]`, `P<1 [ G !(F x=3) ]` or `Pmax>0 [ a U b ]`.
 ///
 /// `P` with a bound holds in a state when every strategy satisfies it (PRISM's meaning for MDPs);
 /// `Pmin` and `Pmax` compare the smallest and the largest probability (Storm's forms).
@@ -68,11 +69,11 @@ impl Parser<'_> {
         let (comparison, value) = self.bound(start)?;
         let (strategies, bound) = self.meaning(extreme, comparison, value, start)?;
         self.expect(Token::LeftBracket)?;
-        let target = self.eventually()?;
+        let formula = self.temporal_formula()?;
         self.expect(Token::RightBracket)?;
         self.eat(Token::Semicolon);
         self.expect(Token::End)?;
-        Ok(Property { strategies, bound, target })
+        Ok(Property { strategies, bound, formula })
     }
 
     fn operator(&mut self) -> Parsed<Extreme> {
@@ -165,30 +166,5 @@ impl Parser<'_> {
             _ => Strategies::All,
         };
         Ok((strategies, bound))
-    }
-
-    /// `F e`, and nothing else of temporal logic.
-    fn eventually(&mut self) -> Parsed<Expr> {
-        let span = self.here();
-        if !self.eat_word("F") {
-            let message = "only reachability, `F e`, is supported between the brackets";
-            self.report(self.unsupported(span, message).help("write `[ F condition ]`"));
-            return Err(Failed);
-        }
-        if matches!(
-            self.peek(),
-            Token::Le | Token::Lt | Token::Ge | Token::Gt | Token::Eq | Token::LeftBracket
-        ) {
-            let span = self.here();
-            self.report(self.unsupported(span, "bounds on the number of steps are not supported"));
-            return Err(Failed);
-        }
-        let target = self.expression()?;
-        if matches!(self.text(self.here()), "U" | "W" | "R") {
-            let message = "only reachability, `F e`, is supported between the brackets";
-            self.report(self.unsupported(self.here(), message));
-            return Err(Failed);
-        }
-        Ok(target)
     }
 }

@@ -10,6 +10,7 @@ use super::ast::Item;
 use super::check::lower_value;
 use super::{lower_target, parse_model, parse_property};
 use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
+use crate::lang::ltl::Watching;
 use crate::lang::property::Property;
 use crate::model::Program;
 
@@ -95,12 +96,16 @@ fn property(source: &Arc<SourceFile>, range: Range<usize>, program: &mut Program
     let text = source.text[range.clone()].trim().to_owned();
     let source = alone(source, range);
     let property = parse_property(&source).map_err(|e| reason(&e));
-    let known = |p: &Property| lower_target(program, &source, &p.target).map(|_| ());
-    let property = match property.as_ref().map(known) {
-        Ok(Err(e)) => Err(reason(&e)),
-        _ => property,
-    };
+    let property = property.and_then(|p| known(program, &source, &p).map(|()| p).map_err(|e| reason(&e)));
     Stated { name, text, property, source }
+}
+
+/// Whether the formula has a meaning in the program.
+fn known(program: &mut Program, source: &Arc<SourceFile>, property: &Property) -> Result<()> {
+    match property.formula.reachability() {
+        Some(target) => lower_target(program, source, target).map(|_| ()),
+        None => Watching::new(program).watch(source, &property.formula, "property").map(|_| ()),
+    }
 }
 
 fn reason(error: &Error) -> String {

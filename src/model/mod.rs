@@ -9,6 +9,7 @@ mod overlap;
 pub mod preference;
 pub(crate) mod rounding;
 pub mod step;
+pub mod temporal;
 pub mod value;
 
 use std::ops::Range;
@@ -81,6 +82,8 @@ pub struct Program {
     pub labels: Vec<(String, ExprId)>,
     /// Formulas by name, for targets that use them: those that could be given a meaning of their own.
     pub formulas: Vec<(String, ExprId)>,
+    /// What watches plays for temporal formulas, as the last module.
+    pub observers: Option<temporal::Observers>,
 }
 
 /// A variable with its range.

@@ -1,4 +1,4 @@
-//! The report of `meliora reach --properties`.
+//! The report of `meliora reach` with several properties.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
 
-/// What is known of the properties of a file.
+/// What is known of the properties of a file or of the command line.
 #[derive(Debug, Clone, Serialize)]
 pub struct PropertiesReport {
     /// `meliora.reach/1`
@@ -19,8 +19,9 @@ pub struct PropertiesReport {
     pub complete: bool,
     /// The model.
     pub model: ModelSummary,
-    /// The property file as the user named it.
-    pub file: String,
+    /// The property file as the user named it; none for properties of the command line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
     /// The name of the engine.
     pub engine: &'static str,
     /// Which valuations are states.
@@ -79,12 +80,12 @@ impl PropertyAnswer {
 
 impl PropertiesReport {
     /// A report of which nothing but the question is known.
-    pub fn new(model: &str, file: &str, engine: &'static str, scope: Scope) -> Self {
+    pub fn new(model: &str, file: Option<&str>, engine: &'static str, scope: Scope) -> Self {
         PropertiesReport {
             schema: "meliora.reach/1",
             complete: true,
             model: ModelSummary::of_path(model),
-            file: file.to_owned(),
+            file: file.map(str::to_owned),
             engine,
             scope,
             counts: None,
@@ -141,7 +142,8 @@ impl Report for PropertiesReport {
 
     fn text(&self, style: Style) -> String {
         let settings = [("engine", self.engine), ("scope", scope_word(self.scope))];
-        let mut out = text::title(&[&self.model.path, &self.file], &settings, style);
+        let files: Vec<&str> = [self.model.path.as_str()].into_iter().chain(self.file.as_deref()).collect();
+        let mut out = text::title(&files, &settings, style);
         if self.model.kind.is_some() {
             out.push_str(&text::model(&self.model, self.counts.as_ref(), style));
         }

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+use super::properties::PropertyAnswer;
 use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, scope_name, scope_word};
 use super::text::{self, Grid};
 use super::{Number, Style};
@@ -44,6 +45,9 @@ pub struct ReachReport {
     /// The verdict on `--property`: whether it holds in all initial states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
+    /// The property with its answer, as where several are asked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub properties: Vec<PropertyAnswer>,
     /// Seconds by phase.
     pub time: ReachTime,
     /// What was used.
@@ -125,6 +129,7 @@ impl ReachReport {
             pmin_positive: None,
             initial: InitialShare::default(),
             holds: None,
+            properties: Vec::new(),
             time: ReachTime::default(),
             memory: Memory::default(),
             error: None,
@@ -143,6 +148,10 @@ impl Report for ReachReport {
         self.memory.peak_rss_bytes = peak_rss_bytes;
     }
 
+    fn is_no(&self) -> bool {
+        self.holds == Some(false)
+    }
+
     fn text(&self, style: Style) -> String {
         let settings = [("engine", self.engine), ("scope", scope_word(self.scope))];
         let mut out = text::title(&[&self.model.path], &settings, style);
@@ -152,6 +161,9 @@ impl Report for ReachReport {
         if let Some(target) = &self.target {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", self.expression)));
             let _ = writeln!(out, "  states of the target  {}", target.grouped());
+            out.push_str(&self.regions(style));
+        } else if self.pmax_positive.is_some() {
+            let _ = write!(out, "\n{}\n", style.bold(&format!("Where {}", self.expression)));
             out.push_str(&self.regions(style));
         }
         if let Some(holds) = self.holds {
@@ -165,6 +177,15 @@ impl Report for ReachReport {
 }
 
 impl ReachReport {
+    /// Lists the property that was asked, with its answer.
+    pub fn list_property(&mut self) {
+        let mut answer = PropertyAnswer::open(None, self.expression.clone(), None);
+        answer.holds = self.holds;
+        (answer.pmax_one, answer.pmax_positive) = (self.pmax_one.clone(), self.pmax_positive.clone());
+        (answer.pmin_one, answer.pmin_positive) = (self.pmin_one.clone(), self.pmin_positive.clone());
+        self.properties = vec![answer];
+    }
+
     fn regions(&self, style: Style) -> String {
         let mut grid = Grid::new(&["", "states", "of the initial states"], style);
         let initial = &self.initial;

@@ -220,6 +220,22 @@ impl Counts {
     pub fn of<E: Engine>(engine: &E) -> Result<Self> {
         Ok(Counts::from(&ModelCounts::of(engine)?))
     }
+
+    /// Counts some states, and what may be done there.
+    ///
+    /// # Errors
+    /// A limit of the engine.
+    pub fn within<E: Engine>(engine: &E, states: &E::States) -> Result<Self> {
+        let choices = engine.choices_in(&engine.all_choices(), states)?;
+        let deadlocks = engine.intersection(&engine.deadlock_states(), states)?;
+        Ok(Counts {
+            states: engine.count_states(states)?.into(),
+            choices: engine.count_choices(&choices)?.into(),
+            transitions: engine.count_transitions(&choices, &engine.all_states())?.into(),
+            deadlocks: engine.count_states(&deadlocks)?.into(),
+            initial: engine.count_states(&engine.initial_states())?.into(),
+        })
+    }
 }
 
 impl From<&ModelCounts> for Counts {

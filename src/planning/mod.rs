@@ -22,6 +22,7 @@ pub mod regions;
 pub mod result;
 pub mod simulate;
 pub mod strategy;
+pub mod temporal;
 
 pub use analysis::{Analysis, Event, Options, Phase};
 pub use classes::{Class, Classes};

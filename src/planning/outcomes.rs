@@ -114,7 +114,11 @@ impl<E: Engine> Outcomes<E> {
 ///
 /// # Errors
 /// A limit of the engine. Cost: one pre-image and an `almost_surely_reach`.
-fn almost_sure_within<E: Engine>(engine: &E, target: &E::States, bound: &E::States) -> Result<E::States> {
+pub(super) fn almost_sure_within<E: Engine>(
+    engine: &E,
+    target: &E::States,
+    bound: &E::States,
+) -> Result<E::States> {
     let staying = if engine.same_states(bound, &engine.all_states()) {
         engine.all_choices()
     } else {

@@ -173,7 +173,15 @@ pub fn arguments(text: &str) {
         seen(lang::lower_target(&mut program, &source, &tree));
     }
     if let Some(property) = seen(lang::parse_property(&source)) {
-        seen(lang::lower_target(&mut program, &source, &property.target));
+        match property.formula.reachability() {
+            Some(target) => drop(seen(lang::lower_target(&mut program, &source, target))),
+            None => {
+                let mut watching = lang::ltl::Watching::new(&mut program);
+                if seen(watching.watch(&source, &property.formula, "property")).is_some() {
+                    seen(watching.finish(meliora::model::temporal::Begin::Everywhere));
+                }
+            }
+        }
     }
     ARCHIVE.with_borrow(|archive| {
         if let Some(selected) = seen(archive.select(text)) {

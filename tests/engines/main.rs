@@ -7,3 +7,4 @@ mod explicit;
 mod interruption;
 mod order;
 mod stopping;
+mod temporal;

@@ -121,6 +121,7 @@ impl Graph {
             given_constants: vec![],
             labels: vec![],
             formulas: vec![],
+            observers: None,
             modules: vec!["m".into()],
             actions: vec![],
             pool,

@@ -14,6 +14,7 @@ use super::set::{self, Bits};
 use super::stepper::{Broken, Stepper, sum};
 use crate::engine::{Scope, Settings};
 use crate::error::{Error, Limit, Result};
+use crate::model::temporal::Begin;
 use crate::model::{Program, State, fault};
 
 /// How many states are visited between two looks at the observer.
@@ -54,7 +55,8 @@ pub(super) struct Task<'a> {
 /// # Errors
 /// There are too many valuations, or variables.
 pub(super) fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
-    if settings.scope == Scope::Reachable {
+    let begin = program.observers.as_ref().map(|o| o.begin);
+    if settings.scope == Scope::Reachable || begin == Some(Begin::Initially) {
         return Layout::packed(program);
     }
     let layout = Layout::radix(program);
@@ -98,6 +100,8 @@ impl Task<'_> {
         let mut stepper = Stepper::<W>::new(self.prepared);
         let mut graph = Graph::new(self.meter)?;
         let (mut deadlocks, mut initial, mut rounded) = (Vec::new(), Vec::new(), None);
+        let begin = self.program.observers.as_ref().map(|o| o.begin);
+        let restarts = begin == Some(Begin::Everywhere) && matches!(space, Space::Met(_));
         let mut state = 0;
         // So does one in which many guards are to be looked at.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
@@ -110,9 +114,10 @@ impl Task<'_> {
             }
             let code = space.code::<W>(state);
             stepper.enter(self.layout, &code);
-            if matches!(space, Space::Every(_)) || self.prepared.initial_is_partial {
+            let tests = self.settings.scope == Scope::All && (state < started);
+            if tests || self.prepared.initial_is_partial {
                 let holds = stepper.is_initial().map_err(|_| self.fault(&code))?;
-                if holds && matches!(space, Space::Every(_)) {
+                if holds && tests {
                     initial.push(state);
                 }
             }
@@ -120,8 +125,10 @@ impl Task<'_> {
             if stepper.rounded {
                 rounded.get_or_insert_with(|| self.values(&code));
             }
-            if stepper.ends.is_empty() {
+            if stepper.ends.is_empty() || stepper.steps_alone() {
                 deadlocks.push(state);
+            }
+            if stepper.ends.is_empty() {
                 graph.add(state as u32)?;
                 graph.end_choice()?;
             }
@@ -134,11 +141,16 @@ impl Task<'_> {
                 at = end as usize;
             }
             graph.end_state()?;
+            if restarts {
+                space.number(&sum(&code, &stepper.restart()))?;
+            }
             state += 1;
         }
         if let Space::Met(index) = &mut space {
             index.shrink();
-            initial.extend(0..started);
+            if self.settings.scope == Scope::Reachable {
+                initial.extend(0..started);
+            }
         }
         graph.shrink();
         let bits = |states: Vec<usize>| {
@@ -151,7 +163,11 @@ impl Task<'_> {
 
     fn initial_states<const W: usize>(&self) -> Result<Index> {
         let mut index = Index::new(W, self.meter)?;
-        let mut search = Search::new(self.program, &*self.settings.observer)?;
+        let start = match (self.settings.scope, &self.program.observers) {
+            (Scope::All, Some(observers)) => observers.fresh,
+            _ => self.program.initial,
+        };
+        let mut search = Search::new(self.program, start, &*self.settings.observer)?;
         search.run(&mut |values| {
             if let Some(code) = self.layout.encode(values) {
                 index.intern::<W>(&fixed(&code))?;

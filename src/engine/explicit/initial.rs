@@ -10,7 +10,7 @@ use crate::observer::{Observer, Poll};
 /// How many partial valuations are tried between two looks at the observer.
 const PATIENCE: u64 = 1 << 16;
 
-/// Searches the valuations in which all conjuncts of `program.initial` hold, variable by variable.
+/// Searches the valuations in which all conjuncts of a predicate hold, variable by variable.
 pub(super) struct Search<'a> {
     program: &'a Program,
     observer: &'a dyn Observer,
@@ -24,13 +24,13 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// A search for the initial states; conjuncts that fix a variable cut its range.
+    /// A search for the states of a predicate, that of the initial ones say; conjuncts that fix a variable cut its range.
     ///
     /// # Errors
     /// The observer stops it.
-    pub(super) fn new(program: &'a Program, observer: &'a dyn Observer) -> Result<Self> {
+    pub(super) fn new(program: &'a Program, predicate: ExprId, observer: &'a dyn Observer) -> Result<Self> {
         let mut conjuncts = Vec::new();
-        split(program, program.initial, &mut conjuncts);
+        split(program, predicate, &mut conjuncts);
         let mut order: Vec<(usize, i64, i64)> =
             program.variables.iter().enumerate().map(|(i, v)| (i, v.low, v.high)).collect();
         for &e in &conjuncts {

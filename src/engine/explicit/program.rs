@@ -10,7 +10,7 @@ use super::machine::{Code, Entry};
 use crate::error::Result;
 use crate::model::expr::{ExprId, Node};
 use crate::model::rounding::Sum;
-use crate::model::{Branch, Command, CommandId, ModelKind, Program};
+use crate::model::{Branch, Command, CommandId, ModelKind, Program, VarId};
 use crate::observer::{Observer, Poll};
 
 /// A program over the codes of one layout.
@@ -26,6 +26,10 @@ pub(super) struct Prepared {
     pub(super) initial: Entry,
     /// The expression for the initial states may have no value in some state.
     pub(super) initial_is_partial: bool,
+    /// The variables of observers.
+    pub(super) observers: Vec<(usize, Field)>,
+    /// The participant that is enabled in deadlocks, where observers step there.
+    pub(super) alone: Option<usize>,
 }
 
 /// The commands of a participant.
@@ -103,7 +107,14 @@ impl Prepared {
             let dispatch = division.compile(program, &mut compiler, &mut poll)?;
             factors.push(Factor { dispatch, is_sound: own.iter().all(sound) });
         }
+        let watching = program.observers.as_ref();
+        let field = |v: &VarId| (v.index(), layout.field(v.index()));
         Ok(Prepared {
+            observers: watching.iter().flat_map(|o| o.variables.iter().map(field)).collect(),
+            alone: watching
+                .and_then(|o| o.deadlock)
+                .and(synchronisations.last())
+                .and_then(|s| s.first().copied()),
             code: compiler.finish(),
             commands,
             factors,

@@ -103,6 +103,24 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(())
     }
 
+    /// Whether the state expanded is a deadlock in which observers step.
+    pub(super) fn steps_alone(&self) -> bool {
+        let enabled = |factor: usize| {
+            let found = self.factors[factor];
+            found.stamp == self.now && found.end > found.start
+        };
+        self.prepared.alone.is_some_and(enabled)
+    }
+
+    /// What leads from the state entered to the one with fresh observers.
+    pub(super) fn restart(&self) -> [u64; W] {
+        let mut effect = [0; W];
+        for &(variable, field) in &self.prepared.observers {
+            field.add(&mut effect, self.machine.regs[variable], 0);
+        }
+        effect
+    }
+
     /// The commands of each factor of a synchronisation that are enabled in the state entered.
     pub(super) fn alternatives(&mut self, index: usize) -> Result<Vec<Vec<u32>>, Broken> {
         let mut all = Vec::new();

@@ -13,6 +13,7 @@ use super::{StateSet, SymbolicEngine, pick};
 use crate::engine::{Scope, Settings};
 use crate::error::{Limit, Result};
 use crate::model::fault;
+use crate::model::temporal::Begin;
 use crate::model::{ModelKind, Program};
 
 /// Recursion over diagrams is as deep as states have bits.
@@ -38,10 +39,10 @@ pub(super) fn build(
     let Translated { mut transitions, mut initial, initial_fails, rounded } =
         translate(&program, &encoding, &store, &domain)?;
     let mut clusters = Clusters::new(&store, &encoding, &transitions.pieces)?;
-    let mut states = match (given, settings.scope) {
-        (Some(given), _) => store.and(&given(&store)?, &domain)?,
-        (None, Scope::All) => domain.clone(),
-        (None, Scope::Reachable) => clusters.forward(&store, &initial, &domain)?,
+    let mut states = match given {
+        Some(given) => store.and(&given(&store)?, &domain)?,
+        None => Explore { program: &program, encoding: &encoding, store: &store, clusters: &clusters }
+            .scope(settings.scope, &initial, &domain)?,
     };
     let bad = store.and(&store.or(&transitions.bad, &initial_fails)?, &states)?;
     if !store.is_zero(&bad) {
@@ -55,7 +56,12 @@ pub(super) fn build(
         clusters.relist(&larger)?;
         store = larger;
     }
-    let (enabled, deadlocks) = enabled(&store, &transitions, &states)?;
+    let (enabled, mut deadlocks) = enabled(&store, &transitions, &states)?;
+    if let Some(deadlock) = program.observers.as_ref().and_then(|o| o.deadlock) {
+        // Observers step there: for the engine it is a choice like any other.
+        deadlocks =
+            store.and(&Translator::new(&program, &encoding, &store).condition(deadlock)?.0, &states)?;
+    }
     if program.kind == ModelKind::Dtmc {
         transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;
     }
@@ -76,6 +82,40 @@ pub(super) fn build(
         reaching: Default::default(),
         store,
     })
+}
+
+/// What the exploration of a scope works with.
+struct Explore<'a> {
+    program: &'a Program,
+    encoding: &'a Encoding,
+    store: &'a Store,
+    clusters: &'a Clusters,
+}
+
+impl Explore<'_> {
+    /// The states of the scope. Where observers may begin everywhere, all their states go with each state of
+    /// the model: the set is simpler than that of the pairs that can be reached, and answers are the same.
+    fn scope(&self, scope: Scope, initial: &Bdd, domain: &Bdd) -> Result<Bdd> {
+        let store = self.store;
+        match (scope, &self.program.observers) {
+            (Scope::All, Some(o)) if o.begin == Begin::Initially => {
+                let (fresh, _) = Translator::new(self.program, self.encoding, store).condition(o.fresh)?;
+                self.clusters.forward(store, &store.and(&fresh, domain)?, domain)
+            }
+            (Scope::All, _) => Ok(domain.clone()),
+            (Scope::Reachable, Some(o)) if o.begin == Begin::Everywhere => {
+                let met = self.clusters.forward(store, initial, domain)?;
+                let mut bits = store.one();
+                for &variable in &o.variables {
+                    for &position in self.encoding.positions(variable) {
+                        bits = store.and(&bits, &store.literal(2 * position, true)?)?;
+                    }
+                }
+                store.and(&store.exists(&met, &bits)?, domain)
+            }
+            (Scope::Reachable, _) => self.clusters.forward(store, initial, domain),
+        }
+    }
 }
 
 /// A program as diagrams.

@@ -92,7 +92,14 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 ///
 /// Where three or more copies of a module advance their clocks together: what stands before the
 /// clocks first, and the clocks and what follows them side by side.
+///
+/// Observers stand on top: what they have seen divides the states into few parts, each explored once.
 pub fn from_structure(program: &Program) -> Ordered {
+    if let Some(observers) = &program.observers {
+        let Ordered { mut bits, why } = from_structure(&program.unobserved());
+        bits.splice(0..0, by_variables(program, &observers.variables));
+        return Ordered { bits, why };
+    }
     if let Some(variables) = copies::by_roles(program) {
         let why = "copies of a module whose clocks advance together: the clocks side by side";
         return Ordered { bits: by_variables(program, &variables), why: why.to_owned() };
@@ -210,6 +217,10 @@ pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Vec<Bit>> {
             }
         }
     }
+    // Orders for a model need not know what watches it.
+    let watching = program.observers.iter().flat_map(|o| by_variables(program, &o.variables));
+    let watching: Vec<Bit> = watching.filter(|b| seen.insert(*b)).collect();
+    order.splice(0..0, watching);
     let missing: Vec<Bit> = declared(program).into_iter().filter(|b| !seen.contains(b)).collect();
     if let (Some(first), true) = (missing.first(), errors.is_empty()) {
         let name = &program.variables[first.variable.index()].name;

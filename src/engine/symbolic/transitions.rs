@@ -71,6 +71,8 @@ pub(super) struct Builder<'a> {
     encoding: &'a Encoding,
     commands: Vec<CommandRelation>,
     touched: AHashMap<Vec<VarId>, Touched>,
+    /// The command of the observers, which takes part in every synchronisation.
+    watching: Option<CommandId>,
 }
 
 impl<'a> Builder<'a> {
@@ -87,7 +89,9 @@ impl<'a> Builder<'a> {
             relations.push(relation);
             bad.push(wrong);
         }
-        let mut builder = Builder { store, encoding, commands: relations, touched: AHashMap::new() };
+        let watching = program.observers.as_ref().map(|o| CommandId(o.command as u32));
+        let mut builder =
+            Builder { store, encoding, commands: relations, touched: AHashMap::new(), watching };
         let uniform = program.kind == ModelKind::Dtmc;
         let mut all =
             Transitions { guards: vec![], pieces: vec![], bad: store.any(bad)?, colours: vec![], uniform };
@@ -179,13 +183,23 @@ impl<'a> Builder<'a> {
         }
         all.guards.push(guard);
         match combination {
-            [single] => self.single(group, single, all),
+            [single] => self.single(group, single, None, all),
+            // Pieces stay local beside the observers.
+            [single, other] if self.watching.is_some_and(|w| other.members == [w]) => {
+                self.single(group, single, self.watching, all)
+            }
             several => self.several(group, several, all),
         }
     }
 
     /// Pieces of one participant: commands with the same top-most written bit stand together.
-    fn single(&mut self, group: usize, alternative: &Alternative, all: &mut Transitions) -> Result<()> {
+    fn single(
+        &mut self,
+        group: usize,
+        alternative: &Alternative,
+        watching: Option<CommandId>,
+        all: &mut Transitions,
+    ) -> Result<()> {
         let mut by_top: Vec<(u32, Vec<CommandId>)> = Vec::new();
         for &id in &alternative.members {
             let writes = self.commands[id.index()].writes.clone();
@@ -196,8 +210,13 @@ impl<'a> Builder<'a> {
             }
         }
         for (_, ids) in by_top {
-            let writes = self.writes(&ids);
-            let relation = self.union(&ids, &writes)?;
+            let mut writes = self.writes(&ids);
+            let mut relation = self.union(&ids, &writes)?;
+            if let Some(command) = watching.map(|w| &self.commands[w.index()]) {
+                relation = self.store.and(&relation, &command.relation)?;
+                writes.extend(&command.writes);
+                writes.sort_unstable();
+            }
             let touched = self.touched(&writes);
             all.pieces.push(Piece { group, relation, writes, touched });
         }

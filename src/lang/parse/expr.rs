@@ -5,7 +5,7 @@ use crate::lang::ast::{ATOM_LEVEL, BinaryOp, Expr, ExprKind, Ident, NEG_LEVEL, N
 use crate::lang::token::Token;
 
 /// The operator that a token is.
-fn operator(token: Token) -> Option<BinaryOp> {
+pub(crate) fn operator(token: Token) -> Option<BinaryOp> {
     Some(match token {
         Token::Implies => BinaryOp::Implies,
         Token::Iff => BinaryOp::Iff,
@@ -75,7 +75,7 @@ impl Parser<'_> {
     }
 
     /// Reports `&&`, `==` and other operators of other languages, and goes on behind them.
-    pub(super) fn foreign_operator(&mut self, sign: Token) {
+    pub(crate) fn foreign_operator(&mut self, sign: Token) {
         let ours = match (sign, self.peek()) {
             (Token::And, Token::And) => "&",
             (Token::Or, Token::Or) => "|",
@@ -125,7 +125,7 @@ impl Parser<'_> {
         }
     }
 
-    fn atom(&mut self) -> Parsed<Expr> {
+    pub(crate) fn atom(&mut self) -> Parsed<Expr> {
         let span = self.here();
         let kind = match self.peek() {
             Token::Int => self.integer(span)?,

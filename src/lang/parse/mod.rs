@@ -8,6 +8,8 @@ mod system;
 
 use std::sync::Arc;
 
+pub(crate) use expr::operator;
+
 use super::ast::{Expr, Ident, Model, Span};
 use super::slip::is_slip;
 use super::token::{Token, is_keyword, is_property_operator, tokens};
@@ -111,6 +113,11 @@ impl<'a> Parser<'a> {
     pub(crate) fn here(&self) -> Span {
         let last = Span { start: self.source.text.len(), end: self.source.text.len() };
         self.tokens.get(self.next).map_or(last, |t| t.1)
+    }
+
+    /// The text of a token further on.
+    pub(crate) fn text_at(&self, ahead: usize) -> &'a str {
+        self.tokens.get(self.next + ahead).map_or("", |t| self.text(t.1))
     }
 
     /// Where the token before the next one stands.

@@ -1,0 +1,113 @@
+//! Boolean functions of a few variables, each once: reduced decision diagrams of a size that needs no manager.
+//!
+//! A progressed formula is a Boolean combination of a few obligations; equal combinations must be one state of
+//! an observer, however they are written. The diagrams of the engines are made for millions of nodes: their
+//! tables alone are larger than all that is needed here.
+
+use ahash::AHashMap;
+
+use crate::error::{Limit, Result};
+
+/// Recursion goes on a new stack of the second size where less than the first is left.
+pub(super) const STACK_LEFT: usize = 64 << 10;
+pub(super) const STACK_MORE: usize = 4 << 20;
+
+/// A function, by its position.
+pub(super) type Function = u32;
+
+pub(super) const FALSE: Function = 0;
+pub(super) const TRUE: Function = 1;
+
+/// More nodes are not made.
+const MOST_NODES: usize = 1 << 20;
+
+/// A test of a variable, with what is left where it is false and where it is true.
+type Node = (u32, Function, Function);
+
+/// All functions made so far.
+pub(super) struct Functions {
+    nodes: Vec<Node>,
+    known: AHashMap<Node, Function>,
+    combined: AHashMap<(Function, Function, Function), Function>,
+}
+
+impl Functions {
+    pub(super) fn new() -> Self {
+        let end = (u32::MAX, 0, 0);
+        Functions { nodes: vec![end, end], known: AHashMap::new(), combined: AHashMap::new() }
+    }
+
+    /// The first variable of a function; `u32::MAX` for a constant.
+    pub(super) fn top(&self, f: Function) -> u32 {
+        self.nodes[f as usize].0
+    }
+
+    /// f where a variable not below its first one is false, and where it is true.
+    pub(super) fn halves(&self, f: Function, variable: u32) -> (Function, Function) {
+        let (top, low, high) = self.nodes[f as usize];
+        if top == variable { (low, high) } else { (f, f) }
+    }
+
+    /// The variable, or its negation.
+    ///
+    /// # Errors
+    /// Too many nodes, as for all that makes functions.
+    pub(super) fn variable(&mut self, variable: u32, positive: bool) -> Result<Function> {
+        if positive { self.node(variable, FALSE, TRUE) } else { self.node(variable, TRUE, FALSE) }
+    }
+
+    pub(super) fn node(&mut self, variable: u32, low: Function, high: Function) -> Result<Function> {
+        if low == high {
+            return Ok(low);
+        }
+        let node = (variable, low, high);
+        if let Some(&known) = self.known.get(&node) {
+            return Ok(known);
+        }
+        if self.nodes.len() >= MOST_NODES {
+            let what = format!("a temporal formula whose observer needs more than {MOST_NODES} decisions");
+            return Err(Limit::Size { what }.into());
+        }
+        let new = self.nodes.len() as Function;
+        self.nodes.push(node);
+        self.known.insert(node, new);
+        Ok(new)
+    }
+
+    /// f ∧ g
+    pub(super) fn and(&mut self, f: Function, g: Function) -> Result<Function> {
+        self.ite(f, g, FALSE)
+    }
+
+    /// f ∨ g
+    pub(super) fn or(&mut self, f: Function, g: Function) -> Result<Function> {
+        self.ite(f, TRUE, g)
+    }
+
+    /// f ⇒ g everywhere
+    pub(super) fn implies(&mut self, f: Function, g: Function) -> Result<bool> {
+        Ok(self.ite(f, g, TRUE)? == TRUE)
+    }
+
+    /// f ? g : h. Recursion is as deep as there are variables.
+    pub(super) fn ite(&mut self, f: Function, g: Function, h: Function) -> Result<Function> {
+        match (f, g, h) {
+            (TRUE, _, _) => return Ok(g),
+            (FALSE, _, _) => return Ok(h),
+            (_, TRUE, FALSE) => return Ok(f),
+            _ if g == h => return Ok(g),
+            _ => {}
+        }
+        if let Some(&known) = self.combined.get(&(f, g, h)) {
+            return Ok(known);
+        }
+        let top = self.top(f).min(self.top(g)).min(self.top(h));
+        let ((f0, f1), (g0, g1), (h0, h1)) = (self.halves(f, top), self.halves(g, top), self.halves(h, top));
+        let (low, high) = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || {
+            Ok::<_, crate::error::Error>((self.ite(f0, g0, h0)?, self.ite(f1, g1, h1)?))
+        })?;
+        let found = self.node(top, low, high)?;
+        self.combined.insert((f, g, h), found);
+        Ok(found)
+    }
+}

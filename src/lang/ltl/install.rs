@@ -1,0 +1,371 @@
+//! Formulas over a program, and their observers as variables of it.
+
+use std::sync::Arc;
+
+use ahash::AHashMap;
+
+use super::Formula;
+use super::leaves::{Refused, Tree, leaves};
+use super::normal::{Form, Meaning, Normal, Normaliser};
+use super::observer::{Decision, Observer};
+use super::wording::wording;
+use crate::error::{Diagnostic, Kind, Limit, Result, SourceFile};
+use crate::lang::ast::{Expr, ExprKind, Span};
+use crate::lang::check::{lower_target, lower_value};
+use crate::lang::names::Names;
+use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use crate::model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Observers};
+use crate::model::value::{Type, Value};
+use crate::model::{Branch, Command, CommandId, Program, Synchronisation, VarId, Variable};
+
+/// A leaf whose observer would decide on more state formulas is refused.
+const MOST_ATOMS: usize = 100;
+
+/// What is outside of the fragment is refused with this.
+const FRAGMENT: &str = "supported are `&`, `|`, `!`, `=>`, `<=>` over formulas that are co-safe (F, U, X), safe (G, W, R, X), \
+    G of a co-safe one, or F of a safe one";
+
+/// A program that is being given observers.
+pub struct Watching<'p> {
+    program: &'p mut Program,
+    watchers: Vec<Watcher>,
+    texts: AHashMap<(ExprId, bool), String>,
+}
+
+/// An observer with its place in the program.
+struct Watcher {
+    observer: Observer,
+    /// Its variable; none for an observer of one state.
+    variable: Option<VarId>,
+    mark: ExprId,
+    name: String,
+    words: Vec<String>,
+}
+
+impl<'p> Watching<'p> {
+    /// No observer yet.
+    pub fn new(program: &'p mut Program) -> Self {
+        Watching { program, watchers: Vec::new(), texts: AHashMap::new() }
+    }
+
+    /// What a formula asks of observers, which are added where need be; `name` is what they are called.
+    ///
+    /// # Errors
+    /// Unknown names and wrong types; what is outside of the fragment, with its place; a limit on the size
+    /// of observers or the number of cases.
+    pub fn watch(&mut self, source: &Arc<SourceFile>, formula: &Formula, name: &str) -> Result<Condition> {
+        let mut reader = Reader { program: self.program, source, texts: &mut self.texts };
+        let normal = Normaliser::new(&mut reader).build(formula, true)?;
+        let tree = leaves(&normal).map_err(|refused| refuse(source, formula, &refused))?;
+        let condition = self.condition(&tree, name)?;
+        for condition in [&condition, &condition.negated()] {
+            if condition.disjuncts().is_none() {
+                let message = format!("the formula, or its negation, has more than {MOST_DISJUNCTS} cases");
+                let diagnostic =
+                    Diagnostic::new(source, formula.span.range(), message).kind(Kind::Unsupported);
+                return Err(diagnostic.label("too many ways to satisfy it").into());
+            }
+        }
+        Ok(condition)
+    }
+
+    /// The number of states of the observers with variables, together.
+    pub fn states(&self) -> u64 {
+        self.watchers.iter().map(|w| w.observer.states.len() as u64).product()
+    }
+
+    fn condition(&mut self, tree: &Tree, name: &str) -> Result<Condition> {
+        let mut all =
+            |parts: &[Tree]| parts.iter().map(|p| self.condition(p, name)).collect::<Result<Vec<_>>>();
+        Ok(match tree {
+            Tree::Constant(value) => Condition::Constant(*value),
+            Tree::All(parts) => Condition::All(all(parts)?),
+            Tree::Any(parts) => Condition::Any(all(parts)?),
+            Tree::Leaf(asks, n) => {
+                let observer = match asks {
+                    Asks::Accept | Asks::Avoid => Observer::of_cosafe(n)?,
+                    Asks::Again | Asks::Settle => Observer::of_recurrence(n)?,
+                };
+                Condition::Leaf(*asks, self.mark(observer, *asks, name)?)
+            }
+        })
+    }
+
+    /// The mark of an observer, which is added if none like it is there.
+    fn mark(&mut self, observer: Observer, asks: Asks, name: &str) -> Result<ExprId> {
+        if let Some(same) = self.watchers.iter().find(|w| w.observer.is_same(&observer)) {
+            return Ok(same.mark);
+        }
+        if observer.atoms.len() > MOST_ATOMS {
+            let what = format!(
+                "a temporal formula over {} state formulas in one leaf, more than {MOST_ATOMS}",
+                observer.atoms.len()
+            );
+            return Err(Limit::Size { what }.into());
+        }
+        let variables = self.watchers.iter().filter(|w| w.variable.is_some()).count();
+        let variable = (observer.states.len() > 1)
+            .then(|| VarId(u32::try_from(self.program.variables.len() + variables).unwrap_or(u32::MAX)));
+        let mark = Values { pool: &mut self.program.pool, observer: &observer, variable }.mark();
+        let words = wording(&observer, asks, &self.texts);
+        self.watchers.push(Watcher { observer, variable, mark, name: name.to_owned(), words });
+        Ok(mark)
+    }
+
+    /// Makes the observers part of the program, and returns where they are fresh.
+    ///
+    /// They are a module whose command takes part in every synchronisation, and steps alone in deadlocks. Its
+    /// variables are `0` where nothing has been read.
+    ///
+    /// # Errors
+    /// None that a finished program has.
+    pub fn finish(self, begin: Begin) -> Result<ExprId> {
+        let Watching { program, watchers, .. } = self;
+        let deadlock = deadlock(program)?;
+        let mut names = Names::default();
+        program.variables.iter().for_each(|v| drop(names.add(&v.name)));
+        let (mut updates, mut variables) = (Vec::new(), Vec::new());
+        let mut fresh = program.pool.value(Value::Bool(true));
+        let module = program.modules.len();
+        for watcher in watchers {
+            let Some(variable) = watcher.variable else { continue };
+            let next =
+                Values { pool: &mut program.pool, observer: &watcher.observer, variable: Some(variable) }
+                    .next();
+            updates.push((variable, next));
+            variables.push(variable);
+            let pool = &mut program.pool;
+            let (own, start) = (pool.var(variable, Type::Int), pool.value(Value::Int(0)));
+            let at_start = pool.binary(Binary::Eq, own, start);
+            fresh = pool.binary(Binary::And, fresh, at_start);
+            program.variables.push(Variable {
+                name: names.add(&watcher.name),
+                ty: Type::Int,
+                low: 0,
+                high: watcher.observer.states.len() as i64 - 1,
+                module: Some(module),
+                initial: Some(0),
+                values: watcher.words,
+                span: 0..0,
+            });
+        }
+        let initial = program.initial;
+        program.initial = program.pool.binary(Binary::And, initial, fresh);
+        let command = join_in(program, module, &updates, deadlock);
+        program.observers = Some(Observers { variables, module, command, deadlock, initial, fresh, begin });
+        Ok(fresh)
+    }
+}
+
+/// Where nothing is enabled; none where something is enabled everywhere.
+fn deadlock(program: &mut Program) -> Result<Option<ExprId>> {
+    let label = Expr { kind: ExprKind::Label("deadlock".to_owned()), span: Span::default() };
+    let deadlock = lower_target(program, &SourceFile::new("deadlock", ""), &label)?;
+    Ok((program.pool.literal(deadlock) != Some(Value::Bool(false))).then_some(deadlock))
+}
+
+/// Adds the module of observers, and returns the position of its command.
+fn join_in(
+    program: &mut Program,
+    module: usize,
+    updates: &[(VarId, ExprId)],
+    deadlock: Option<ExprId>,
+) -> usize {
+    program.modules.push("observers".to_owned());
+    let probability = program.pool.value(Value::Real(1.0));
+    let command = |action: Option<usize>, guard: ExprId| Command {
+        module,
+        action,
+        number: 1,
+        guard,
+        branches: vec![Branch { probability, updates: updates.to_vec(), span: 0..0 }],
+        span: 0..0,
+        guard_span: 0..0,
+    };
+    let (position, always) = (program.commands.len(), program.pool.value(Value::Bool(true)));
+    program.commands.push(command(None, always));
+    for synchronisation in &mut program.synchronisations {
+        synchronisation.factors.push(vec![CommandId(position as u32)]);
+    }
+    if let Some(deadlock) = deadlock {
+        let action = Some(program.actions.len());
+        program.actions.push("deadlock".to_owned());
+        program.commands.push(command(action, deadlock));
+        program
+            .synchronisations
+            .push(Synchronisation { action, factors: vec![vec![CommandId(position as u32 + 1)]] });
+    }
+    position
+}
+
+/// Expressions for what an observer does.
+struct Values<'a> {
+    pool: &'a mut ExprPool,
+    observer: &'a Observer,
+    variable: Option<VarId>,
+}
+
+impl Values<'_> {
+    /// The next state.
+    fn next(&mut self) -> ExprId {
+        let ends = |pool: &mut ExprPool, next: usize, _| pool.value(Value::Int(next as i64));
+        let of = self.decisions(ends);
+        self.select(&of, 0, self.observer.states.len())
+    }
+
+    /// Whether the step is marked.
+    fn mark(&mut self) -> ExprId {
+        let of = self.decisions(|pool, _, mark| pool.value(Value::Bool(mark)));
+        self.select(&of, 0, self.observer.states.len())
+    }
+
+    /// An expression for each decision.
+    fn decisions(&mut self, end: impl Fn(&mut ExprPool, usize, bool) -> ExprId) -> Vec<ExprId> {
+        let mut made: Vec<ExprId> = Vec::with_capacity(self.observer.decisions.all.len());
+        for &decision in &self.observer.decisions.all {
+            let new = match decision {
+                Decision::Go { next, mark } => end(self.pool, next, mark),
+                Decision::Test { atom, no, yes } => {
+                    choose(self.pool, self.observer.atoms[atom as usize], made[yes], made[no])
+                }
+            };
+            made.push(new);
+        }
+        made
+    }
+
+    /// By the state of the observer, halving the range: what nests deeply is evaluated deeply.
+    fn select(&mut self, of: &[ExprId], from: usize, to: usize) -> ExprId {
+        let Some(variable) = self.variable.filter(|_| to - from > 1) else {
+            return of[self.observer.states[from]];
+        };
+        let middle = from + (to - from) / 2;
+        let (low, high) = (self.select(of, from, middle), self.select(of, middle, to));
+        let (own, last) =
+            (self.pool.var(variable, Type::Int), self.pool.value(Value::Int(middle as i64 - 1)));
+        let is_low = self.pool.binary(Binary::Le, own, last);
+        choose(self.pool, is_low, low, high)
+    }
+}
+
+/// `condition ? yes : no`, by `&` and `|` where one side is a constant.
+fn choose(pool: &mut ExprPool, condition: ExprId, yes: ExprId, no: ExprId) -> ExprId {
+    let truth = |e| match pool.literal(e) {
+        Some(Value::Bool(b)) => Some(b),
+        _ => None,
+    };
+    match (truth(yes), truth(no)) {
+        _ if yes == no => yes,
+        (Some(true), _) => pool.binary(Binary::Or, condition, no),
+        (_, Some(false)) => pool.binary(Binary::And, condition, yes),
+        (Some(false), _) => {
+            let not = pool.unary(Unary::Not, condition);
+            pool.binary(Binary::And, not, no)
+        }
+        (_, Some(true)) => {
+            let not = pool.unary(Unary::Not, condition);
+            pool.binary(Binary::Or, not, yes)
+        }
+        (None, None) => pool.ite(condition, yes, no),
+    }
+}
+
+/// Reads state formulas into the pool of a program.
+struct Reader<'a> {
+    program: &'a mut Program,
+    source: &'a Arc<SourceFile>,
+    texts: &'a mut AHashMap<(ExprId, bool), String>,
+}
+
+impl Reader<'_> {
+    /// An atom and its sign.
+    fn atom(&self, mut e: ExprId, mut positive: bool) -> (ExprId, bool) {
+        while let Node::Unary(Unary::Not, inner) = self.program.pool.node(e) {
+            (e, positive) = (inner, !positive);
+        }
+        (e, positive)
+    }
+}
+
+impl Meaning for Reader<'_> {
+    fn state(&mut self, e: &Expr) -> Result<ExprId> {
+        let id = lower_target(self.program, self.source, e)?;
+        let text = self.source.text.get(e.span.range()).unwrap_or_default();
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ").replace('"', "");
+        let atom = self.atom(id, true);
+        self.texts.entry(atom).or_insert(text);
+        Ok(id)
+    }
+
+    fn bound(&mut self, e: &Expr) -> Result<u64> {
+        let id = lower_value(self.program, self.source, e)?;
+        let wrong = |message: &str| Diagnostic::new(self.source, e.span.range(), message);
+        match self.program.pool.literal(id) {
+            Some(Value::Int(n)) if n >= 0 => Ok(n as u64),
+            Some(Value::Int(n)) => {
+                Err(wrong("a number of steps cannot be negative").label(format!("this is {n}")).into())
+            }
+            Some(_) => Err(wrong("a number of steps must be an integer").into()),
+            None => Err(wrong("a bound on the number of steps must be a constant")
+                .label("depends on the state")
+                .help("constants of the model, and arithmetic on them, are fine")
+                .into()),
+        }
+    }
+
+    fn literal(&mut self, e: ExprId, positive: bool, span: Span) -> Normal {
+        match self.program.pool.literal(e) {
+            Some(Value::Bool(value)) => Normal::constant(value == positive, span),
+            _ => {
+                let (e, positive) = self.atom(e, positive);
+                Normal { form: Form::Literal(e, positive), span }
+            }
+        }
+    }
+
+    fn fold(&mut self, conjunction: bool, literals: &[(ExprId, bool)], span: Span) -> Normal {
+        let text = |&(e, positive): &(ExprId, bool)| text_of(self.texts, e, positive);
+        let joined =
+            literals.iter().map(text).collect::<Vec<_>>().join(if conjunction { " & " } else { " | " });
+        let pool = &mut self.program.pool;
+        let signed = |&(e, positive): &(ExprId, bool)| (e, positive);
+        let mut row: Vec<ExprId> = Vec::with_capacity(literals.len());
+        for (e, positive) in literals.iter().map(signed) {
+            row.push(if positive { e } else { pool.unary(Unary::Not, e) });
+        }
+        let op = if conjunction { Binary::And } else { Binary::Or };
+        // In pairs, so that the whole nests little.
+        while row.len() > 1 {
+            row = row.chunks(2).map(|p| if let [a, b] = *p { pool.binary(op, a, b) } else { p[0] }).collect();
+        }
+        let whole = self.literal(row[0], true, span);
+        if let Form::Literal(e, positive) = whole.form {
+            self.texts.entry((e, positive)).or_insert(joined);
+        }
+        whole
+    }
+
+    fn source(&self) -> &Arc<SourceFile> {
+        self.source
+    }
+}
+
+/// A literal in words.
+pub(super) fn text_of(texts: &AHashMap<(ExprId, bool), String>, e: ExprId, positive: bool) -> String {
+    if let Some(text) = texts.get(&(e, positive)) {
+        return text.clone();
+    }
+    let text = texts.get(&(e, !positive)).map_or("?", String::as_str);
+    let is_name = text.chars().all(|c| c.is_alphanumeric() || c == '_');
+    if is_name { format!("!{text}") } else { format!("!({text})") }
+}
+
+fn refuse(source: &Arc<SourceFile>, formula: &Formula, refused: &Refused) -> crate::error::Error {
+    let text = |span: Span| {
+        source.text.get(span.range()).unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let message = format!("the formula `{}` is not supported: it has {}", text(formula.span), refused.why);
+    let leaf = format!("`{}` is neither co-safe, safe, a recurrence nor a persistence", text(refused.span));
+    let diagnostic = Diagnostic::new(source, refused.span.range(), message).kind(Kind::Unsupported);
+    diagnostic.label(leaf).help(FRAGMENT).into()
+}

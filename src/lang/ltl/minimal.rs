@@ -1,0 +1,190 @@
+//! Fewer states: those from which all plays, or none, are marked again and again become one each, then those
+//! that cannot be told apart by their marks.
+
+use ahash::AHashMap;
+
+use super::observer::{Decision, DecisionId, Decisions, Observer};
+
+/// Steps of an observer: for each state, whereto and whether marked.
+type Steps = Vec<Vec<(usize, bool)>>;
+
+/// The same observer with equivalent states merged, those that are left numbered from the first one on.
+pub(super) fn minimal(observer: &Observer) -> Observer {
+    let settled = Settled::of(&steps(observer));
+    let (never, surely) = (observer.states.len(), observer.states.len() + 1);
+    let redirect = |next: usize, mark: bool| match () {
+        () if settled.never[next] => Decision::Go { next: never, mark: false },
+        () if settled.surely[next] => Decision::Go { next: surely, mark: true },
+        () => Decision::Go { next, mark },
+    };
+    let mut decisions = Decisions::default();
+    let mut states = rebuilt(observer, &mut decisions, redirect);
+    states.push(decisions.add(Decision::Go { next: never, mark: false }));
+    states.push(decisions.add(Decision::Go { next: surely, mark: true }));
+    let start = match () {
+        () if settled.never[0] => never,
+        () if settled.surely[0] => surely,
+        () => 0,
+    };
+    merged(Observer { states, decisions, atoms: observer.atoms.clone() }, start)
+}
+
+/// The decisions of all states with other ends.
+fn rebuilt(
+    observer: &Observer,
+    into: &mut Decisions,
+    end: impl Fn(usize, bool) -> Decision,
+) -> Vec<DecisionId> {
+    // Decisions come after those they lead to.
+    let mut made = Vec::with_capacity(observer.decisions.all.len());
+    for &decision in &observer.decisions.all {
+        let new = match decision {
+            Decision::Go { next, mark } => end(next, mark),
+            Decision::Test { atom, no, yes } => Decision::Test { atom, no: made[no], yes: made[yes] },
+        };
+        made.push(into.add(new));
+    }
+    observer.states.iter().map(|&s| made[s]).collect()
+}
+
+pub(super) fn steps(observer: &Observer) -> Steps {
+    let mut ends: Vec<Vec<(usize, bool)>> = Vec::with_capacity(observer.decisions.all.len());
+    for decision in &observer.decisions.all {
+        let mut own = match *decision {
+            Decision::Go { next, mark } => vec![(next, mark)],
+            Decision::Test { no, yes, .. } => [ends[no].as_slice(), ends[yes].as_slice()].concat(),
+        };
+        own.sort_unstable();
+        own.dedup();
+        ends.push(own);
+    }
+    observer.states.iter().map(|&s| ends[s].clone()).collect()
+}
+
+/// States whose future is settled.
+pub(super) struct Settled {
+    /// No play from there is marked again and again.
+    pub(super) never: Vec<bool>,
+    /// All plays from there are.
+    pub(super) surely: Vec<bool>,
+}
+
+impl Settled {
+    pub(super) fn of(steps: &Steps) -> Self {
+        // νY. μX. a step into X, or a marked one into Y.
+        let mut again = vec![true; steps.len()];
+        loop {
+            let found = least(steps, |x, (to, mark)| x[to] || (mark && again[to]), &vec![false; steps.len()]);
+            if found == again {
+                break;
+            }
+            again = found;
+        }
+        // νZ. a step without a mark into Z; and what leads there.
+        let mut unmarked = vec![true; steps.len()];
+        loop {
+            let stays = |own: &Vec<(usize, bool)>| own.iter().any(|&(to, mark)| !mark && unmarked[to]);
+            let left: Vec<bool> = steps.iter().map(stays).collect();
+            if left == unmarked {
+                break;
+            }
+            unmarked = left;
+        }
+        let in_vain = least(steps, |x, (to, _)| x[to], &unmarked);
+        Settled { never: again.iter().map(|a| !a).collect(), surely: in_vain.iter().map(|v| !v).collect() }
+    }
+}
+
+/// μX. start ∪ { s : some step fits X }
+fn least(steps: &Steps, fits: impl Fn(&[bool], (usize, bool)) -> bool, start: &[bool]) -> Vec<bool> {
+    let mut x = start.to_vec();
+    loop {
+        let mut grew = false;
+        for (state, own) in steps.iter().enumerate().rev() {
+            if !x[state] && own.iter().any(|&step| fits(&x, step)) {
+                x[state] = true;
+                grew = true;
+            }
+        }
+        if !grew {
+            return x;
+        }
+    }
+}
+
+/// Merges states by refinement of classes, and numbers those reachable from `start`.
+fn merged(observer: Observer, start: usize) -> Observer {
+    let mut class = vec![0; observer.states.len()];
+    let mut count = 1;
+    loop {
+        let mut decisions = Decisions::default();
+        let seen = rebuilt(&observer, &mut decisions, |next, mark| Decision::Go { next: class[next], mark });
+        let mut numbers: AHashMap<(usize, DecisionId), usize> = AHashMap::new();
+        for (state, decision) in seen.into_iter().enumerate() {
+            let next = numbers.len();
+            class[state] = *numbers.entry((class[state], decision)).or_insert(next);
+        }
+        if numbers.len() == count {
+            break;
+        }
+        count = numbers.len();
+    }
+    numbered(&observer, &class, start)
+}
+
+/// The classes that can be reached, in the order in which they are met.
+fn numbered(observer: &Observer, class: &[usize], start: usize) -> Observer {
+    let steps = steps(observer);
+    let (mut number, mut met) = (AHashMap::new(), vec![start]);
+    number.insert(class[start], 0);
+    let mut at = 0;
+    while let Some(&state) = met.get(at) {
+        for &(to, _) in &steps[state] {
+            let fresh = number.len();
+            number.entry(class[to]).or_insert_with(|| {
+                met.push(to);
+                fresh
+            });
+        }
+        at += 1;
+    }
+    let mut all = Decisions::default();
+    // Ends that are not reached keep any number: no decision that is left leads to them.
+    let states = rebuilt(observer, &mut all, |next, mark| Decision::Go {
+        next: number.get(&class[next]).copied().unwrap_or(0),
+        mark,
+    });
+    let states: Vec<DecisionId> = met.iter().map(|&s| states[s]).collect();
+    used(&Observer { states, decisions: all, atoms: observer.atoms.clone() })
+}
+
+/// The observer without decisions and atoms that no state needs.
+fn used(observer: &Observer) -> Observer {
+    let mut needed = vec![false; observer.decisions.all.len()];
+    observer.states.iter().for_each(|&s| needed[s] = true);
+    let mut tested = vec![false; observer.atoms.len()];
+    for at in (0..needed.len()).rev() {
+        if let (true, Decision::Test { atom, no, yes }) = (needed[at], observer.decisions.all[at]) {
+            (needed[no], needed[yes], tested[atom as usize]) = (true, true, true);
+        }
+    }
+    let places: Vec<u32> = tested
+        .iter()
+        .scan(0, |next, &is| {
+            let place = *next;
+            *next += u32::from(is);
+            Some(place)
+        })
+        .collect();
+    let (mut decisions, mut made) = (Decisions::default(), vec![0; needed.len()]);
+    for (at, &decision) in observer.decisions.all.iter().enumerate().filter(|(at, _)| needed[*at]) {
+        made[at] = decisions.add(match decision {
+            Decision::Test { atom, no, yes } => {
+                Decision::Test { atom: places[atom as usize], no: made[no], yes: made[yes] }
+            }
+            go => go,
+        });
+    }
+    let atoms = observer.atoms.iter().zip(&tested).filter(|(_, is)| **is).map(|(a, _)| *a).collect();
+    Observer { states: observer.states.iter().map(|&s| made[s]).collect(), decisions, atoms }
+}

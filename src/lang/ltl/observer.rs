@@ -1,0 +1,190 @@
+//! Deterministic observers: finite automata that read states and mark some of their steps.
+//!
+//! A co-safe formula holds when a step is marked, and then all later ones are; `G φ` with co-safe φ holds when
+//! steps are marked again and again. Marks stand on steps, so that `F a` marks the step that reads a.
+
+use ahash::AHashMap;
+
+use super::functions::{FALSE, Function, TRUE};
+use super::minimal;
+use super::normal::Normal;
+use super::progress::{OBLIGATIONS, Progress};
+use crate::error::{Limit, Result};
+use crate::model::expr::ExprId;
+
+/// Observers with more states are refused.
+pub(super) const MOST_STATES: usize = 1 << 12;
+
+/// A decision on the atoms of the present state, by its position.
+pub(super) type DecisionId = usize;
+
+/// What an observer does in one of its states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Decision {
+    /// Goes to a state, with or without a mark.
+    Go { next: usize, mark: bool },
+    /// Depends on an atom.
+    Test { atom: u32, no: DecisionId, yes: DecisionId },
+}
+
+/// Decisions, each once.
+#[derive(Debug, Default)]
+pub(super) struct Decisions {
+    pub(super) all: Vec<Decision>,
+    known: AHashMap<Decision, DecisionId>,
+}
+
+impl Decisions {
+    pub(super) fn add(&mut self, decision: Decision) -> DecisionId {
+        if let Decision::Test { no, yes, .. } = decision
+            && no == yes
+        {
+            return no;
+        }
+        *self.known.entry(decision).or_insert_with(|| {
+            self.all.push(decision);
+            self.all.len() - 1
+        })
+    }
+}
+
+/// A deterministic observer; state 0 is the first.
+#[derive(Debug)]
+pub(super) struct Observer {
+    /// For each state what it does.
+    pub(super) states: Vec<DecisionId>,
+    pub(super) decisions: Decisions,
+    /// What the decisions test.
+    pub(super) atoms: Vec<ExprId>,
+}
+
+impl Observer {
+    /// The observer of a co-safe formula: its mark says that the formula holds, whatever follows.
+    ///
+    /// # Errors
+    /// It has too many states, or its formula too many obligations.
+    pub(super) fn of_cosafe(n: &Normal) -> Result<Self> {
+        let mut build = Build::new();
+        let start = build.progress.ask(n)?;
+        build.run((start, TRUE), None)
+    }
+
+    /// The observer of `G φ` with co-safe φ: it marks a step when all that was owed at the last mark is
+    /// fulfilled.
+    ///
+    /// What has come up since is owed from the next mark on (J. Esparza, J. Kretinsky, S. Sickert, *A unified
+    /// translation of linear temporal logic to omega-automata*, 2020: the breakpoint).
+    ///
+    /// # Errors
+    /// As [`Observer::of_cosafe`].
+    pub(super) fn of_recurrence(n: &Normal) -> Result<Self> {
+        let mut build = Build::new();
+        let each = build.progress.ask(n)?;
+        build.run((TRUE, TRUE), Some(each))
+    }
+
+    /// Whether the other one does the same, state by state.
+    pub(super) fn is_same(&self, other: &Observer) -> bool {
+        self.states == other.states && self.decisions.all == other.decisions.all && self.atoms == other.atoms
+    }
+
+    /// What a step from a state does.
+    #[cfg(test)]
+    pub(super) fn step(&self, state: usize, holds: impl Fn(ExprId) -> bool) -> (usize, bool) {
+        let mut at = self.states[state];
+        loop {
+            match self.decisions.all[at] {
+                Decision::Go { next, mark } => return (next, mark),
+                Decision::Test { atom, no, yes } => {
+                    at = if holds(self.atoms[atom as usize]) { yes } else { no }
+                }
+            }
+        }
+    }
+}
+
+/// What is owed, and what has come up since the last mark.
+type Owed = (Function, Function);
+
+/// An observer that grows.
+struct Build {
+    progress: Progress,
+    decisions: Decisions,
+    known: AHashMap<Owed, usize>,
+    open: Vec<Owed>,
+    made: AHashMap<Owed, DecisionId>,
+}
+
+impl Build {
+    fn new() -> Self {
+        Build {
+            progress: Progress::new(),
+            decisions: Decisions::default(),
+            known: AHashMap::new(),
+            open: Vec::new(),
+            made: AHashMap::new(),
+        }
+    }
+
+    /// All states from the first one on; `each` is what comes up in each state.
+    fn run(mut self, start: Owed, each: Option<Function>) -> Result<Observer> {
+        self.state(start)?;
+        let mut states = Vec::new();
+        while let Some(&owed) = self.open.get(states.len()) {
+            let read = self.read(owed, each)?;
+            states.push(self.decide(read, each.is_some())?);
+        }
+        let Build { progress, decisions, .. } = self;
+        Ok(minimal::minimal(&Observer { states, decisions, atoms: progress.atoms }))
+    }
+
+    fn state(&mut self, owed: Owed) -> Result<usize> {
+        if let Some(&known) = self.known.get(&owed) {
+            return Ok(known);
+        }
+        if self.open.len() >= MOST_STATES {
+            let what = format!("a temporal formula whose observer has more than {MOST_STATES} states");
+            return Err(Limit::Size { what }.into());
+        }
+        self.open.push(owed);
+        self.known.insert(owed, self.open.len() - 1);
+        Ok(self.open.len() - 1)
+    }
+
+    fn read(&mut self, (owed, since): Owed, each: Option<Function>) -> Result<Owed> {
+        let Some(each) = each else { return Ok((self.progress.read(owed)?, TRUE)) };
+        let (owed, since, new) =
+            (self.progress.read(owed)?, self.progress.read(since)?, self.progress.read(each)?);
+        let since = self.progress.functions.and(since, new)?;
+        // With nothing owed, what comes up is owed at once.
+        Ok(if owed == TRUE { (since, TRUE) } else { (owed, since) })
+    }
+
+    /// The decision that leads to what is left of `owed` and `since`.
+    fn decide(&mut self, (owed, since): Owed, again: bool) -> Result<DecisionId> {
+        if let Some(&made) = self.made.get(&(owed, since)) {
+            return Ok(made);
+        }
+        let atom = self.progress.functions.top(owed).min(self.progress.functions.top(since));
+        let made = if atom < OBLIGATIONS {
+            let (no, yes) = self.progress.functions.halves(owed, atom);
+            let (since_no, since_yes) = self.progress.functions.halves(since, atom);
+            let no = self.decide((no, since_no), again)?;
+            let yes = self.decide((yes, since_yes), again)?;
+            self.decisions.add(Decision::Test { atom, no, yes })
+        } else {
+            let mark = owed == TRUE;
+            let next = match (again, owed, since) {
+                (true, TRUE, _) => (since, TRUE),
+                (true, FALSE, _) | (true, _, FALSE) => (FALSE, TRUE),
+                // What is implied by what is owed is fulfilled with it.
+                (true, ..) if self.progress.functions.implies(owed, since)? => (owed, TRUE),
+                _ => (owed, since),
+            };
+            let next = self.state(next)?;
+            self.decisions.add(Decision::Go { next, mark })
+        };
+        self.made.insert((owed, since), made);
+        Ok(made)
+    }
+}

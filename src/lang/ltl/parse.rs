@@ -1,0 +1,374 @@
+//! Formulas from text, with PRISM's precedence: `U`, `W` and `R` bind least, then `X`, `F` and `G`,
+//! whose operand goes as far as it can, then the operators of expressions.
+//!
+//! PRISM wants brackets around an operand of `&`, `|`, `!`, `=>` that has a temporal operator. They may
+//! be left out where nothing can be misread: at the end of a bracket, as in `F (a & F b)`.
+
+use std::sync::Arc;
+
+use super::{Formula, FormulaKind, Steps};
+use crate::error::{Result, SourceFile};
+use crate::lang::ast::{BinaryOp, NOT_LEVEL, Span};
+use crate::lang::parse::{Failed, Parsed, Parser, operator};
+use crate::lang::token::Token;
+
+/// A formula has at most so many operators outside of its state formulas.
+const MOST_OPERATORS: usize = 1_000;
+
+/// Reads a text that is one formula.
+///
+/// # Errors
+/// A syntax error; operators that are not supported; a formula that is too large.
+pub fn parse_formula(source: &Arc<SourceFile>) -> Result<Formula> {
+    let mut parser = Parser::new(source);
+    let parsed = parser.temporal_formula().and_then(|f| parser.expect(Token::End).map(|_| f));
+    parser.finish_parsed(parsed)
+}
+
+/// Operators before their operand.
+fn is_prefix(word: &str) -> bool {
+    matches!(word, "X" | "F" | "G")
+}
+
+/// Operators between two operands.
+fn is_infix(word: &str) -> bool {
+    matches!(word, "U" | "W" | "R")
+}
+
+impl Parser<'_> {
+    /// A formula of a bounded size.
+    pub(crate) fn temporal_formula(&mut self) -> Parsed<Formula> {
+        let formula = self.unbounded_formula()?;
+        let (mut operators, mut open) = (0, vec![&formula]);
+        while let Some(next) = open.pop() {
+            let operands = next.operands();
+            operators += operands.len().saturating_sub(1).max(usize::from(!operands.is_empty()));
+            open.extend(operands);
+        }
+        if operators > MOST_OPERATORS {
+            let message = format!("a formula of {operators} operators, more than {MOST_OPERATORS}");
+            let help = "give names to what holds in one state with `formula` or `label` in the model";
+            self.report(self.wrong(formula.span, message).label("too large").help(help));
+            return Err(Failed);
+        }
+        Ok(formula)
+    }
+
+    /// `φ U ψ`, or anything that binds tighter.
+    fn unbounded_formula(&mut self) -> Parsed<Formula> {
+        self.nested(|p| {
+            let left = p.unary(true)?;
+            let Some(word) = p.infix() else { return Ok(left) };
+            p.advance();
+            let steps = p.steps(word)?;
+            let right = p.unary(true)?;
+            if p.infix().is_some() {
+                let message = format!("`{word}` cannot be chained without brackets");
+                p.report(p.wrong(p.here(), message).help("write `(a U b) U c` or `a U (b U c)`"));
+                return Err(Failed);
+            }
+            let span = left.span.to(p.before());
+            let (left, right) = (Box::new(left), Box::new(right));
+            let kind = match word {
+                "U" => FormulaKind::Until(steps, left, right),
+                "W" => FormulaKind::Weak(left, right),
+                _ => FormulaKind::Release(left, right),
+            };
+            Ok(Formula { kind, span })
+        })
+    }
+
+    fn infix(&self) -> Option<&'static str> {
+        let word = self.text(self.here());
+        ["U", "W", "R"].into_iter().find(|w| self.peek() == Token::Word && *w == word)
+    }
+
+    /// `X φ`, `F φ`, `G φ`, or what binds tighter; `bare` says whether temporal operands may stand
+    /// without brackets in it.
+    fn unary(&mut self, bare: bool) -> Parsed<Formula> {
+        match self.prefix_word() {
+            None if self.is_state_formula() => {
+                let e = self.expression()?;
+                Ok(Formula { span: e.span, kind: FormulaKind::State(e) })
+            }
+            None => self.boolean(0, bare),
+            Some(word) => self.prefixed(word, |p| p.unary(false)),
+        }
+    }
+
+    fn prefix_word(&self) -> Option<&'static str> {
+        let word = self.text(self.here());
+        ["X", "F", "G"].into_iter().find(|w| self.peek() == Token::Word && *w == word)
+    }
+
+    fn prefixed(
+        &mut self,
+        word: &'static str,
+        operand: impl FnOnce(&mut Self) -> Parsed<Formula>,
+    ) -> Parsed<Formula> {
+        let start = self.advance();
+        let steps = self.steps(word)?;
+        let operand = Box::new(self.nested(operand)?);
+        let span = start.to(self.before());
+        let kind = match word {
+            "X" => FormulaKind::Next(operand),
+            "F" => FormulaKind::Eventually(steps, operand),
+            _ => FormulaKind::Always(steps, operand),
+        };
+        Ok(Formula { kind, span })
+    }
+
+    /// Whether no temporal operator comes before the end of this bracket or the next `U`, `W` or `R`.
+    fn is_state_formula(&self) -> bool {
+        let (mut ahead, mut depth) = (0, 0usize);
+        loop {
+            match self.peek_at(ahead) {
+                Token::End | Token::Semicolon => return true,
+                Token::LeftParen | Token::LeftBracket => depth += 1,
+                Token::RightParen | Token::RightBracket if depth == 0 => return true,
+                Token::RightParen | Token::RightBracket => depth -= 1,
+                Token::Word => match self.text_at(ahead) {
+                    word if is_infix(word) && depth == 0 => return true,
+                    word if is_infix(word) || is_prefix(word) => return false,
+                    _ => {}
+                },
+                _ => {}
+            }
+            ahead += 1;
+        }
+    }
+
+    /// Whether the bracket that opens `ahead` tokens from here holds a temporal operator.
+    fn brackets_formula(&self, ahead: usize) -> bool {
+        let (mut at, mut depth) = (ahead, 0usize);
+        loop {
+            match self.peek_at(at) {
+                Token::End | Token::Semicolon => return false,
+                Token::LeftParen | Token::LeftBracket => depth += 1,
+                Token::RightParen | Token::RightBracket if depth <= 1 => return false,
+                Token::RightParen | Token::RightBracket => depth -= 1,
+                Token::Word if is_prefix(self.text_at(at)) || is_infix(self.text_at(at)) => return true,
+                _ => {}
+            }
+            at += 1;
+        }
+    }
+
+    /// A chain of `<=>`, `=>`, `|` and `&` that bind at least as tightly as `least`.
+    fn boolean(&mut self, least: u8, bare: bool) -> Parsed<Formula> {
+        let mut left = self.operand(bare)?;
+        let mut last = None;
+        while let Some(op) =
+            operator(self.peek()).filter(|op| (least..=BinaryOp::And.level()).contains(&op.level()))
+        {
+            let sign = self.peek();
+            let place = self.advance();
+            self.foreign_operator(sign);
+            if last == Some(op) && matches!(op, BinaryOp::Implies | BinaryOp::Iff) {
+                let message = format!("`{}` cannot be chained without brackets", op.symbol());
+                self.report(self.wrong(place, message).help("put brackets around one of the two"));
+                return Err(Failed);
+            }
+            let right = self.boolean(op.level() + 1, bare)?;
+            left = joined(left, op, right, last == Some(op));
+            last = Some(op);
+        }
+        Ok(left)
+    }
+
+    /// A bracket with a temporal operator in it, a negation of such, or an expression.
+    fn operand(&mut self, bare: bool) -> Parsed<Formula> {
+        let start = self.here();
+        let bangs = (0..).take_while(|&n| self.peek_at(n) == Token::Bang).count();
+        let behind = self.peek_at(bangs);
+        let is_bracket = behind == Token::LeftParen && self.brackets_formula(bangs);
+        let is_bare = behind == Token::Word && is_prefix(self.text_at(bangs));
+        if !is_bracket && !is_bare {
+            let e = self.binary(NOT_LEVEL)?;
+            return Ok(Formula { span: e.span, kind: FormulaKind::State(e) });
+        }
+        (0..bangs).for_each(|_| {
+            self.advance();
+        });
+        let mut formula = if is_bracket { self.bracketed()? } else { self.bare(bare)? };
+        // Two negations cancel.
+        if bangs % 2 == 1 {
+            formula = Formula { kind: FormulaKind::Not(Box::new(formula)), span: start.to(self.before()) };
+        }
+        Ok(formula)
+    }
+
+    fn bracketed(&mut self) -> Parsed<Formula> {
+        self.advance();
+        let formula = self.unbounded_formula()?;
+        self.expect(Token::RightParen)?;
+        let follows = operator(self.peek()).filter(|op| op.level() > BinaryOp::And.level());
+        if follows.is_some() || self.peek() == Token::Question {
+            let message = format!("a temporal formula cannot be an operand of `{}`", self.text(self.here()));
+            self.report(
+                self.wrong(self.here(), message).label("only `!`, `&`, `|`, `=>` and `<=>` join formulas"),
+            );
+            return Err(Failed);
+        }
+        Ok(formula)
+    }
+
+    /// `F b` without brackets behind `&`, `|`, `=>` or `!`: taken where a bracket or the text ends behind it.
+    fn bare(&mut self, allowed: bool) -> Parsed<Formula> {
+        let start = self.here();
+        let Some(word) = self.prefix_word() else { return Err(self.expected("a formula")) };
+        let formula = self.prefixed(word, |p| p.bare_operand())?;
+        let ends =
+            matches!(self.peek(), Token::End | Token::Semicolon | Token::RightParen | Token::RightBracket);
+        if allowed && ends {
+            return Ok(formula);
+        }
+        let text = self.text(start.to(self.before()));
+        let message = format!("`{word}` can be read in more than one way here");
+        let help = format!("put brackets around what belongs together, such as `({text})`");
+        self.report(self.wrong(start, message).label("needs brackets").help(help));
+        Err(Failed)
+    }
+
+    fn bare_operand(&mut self) -> Parsed<Formula> {
+        match self.prefix_word() {
+            Some(word) => self.prefixed(word, |p| p.bare_operand()),
+            None => self.operand(false),
+        }
+    }
+
+    /// `<=10`, `[2,5]` or nothing behind an operator.
+    fn steps(&mut self, word: &str) -> Parsed<Steps> {
+        let start = self.here();
+        let mut steps = Steps::default();
+        match self.peek() {
+            sign @ (Token::Le | Token::Lt) => {
+                self.advance();
+                steps.most = Some((self.atom()?, sign == Token::Lt));
+            }
+            sign @ (Token::Ge | Token::Gt) => {
+                self.advance();
+                steps.least = Some((self.atom()?, sign == Token::Gt));
+            }
+            Token::Eq => {
+                self.advance();
+                let bound = self.atom()?;
+                steps = Steps { least: Some((bound.clone(), false)), most: Some((bound, false)) };
+            }
+            Token::LeftBracket => {
+                self.advance();
+                steps.least = Some((self.expression()?, false));
+                self.expect(Token::Comma)?;
+                steps.most = Some((self.expression()?, false));
+                self.expect(Token::RightBracket)?;
+            }
+            _ => return Ok(steps),
+        }
+        if matches!(word, "X" | "W" | "R") {
+            let span = start.to(self.before());
+            let message = format!("`{word}` with a bound on the number of steps is not supported");
+            self.report(self.unsupported(span, message).help("`F`, `G` and `U` take such bounds"));
+            return Err(Failed);
+        }
+        Ok(steps)
+    }
+}
+
+/// `left op right`, flat where a chain of `&` or `|` goes on.
+fn joined(left: Formula, op: BinaryOp, right: Formula, goes_on: bool) -> Formula {
+    let span: Span = left.span.to(right.span);
+    let kind = match (op, left.kind) {
+        (BinaryOp::And, FormulaKind::And(mut all)) if goes_on => {
+            all.push(right);
+            FormulaKind::And(all)
+        }
+        (BinaryOp::Or, FormulaKind::Or(mut all)) if goes_on => {
+            all.push(right);
+            FormulaKind::Or(all)
+        }
+        (op, kind) => {
+            let left = Formula { kind, span: left.span };
+            match op {
+                BinaryOp::And => FormulaKind::And(vec![left, right]),
+                BinaryOp::Or => FormulaKind::Or(vec![left, right]),
+                BinaryOp::Implies => FormulaKind::Implies(Box::new(left), Box::new(right)),
+                _ => FormulaKind::Iff(Box::new(left), Box::new(right)),
+            }
+        }
+    };
+    Formula { kind, span }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+
+    fn read(text: &str) -> std::result::Result<Formula, String> {
+        parse_formula(&SourceFile::new("formula", text)).map_err(|e| match e {
+            Error::Input(all) => all[0].message.clone(),
+            other => other.to_string(),
+        })
+    }
+
+    #[test]
+    fn brackets_may_be_left_out_where_nothing_can_be_misread() {
+        for (short, long) in [
+            ("F (a & F b)", "F (a & (F b))"),
+            ("G (a => F b)", "G (a => (F b))"),
+            ("!c U b", "(!c) U (b)"),
+            ("F G a", "F (G a)"),
+            ("G !p", "G (!p)"),
+            ("F a & b", "F (a & b)"),
+            ("a & b U c | d", "(a & b) U (c | d)"),
+            ("!(F a) & b", "(!(F a)) & b"),
+            ("!!(F a)", "F a"),
+            ("F<=3 x=1", "F<=3 (x=1)"),
+            ("x=1 & (F y>2) & (G z)", "(x=1) & (F (y>2)) & (G (z))"),
+            ("a => G F b", "a => (G (F b))"),
+            ("(a | X b) U c", "(a | (X b)) U c"),
+        ] {
+            assert_eq!(read(short), read(long), "{short}");
+            assert!(read(short).is_ok(), "{short}: {:?}", read(short));
+        }
+    }
+
+    #[test]
+    fn what_can_be_misread_or_has_no_meaning_is_refused() {
+        for text in [
+            "F a & F b",
+            "G a => F b",
+            "a & F b & c",
+            "a & F b U c",
+            "a U b U c",
+            "(F a) => (F b) => (F c)",
+            "(F a) + 1 = 2",
+            "(F a) ? b : c",
+            "x = (F a)",
+            "X<=2 a",
+            "F<= a",
+            "F",
+            "a U",
+            "(F a",
+            "F [1,2 a",
+            "G (P>=1 [ F a ])",
+        ] {
+            assert!(read(text).is_err(), "{text}: {:?}", read(text));
+        }
+    }
+
+    #[test]
+    fn size_and_depth_are_bounded() {
+        let many = format!("(F a){}", " & (F a)".repeat(100_000));
+        assert!(
+            read(&many).unwrap_err().contains("100001 operators")
+                || read(&many).unwrap_err().contains("operators")
+        );
+        let chain = format!("(F a){}", " => (F a)".repeat(100_000));
+        assert!(read(&chain).is_err());
+        for opening in ["(", "F ", "!(F ", "X ", "(a & F "] {
+            let deep = format!("{}a", opening.repeat(100_000));
+            assert!(read(&deep).unwrap_err().contains("nested"), "{opening}");
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! Progression: what a formula asks of the future once the present state is read.
+//!
+//! F. Bacchus and F. Kabanza, *Planning for temporally extended goals* (1998). What is asked is a Boolean
+//! function of obligations: temporal formulas, and state formulas not read yet, on the rest of the play.
+
+use ahash::AHashMap;
+
+use super::functions::{Function, Functions, STACK_LEFT, STACK_MORE};
+use super::normal::{Form, Normal, Window};
+use crate::error::{Limit, Result};
+use crate::model::expr::ExprId;
+
+/// Variables from here on are obligations; those before it are atoms of the present state.
+pub(super) const OBLIGATIONS: u32 = 1 << 16;
+/// More obligations of one formula are refused.
+const MOST_OBLIGATIONS: usize = 1 << 13;
+
+/// What is to hold from the next state on; parts are functions of obligations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Obligation {
+    Atom(u32),
+    Next(Function),
+    Until(Window, Function, Function),
+    Release(Window, Function, Function),
+}
+
+/// Progresses the formulas of one observer.
+pub(super) struct Progress {
+    pub(super) functions: Functions,
+    /// The atoms by their variables.
+    pub(super) atoms: Vec<ExprId>,
+    obligations: Vec<Obligation>,
+    known: AHashMap<Obligation, u32>,
+    read: AHashMap<Function, Function>,
+}
+
+impl Progress {
+    pub(super) fn new() -> Self {
+        Progress {
+            functions: Functions::new(),
+            atoms: Vec::new(),
+            obligations: Vec::new(),
+            known: AHashMap::new(),
+            read: AHashMap::new(),
+        }
+    }
+
+    /// The formula as a function of obligations: nothing of it is read yet.
+    ///
+    /// # Errors
+    /// It needs too many obligations, as for [`Progress::read`].
+    pub(super) fn ask(&mut self, n: &Normal) -> Result<Function> {
+        match &n.form {
+            Form::Constant(value) => Ok(Function::from(*value)),
+            Form::Literal(e, positive) => {
+                let atom = match self.atoms.iter().position(|a| a == e) {
+                    Some(known) => known,
+                    None => {
+                        self.atoms.push(*e);
+                        self.atoms.len() - 1
+                    }
+                };
+                let variable = self.obligation(Obligation::Atom(atom as u32))?;
+                self.functions.variable(variable, *positive)
+            }
+            Form::And(parts) | Form::Or(parts) => {
+                let all = matches!(n.form, Form::And(_));
+                let mut joined = Function::from(all);
+                for part in parts {
+                    let part = self.ask(part)?;
+                    joined = if all {
+                        self.functions.and(joined, part)?
+                    } else {
+                        self.functions.or(joined, part)?
+                    };
+                }
+                Ok(joined)
+            }
+            Form::Next(inner) => {
+                let inner = self.ask(inner)?;
+                self.owe(Obligation::Next(inner))
+            }
+            Form::Until(window, left, right) => {
+                let (left, right) = (self.ask(left)?, self.ask(right)?);
+                self.owe(Obligation::Until(*window, left, right))
+            }
+            Form::Release(window, left, right) => {
+                let (left, right) = (self.ask(left)?, self.ask(right)?);
+                self.owe(Obligation::Release(*window, left, right))
+            }
+        }
+    }
+
+    fn owe(&mut self, obligation: Obligation) -> Result<Function> {
+        let variable = self.obligation(obligation)?;
+        self.functions.variable(variable, true)
+    }
+
+    fn obligation(&mut self, obligation: Obligation) -> Result<u32> {
+        if let Some(&known) = self.known.get(&obligation) {
+            return Ok(known);
+        }
+        if self.obligations.len() >= MOST_OBLIGATIONS {
+            let what = format!(
+                "a temporal formula with more than {MOST_OBLIGATIONS} obligations; smaller bounds on the number of steps have fewer"
+            );
+            return Err(Limit::Size { what }.into());
+        }
+        let new = OBLIGATIONS + self.obligations.len() as u32;
+        self.obligations.push(obligation);
+        self.known.insert(obligation, new);
+        Ok(new)
+    }
+
+    /// f once the present state is read: a function of its atoms, and of obligations on the states behind it.
+    pub(super) fn read(&mut self, f: Function) -> Result<Function> {
+        let top = self.functions.top(f);
+        if top == u32::MAX {
+            return Ok(f);
+        }
+        if let Some(&known) = self.read.get(&f) {
+            return Ok(known);
+        }
+        let found = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || {
+            let (low, high) = self.functions.halves(f, top);
+            let (low, high) = (self.read(low)?, self.read(high)?);
+            let test = self.fulfil(self.obligations[(top - OBLIGATIONS) as usize])?;
+            self.functions.ite(test, high, low)
+        })?;
+        self.read.insert(f, found);
+        Ok(found)
+    }
+
+    /// An obligation once the present state is read.
+    fn fulfil(&mut self, obligation: Obligation) -> Result<Function> {
+        match obligation {
+            Obligation::Atom(atom) => self.functions.variable(atom, true),
+            Obligation::Next(inner) => Ok(inner),
+            Obligation::Until(window, left, right) => {
+                // φ U ψ = ψ | φ & X (φ U ψ)
+                let going = match window.later() {
+                    Some(later) => {
+                        let (now, then) =
+                            (self.read(left)?, self.owe(Obligation::Until(later, left, right))?);
+                        self.functions.and(now, then)?
+                    }
+                    None => Function::from(false),
+                };
+                let done = if window.least == 0 { self.read(right)? } else { Function::from(false) };
+                self.functions.or(done, going)
+            }
+            Obligation::Release(window, left, right) => {
+                // φ R ψ = ψ & (φ | X (φ R ψ))
+                let going = match window.later() {
+                    Some(later) => {
+                        let (now, then) =
+                            (self.read(left)?, self.owe(Obligation::Release(later, left, right))?);
+                        self.functions.or(now, then)?
+                    }
+                    None => Function::from(true),
+                };
+                let kept = if window.least == 0 { self.read(right)? } else { Function::from(true) };
+                self.functions.and(kept, going)
+            }
+        }
+    }
+}
+
+impl Window {
+    /// The window one step later; none when it is over.
+    fn later(self) -> Option<Window> {
+        let most = match self.most {
+            Some(0) => return None,
+            Some(most) => Some(most - 1),
+            None => None,
+        };
+        Some(Window { least: self.least.saturating_sub(1), most })
+    }
+}

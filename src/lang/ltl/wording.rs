@@ -1,0 +1,136 @@
+//! The states of an observer in words that a person reads: "waiting for b".
+
+use ahash::AHashMap;
+
+use super::install::text_of;
+use super::minimal::{Settled, steps};
+use super::observer::{Decision, DecisionId, Observer};
+use crate::model::expr::ExprId;
+use crate::model::temporal::Asks;
+
+/// Conditions of more cases or more parts are not written out.
+const MOST_CASES: usize = 3;
+const MOST_PARTS: usize = 4;
+
+/// An assignment of atoms, as far as it goes.
+type Cube = Vec<(u32, bool)>;
+
+/// A name for each state, each once.
+pub(super) fn wording(
+    observer: &Observer,
+    asks: Asks,
+    texts: &AHashMap<(ExprId, bool), String>,
+) -> Vec<String> {
+    let settled = Settled::of(&steps(observer));
+    let mut names: Vec<String> = Vec::with_capacity(observer.states.len());
+    for (state, &decision) in observer.states.iter().enumerate() {
+        let wanted = match asks {
+            Asks::Accept if settled.surely[state] => "done".to_owned(),
+            Asks::Accept if settled.never[state] => "lost".to_owned(),
+            Asks::Avoid if settled.surely[state] => "violated".to_owned(),
+            Asks::Avoid if settled.never[state] => "kept for good".to_owned(),
+            Asks::Avoid => "kept so far".to_owned(),
+            Asks::Again | Asks::Settle if settled.never[state] => "stuck".to_owned(),
+            Asks::Again | Asks::Settle if state == 0 => "nothing owed".to_owned(),
+            Asks::Accept => {
+                let good = |next: usize, mark: bool| mark || (next != state && !settled.never[next]);
+                waiting(observer, decision, texts, &good)
+            }
+            Asks::Again | Asks::Settle => waiting(observer, decision, texts, &|_, mark| mark),
+        };
+        names.push(wanted);
+    }
+    distinct(names)
+}
+
+fn distinct(names: Vec<String>) -> Vec<String> {
+    let mut seen: AHashMap<String, usize> = AHashMap::new();
+    let number = |name: String| {
+        let count = seen.entry(name.clone()).or_default();
+        *count += 1;
+        if *count == 1 { name } else { format!("{name} ({count})") }
+    };
+    names.into_iter().map(number).collect()
+}
+
+/// "waiting for" what leads to a good end.
+fn waiting(
+    observer: &Observer,
+    decision: DecisionId,
+    texts: &AHashMap<(ExprId, bool), String>,
+    good: &dyn Fn(usize, bool) -> bool,
+) -> String {
+    let mut cases: Vec<Cube> = Vec::new();
+    collect(observer, decision, &mut Vec::new(), good, &mut cases);
+    for case in &mut cases {
+        // What does not matter is not said, negations first.
+        for sign in [false, true] {
+            for literal in case.clone().into_iter().filter(|l| l.1 == sign) {
+                let without: Cube = case.iter().copied().filter(|l| *l != literal).collect();
+                if surely(observer, decision, &without, good) {
+                    *case = without;
+                }
+            }
+        }
+    }
+    cases.sort();
+    cases.dedup();
+    if cases.is_empty()
+        || cases.len() > MOST_CASES
+        || cases.iter().any(|c| c.len() > MOST_PARTS || c.is_empty())
+    {
+        return "under way".to_owned();
+    }
+    let part = |&(atom, positive): &(u32, bool)| text_of(texts, observer.atoms[atom as usize], positive);
+    let case = |c: &Cube| c.iter().map(part).collect::<Vec<_>>().join(" & ");
+    format!("waiting for {}", cases.iter().map(case).collect::<Vec<_>>().join(" or "))
+}
+
+/// The ways to good ends, until there are too many.
+fn collect(
+    observer: &Observer,
+    decision: DecisionId,
+    path: &mut Cube,
+    good: &dyn Fn(usize, bool) -> bool,
+    cases: &mut Vec<Cube>,
+) {
+    if cases.len() > 4 * MOST_CASES {
+        return;
+    }
+    match observer.decisions.all[decision] {
+        Decision::Go { next, mark } if good(next, mark) => cases.push(path.clone()),
+        Decision::Go { .. } => {}
+        Decision::Test { atom, no, yes } => {
+            for (value, then) in [(true, yes), (false, no)] {
+                path.push((atom, value));
+                collect(observer, then, path, good, cases);
+                path.pop();
+            }
+        }
+    }
+}
+
+/// Whether all ends that fit an assignment are good.
+fn surely(
+    observer: &Observer,
+    decision: DecisionId,
+    case: &Cube,
+    good: &dyn Fn(usize, bool) -> bool,
+) -> bool {
+    let (mut open, mut seen) = (vec![decision], ahash::AHashSet::new());
+    while let Some(at) = open.pop() {
+        if !seen.insert(at) {
+            continue;
+        }
+        match observer.decisions.all[at] {
+            Decision::Go { next, mark } if good(next, mark) => {}
+            Decision::Go { .. } => return false,
+            Decision::Test { atom, no, yes } => match case.iter().find(|(a, _)| *a == atom) {
+                Some((_, true)) => open.push(yes),
+                Some((_, false)) => open.push(no),
+                None => open.extend([no, yes]),
+            },
+        }
+    }
+    true
+}

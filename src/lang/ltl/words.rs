@@ -1,0 +1,372 @@
+//! Observers against the direct meaning of formulas on ultimately periodic words.
+
+use std::sync::Arc;
+
+use proptest::prelude::*;
+
+use super::leaves::{Tree, leaves};
+use super::normal::{Form, Meaning, Normal, Normaliser};
+use super::observer::Observer;
+use super::{Formula, FormulaKind, Steps};
+use crate::error::{Result, SourceFile};
+use crate::lang::ast::{Expr, ExprKind, Span};
+use crate::model::VarId;
+use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use crate::model::temporal::Asks;
+use crate::model::value::{Type, Value};
+
+/// Letters up to the loop, and in it: bit k of a letter says whether the atom k holds.
+#[derive(Debug, Clone)]
+struct Word {
+    letters: Vec<u8>,
+    back: usize,
+}
+
+impl Word {
+    fn after(&self, at: usize) -> usize {
+        if at + 1 < self.letters.len() { at + 1 } else { self.back }
+    }
+}
+
+fn state(atom: u8) -> Formula {
+    let e = Expr { kind: ExprKind::Name(char::from(b'a' + atom).to_string()), span: Span::default() };
+    made(FormulaKind::State(e))
+}
+
+fn made(kind: FormulaKind) -> Formula {
+    Formula { kind, span: Span::default() }
+}
+
+fn number(n: u64) -> Option<(Expr, bool)> {
+    Some((Expr { kind: ExprKind::Int(n as i64), span: Span::default() }, false))
+}
+
+/// Where a formula holds, position by position: the definition of LTL.
+fn meaning(f: &Formula, word: &Word) -> Vec<bool> {
+    let n = word.letters.len();
+    let each = |f: &dyn Fn(usize) -> bool| (0..n).map(f).collect::<Vec<bool>>();
+    match &f.kind {
+        FormulaKind::State(Expr { kind: ExprKind::Name(name), .. }) => {
+            let bit = name.as_bytes()[0] - b'a';
+            each(&|i| word.letters[i] >> bit & 1 == 1)
+        }
+        FormulaKind::State(_) => panic!("atoms are names"),
+        FormulaKind::Not(a) => meaning(a, word).iter().map(|v| !v).collect(),
+        FormulaKind::And(all) => {
+            all.iter().map(|a| meaning(a, word)).reduce(|x, y| each(&|i| x[i] && y[i])).unwrap()
+        }
+        FormulaKind::Or(all) => {
+            all.iter().map(|a| meaning(a, word)).reduce(|x, y| each(&|i| x[i] || y[i])).unwrap()
+        }
+        FormulaKind::Implies(a, b) => {
+            let (a, b) = (meaning(a, word), meaning(b, word));
+            each(&|i| !a[i] || b[i])
+        }
+        FormulaKind::Iff(a, b) => {
+            let (a, b) = (meaning(a, word), meaning(b, word));
+            each(&|i| a[i] == b[i])
+        }
+        FormulaKind::Next(a) => {
+            let a = meaning(a, word);
+            each(&|i| a[word.after(i)])
+        }
+        FormulaKind::Eventually(steps, a) => until(steps, &vec![true; n], &meaning(a, word), word),
+        FormulaKind::Always(steps, a) => {
+            let not: Vec<bool> = meaning(a, word).iter().map(|v| !v).collect();
+            until(steps, &vec![true; n], &not, word).iter().map(|v| !v).collect()
+        }
+        FormulaKind::Until(steps, a, b) => until(steps, &meaning(a, word), &meaning(b, word), word),
+        FormulaKind::Weak(a, b) => {
+            let (a, b) = (meaning(a, word), meaning(b, word));
+            let both = until(&Steps::default(), &a, &b, word);
+            each(&|i| both[i] || walk(i, word, 2 * n).all(|j| a[j]))
+        }
+        FormulaKind::Release(a, b) => {
+            let not = |x: Vec<bool>| x.into_iter().map(|v| !v).collect::<Vec<bool>>();
+            not(until(&Steps::default(), &not(meaning(a, word)), &not(meaning(b, word)), word))
+        }
+    }
+}
+
+/// The positions from one on.
+fn walk(from: usize, word: &Word, steps: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(from), |&i| Some(word.after(i))).take(steps)
+}
+
+fn until(steps: &Steps, a: &[bool], b: &[bool], word: &Word) -> Vec<bool> {
+    let value = |bound: &Option<(Expr, bool)>| match bound {
+        Some((Expr { kind: ExprKind::Int(n), .. }, _)) => Some(*n as usize),
+        _ => None,
+    };
+    let (least, most) = (value(&steps.least).unwrap_or(0), value(&steps.most));
+    let horizon = most.map_or(least + 2 * a.len() + 1, |m| m + 1);
+    let holds = |i| {
+        for (step, j) in walk(i, word, horizon).enumerate() {
+            if step >= least && b[j] {
+                return true;
+            }
+            if !a[j] {
+                return false;
+            }
+        }
+        false
+    };
+    (0..a.len()).map(holds).collect()
+}
+
+/// Atoms are Boolean variables of no program.
+struct Atoms {
+    pool: ExprPool,
+    source: Arc<SourceFile>,
+}
+
+impl Meaning for Atoms {
+    fn state(&mut self, e: &Expr) -> Result<ExprId> {
+        match &e.kind {
+            ExprKind::Name(name) => {
+                Ok(self.pool.var(VarId(u32::from(name.as_bytes()[0] - b'a')), Type::Bool))
+            }
+            ExprKind::Not(a) => {
+                let a = self.state(a)?;
+                Ok(self.pool.unary(Unary::Not, a))
+            }
+            _ => panic!("atoms are names"),
+        }
+    }
+
+    fn bound(&mut self, e: &Expr) -> Result<u64> {
+        match e.kind {
+            ExprKind::Int(n) => Ok(n as u64),
+            _ => panic!("bounds are numbers"),
+        }
+    }
+
+    fn literal(&mut self, mut e: ExprId, mut positive: bool, span: Span) -> Normal {
+        while let Node::Unary(Unary::Not, inner) = self.pool.node(e) {
+            (e, positive) = (inner, !positive);
+        }
+        match self.pool.literal(e) {
+            Some(Value::Bool(value)) => Normal::constant(value == positive, span),
+            _ => Normal { form: Form::Literal(e, positive), span },
+        }
+    }
+
+    fn fold(&mut self, conjunction: bool, literals: &[(ExprId, bool)], span: Span) -> Normal {
+        let op = if conjunction { Binary::And } else { Binary::Or };
+        let mut all = self.pool.value(Value::Bool(conjunction));
+        for &(e, positive) in literals {
+            let e = if positive { e } else { self.pool.unary(Unary::Not, e) };
+            all = self.pool.binary(op, all, e);
+        }
+        self.literal(all, true, span)
+    }
+
+    fn source(&self) -> &Arc<SourceFile> {
+        &self.source
+    }
+}
+
+/// A formula by its observers; none outside of the fragment.
+struct Judge {
+    tree: Tree,
+    observers: Vec<Observer>,
+    pool: ExprPool,
+}
+
+impl Judge {
+    fn new(f: &Formula) -> Option<Self> {
+        let mut atoms = Atoms { pool: ExprPool::default(), source: SourceFile::new("formula", "") };
+        let normal = Normaliser::new(&mut atoms).build(f, true).unwrap();
+        let tree = leaves(&normal).ok()?;
+        let mut observers = Vec::new();
+        all_leaves(&tree, &mut |asks, n| {
+            observers.push(match asks {
+                Asks::Accept | Asks::Avoid => Observer::of_cosafe(n).unwrap(),
+                Asks::Again | Asks::Settle => Observer::of_recurrence(n).unwrap(),
+            });
+        });
+        Some(Judge { tree, observers, pool: atoms.pool })
+    }
+
+    fn holds(&self, word: &Word) -> bool {
+        let mut marked = self.observers.iter().map(|o| self.marked(o, word));
+        Self::truth(&self.tree, &mut marked)
+    }
+
+    fn truth(tree: &Tree, marked: &mut dyn Iterator<Item = bool>) -> bool {
+        match tree {
+            Tree::Constant(value) => *value,
+            Tree::Leaf(Asks::Accept | Asks::Again, _) => marked.next().unwrap(),
+            Tree::Leaf(..) => !marked.next().unwrap(),
+            // All operands are looked at: each takes its own marks.
+            Tree::All(parts) => parts.iter().map(|p| Self::truth(p, marked)).fold(true, |x, y| x & y),
+            Tree::Any(parts) => parts.iter().map(|p| Self::truth(p, marked)).fold(false, |x, y| x | y),
+        }
+    }
+
+    /// Whether the loop of the word has marks, once the observer has come to a loop of its own.
+    fn marked(&self, observer: &Observer, word: &Word) -> bool {
+        let (mut at, mut state) = (0, 0);
+        let mut seen: Vec<(usize, usize, bool)> = Vec::new();
+        loop {
+            if let Some(first) = seen.iter().position(|&(a, s, _)| (a, s) == (at, state)) {
+                return seen[first..].iter().any(|s| s.2);
+            }
+            let values: Vec<i64> = (0..3).map(|bit| i64::from(word.letters[at] >> bit & 1)).collect();
+            let (next, mark) =
+                observer.step(state, |e| self.pool.eval(e, &values).unwrap() == Value::Bool(true));
+            seen.push((at, state, mark));
+            (at, state) = (word.after(at), next);
+        }
+    }
+}
+
+fn all_leaves(tree: &Tree, found: &mut dyn FnMut(Asks, &Normal)) {
+    match tree {
+        Tree::Constant(_) => {}
+        Tree::Leaf(asks, n) => found(*asks, n),
+        Tree::All(parts) | Tree::Any(parts) => parts.iter().for_each(|p| all_leaves(p, found)),
+    }
+}
+
+/// All words over two atoms with so many letters.
+fn words(most: usize) -> Vec<Word> {
+    let mut all = Vec::new();
+    for length in 1..=most {
+        for code in 0..4usize.pow(length as u32) {
+            let letters: Vec<u8> = (0..length).map(|i| (code >> (2 * i) & 3) as u8).collect();
+            all.extend((0..length).map(|back| Word { letters: letters.clone(), back }));
+        }
+    }
+    all
+}
+
+/// All formulas with so many operators.
+fn formulas(size: usize) -> Vec<Formula> {
+    if size == 0 {
+        return vec![state(0), state(1)];
+    }
+    let mut all = Vec::new();
+    for a in formulas(size - 1) {
+        let a = || Box::new(a.clone());
+        let bounded = Steps { least: None, most: number(1) };
+        all.push(made(FormulaKind::Not(a())));
+        all.push(made(FormulaKind::Next(a())));
+        all.push(made(FormulaKind::Eventually(Steps::default(), a())));
+        all.push(made(FormulaKind::Always(Steps::default(), a())));
+        all.push(made(FormulaKind::Always(bounded, a())));
+    }
+    for left in 0..size {
+        for a in formulas(left) {
+            for b in formulas(size - 1 - left) {
+                let (a, b) = (Box::new(a.clone()), Box::new(b));
+                all.push(made(FormulaKind::And(vec![(*a).clone(), (*b).clone()])));
+                all.push(made(FormulaKind::Until(Steps::default(), a.clone(), b.clone())));
+                all.push(made(FormulaKind::Weak(a.clone(), b.clone())));
+                all.push(made(FormulaKind::Release(a, b)));
+            }
+        }
+    }
+    all
+}
+
+/// Compares on words, and says whether the formula is in the fragment.
+fn agrees(f: &Formula, words: &[Word]) -> bool {
+    let Some(judge) = Judge::new(f) else { return false };
+    for word in words {
+        assert_eq!(judge.holds(word), meaning(f, word)[0], "{f:?} on {word:?}");
+    }
+    true
+}
+
+#[test]
+fn all_formulas_of_up_to_two_operators() {
+    let words = words(4);
+    for size in 0..=2 {
+        let all = formulas(size);
+        let inside = all.iter().filter(|f| agrees(f, &words)).count();
+        assert_eq!((size, inside, all.len()), (size, [2, 26, 458][size], [2, 26, 546][size]));
+    }
+}
+
+#[test]
+fn every_fifth_formula_of_three_operators() {
+    let words = words(3);
+    let all = formulas(3);
+    let inside = all.iter().step_by(5).filter(|f| agrees(f, &words)).count();
+    assert_eq!((inside, all.len() / 5), (1813, 2834));
+}
+
+#[test]
+fn observers_of_common_formulas_are_small() {
+    let states = |text: &str| {
+        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
+        let judge = Judge::new(&f).unwrap();
+        judge.observers.iter().map(|o| o.states.len()).collect::<Vec<_>>()
+    };
+    for (text, expected) in [
+        ("F a", vec![2]),
+        ("G a", vec![2]),
+        ("G F a", vec![1]),
+        ("F G a", vec![1]),
+        ("F (a & F b)", vec![3]),
+        ("!c U b", vec![3]),
+        ("G (a => F b)", vec![2]),
+        ("F (a & G b)", vec![2]),
+        ("F<=3 a", vec![6]),
+        ("(F a) | (F b)", vec![2]),
+        ("(F a) & (F b)", vec![2, 2]),
+        ("(G F a) & (G F b)", vec![1, 1]),
+        ("X X X a", vec![6]),
+    ] {
+        assert_eq!(states(text), expected, "{text}");
+    }
+}
+
+fn steps() -> impl Strategy<Value = Steps> {
+    prop_oneof![
+        3 => Just(Steps::default()),
+        1 => (0u64..4).prop_map(|m| Steps { least: None, most: number(m) }),
+        1 => (0u64..3, 0u64..3).prop_map(|(l, m)| Steps { least: number(l), most: number(l + m) }),
+        1 => (0u64..3).prop_map(|l| Steps { least: number(l), most: None }),
+    ]
+}
+
+fn formula() -> impl Strategy<Value = Formula> {
+    (0u8..3).prop_map(state).prop_recursive(6, 14, 3, |inner| {
+        let one = || inner.clone().prop_map(Box::new);
+        let list = || prop::collection::vec(inner.clone(), 2..4);
+        prop_oneof![
+            one().prop_map(|a| made(FormulaKind::Not(a))),
+            one().prop_map(|a| made(FormulaKind::Next(a))),
+            (steps(), one()).prop_map(|(s, a)| made(FormulaKind::Eventually(s, a))),
+            (steps(), one()).prop_map(|(s, a)| made(FormulaKind::Always(s, a))),
+            (steps(), one(), one()).prop_map(|(s, a, b)| made(FormulaKind::Until(s, a, b))),
+            (one(), one()).prop_map(|(a, b)| made(FormulaKind::Weak(a, b))),
+            (one(), one()).prop_map(|(a, b)| made(FormulaKind::Release(a, b))),
+            (one(), one()).prop_map(|(a, b)| made(FormulaKind::Implies(a, b))),
+            (one(), one()).prop_map(|(a, b)| made(FormulaKind::Iff(a, b))),
+            list().prop_map(|all| made(FormulaKind::And(all))),
+            list().prop_map(|all| made(FormulaKind::Or(all))),
+        ]
+    })
+}
+
+fn word() -> impl Strategy<Value = Word> {
+    prop::collection::vec(0u8..8, 1..9)
+        .prop_flat_map(|letters| (Just(letters.clone()), 0..letters.len()))
+        .prop_map(|(letters, back)| Word { letters, back })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3_000))]
+
+    #[test]
+    fn random_formulas(f in formula(), words in prop::collection::vec(word(), 12)) {
+        if let Some(judge) = Judge::new(&f) {
+            for word in &words {
+                prop_assert_eq!(judge.holds(word), meaning(&f, word)[0], "{:?} on {:?}", f, word);
+            }
+        }
+    }
+}

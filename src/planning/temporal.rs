@@ -1,0 +1,131 @@
+//! Regions of temporal formulas: what is asked of the marks of observers, on the product.
+//!
+//! With a condition in disjunctive normal form, an Emerson-Lei condition, U_d is where the disjunct d can be kept
+//! to for ever; a play that satisfies the condition almost surely comes to one of them (L. de Alfaro, *Formal
+//! verification of probabilistic systems*, 1997).
+
+use crate::engine::regions::{Regions, pmax_positive};
+use crate::engine::{Engine, Region};
+use crate::error::Result;
+use crate::model::expr::ExprId;
+use crate::model::temporal::{Condition, Disjunct};
+
+/// Where a disjunct can be kept to, with what shows it.
+pub struct Kept<E: Engine> {
+    /// U_d
+    pub states: E::States,
+    /// The pairs of these states that stay in them.
+    pub choices: E::Choices,
+    /// For each mark that comes again and again, the states of U_d whose steps it is on.
+    pub again: Vec<E::States>,
+}
+
+/// U_d = the greatest Z ⊆ P_d such that from every state of Z some choices stay in Z surely and, staying,
+/// almost surely reach each R_di.
+///
+/// From where R_di can be reached inside Z with pairs that stay in Z, it is reached almost surely when these are
+/// taken at random: so what cannot reach some R_di is taken out, then what has no pair left, until nothing is.
+///
+/// # Errors
+/// A limit of the engine, or a state formula without a value. Cost: one `can_reach` an R_di and round, and one
+/// pre-image of the states removed.
+pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
+    let mut allowed = engine.all_states();
+    for &(mark, sign) in &disjunct.always {
+        let marked = engine.states_where(mark)?;
+        allowed = if sign {
+            engine.intersection(&allowed, &marked)?
+        } else {
+            engine.difference(&allowed, &marked)?
+        };
+    }
+    let recurring =
+        disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
+    let Region { mut states, mut choices } = engine.stay_within(&allowed, &engine.all_choices())?;
+    let mut unchanged = 0;
+    for mark in recurring.iter().cycle() {
+        if unchanged == recurring.len() || engine.is_empty(&states) {
+            break;
+        }
+        let here = engine.intersection(mark, &states)?;
+        let reaching = engine.can_reach(&here, &choices, &Vec::new())?;
+        let left = engine.intersection(&states, &reaching)?;
+        if engine.same_states(&left, &states) {
+            unchanged += 1;
+            continue;
+        }
+        unchanged = 0;
+        Region { states, choices } = engine.stay_within(&left, &choices)?;
+    }
+    let again = recurring.iter().map(|mark| engine.intersection(mark, &states)).collect::<Result<_>>()?;
+    Ok(Kept { states, choices, again })
+}
+
+/// ⋃_d U_d: where the condition can be kept to. Almost surely to reach it, or possibly, is almost surely, or
+/// possibly, to satisfy the condition.
+///
+/// # Errors
+/// As [`kept`]. Cost: that of it for each disjunct.
+pub fn secured<E: Engine>(engine: &E, condition: &Condition) -> Result<E::States> {
+    let mut all = engine.no_states();
+    // Conditions that are too large were refused when they were read.
+    for disjunct in condition.disjuncts().unwrap_or_default() {
+        all = engine.union(&all, &kept(engine, &disjunct)?.states)?;
+    }
+    Ok(all)
+}
+
+/// The four regions of a condition on the product; those for every strategy are what is left by those of the
+/// negation for some strategy.
+///
+/// # Errors
+/// As [`kept`]. Cost: for the condition and its negation each that of [`secured`], a backward fixpoint and an
+/// almost sure one.
+pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E::States>> {
+    let (pmax_one, pmax_positive) = some_strategy(engine, condition)?;
+    let (against_one, against_positive) = some_strategy(engine, &condition.negated())?;
+    let all = engine.all_states();
+    Ok(Regions {
+        pmax_one,
+        pmax_positive,
+        pmin_one: engine.difference(&all, &against_positive)?,
+        pmin_positive: engine.difference(&all, &against_one)?,
+    })
+}
+
+/// Pmax = 1 and Pmax > 0.
+///
+/// # Errors
+/// As [`regions`].
+pub fn some_strategy<E: Engine>(engine: &E, condition: &Condition) -> Result<(E::States, E::States)> {
+    let secured = secured(engine, condition)?;
+    let positive = pmax_positive(engine, &secured)?;
+    Ok((almost_surely(engine, &secured, &positive)?, positive))
+}
+
+/// From where what is secured is reached almost surely; `positive` is from where it can be reached.
+///
+/// # Errors
+/// A limit of the engine. Cost: that of an almost sure fixpoint.
+pub fn almost_surely<E: Engine>(engine: &E, secured: &E::States, positive: &E::States) -> Result<E::States> {
+    super::outcomes::almost_sure_within(engine, secured, positive)
+}
+
+/// The states of a region in which observers are fresh: formulas are judged from there on.
+///
+/// # Errors
+/// A limit of the engine. Cost: no image.
+pub fn judged<E: Engine>(
+    engine: &E,
+    fresh: ExprId,
+    regions: Regions<E::States>,
+) -> Result<Regions<E::States>> {
+    let fresh = engine.states_where(fresh)?;
+    let part = |x: &E::States| engine.intersection(x, &fresh);
+    Ok(Regions {
+        pmax_one: part(&regions.pmax_one)?,
+        pmax_positive: part(&regions.pmax_positive)?,
+        pmin_one: part(&regions.pmin_one)?,
+        pmin_positive: part(&regions.pmin_positive)?,
+    })
+}

@@ -1,0 +1,197 @@
+//! Regions of temporal formulas in both engines, against end components enumerated one by one.
+
+use std::sync::Arc;
+
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::{Engine, Scope, Settings};
+use meliora::error::SourceFile;
+use meliora::lang::ltl::{Watching, parse_formula};
+use meliora::model::temporal::{Asks, Begin, Condition};
+use meliora::model::{Program, State};
+use meliora::planning::temporal::{judged, regions};
+use proptest::prelude::*;
+
+use crate::common::brute::{Brute, Set};
+use crate::common::random_program::{random_predicate, random_program};
+
+/// Subsets of more states are not enumerated.
+const MOST_STATES: usize = 11;
+
+/// A formula over the labels "p" and "q", all operands in brackets.
+fn formula() -> impl Strategy<Value = String> {
+    let atom = prop_oneof![Just("\"p\"".to_owned()), Just("\"q\"".to_owned()), Just("(!\"p\")".to_owned())];
+    atom.prop_recursive(4, 8, 2, |inner| {
+        let two = || (inner.clone(), inner.clone());
+        prop_oneof![
+            inner.clone().prop_map(|a| format!("(F {a})")),
+            inner.clone().prop_map(|a| format!("(G {a})")),
+            inner.clone().prop_map(|a| format!("(G (F {a}))")),
+            inner.clone().prop_map(|a| format!("(F (G {a}))")),
+            inner.clone().prop_map(|a| format!("(X {a})")),
+            inner.clone().prop_map(|a| format!("(F<=2 {a})")),
+            two().prop_map(|(a, b)| format!("({a} U {b})")),
+            two().prop_map(|(a, b)| format!("({a} W {b})")),
+            two().prop_map(|(a, b)| format!("({a} & {b})")),
+            two().prop_map(|(a, b)| format!("({a} | {b})")),
+            two().prop_map(|(a, b)| format!("({a} => {b})")),
+        ]
+    })
+}
+
+/// Whether the plays that visit all of a set again and again, and nothing else, satisfy a condition.
+fn holds(condition: &Condition, marked: &dyn Fn(meliora::model::expr::ExprId) -> Set, within: &Set) -> bool {
+    match condition {
+        Condition::Constant(value) => *value,
+        Condition::Leaf(Asks::Accept | Asks::Again, mark) => !marked(*mark).is_disjoint(within),
+        Condition::Leaf(_, mark) => marked(*mark).is_disjoint(within),
+        Condition::All(parts) => parts.iter().all(|p| holds(p, marked, within)),
+        Condition::Any(parts) => parts.iter().any(|p| holds(p, marked, within)),
+    }
+}
+
+/// Whether plays can stay in a set and visit all of it again and again, almost surely.
+fn is_end_component(brute: &Brute, set: &Set) -> bool {
+    let staying = brute.choices_in(&brute.every_successor_in(set), set);
+    set.iter().all(|&state| {
+        let mut met = Set::from([state]);
+        loop {
+            let next = &met | &brute.successors(&brute.choices_in(&staying, &met));
+            if next == met {
+                return met == *set && !brute.choices_in(&staying, &Set::from([state])).is_empty();
+            }
+            met = next;
+        }
+    })
+}
+
+/// Pmax = 1, Pmax > 0, Pmin = 1, Pmin > 0, from what all end components satisfy.
+fn enumerated(brute: &Brute, program: &Program, condition: &Condition) -> [Set; 4] {
+    let marked = |mark| brute.states_where(program, mark);
+    let (mut good, mut bad) = (Set::new(), Set::new());
+    for code in 1u32..1 << brute.states.len() {
+        let set: Set = brute.all_states().into_iter().filter(|s| code >> s & 1 == 1).collect();
+        if is_end_component(brute, &set) {
+            let into = if holds(condition, &marked, &set) { &mut good } else { &mut bad };
+            into.extend(set);
+        }
+    }
+    let (all, choices) = (brute.all_states(), brute.all_choices());
+    let surely = |target: &Set| brute.almost_surely_reach(target, &choices).0;
+    let possibly = |target: &Set| brute.can_reach(target, &choices, &[]);
+    [surely(&good), possibly(&good), &all - &possibly(&bad), &all - &surely(&bad)]
+}
+
+struct Case {
+    program: Program,
+    condition: Condition,
+}
+
+/// A random program with the observers of a formula; none where the formula is outside of the fragment.
+fn case(numbers: &[u16], predicates: &[Vec<u16>; 2], formula: &str, begin: Begin) -> Option<Case> {
+    let mut program = random_program(numbers, false);
+    for (name, predicate) in ["p", "q"].into_iter().zip(predicates) {
+        let predicate = random_predicate(&mut program, predicate);
+        program.labels.push((name.to_owned(), predicate));
+    }
+    let source = SourceFile::new("formula", formula);
+    let formula = parse_formula(&source).unwrap();
+    let mut watching = Watching::new(&mut program);
+    let condition = watching.watch(&source, &formula, "w").ok()?;
+    watching.finish(begin).unwrap();
+    Some(Case { program, condition })
+}
+
+fn listed<E: Engine>(engine: &E, x: &E::States) -> Vec<State> {
+    engine.list_states(x, usize::MAX).unwrap()
+}
+
+fn answers<E: Engine>(engine: &E, case: &Case) -> [Vec<State>; 5] {
+    let fresh = case.program.observers.as_ref().unwrap().fresh;
+    let found = judged(engine, fresh, regions(engine, &case.condition).unwrap()).unwrap();
+    let all = engine.states_where(fresh).unwrap();
+    [&found.pmax_one, &found.pmax_positive, &found.pmin_one, &found.pmin_positive, &all]
+        .map(|x| listed(engine, x))
+}
+
+fn engines(program: &Program, scope: Scope) -> (SymbolicEngine, ExplicitEngine) {
+    let program = Arc::new(program.clone());
+    let settings = Settings { scope, memory: 64 << 20, ..Settings::default() };
+    let symbolic = SymbolicEngine::new(program.clone(), settings.clone()).unwrap();
+    (symbolic, ExplicitEngine::new(program, settings).unwrap())
+}
+
+fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
+    prop::collection::vec(any::<u16>(), 0..most)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn regions_are_those_of_all_end_components(
+        program in numbers(60),
+        p in numbers(8),
+        q in numbers(8),
+        formula in formula(),
+    ) {
+        let Some(case) = case(&program, &[p, q], &formula, Begin::Everywhere) else { return Ok(()) };
+        let brute = Brute::new(&case.program, Scope::All).unwrap();
+        let (symbolic, explicit) = engines(&case.program, Scope::All);
+        let found = answers(&symbolic, &case);
+        prop_assert_eq!(&found, &answers(&explicit, &case), "{}", &formula);
+        if brute.states.len() <= MOST_STATES {
+            let expected = enumerated(&brute, &case.program, &case.condition);
+            let fresh = brute.states_where(&case.program, case.program.observers.as_ref().unwrap().fresh);
+            for (found, expected) in found.iter().zip(&expected) {
+                let expected: Vec<State> = (expected & &fresh).iter().map(|&s| brute.states[s].clone()).collect();
+                let mut found = found.clone();
+                found.sort();
+                prop_assert_eq!(found, expected, "{}", &formula);
+            }
+        }
+    }
+
+    #[test]
+    fn both_engines_judge_from_every_reachable_state(
+        program in numbers(80),
+        p in numbers(8),
+        q in numbers(8),
+        formula in formula(),
+    ) {
+        let Some(case) = case(&program, &[p, q], &formula, Begin::Everywhere) else { return Ok(()) };
+        let (symbolic, explicit) = engines(&case.program, Scope::Reachable);
+        prop_assert_eq!(answers(&symbolic, &case), answers(&explicit, &case), "{}", &formula);
+        // With fresh observers the states are those of the model, and so are its deadlocks.
+        let plain = Brute::new(&case.program.unobserved(), Scope::Reachable).unwrap();
+        let fresh = explicit.states_where(case.program.observers.as_ref().unwrap().fresh).unwrap();
+        prop_assert_eq!(listed(&explicit, &fresh).len(), plain.states.len());
+        let stuck = explicit.intersection(&explicit.deadlock_states(), &fresh).unwrap();
+        prop_assert_eq!(listed(&explicit, &stuck).len(), plain.deadlocks.len());
+    }
+
+    #[test]
+    fn both_engines_explore_the_same_product(
+        program in numbers(80),
+        p in numbers(8),
+        q in numbers(8),
+        formula in formula(),
+    ) {
+        let Some(case) = case(&program, &[p, q], &formula, Begin::Initially) else { return Ok(()) };
+        for scope in [Scope::Reachable, Scope::All] {
+            let (symbolic, explicit) = engines(&case.program, scope);
+            let (all, stuck) = (listed(&symbolic, &symbolic.all_states()), listed(&symbolic, &symbolic.deadlock_states()));
+            prop_assert_eq!(&all, &listed(&explicit, &explicit.all_states()));
+            prop_assert_eq!(stuck, listed(&explicit, &explicit.deadlock_states()));
+            let initial = listed(&symbolic, &symbolic.initial_states());
+            prop_assert_eq!(initial, listed(&explicit, &explicit.initial_states()));
+            let count = symbolic.count_transitions(&symbolic.all_choices(), &symbolic.all_states()).unwrap();
+            prop_assert_eq!(count, explicit.count_transitions(&explicit.all_choices(), &explicit.all_states()).unwrap());
+            if scope == Scope::Reachable {
+                let mut brute = Brute::new(&case.program, scope).unwrap().states;
+                brute.sort();
+                prop_assert_eq!(all, brute);
+            }
+        }
+    }
+}
