@@ -18,7 +18,7 @@ fn phases<E: Engine>(c: &mut Criterion, case: &Case, engine: &str, states: u64, 
     group.throughput(Throughput::Elements(states));
     let id = |phase: &str| BenchmarkId::new(phase, &case.name);
     group.bench_function(id("build"), |b| b.iter_with_large_drop(&build));
-    let target = case.preferences.objectives[0].target;
+    let target = case.preferences.objectives[0].target().unwrap();
     group.bench_function(id("reachability"), |b| {
         let work = |engine: E| {
             let found = regions(&engine, &engine.states_where(target).unwrap()).unwrap();

@@ -34,7 +34,7 @@ fn operations(c: &mut Criterion) {
             b.iter_with_large_drop(|| case.symbolic_in(Scope::All));
         });
         group.finish();
-        let target = case.preferences.objectives[0].target;
+        let target = case.preferences.objectives[0].target().unwrap();
         fresh(c, case, "pre-image", states, |engine| {
             engine.some_successor_in(&engine.states_where(target).unwrap()).unwrap()
         });

@@ -4,7 +4,7 @@ use super::checker::{Check, Checker};
 use crate::dump::names;
 use crate::engine::Engine;
 use crate::engine::symbolic::StateSet;
-use crate::model::preference::ObjectiveSet;
+use crate::model::preference::{Goal, ObjectiveSet};
 
 /// The states with the same most preferred outcomes.
 pub(super) struct Class {
@@ -20,7 +20,8 @@ pub(super) struct Class {
 pub(super) fn check(checker: &mut Checker<'_>) -> Check<Vec<Class>> {
     let mut sure = Vec::new();
     for objective in &checker.preferences.objectives {
-        let target = checker.engine.states_where(objective.target)?;
+        let Goal::Reach(target) = objective.goal else { continue };
+        let target = checker.engine.states_where(target)?;
         let name = names::target(&objective.name);
         let condition = || format!("`{name}` are the states in which the target holds");
         checker.equal(&checker.regions.states(&name)?, &target, condition)?;

@@ -79,6 +79,7 @@ fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     desk.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
+        r.history = question.preferences.whole_plays();
     });
     let build = || load::engine(&question.program, &args.model, args.engine.engine, &desk.watch);
     let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
@@ -176,7 +177,11 @@ impl<'b, E: Engine, R: Checked> Run<'_, 'b, E, R> {
         for found in &self.analysis.result().objectives {
             if found.target == meliora::engine::Count::ZERO {
                 let name = &self.question.preferences.objectives[found.objective].name;
-                self.desk.watch.warn(&format!("no state satisfies the target of objective `{name}`"));
+                let what = match self.question.preferences.whole_plays() {
+                    Some(_) => "no strategy can make sure of the objective",
+                    None => "no state satisfies the target of objective",
+                };
+                self.desk.watch.warn(&format!("{what} `{name}`"));
             }
         }
     }

@@ -196,6 +196,7 @@ fn work(desk: &Desk<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     desk.update(|r| {
         r.check.model = ModelSummary::of(&args.model.path(), &question.program);
         r.check.empty = Some(question.preferences.empty.name());
+        r.check.history = question.preferences.whole_plays();
     });
     let build = || load::symbolic(&question.program, &args.model, &desk.watch);
     let engine = desk.timed("build", build, |r, s| r.check.time.build = Some(s))?;

@@ -8,7 +8,7 @@ use crate::engine::{AnyEngine, Engine, Usage};
 use crate::error::{Error, Result, SourceFile};
 use crate::lang;
 use crate::model::Program;
-use crate::model::preference::Preferences;
+use crate::model::preference::{History, Preferences};
 use crate::planning::Options;
 use crate::planning::result::ModelCounts;
 
@@ -102,13 +102,20 @@ impl Exploration {
         })
     }
 
-    /// An analysis under the preferences of a text, of which nothing is computed yet.
+    /// An analysis under the preferences of a text, of which nothing is computed yet. Where whole plays count
+    /// (`history = play`), the model is explored anew beside its observers.
     ///
     /// # Errors
     /// What is wrong in the text, each with its place.
     pub fn prefer(&self, preferences: &Arc<SourceFile>, options: Options) -> Result<Planning> {
         let mut program = Program::clone(self.program());
         let preferences: Preferences = lang::load_preferences(preferences, &mut program)?;
-        Ok(Planning::of(self.engine.reading(Arc::new(program))?, preferences, options))
+        let program = Arc::new(program);
+        // Observers are variables of their own: with them there are other states.
+        let engine = match preferences.history {
+            History::State => self.engine.reading(program)?,
+            History::Play => AnyEngine::new(program, self.engine.settings().clone())?,
+        };
+        Ok(Planning::of(engine, preferences, options))
     }
 }

@@ -338,6 +338,14 @@ impl Engine for AnyEngine {
         on!(self, e => e.count_states(x.of(e)))
     }
 
+    fn count_unobserved(&self, x: &AnyStates) -> Result<Count> {
+        on!(self, e => e.count_unobserved(x.of(e)))
+    }
+
+    fn is_watched(&self) -> bool {
+        self.program.observers.is_some()
+    }
+
     fn count_choices(&self, c: &AnyChoices) -> Result<Count> {
         on!(self, e => e.count_choices(c.of(e)))
     }

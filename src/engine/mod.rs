@@ -276,6 +276,12 @@ pub trait Engine: Send + Sync {
 
     /// |X|
     fn count_states(&self, x: &Self::States) -> Result<Count>;
+    /// How many states of the model X has, whatever observers saw.
+    fn count_unobserved(&self, x: &Self::States) -> Result<Count>;
+    /// Whether observers are part of the states.
+    fn is_watched(&self) -> bool {
+        false
+    }
     /// |C|
     fn count_choices(&self, c: &Self::Choices) -> Result<Count>;
     /// The number of triples (s, a, s') with (s,a) ∈ C and s' ∈ succ(s,a) ∩ X.

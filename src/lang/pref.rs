@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use super::ast::{Expr, Ident, Span};
+use super::ast::{Ident, Span};
+use super::ltl::{Formula, FormulaKind};
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
-use crate::model::preference::{Empty, Relation};
+use crate::model::preference::{Empty, History, Relation};
 
 /// A preference file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -17,15 +18,17 @@ pub struct Preferences {
     pub statements: Vec<Chain>,
     /// `empty = …;`
     pub empty: Option<(Empty, Span)>,
+    /// `history = …;`
+    pub history: Option<(History, Span)>,
 }
 
-/// An objective: to reach the states of a target.
+/// An objective: what plays are to do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Objective {
     /// Its name.
     pub name: Ident,
-    /// What holds in its states.
-    pub target: Expr,
+    /// What plays are to do.
+    pub formula: Formula,
     /// The whole statement.
     pub span: Span,
 }
@@ -68,11 +71,13 @@ impl Parser<'_> {
             preferences.statements.push(chain);
         } else if self.eat_word("empty") {
             self.empty(start, preferences)?;
+        } else if self.eat_word("history") {
+            self.history(start, preferences)?;
         } else {
-            let words = ["objective", "prefer", "empty"];
+            let words = ["objective", "prefer", "empty", "history"];
             let failed = match self.slip(&words) {
                 Some(_) => Failed,
-                None => self.expected("`objective`, `prefer` or `empty`"),
+                None => self.expected("`objective`, `prefer`, `empty` or `history`"),
             };
             self.advance();
             return Err(failed);
@@ -83,14 +88,16 @@ impl Parser<'_> {
     fn objective(&mut self, start: Span) -> Parsed<Objective> {
         let name = self.objective_name()?;
         self.expect(Token::Eq)?;
-        if !self.eat_word("F") {
-            let diagnostic = self.wrong(self.here(), "an objective is a reachability formula");
-            self.report(diagnostic.label("expected `F`").help("write `objective NAME = F (condition);`"));
+        let place = self.here();
+        let formula = self.temporal_formula()?;
+        if matches!(formula.kind, FormulaKind::State(_)) {
+            let diagnostic = self.wrong(place, "an objective is a formula of plays, not of one state");
+            let help = "write `objective NAME = F (condition);`, or another temporal formula";
+            self.report(diagnostic.label("expected `F`, `G`, …").help(help));
             return Err(Failed);
         }
-        let target = self.expression()?;
         let end = self.expect(Token::Semicolon)?;
-        Ok(Objective { name, target, span: start.to(end) })
+        Ok(Objective { name, formula, span: start.to(end) })
     }
 
     /// Objectives may have names that are keywords of the modelling language, such as `A` or `F`.
@@ -100,7 +107,7 @@ impl Parser<'_> {
         }
         let span = self.advance();
         let name = self.text(span).to_owned();
-        if ["objective", "prefer", "empty", "nothing", "true", "false"].contains(&name.as_str()) {
+        if ["objective", "prefer", "empty", "history", "nothing", "true", "false"].contains(&name.as_str()) {
             self.report(self.wrong(span, format!("`{name}` cannot be the name of an objective")));
             return Err(Failed);
         }
@@ -136,6 +143,21 @@ impl Parser<'_> {
             names.push(self.objective_name()?);
         }
         Ok(names)
+    }
+
+    fn history(&mut self, start: Span, preferences: &mut Preferences) -> Parsed<()> {
+        self.expect(Token::Eq)?;
+        let Some(history) = History::named(self.text(self.here())) else {
+            return Err(self.expected("`state` or `play`"));
+        };
+        self.advance();
+        let span = start.to(self.expect(Token::Semicolon)?);
+        if let Some((_, first)) = preferences.history {
+            let diagnostic = self.wrong(span, "`history` is given twice").label("given again");
+            self.report(diagnostic.related(first.range(), "given here first"));
+        }
+        preferences.history = Some((history, span));
+        Ok(())
     }
 
     fn empty(&mut self, start: Span, preferences: &mut Preferences) -> Parsed<()> {

@@ -7,6 +7,7 @@ use std::fmt;
 use std::ops::Range;
 
 use super::expr::ExprId;
+use super::temporal::Condition;
 
 /// The objectives of a preference file with their order.
 #[derive(Debug, Clone)]
@@ -17,17 +18,83 @@ pub struct Preferences {
     pub order: Preorder,
     /// What it is worth to achieve nothing.
     pub empty: Empty,
+    /// Which part of a play counts.
+    pub history: History,
 }
 
-/// An objective: to reach a state of its target.
+/// Which part of a play counts: `history = …` of a preference file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum History {
+    /// From the present state on: what was reached before does not count.
+    #[default]
+    State,
+    /// All of it, from where planning started.
+    Play,
+}
+
+impl History {
+    /// The word for it in preference files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            History::State => "state",
+            History::Play => "play",
+        }
+    }
+
+    /// The value with this name.
+    pub fn named(name: &str) -> Option<History> {
+        [History::State, History::Play].into_iter().find(|h| h.name() == name)
+    }
+}
+
+/// What an objective asks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Goal {
+    /// To reach a state in which this holds.
+    Reach(ExprId),
+    /// To satisfy a formula, as observers see the whole play.
+    Satisfy {
+        /// What is asked of their marks.
+        condition: Condition,
+        /// How many states its observers have together.
+        observer: u64,
+    },
+}
+
+/// An objective: to reach a state of its target, or to satisfy a formula.
 #[derive(Debug, Clone)]
 pub struct Objective {
     /// Its name.
     pub name: String,
-    /// What holds in the states of the target.
-    pub target: ExprId,
+    /// What it asks.
+    pub goal: Goal,
     /// Where it stands in the preference file.
     pub span: Option<Range<usize>>,
+}
+
+impl Objective {
+    /// What holds in the states to be reached, where that is the objective.
+    pub fn target(&self) -> Option<ExprId> {
+        match self.goal {
+            Goal::Reach(target) => Some(target),
+            Goal::Satisfy { .. } => None,
+        }
+    }
+
+    /// How many states its observers have together; none for a reachability from the present state.
+    pub fn observer(&self) -> Option<u64> {
+        match self.goal {
+            Goal::Reach(_) => None,
+            Goal::Satisfy { observer, .. } => Some(observer),
+        }
+    }
+}
+
+impl Preferences {
+    /// `play`, where the whole play counts; what needs no word has none.
+    pub fn whole_plays(&self) -> Option<&'static str> {
+        (self.history == History::Play).then_some(self.history.name())
+    }
 }
 
 /// What an empty set of most preferred outcomes is worth: `empty = …` of a preference file.

@@ -78,6 +78,17 @@ impl Condition {
         }
     }
 
+    /// The marks that it speaks of.
+    pub fn marks(&self) -> Vec<ExprId> {
+        match self {
+            Condition::Constant(_) => Vec::new(),
+            Condition::Leaf(_, mark) => vec![*mark],
+            Condition::All(parts) | Condition::Any(parts) => {
+                parts.iter().flat_map(Condition::marks).collect()
+            }
+        }
+    }
+
     /// The disjunctive normal form, without disjuncts that ask more than another one; none where there are
     /// more than [`MOST_DISJUNCTS`].
     pub fn disjuncts(&self) -> Option<Vec<Disjunct>> {

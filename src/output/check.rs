@@ -33,6 +33,9 @@ pub struct CheckReport {
     pub safety: &'static str,
     /// What an empty set of outcomes is worth.
     pub empty: Option<&'static str>,
+    /// Which part of plays counts; only where it is the whole play.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history: Option<&'static str>,
     /// Sizes of the model.
     pub counts: Option<Counts>,
     /// One entry an objective, in the order of declaration, as far as decided.
@@ -61,8 +64,11 @@ pub struct CheckReport {
 pub struct ObjectiveReport {
     /// Its name.
     pub name: String,
-    /// States of the target.
+    /// States of the target; of a temporal objective, those in which it is secured.
     pub target: Number,
+    /// How many states its observer has, where it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub observer: Option<u64>,
     /// States that reach it almost surely under some strategy.
     pub almost_sure: Number,
     /// States that reach it with positive probability under some strategy.
@@ -172,6 +178,7 @@ impl CheckReport {
             scope,
             safety,
             empty: None,
+            history: None,
             counts: None,
             objectives: Vec::new(),
             classes: None,
@@ -246,6 +253,7 @@ fn objective(preferences: &Preferences, counts: &ObjectiveCounts) -> ObjectiveRe
     ObjectiveReport {
         name: declared.map(|o| o.name.clone()).unwrap_or_default(),
         target: counts.target.clone().into(),
+        observer: declared.and_then(|o| o.observer()),
         almost_sure: counts.almost_sure.clone().into(),
         positive: counts.positive.clone().into(),
     }

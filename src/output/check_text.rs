@@ -14,6 +14,9 @@ pub(super) fn render(report: &CheckReport, style: Style) -> String {
     if let Some(empty) = report.empty {
         settings.push(("empty", empty));
     }
+    if let Some(history) = report.history {
+        settings.push(("history", history));
+    }
     let mut out = text::title(&[&report.model.path, &report.preferences], &settings, style);
     if report.model.kind.is_some() {
         out.push_str(&text::model(&report.model, report.counts.as_ref(), style));
@@ -32,14 +35,23 @@ fn objectives(report: &CheckReport, style: Style) -> String {
     if report.objectives.is_empty() {
         return String::new();
     }
-    let mut grid = Grid::new(&["", "target", "almost surely", "possibly"], style);
+    let target = if report.history.is_some() { "secured" } else { "target" };
+    let mut grid = Grid::new(&["", target, "almost surely", "possibly"], style);
     for objective in &report.objectives {
         let numbers = [&objective.target, &objective.almost_sure, &objective.positive];
         let mut row = vec![objective.name.clone()];
         row.extend(numbers.map(Number::grouped));
         grid.row(row);
     }
-    format!("\n{}\n{}", style.bold("Objectives, and the states that reach them"), grid.text(style))
+    format!(
+        "\n{}\n{}",
+        style.bold(if report.history.is_some() {
+            "Objectives, and the states in which plays satisfy them"
+        } else {
+            "Objectives, and the states that reach them"
+        }),
+        grid.text(style)
+    )
 }
 
 fn classes(report: &CheckReport, style: Style) -> String {

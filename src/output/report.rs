@@ -200,8 +200,11 @@ pub fn show_state(state: &Map<String, Json>) -> String {
 /// How many states, choices and transitions a model has.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// States of the scope.
+    /// States of the scope, each with what observers have seen.
     pub states: Number,
+    /// States of the model without observers; only where there are some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model_states: Option<Number>,
     /// Pairs of a state and a choice enabled there.
     pub choices: Number,
     /// Triples (s, a, s').
@@ -230,6 +233,7 @@ impl Counts {
         let deadlocks = engine.intersection(&engine.deadlock_states(), states)?;
         Ok(Counts {
             states: engine.count_states(states)?.into(),
+            model_states: None,
             choices: engine.count_choices(&choices)?.into(),
             transitions: engine.count_transitions(&choices, &engine.all_states())?.into(),
             deadlocks: engine.count_states(&deadlocks)?.into(),
@@ -242,6 +246,7 @@ impl From<&ModelCounts> for Counts {
     fn from(counts: &ModelCounts) -> Self {
         Counts {
             states: counts.states.clone().into(),
+            model_states: counts.model_states.clone().map(Number::from),
             choices: counts.choices.clone().into(),
             transitions: counts.transitions.clone().into(),
             deadlocks: counts.deadlocks.clone().into(),

@@ -71,13 +71,16 @@ pub(super) fn model(model: &ModelSummary, counts: Option<&Counts>, style: Style)
         text.push('\n');
     }
     if let Some(counts) = counts {
-        let numbers = [
+        let mut numbers = vec![
             ("states", &counts.states),
             ("choices", &counts.choices),
             ("transitions", &counts.transitions),
             ("deadlocks", &counts.deadlocks),
             ("initial states", &counts.initial),
         ];
+        if let Some(states) = &counts.model_states {
+            numbers.insert(1, ("without observers", states));
+        }
         text.push_str(&aligned(&numbers));
     }
     text

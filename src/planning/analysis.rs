@@ -10,11 +10,11 @@ use super::playbook::Playbook;
 use super::result::{
     AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
-use super::strategy;
+use super::{strategy, temporal};
 use crate::engine::{Count, Engine};
 use crate::error::Result;
 use crate::held::Held;
-use crate::model::preference::{Objective, ObjectiveSet, Preferences};
+use crate::model::preference::{Goal, Objective, ObjectiveSet, Preferences};
 use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
 
@@ -143,7 +143,11 @@ impl<'a, E: Engine> Analysis<'a, E> {
         }
         listener(Event::Started(Phase::Outcomes));
         if self.outcomes.is_none() {
-            let target = |o: &Objective| self.engine.states_where(o.target);
+            let target = |o: &Objective| match &o.goal {
+                Goal::Reach(target) => self.engine.states_where(*target),
+                // A formula is satisfied by reaching where it is secured.
+                Goal::Satisfy { condition, .. } => temporal::secured(&*self.engine, condition),
+            };
             let targets = self.preferences.objectives.iter().map(target).collect::<Result<Vec<_>>>()?;
             self.outcomes = Some(Outcomes::new(&*self.engine, targets)?);
         }

@@ -272,7 +272,7 @@ mod tests {
         let better = Statement { left: 1, right: 0, relation: Relation::Strict };
         let of = |empty| {
             let order = Preorder::new(3, &[better]).unwrap();
-            Preferences { objectives: Vec::new(), order, empty }
+            Preferences { objectives: Vec::new(), order, empty, history: Default::default() }
         };
         let (none, low, high) =
             (ObjectiveSet::new(), [0].into_iter().collect(), [1, 2].into_iter().collect());

@@ -29,6 +29,8 @@ pub struct AnalysisResult {
 pub struct ModelCounts {
     /// |S|
     pub states: Count,
+    /// Where observers watch plays, how many states the model has without them.
+    pub model_states: Option<Count>,
     /// The enabled pairs of a state and a choice.
     pub choices: Count,
     /// The triples (s, a, s').
@@ -46,8 +48,10 @@ impl ModelCounts {
     /// A limit of the engine. Cost: no image.
     pub fn of<E: Engine>(engine: &E) -> Result<Self> {
         let (states, choices) = (engine.all_states(), engine.all_choices());
+        let (count, model_states) = (engine.count_states(&states)?, engine.count_unobserved(&states)?);
         Ok(ModelCounts {
-            states: engine.count_states(&states)?,
+            model_states: engine.is_watched().then_some(model_states),
+            states: count,
             choices: engine.count_choices(&choices)?,
             transitions: engine.count_transitions(&choices, &states)?,
             deadlocks: engine.count_states(&engine.deadlock_states())?,

@@ -21,3 +21,4 @@ mod settings;
 mod status;
 mod strategies;
 mod sweeps;
+mod temporal;

@@ -80,7 +80,7 @@ fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
     let observer = Patience::new(u64::MAX);
     let engine = build(&program, settings(&observer)).unwrap();
     let (all, choices) = (engine.all_states(), engine.all_choices());
-    let last = engine.states_where(preferences.objectives[0].target).unwrap();
+    let last = engine.states_where(preferences.objectives[0].target().unwrap()).unwrap();
     let others = engine.difference(&all, &last).unwrap();
     let moving = engine.choices_in(&choices, &others).unwrap();
     let none = engine.no_states();

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{Engine, Settings};
-use meliora::model::preference::Preferences;
+use meliora::model::preference::{Goal, Preferences};
 use meliora::planning::levels::{End, Level};
 use meliora::planning::strategy::{permitted_at_start, strategies};
 use meliora::planning::{Analysis, Kind, Levels, Options, Rank, Safety};
@@ -217,7 +217,7 @@ fn check<E: Engine>(engine: &E, world: &World, reference: &Reference) {
         let tiny_preferences = reference.case.preferences(&reference.tiny, empty);
         let mut preferences: Preferences = tiny_preferences.clone();
         for (objective, &target) in preferences.objectives.iter_mut().zip(&world.targets) {
-            objective.target = target;
+            objective.goal = Goal::Reach(target);
         }
         for safety in SAFETIES {
             let tiny = analyse(&reference.tiny, &tiny_preferences, safety);

@@ -45,7 +45,7 @@ fn results<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<AnalysisResu
 
 /// The sizes of the four regions of the first target.
 fn counts<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<String> {
-    let target = engine.states_where(preferences.objectives[0].target).unwrap();
+    let target = engine.states_where(preferences.objectives[0].target().unwrap()).unwrap();
     let found = regions::regions(engine, &target).unwrap();
     let all = [found.pmax_one, found.pmax_positive, found.pmin_one, found.pmin_positive];
     all.iter().map(|x| engine.count_states(x).unwrap().to_string()).collect()

@@ -19,7 +19,7 @@ mod tiny;
 mod versus_literal;
 mod worlds;
 
-use meliora::model::preference::{Empty, Objective, Preferences, Preorder, Statement};
+use meliora::model::preference::{Empty, Goal, History, Objective, Preferences, Preorder, Statement};
 use meliora::planning::{Analysis, Options, Safety};
 
 use tiny::{Mdp, Tiny};
@@ -41,11 +41,13 @@ impl Case {
     }
 
     pub(crate) fn preferences(&self, engine: &Tiny, empty: Empty) -> Preferences {
-        let objective = |i: usize| Objective { name: format!("o{i}"), target: engine.target(i), span: None };
+        let objective =
+            |i: usize| Objective { name: format!("o{i}"), goal: Goal::Reach(engine.target(i)), span: None };
         Preferences {
             objectives: (0..self.targets.len()).map(objective).collect(),
             order: Preorder::new(self.targets.len(), &self.statements).unwrap(),
             empty,
+            history: History::State,
         }
     }
 }

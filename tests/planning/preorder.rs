@@ -1,7 +1,7 @@
 //! Facts about the preorder, the maximal sets and what a step is.
 
 use meliora::model::preference::{
-    Change, Comparison, Empty, ObjectiveSet, Preferences, Preorder, Relation, Statement,
+    Change, Comparison, Empty, History, ObjectiveSet, Preferences, Preorder, Relation, Statement,
 };
 use proptest::prelude::*;
 
@@ -72,7 +72,12 @@ fn robot(empty: Empty) -> Preferences {
     // A B C D E F: D, E above A, B; E, F above C.
     let above = [(3, 0), (4, 0), (3, 1), (4, 1), (4, 2), (5, 2)];
     let statements: Vec<Statement> = above.iter().map(|&(x, y)| says(x, Relation::Strict, y)).collect();
-    Preferences { objectives: Vec::new(), order: Preorder::new(6, &statements).unwrap(), empty }
+    Preferences {
+        objectives: Vec::new(),
+        order: Preorder::new(6, &statements).unwrap(),
+        empty,
+        history: History::State,
+    }
 }
 
 #[test]

@@ -165,6 +165,9 @@ impl Engine for Tiny {
     fn count_states(&self, x: &Bits) -> Result<Count> {
         Ok(Count::from(x.iter().filter(|&&b| b).count()))
     }
+    fn count_unobserved(&self, x: &Bits) -> Result<Count> {
+        self.count_states(x)
+    }
     fn count_choices(&self, c: &Pairs) -> Result<Count> {
         Ok(Count::from(c.iter().flatten().filter(|&&b| b).count()))
     }

@@ -174,6 +174,27 @@ impl Engine for ExplicitEngine {
         Ok(x.0.count().into())
     }
 
+    fn count_unobserved(&self, x: &StateSet) -> Result<Count> {
+        let Some(observers) = &self.program.observers else { return self.count_states(x) };
+        let mut met = ahash::AHashSet::new();
+        for state in x.0.iter() {
+            self.tick()?;
+            let mut code: Vec<u64> = Vec::new();
+            self.with_code(state, |own| code.extend_from_slice(own));
+            for variable in &observers.variables {
+                let field = self.layout.field(variable.index());
+                let value = self.layout.value(&code, variable.index());
+                field.add(&mut code, value, 0);
+            }
+            met.insert(code);
+        }
+        Ok(met.len().into())
+    }
+
+    fn is_watched(&self) -> bool {
+        self.program.observers.is_some()
+    }
+
     fn count_choices(&self, c: &ChoiceSet) -> Result<Count> {
         Ok(c.0.count().into())
     }

@@ -353,6 +353,23 @@ impl Engine for SymbolicEngine {
         self.store.count(&x.0, self.encoding.width() as u32)
     }
 
+    fn count_unobserved(&self, x: &StateSet) -> Result<Count> {
+        let Some(observers) = &self.program.observers else { return self.count_states(x) };
+        let (mut bits, mut count) = (self.store.one(), 0);
+        for &variable in &observers.variables {
+            for &position in self.encoding.positions(variable) {
+                bits = self.store.and(&bits, &self.store.literal(2 * position, true)?)?;
+                count += 1;
+            }
+        }
+        let plain = self.store.exists(&x.0, &bits)?;
+        self.store.count(&plain, (self.encoding.width() + count) as u32)
+    }
+
+    fn is_watched(&self) -> bool {
+        self.program.observers.is_some()
+    }
+
     fn count_choices(&self, c: &ChoiceSet) -> Result<Count> {
         let width = self.encoding.width() as u32;
         c.0.iter().map(|f| self.store.count(f, width)).sum()

@@ -8,9 +8,13 @@ use super::limits::{MAX_ERRORS, MOST_OBJECTIVES, MOST_PAIRS};
 use super::target::lower_target;
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang::ast::{Ident, Span};
+use crate::lang::ltl::Watching;
 use crate::lang::pref::{self, Chain};
 use crate::model::Program;
-use crate::model::preference::{Contradiction, Empty, Objective, Preferences, Preorder, Relation, Statement};
+use crate::model::preference::{
+    Contradiction, Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
+};
+use crate::model::temporal::Begin;
 
 /// Reads a preference file and puts its targets into the pool of the program.
 ///
@@ -31,7 +35,18 @@ pub fn lower_preferences(
     program: &mut Program,
 ) -> Result<Preferences> {
     let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
-    let objectives = checker.objectives(tree, program)?;
+    let history = checker.history(tree);
+    let objectives = match history {
+        History::State => checker.objectives(tree, &mut Plain { program })?,
+        History::Play => {
+            let mut watching = Watching::new(program);
+            let objectives = checker.objectives(tree, &mut watching)?;
+            if checker.diagnostics.is_empty() {
+                watching.finish(Begin::Initially)?;
+            }
+            objectives
+        }
+    };
     let (statements, spans) = checker.statements(tree);
     if !checker.diagnostics.is_empty() {
         return Err(Error::Input(checker.diagnostics));
@@ -39,7 +54,43 @@ pub fn lower_preferences(
     let order = Preorder::new(objectives.len(), &statements)
         .map_err(|found| contradiction(source, &objectives, &found, &statements, &spans))?;
     let empty = tree.empty.map_or_else(Empty::default, |(empty, _)| empty);
-    Ok(Preferences { objectives, order, empty })
+    Ok(Preferences { objectives, order, empty, history })
+}
+
+/// What objectives become.
+trait Goals {
+    /// The goal of a formula.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal>;
+}
+
+/// Targets in a program.
+struct Plain<'a> {
+    program: &'a mut Program,
+}
+
+impl Goals for Plain<'_> {
+    fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal> {
+        match objective.formula.reachability() {
+            Some(target) => Ok(Goal::Reach(lower_target(self.program, source, target)?)),
+            None => {
+                let message = "`history = state` takes reachabilities, `F condition`, alone";
+                let diagnostic = Diagnostic::new(source, objective.formula.span.range(), message);
+                let help = "`history = play;` judges whole plays, and takes temporal formulas";
+                Err(diagnostic.label("no `F condition`").help(help).into())
+            }
+        }
+    }
+}
+
+impl Goals for Watching<'_> {
+    fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal> {
+        let condition = self.watch(source, &objective.formula, &objective.name.name)?;
+        let observer = self.states_of(&condition);
+        Ok(Goal::Satisfy { condition, observer })
+    }
 }
 
 struct Checker<'a> {
@@ -50,8 +101,18 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    /// The objectives with their targets; what is wrong with them is noted.
-    fn objectives(&mut self, tree: &'a pref::Preferences, program: &mut Program) -> Result<Vec<Objective>> {
+    /// Which part of plays counts: all of it, where some objective is more than a reachability.
+    fn history(&self, tree: &pref::Preferences) -> History {
+        let temporal = tree.objectives.iter().any(|o| o.formula.reachability().is_none());
+        match tree.history {
+            Some((history, _)) => history,
+            None if temporal => History::Play,
+            None => History::State,
+        }
+    }
+
+    /// The objectives with what they ask; what is wrong with them is noted.
+    fn objectives(&mut self, tree: &'a pref::Preferences, goals: &mut impl Goals) -> Result<Vec<Objective>> {
         let mut objectives = Vec::new();
         for (index, objective) in tree.objectives.iter().enumerate() {
             let Ident { name, span } = &objective.name;
@@ -67,10 +128,10 @@ impl<'a> Checker<'a> {
             } else {
                 self.known.insert(name, (index, *span));
             }
-            match lower_target(program, self.source, &objective.target) {
-                Ok(target) => {
+            match goals.goal(self.source, objective) {
+                Ok(goal) => {
                     let span = Some(objective.span.range());
-                    objectives.push(Objective { name: name.clone(), target, span });
+                    objectives.push(Objective { name: name.clone(), goal, span });
                 }
                 Err(Error::Input(wrong)) => wrong.into_iter().for_each(|d| self.report(d)),
                 Err(other) => return Err(other),

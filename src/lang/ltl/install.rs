@@ -69,9 +69,11 @@ impl<'p> Watching<'p> {
         Ok(condition)
     }
 
-    /// The number of states of the observers with variables, together.
-    pub fn states(&self) -> u64 {
-        self.watchers.iter().map(|w| w.observer.states.len() as u64).product()
+    /// How many states the observers of a condition have together.
+    pub fn states_of(&self, condition: &Condition) -> u64 {
+        let marks = condition.marks();
+        let own = self.watchers.iter().filter(|w| marks.contains(&w.mark));
+        own.fold(1, |all, w| all.saturating_mul(w.observer.states.len() as u64))
     }
 
     fn condition(&mut self, tree: &Tree, name: &str) -> Result<Condition> {

@@ -57,6 +57,7 @@ impl Parser<'_> {
     /// `φ U ψ`, or anything that binds tighter.
     fn unbounded_formula(&mut self) -> Parsed<Formula> {
         self.nested(|p| {
+            let start = p.here();
             let left = p.unary(true)?;
             let Some(word) = p.infix() else { return Ok(left) };
             p.advance();
@@ -67,7 +68,7 @@ impl Parser<'_> {
                 p.report(p.wrong(p.here(), message).help("write `(a U b) U c` or `a U (b U c)`"));
                 return Err(Failed);
             }
-            let span = left.span.to(p.before());
+            let span = start.to(p.before());
             let (left, right) = (Box::new(left), Box::new(right));
             let kind = match word {
                 "U" => FormulaKind::Until(steps, left, right),

@@ -1,0 +1,203 @@
+//! Temporal properties and objectives.
+
+use serde_json::{Value as Json, json};
+
+use crate::common::{Finished, Scratch, keys, meliora};
+
+/// Two places of which one is left for good, and a coin.
+const MODEL: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [go] x=0 -> 0.5: (x'=1) + 0.5: (x'=2);\n\
+    [back] x=1 -> (x'=0);\n [on] x<2 -> (x'=3);\n [stay] x=3 -> true;\nendmodule\nlabel \"b\" = x=1;\n";
+
+fn reach(arguments: &[&str]) -> Finished {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(arguments))
+}
+
+#[test]
+fn a_property_that_is_false_at_the_start_has_exit_status_1() {
+    for (property, status) in [
+        ("Pmax>0 [ G F x=0 ]", 0),
+        ("Pmax>=1 [ G F x=0 ]", 1),
+        ("P>=1 [ (F x=3) | (F x=2) ]", 1),
+        ("P>=1 [ F x=3 ]", 1),
+        ("Pmax>=1 [ F x=3 ]", 0),
+        ("P<1 [ !\"b\" U x=2 ]", 0),
+    ] {
+        for engine in ["symbolic", "explicit"] {
+            let found = reach(&["--property", property, "--json", "--engine", engine]).expect(status).json();
+            assert_eq!(found["holds"], json!(status == 0), "{property}");
+            assert_eq!(found["counts"]["states"], json!("4"), "{property}");
+            let listed = &found["properties"][0];
+            assert_eq!(listed["property"], json!(property));
+            assert_eq!(listed["pmax_one"], found["pmax_one"]);
+            assert_eq!(found["counts"].get("model_states"), None);
+        }
+    }
+}
+
+#[test]
+fn several_properties_are_answered_in_their_order() {
+    let asked =
+        ["--property", "P>0 [ G F x=0 ]", "--property", "P>=1 [ F x=3 ]", "--property", "Pmax>0 [ X \"b\" ]"];
+    let found = reach(&[&asked[..], &["--json"]].concat()).expect(1).json();
+    let all = found["properties"].as_array().unwrap();
+    let holds: Vec<&Json> = all.iter().map(|p| &p["holds"]).collect();
+    assert_eq!(holds, [&json!(false), &json!(false), &json!(true)]);
+    assert_eq!(
+        keys(&all[0]),
+        ["name", "property", "holds", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"]
+    );
+    assert_eq!(found.get("file"), None);
+    let shown = reach(&asked).expect(1).stdout;
+    assert!(shown.contains("P>0 [ G F x=0 ]") && shown.contains("does not hold"), "{shown}");
+}
+
+#[test]
+fn a_property_file_has_temporal_formulas_too() {
+    let properties = "\"often\": Pmax>0 [ G F x=0 ];\nP>=1 [ F x=3 ]\n\"not\": P>=1 [ (x=0) U (G x=3) ];\n";
+    let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", properties)]);
+    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    let asked =
+        Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"])).expect(1).json();
+    assert_eq!(asked["properties"][0]["holds"], json!(true));
+    assert_eq!(asked["properties"][1]["holds"], json!(false));
+    assert!(asked["properties"][2]["reason"].as_str().unwrap().contains("not supported"));
+}
+
+#[test]
+fn bad_formulas_are_refused_at_their_place() {
+    for (formula, word, column) in [
+        ("(x=0) U (G x=3)", "neither co-safe", 8),
+        ("F<=x x=3", "must be a constant", 11),
+        ("F [3,1] x=3", "no number of steps", 8),
+        ("F (P>=1 [ F x=3 ])", "cannot stand in an expression", 11),
+        ("F y=3", "unknown name `y`", 10),
+        ("F \"c\"", "unknown label", 10),
+        ("F x=1 & F x=2", "more than one way", 16),
+        ("X<=3 x=1", "is not supported", 9),
+        ("G b => F x=3", "more than one way", 15),
+    ] {
+        let property = format!("P>=1 [ {formula} ]");
+        let found = reach(&["--property", &property]).expect(3);
+        assert!(found.stderr.contains(word), "{formula}: {}", found.stderr);
+        let place = format!("--property:1:{column}");
+        assert!(found.stderr.contains(&place), "{formula}: {}", found.stderr);
+    }
+}
+
+#[test]
+fn huge_formulas_end_with_a_status() {
+    for formula in [
+        format!("{}x=1{}", "F (".repeat(50_000), ")".repeat(50_000)),
+        format!("(F x=1){}", " & (F x=1)".repeat(20_000)),
+        format!("(F x=1){}", " => (F x=1)".repeat(20_000)),
+        format!("{}x=1", "!".repeat(50_000)),
+    ] {
+        reach(&["--property", &format!("P>=1 [ {formula} ]")]).expect(3);
+    }
+    let found = reach(&["--property", "P>=1 [ F<=100000 x=2 ]"]).expect(4);
+    assert!(found.stderr.contains("4096 states") || found.stderr.contains("obligations"), "{}", found.stderr);
+}
+
+/// A corridor with two items; `seen` remembers them by hand.
+fn corridor(memory: bool) -> String {
+    let (variables, updates) = match memory {
+        true => (" a : bool init false; b : bool init false;\n", " & (a'=a|x=0) & (b'=b|x=4)"),
+        false => ("", ""),
+    };
+    format!(
+        "mdp\nmodule m\n x : [0..5] init 2;\n{variables}\
+        [w] x>0 & x<5 -> 0.9: (x'=x-1){updates} + 0.1: (x'=x){updates};\n\
+        [e] x<4 -> 0.9: (x'=x+1){updates} + 0.1: (x'=5){updates};\n\
+        [s] x=5 -> (x'=5){updates};\nendmodule\n"
+    )
+}
+
+#[test]
+fn history_play_is_memory_written_by_hand() {
+    let by_hand = "objective A = F (a | x=0); objective B = F (b | x=4); objective C = F (x=5);\nprefer B > A; prefer A > C;\n";
+    let whole = "objective A = F x=0; objective B = F x=4; objective C = F x=5;\nprefer B > A; prefer A > C;\nhistory = play;\n";
+    // What was reached once stays so: C too.
+    let scratch = Scratch::new(&[
+        ("plain.prism", &corridor(false)),
+        ("memory.prism", &corridor(true)),
+        ("hand.pref", by_hand),
+        ("play.pref", whole),
+    ]);
+    for safety in ["action", "transition", "prefix"] {
+        for engine in ["symbolic", "explicit"] {
+            let check = |model: &str, preferences: &str| {
+                let (model, preferences) = (scratch.show(model), scratch.show(preferences));
+                let arguments =
+                    ["check", &model, &preferences, "--safety", safety, "--engine", engine, "--json"];
+                Finished::of(meliora().args(arguments)).expect(0).json()
+            };
+            let (hand, play) = (check("memory.prism", "hand.pref"), check("plain.prism", "play.pref"));
+            assert_eq!(play["history"], json!("play"));
+            assert_eq!(play["counts"]["model_states"], json!("6"));
+            assert_eq!(play["objectives"][0]["observer"], json!(2));
+            assert_eq!(hand["initial"][0]["sasi_rank"], play["initial"][0]["sasi_rank"], "{safety} {engine}");
+            assert_eq!(hand["initial"][0]["spi_rank"], play["initial"][0]["spi_rank"], "{safety} {engine}");
+            assert_eq!(
+                hand["initial"][0]["sasi_actions"], play["initial"][0]["sasi_actions"],
+                "{safety} {engine}"
+            );
+        }
+    }
+}
+
+#[test]
+fn both_engines_agree_on_the_temporal_models() {
+    for (model, constants) in [("courier", ""), ("counter", ""), ("patrol", "N=3"), ("patrol", "N=5")] {
+        for safety in ["action", "transition", "prefix"] {
+            for scope in ["reachable", "all"] {
+                let files = [format!("models/{model}.prism"), format!("models/{model}.pref")];
+                let mut command = meliora();
+                command.args(["compare", &files[0], &files[1], "--safety", safety, "--scope", scope]);
+                if !constants.is_empty() {
+                    command.args(["--const", constants]);
+                }
+                Finished::of(&mut command).expect(0);
+            }
+        }
+    }
+}
+
+#[test]
+fn states_of_observers_are_named_in_words() {
+    let shown =
+        Finished::of(meliora().args(["check", "models/courier.prism", "models/courier.pref"])).expect(0);
+    assert!(shown.stdout.contains("Deliver=waiting for key"), "{}", shown.stdout);
+    let at = "place=0,Deliver=\"waiting for door\"";
+    let arguments = ["strategy", "models/courier.prism", "models/courier.pref", "--kind", "spi", "--at", at];
+    let shown = Finished::of(meliora().args(arguments)).expect(0);
+    assert!(shown.stdout.contains("Deliver=waiting for door"), "{}", shown.stdout);
+}
+
+#[test]
+fn history_state_takes_reachabilities_alone_and_is_said_once() {
+    for (text, word) in [
+        ("objective A = G x=0;\nhistory = state;\n", "takes reachabilities"),
+        ("objective A = F x=0;\nhistory = state;\nhistory = play;\n", "given twice"),
+        ("objective A = F x=0;\nhistory = past;\n", "`state` or `play`"),
+        ("objective A = x=0;\n", "a formula of plays"),
+        ("objective A = (x=0) U (G x=3);\n", "neither co-safe"),
+    ] {
+        let scratch = Scratch::new(&[("m.prism", MODEL), ("p.pref", text)]);
+        let (model, preferences) = (scratch.show("m.prism"), scratch.show("p.pref"));
+        let found = Finished::of(meliora().args(["check", &model, &preferences])).expect(3);
+        assert!(found.stderr.contains(word), "{text}: {}", found.stderr);
+    }
+}
+
+#[test]
+fn a_dump_of_whole_plays_has_regions_and_no_certificate() {
+    let scratch = Scratch::new(&[]);
+    let (dump, files) = (scratch.show("dump"), ["models/courier.prism", "models/courier.pref"]);
+    let exported = Finished::of(meliora().args(["export", files[0], files[1], "--out", &dump])).expect(0);
+    assert!(exported.stderr.contains("no certificate"), "{}", exported.stderr);
+    let counted = Finished::of(meliora().args(["query", &dump, "almost-sure:Clean", "--count"])).expect(0);
+    assert!(counted.stdout.contains("14"), "{}", counted.stdout);
+    let refused = Finished::of(meliora().args(["verify", &dump, files[0], files[1]])).expect(3);
+    assert!(refused.stderr.contains("no certificate"), "{}", refused.stderr);
+}
