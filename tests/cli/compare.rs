@@ -3,13 +3,16 @@
 use crate::common::run;
 
 /// The models with constants for sizes that take little time.
-const MODELS: [(&str, &str); 11] = [
+const MODELS: [(&str, &str); 14] = [
     ("chain", "N=9"),
+    ("counter", ""),
+    ("courier", ""),
     ("fleet", "L=1"),
     ("lateral", ""),
     ("lateral_prefix", ""),
     ("line", "K=1"),
     ("network", "K=8,M=3"),
+    ("patrol", "N=3"),
     ("rescue", "H=1"),
     ("ring", "N=8,T=4"),
     ("robot5x5", ""),

@@ -86,11 +86,14 @@ macro_rules! models {
 
 models! {
     chain: "chain", "N=6";
+    counter: "counter", "";
+    courier: "courier", "";
     fleet: "fleet", "L=1";
     lateral: "lateral", "";
     lateral_prefix: "lateral_prefix", "";
     line: "line", "K=1";
     network: "network", "K=5,M=2";
+    patrol: "patrol", "N=2";
     rescue: "rescue", "H=2";
     ring: "ring", "N=8,T=4";
     robot: "robot5x5", "";
@@ -105,5 +108,5 @@ fn every_model_of_the_folder_is_asked() {
         .unwrap()
         .filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == "prism"))
         .count();
-    assert_eq!(count, 11, "a new model needs a line above");
+    assert_eq!(count, 14, "a new model needs a line above");
 }

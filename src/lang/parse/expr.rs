@@ -189,6 +189,17 @@ impl Parser<'_> {
                 self.report(self.wrong(span, message));
                 return Err(Failed);
             }
+            word @ ("X" | "F" | "G")
+                if matches!(
+                    self.peek_at(1),
+                    Token::Word | Token::LeftParen | Token::Quoted | Token::Bang | Token::Int
+                ) =>
+            {
+                let message = format!("the temporal operator `{word}` cannot stand in an expression");
+                let help = "`reach --property 'P>=1 [ … ]'` takes temporal formulas, and so do objectives";
+                self.report(self.wrong(span, message).help(help));
+                return Err(Failed);
+            }
             _ => {
                 let ident = self.ident("the name of a variable, constant or formula")?;
                 if self.peek() == Token::LeftParen {
