@@ -1,5 +1,7 @@
 //! `meliora info`: what a model is made of.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use meliora::engine::symbolic::order;
 use meliora::engine::{Engine, Scope};
@@ -25,6 +27,10 @@ pub(super) struct InfoArgs {
     engine: EngineArgs,
     #[command(flatten)]
     shown: ShownArgs,
+
+    /// Take the model with the observers of temporal objectives beside it
+    #[arg(long, value_name = "PREFS", conflicts_with = "flat")]
+    preferences: Option<PathBuf>,
 
     /// Write the flat program instead: constants, formulas, renamings and synchronisation resolved
     #[arg(long, conflicts_with_all = ["json", "scope", "order", "memory", "threads", "engine"])]
@@ -59,7 +65,13 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
 }
 
 fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
-    let read = || load::program(&args.model, &desk.watch);
+    let read = || match &args.preferences {
+        None => load::program(&args.model, &desk.watch),
+        Some(file) => {
+            let question = load::preferring(&args.model, file, &desk.watch)?;
+            Ok((question.program, question.overlap))
+        }
+    };
     let (program, overlap) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
     desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &program));
     let build = || load::engine(&program, &args.model, args.engine.engine, &desk.watch);

@@ -134,8 +134,15 @@ pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, 
 /// # Errors
 /// A file or the constants are wrong.
 pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs, watch: &Watch) -> Result<Question, Error> {
-    let loaded = parsed(model, watch)?;
-    preferred(loaded, &args.preferences, watch)
+    preferring(model, &args.preferences, watch)
+}
+
+/// As [`question`], for a file of preferences without options.
+///
+/// # Errors
+/// A file or the constants are wrong.
+pub(super) fn preferring(model: &ModelArgs, preferences: &Path, watch: &Watch) -> Result<Question, Error> {
+    preferred(parsed(model, watch)?, preferences, watch)
 }
 
 fn preferred(loaded: Loaded, preferences: &Path, watch: &Watch) -> Result<Question, Error> {

@@ -175,6 +175,13 @@ fn states_of_observers_are_named_in_words() {
 }
 
 #[test]
+fn info_shows_observers() {
+    let arguments = ["info", "models/courier.prism", "--preferences", "models/courier.pref"];
+    let shown = Finished::of(meliora().args(arguments)).expect(0).stdout;
+    assert!(shown.contains("{waiting for key, waiting for door, done}"), "{shown}");
+}
+
+#[test]
 fn history_state_takes_reachabilities_alone_and_is_said_once() {
     for (text, word) in [
         ("objective A = G x=0;\nhistory = state;\n", "takes reachabilities"),
