@@ -36,6 +36,16 @@ impl<'o> Poll<'o> {
         Poll { observer, steps: 0, limit: None }
     }
 
+    /// Who is asked.
+    pub(crate) fn observer(&self) -> &'o dyn Observer {
+        self.observer
+    }
+
+    /// Ends the work: another one heard this.
+    pub(crate) fn end(&mut self, limit: Limit) {
+        self.limit.get_or_insert(limit);
+    }
+
     /// Whether the work is to stop; to be asked at each of many small steps.
     pub(crate) fn is_over(&mut self) -> bool {
         self.steps = self.steps.wrapping_add(1);

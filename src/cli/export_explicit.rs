@@ -13,10 +13,10 @@ use meliora::planning::playbook::Playbook;
 use meliora::planning::{Analysis, Kind};
 
 use super::exit::Status;
-use super::files::Target;
+use super::folder::Folder;
+use super::load;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::supervise::{Desk, supervise};
-use super::{files, load};
 
 /// `--strategy`: whose model is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,6 +88,8 @@ pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
 }
 
 fn work(desk: &Desk<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
+    let inputs: [&Path; 2] = [&wanted.model.model, &wanted.preferences.preferences];
+    let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || load::question(&wanted.model, &wanted.preferences, &desk.watch);
     let question = desk.timed("parse", read, |_, _| ())?;
     desk.update(|r| r.model = ModelSummary::of(&wanted.model.path(), &question.program));
@@ -97,7 +99,7 @@ fn work(desk: &Desk<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     desk.timed("analysis", || analysis.run(&mut |_| ()), |_, _| ())?;
     let list = || listed(wanted, &analysis, &question.program);
     let graph = desk.timed("states", list, |_, _| ())?;
-    let names = desk.timed("write", || write(wanted, &graph), |_, _| ())?;
+    let names = desk.timed("write", || folder.write(&texts(wanted, &graph)), |_, _| ())?;
     let peak = engine.usage().peak_nodes;
     desk.update(|r| {
         r.set(&graph, names);
@@ -118,26 +120,26 @@ fn listed<E: Engine>(
     }
 }
 
-/// Writes the files, all of them or none; their names.
-fn write(wanted: &Wanted, graph: &Graph) -> Result<Vec<String>, Error> {
+/// The names of the files.
+fn names(wanted: &Wanted) -> Vec<String> {
     let stem = wanted.strategy.map_or("model".to_owned(), |s| s.name().replace(':', "-"));
+    let table = wanted.strategy.map(|_| "csv");
+    let formats: &[&str] = match wanted.texts {
+        Texts::Drn => &["drn"],
+        Texts::Explicit => &["tra", "sta", "lab"],
+    };
+    formats.iter().copied().chain(table).map(|extension| format!("{stem}.{extension}")).collect()
+}
+
+/// What stands in the files.
+fn texts(wanted: &Wanted, graph: &Graph) -> Vec<String> {
     let mut texts = match wanted.texts {
-        Texts::Drn => vec![("drn", drn(graph))],
+        Texts::Drn => vec![drn(graph)],
         Texts::Explicit => {
             let all = prism(graph);
-            vec![("tra", all.tra), ("sta", all.sta), ("lab", all.lab)]
+            vec![all.tra, all.sta, all.lab]
         }
     };
-    if wanted.strategy.is_some() {
-        texts.push(("csv", action_table(graph)));
-    }
-    let folder: &Path = &wanted.out;
-    std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, &e))?;
-    let names: Vec<String> = texts.iter().map(|(extension, _)| format!("{stem}.{extension}")).collect();
-    let inputs: [&Path; 2] = [&wanted.model.model, &wanted.preferences.preferences];
-    let target = |name: &String| Target::new(&folder.join(name), &inputs);
-    let targets = names.iter().map(target).collect::<Result<Vec<_>, _>>()?;
-    let all: Vec<_> = targets.iter().zip(&texts).map(|(target, (_, text))| (target, text.as_str())).collect();
-    files::write_all(&all)?;
-    Ok(names)
+    texts.extend(wanted.strategy.map(|_| action_table(graph)));
+    texts
 }

@@ -10,7 +10,7 @@ use tempfile::{Builder, NamedTempFile};
 use super::terminal;
 
 /// The path that stands for standard output.
-const STDOUT: &str = "-";
+pub(super) const STDOUT: &str = "-";
 /// As many symbolic links as systems follow.
 const MOST_LINKS: usize = 40;
 
@@ -169,7 +169,8 @@ fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-fn folder(path: &Path) -> &Path {
+/// The folder that something lies in.
+pub(super) fn folder(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -5,6 +5,7 @@ mod agreement;
 mod examples;
 mod exit;
 mod files;
+mod folder;
 mod load;
 mod options;
 mod plan;

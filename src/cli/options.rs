@@ -83,6 +83,11 @@ impl ModelArgs {
         self.instance.clone().unwrap_or_else(|| self.constants.join(","))
     }
 
+    /// The same with other constants.
+    pub(super) fn with_constants(&self, constants: &str) -> Self {
+        ModelArgs { instance: None, constants: vec![constants.to_owned()], ..self.clone() }
+    }
+
     /// All of `--bounds` as one list.
     pub(super) fn bounds(&self) -> String {
         self.bounds.join(",")

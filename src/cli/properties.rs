@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use meliora::engine::Engine;
 use meliora::engine::regions;
-use meliora::error::Error;
-use meliora::lang::parse_properties;
+use meliora::error::{Error, SourceFile};
 use meliora::lang::property::{Bound, Strategies};
+use meliora::lang::{open_constants, parse_properties, split_constants};
 use meliora::model::Program;
 use meliora::output::PropertiesReport;
 use meliora::output::properties::PropertyAnswer;
@@ -72,10 +72,13 @@ pub(super) fn several(
 /// The model with what the file defines, the properties that can be answered, and where these stand in the
 /// report.
 fn read(desk: &Desk<PropertiesReport>, questions: &Questions) -> Result<(Asked, Vec<usize>), Error> {
-    let (program, overlap) = load::program(&questions.model, &desk.watch)?;
-    let mut program = Arc::unwrap_or_clone(program);
     let source = load::read(&questions.file)?;
-    let mut stated = parse_properties(&source, &mut program)?;
+    let given = SourceFile::new("--const", questions.model.constants());
+    let [theirs, others] = split_constants(&given, &open_constants(&source)?)?;
+    let model = questions.model.with_constants(&others.text);
+    let (program, overlap) = load::program(&model, &desk.watch)?;
+    let mut program = Arc::unwrap_or_clone(program);
+    let mut stated = parse_properties(&source, &theirs, &mut program)?;
     if let Some(only) = &questions.only {
         stated.retain(|s| s.name.as_ref() == Some(only));
         if stated.is_empty() {

@@ -146,13 +146,14 @@ impl<E: Engine> Run<'_, '_, E> {
             self.desk.update(|r| r.streamed = true);
             terminal::print(&strategy_table::csv_heading(&self.question.program))?;
         }
+        let style = (!self.args.shown.json).then(terminal::stdout_style);
         for state in states {
             self.desk.watch.check()?;
             let report = self.state(&state)?;
             if self.args.csv {
                 terminal::print(&strategy_table::csv_rows(&report))?;
             } else {
-                self.desk.update(|r| r.states.push(report));
+                self.desk.update(|r| r.push(&report, style));
             }
         }
         Ok(())

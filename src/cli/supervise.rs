@@ -80,7 +80,7 @@ pub(super) fn supervise<R, W>(
     work: W,
 ) -> Result<Status, Error>
 where
-    R: Report + Clone + Send + 'static,
+    R: Report + Send + 'static,
     W: FnOnce(&Desk<R>) -> Result<(), Error> + Send + 'static,
 {
     terminal::set_color(shown.color);
@@ -94,17 +94,18 @@ where
     let end = wait(&watch, &events);
     over.store(true, Ordering::Relaxed);
     watch.clear();
-    let mut report = lock(&report).clone();
+    // Reports can be large: this one is shown where it is. A worker that was left behind waits for it.
+    let mut report = lock(&report);
     report.finish(watch.elapsed().as_secs_f64(), size::peak_rss());
     match end {
         Ok(()) => {
-            show(&report, shown)?;
+            show(&*report, shown)?;
             Ok(if report.is_no() { Status::No } else { Status::Done })
         }
         Err(End::Panic) => internal(&lock(&panic), shown),
         Err(End::Error(error @ Error::Limit(_))) => {
             report.fail(Failure::from(&error));
-            show(&report, shown)?;
+            show(&*report, shown)?;
             terminal::show_error(&error, watch.position().as_deref());
             Ok(Status::of(&error))
         }

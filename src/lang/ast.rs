@@ -272,7 +272,40 @@ pub struct Module {
     /// Its variables.
     pub variables: Vec<VarDecl>,
     /// Its commands.
-    pub commands: Vec<Command>,
+    pub commands: Commands,
+}
+
+/// The commands of a module.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Commands {
+    /// As trees.
+    Trees(Vec<Command>),
+    /// Where they stand in the text. A tree takes thirty times the memory of its text, so a model that is
+    /// only to be flattened has one at a time, read again when its turn comes.
+    Places(Vec<Span>),
+}
+
+impl Commands {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Commands::Trees(trees) => trees.len(),
+            Commands::Places(places) => places.len(),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Adds one, in the form that the others have.
+    pub(crate) fn push(&mut self, command: Command) {
+        match self {
+            Commands::Trees(trees) => trees.push(command),
+            Commands::Places(places) => places.push(command.span),
+        }
+    }
 }
 
 /// A command.

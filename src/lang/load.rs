@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::check::{Checked, check};
-use super::parse::parse_model_observed;
+use super::parse::outline;
 use super::{jani, parse_constants};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::observer::{Observer, Unobserved};
@@ -47,7 +47,7 @@ pub fn load_given(source: &Arc<SourceFile>, given: &Given, observer: &dyn Observ
     if jani::is_jani(source) {
         return jani::load(source, given, observer);
     }
-    let model = parse_model_observed(source, observer);
+    let model = outline(source, observer);
     let bindings = parse_constants(&given.constants)?;
     let checked = check(&model?, source, &given.constants, &bindings, observer)?;
     if given.bounds.text.trim().is_empty() {

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::token::{Token, tokens};
 use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
-use crate::observer::{Poll, Unobserved};
 
 /// So much of a text is looked at.
 const BEGINNING: usize = 1 << 12;
@@ -70,7 +69,7 @@ struct Beginning<'a> {
 impl<'a> Beginning<'a> {
     fn of(source: &'a Arc<SourceFile>) -> Self {
         let text = &source.text[..source.text.floor_char_boundary(BEGINNING)];
-        let all = tokens(text, &mut Poll::new(&Unobserved));
+        let all = tokens(text);
         let start = all.first().map_or(0, |(_, span)| span.start);
         let tokens = all.into_iter().map(|(token, span)| (token, text.get(span.range()).unwrap_or("")));
         Beginning { source, text, tokens: tokens.collect(), start }

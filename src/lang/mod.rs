@@ -24,5 +24,5 @@ pub use load::{Given, load, load_given, load_observed};
 pub use parse::{parse_expression, parse_model};
 pub use pref::parse_preferences;
 pub use property::parse_property;
-pub use property_file::parse_properties;
-pub use valuation::{parse_constants, parse_state};
+pub use property_file::{open_constants, parse_properties};
+pub use valuation::{parse_constants, parse_state, split_constants};

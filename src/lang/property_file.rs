@@ -6,16 +6,21 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::ast::Item;
-use super::check::lower_value;
-use super::{lower_target, parse_model, parse_property};
+use super::ast::{ConstDef, Expr, Item};
+use super::check::{Wanted, given_values, lower_value};
+use super::valuation::Binding;
+use super::{lower_target, parse_constants, parse_model, parse_property};
 use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use crate::lang::ltl::Watching;
 use crate::lang::property::Property;
 use crate::model::Program;
+use crate::model::value::{Type, Value};
 
 /// Property files with more statements are refused.
 const MOST_STATEMENTS: usize = 10_000;
+
+/// Words with which definitions begin.
+const DEFINITIONS: &[&str] = &["const", "label", "formula"];
 
 /// A property of a file.
 #[derive(Debug, Clone)]
@@ -30,27 +35,46 @@ pub struct Stated {
     pub source: Arc<SourceFile>,
 }
 
-/// Reads a property file. Its constants, labels and formulas become those of the program.
+/// The constants that a property file declares without a value.
 ///
 /// # Errors
-/// A wrong definition; too many statements. What is wrong with a property stands in its place.
-pub fn parse_properties(source: &Arc<SourceFile>, program: &mut Program) -> Result<Vec<Stated>> {
-    let statements = statements(&source.text);
-    if statements.len() > MOST_STATEMENTS {
-        let what = format!("{} has more than {MOST_STATEMENTS} statements", source.name);
-        return Err(Limit::Size { what }.into());
+/// Too many statements.
+pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
+    let mut open = Vec::new();
+    for range in statements(source)?.into_iter().filter(|r| word(&source.text[r.clone()]) == "const") {
+        // What is wrong with a definition is said when it is read in earnest.
+        let items = parse_model(&alone(source, range)).map_or_else(|_| Vec::new(), |model| model.items);
+        open.extend(items.into_iter().filter_map(|item| match item {
+            Item::Const(ConstDef { name, value: None, .. }) => Some(name.name),
+            _ => None,
+        }));
     }
-    let mut stated = Vec::new();
-    for range in statements {
-        let text = &source.text[range.clone()];
-        let word = text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
-        if matches!(word, "const" | "label" | "formula") {
-            define(&alone(source, range), program)?;
-        } else {
-            stated.push(property(source, range, program));
-        }
-    }
-    Ok(stated)
+    Ok(open)
+}
+
+/// Reads a property file. Its constants, labels and formulas become those of the program; `given` are
+/// values for constants that it declares without one. A constant that has none is known to no property.
+///
+/// # Errors
+/// A wrong definition; a wrong value; too many statements. What is wrong with a property stands in its
+/// place.
+pub fn parse_properties(
+    source: &Arc<SourceFile>,
+    given: &Arc<SourceFile>,
+    program: &mut Program,
+) -> Result<Vec<Stated>> {
+    let bindings = parse_constants(given)?;
+    let mut file = File { given, bindings, open: Vec::new(), program };
+    let is_definition = |range: &Range<usize>| DEFINITIONS.contains(&word(&source.text[range.clone()]));
+    let (definitions, properties): (Vec<_>, Vec<_>) =
+        statements(source)?.into_iter().partition(is_definition);
+    definitions.into_iter().try_for_each(|range| file.define(&alone(source, range)))?;
+    Ok(properties.into_iter().map(|range| file.property(source, range)).collect())
+}
+
+/// The word with which a statement begins.
+fn word(text: &str) -> &str {
+    text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default()
 }
 
 /// A text of the same length in which only a part is not blank: what is wrong with it has its place.
@@ -61,43 +85,100 @@ fn alone(source: &SourceFile, range: Range<usize>) -> Arc<SourceFile> {
     SourceFile::new(source.name.clone(), text)
 }
 
-/// Adds what a statement defines to the program.
-fn define(source: &Arc<SourceFile>, program: &mut Program) -> Result<()> {
-    for item in parse_model(source)?.items {
-        match item {
-            Item::Label(label) => {
-                let target = lower_target(program, source, &label.body)?;
-                program.labels.retain(|(name, _)| *name != label.name.name);
-                program.labels.push((label.name.name, target));
-            }
-            Item::Formula(formula) => {
-                let id = lower_value(program, source, &formula.body)?;
-                program.formulas.push((formula.name.name, id));
-            }
-            Item::Const(constant) => {
-                let Some(value) = &constant.value else { continue };
-                let id = lower_value(program, source, value)?;
-                let Some(value) = program.pool.literal(id) else {
-                    let message =
-                        format!("the constant `{}` must not depend on variables", constant.name.name);
-                    return Err(Diagnostic::new(source, value.span.range(), message).into());
-                };
-                program.constants.push((constant.name.name, value));
-            }
-            _ => {}
-        }
-    }
-    Ok(())
+/// A property file that is being read.
+struct File<'a> {
+    given: &'a Arc<SourceFile>,
+    bindings: Vec<Binding>,
+    /// Constants without a value.
+    open: Vec<String>,
+    program: &'a mut Program,
 }
 
-fn property(source: &Arc<SourceFile>, range: Range<usize>, program: &mut Program) -> Stated {
-    let (name, start) = named(&source.text[range.clone()]);
-    let range = range.start + start..range.end;
-    let text = source.text[range.clone()].trim().to_owned();
-    let source = alone(source, range);
-    let property = parse_property(&source).map_err(|e| reason(&e));
-    let property = property.and_then(|p| known(program, &source, &p).map(|()| p).map_err(|e| reason(&e)));
-    Stated { name, text, property, source }
+impl File<'_> {
+    /// Adds what a statement defines to the program.
+    fn define(&mut self, source: &Arc<SourceFile>) -> Result<()> {
+        for item in parse_model(source)?.items {
+            match item {
+                Item::Label(label) => {
+                    let target = lower_target(self.program, source, &label.body).map_err(|e| self.without_value(e))?;
+                    self.program.labels.retain(|(name, _)| *name != label.name.name);
+                    self.program.labels.push((label.name.name, target));
+                }
+                Item::Formula(formula) => {
+                    let id = lower_value(self.program, source, &formula.body).map_err(|e| self.without_value(e))?;
+                    self.program.formulas.push((formula.name.name, id));
+                }
+                Item::Const(constant) => self.constant(source, constant)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn constant(&mut self, source: &Arc<SourceFile>, constant: ConstDef) -> Result<()> {
+        let ConstDef { ty, name, value } = constant;
+        if self.program.constants.iter().any(|(known, _)| *known == name.name) {
+            let message = format!("the constant `{}` is declared already", name.name);
+            return Err(Diagnostic::new(source, name.span.range(), message).label("declared again").into());
+        }
+        let wanted = [Wanted { name: &name.name, ty: ty.ty(), is_defined: value.is_some(), span: name.span }];
+        let bindings: Vec<_> = self.bindings.iter().filter(|b| b.name.name == name.name).cloned().collect();
+        let (given, wrong) = given_values(&wanted, self.given, &bindings);
+        if !wrong.is_empty() {
+            return Err(Error::Input(wrong));
+        }
+        let value = match (given.first(), value) {
+            (Some((_, value)), _) => *value,
+            (None, Some(value)) => self.value(source, &name.name, ty.ty(), &value)?,
+            (None, None) => {
+                self.open.push(name.name);
+                return Ok(());
+            }
+        };
+        self.program.constants.push((name.name, value));
+        Ok(())
+    }
+
+    /// The value that a constant has in the file.
+    fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: &Expr) -> Result<Value> {
+        let id = lower_value(self.program, source, value).map_err(|e| self.without_value(e))?;
+        let wrong = |message: String| Diagnostic::new(source, value.span.range(), message);
+        match (self.program.pool.literal(id), ty) {
+            (Some(Value::Int(i)), Type::Real) => Ok(Value::Real(i as f64)),
+            (Some(value), ty) if value.ty() == ty => Ok(value),
+            (Some(value), ty) => {
+                let message = format!("type error: the constant `{name}` must be of type `{ty}`");
+                Err(wrong(message).label(format!("of type `{}`", value.ty())).into())
+            }
+            (None, _) => Err(wrong(format!("the constant `{name}` must not depend on variables")).into()),
+        }
+    }
+
+    fn property(&mut self, source: &Arc<SourceFile>, range: Range<usize>) -> Stated {
+        let (name, start) = named(&source.text[range.clone()]);
+        let range = range.start + start..range.end;
+        let text = source.text[range.clone()].trim().to_owned();
+        let source = alone(source, range);
+        let property = parse_property(&source).map_err(|e| reason(&e));
+        let property = property.and_then(|p| {
+            let known = known(self.program, &source, &p).map(|()| p);
+            known.map_err(|e| reason(&self.without_value(e)))
+        });
+        Stated { name, text, property, source }
+    }
+
+    /// The error of an expression, in which a constant without a value is no unknown name.
+    fn without_value(&self, error: Error) -> Error {
+        let Error::Input(mut diagnostics) = error else { return error };
+        for open in &self.open {
+            let unknown = format!("unknown name `{open}`");
+            for diagnostic in diagnostics.iter_mut().filter(|d| d.message == unknown) {
+                diagnostic.message = format!("the constant `{open}` has no value: give it with `--const {open}=…`");
+                diagnostic.label = "undefined".to_owned();
+            }
+        }
+        Error::Input(diagnostics)
+    }
 }
 
 /// Whether the formula has a meaning in the program.
@@ -126,7 +207,19 @@ fn named(text: &str) -> (Option<String>, usize) {
 }
 
 /// Where the statements stand, without comments before them and semicolons behind.
-fn statements(text: &str) -> Vec<Range<usize>> {
+///
+/// # Errors
+/// Too many statements.
+fn statements(source: &SourceFile) -> Result<Vec<Range<usize>>> {
+    let found = split(&source.text);
+    if found.len() > MOST_STATEMENTS {
+        let what = format!("{} has more than {MOST_STATEMENTS} statements", source.name);
+        return Err(Limit::Size { what }.into());
+    }
+    Ok(found)
+}
+
+fn split(text: &str) -> Vec<Range<usize>> {
     let mut found = Vec::new();
     let (mut start, mut end, mut depth) = (None, 0usize, 0usize);
     let mut bytes = text.bytes().enumerate().peekable();
@@ -156,7 +249,7 @@ fn statements(text: &str) -> Vec<Range<usize>> {
                 if start.is_none() {
                     start = Some(at);
                     let word = text[at..].split(|c: char| !c.is_alphanumeric()).next();
-                    is_definition = matches!(word, Some("const" | "label" | "formula"));
+                    is_definition = word.is_some_and(|word| DEFINITIONS.contains(&word));
                 }
                 match byte {
                     b'(' | b'[' | b'{' => depth += 1,
@@ -194,6 +287,10 @@ mod tests {
     const FILE: &str = "// what is asked\nconst int k = 2;\nlabel \"far\" =\n  x >= k;\n\n\"one\": P>=1 [ F \"far\" ];\n\
         P>0 [ F x=9 ] // the last state\n\"two\":\n  Pmax=? [ F \"far\" ]\nR{\"steps\"}min=? [ F x=9 ]; P<1 [ F\n y=1 ]";
 
+    fn none() -> Arc<SourceFile> {
+        SourceFile::new("--const", "")
+    }
+
     fn program() -> Program {
         let text = "mdp module m x:[0..9]; [] x<9 -> (x'=x+1); endmodule";
         super::super::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program
@@ -201,7 +298,7 @@ mod tests {
 
     #[test]
     fn statements_end_with_semicolons_and_properties_with_lines_too() {
-        let found: Vec<&str> = statements(FILE).into_iter().map(|r| &FILE[r]).collect();
+        let found: Vec<&str> = split(FILE).into_iter().map(|r| &FILE[r]).collect();
         assert_eq!(
             found,
             [
@@ -219,7 +316,7 @@ mod tests {
     #[test]
     fn what_cannot_be_answered_has_its_reason() {
         let mut program = program();
-        let all = parse_properties(&SourceFile::new("f.props", FILE), &mut program).unwrap();
+        let all = parse_properties(&SourceFile::new("f.props", FILE), &none(), &mut program).unwrap();
         let names: Vec<Option<&str>> = all.iter().map(|s| s.name.as_deref()).collect();
         assert_eq!(names, [Some("one"), None, Some("two"), None, None]);
         let answered: Vec<bool> = all.iter().map(|s| s.property.is_ok()).collect();
@@ -232,7 +329,7 @@ mod tests {
     #[test]
     fn a_wrong_definition_is_an_error_at_its_place() {
         let file = SourceFile::new("f.props", "P>0 [ F x=1 ];\nlabel \"l\" = z=1;");
-        let Err(Error::Input(found)) = parse_properties(&file, &mut program()) else { panic!() };
+        let Err(Error::Input(found)) = parse_properties(&file, &none(), &mut program()) else { panic!() };
         assert_eq!((found[0].position(), found[0].message.as_str()), ((2, 13), "unknown name `z`"));
     }
 }

@@ -1,9 +1,11 @@
 //! Tokens of the PRISM language, of preference files and of properties.
 
+use std::collections::VecDeque;
+
 use logos::Logos;
 
 use super::ast::Span;
-use crate::observer::Poll;
+use crate::observer::{Poll, Unobserved};
 
 /// What a piece of text is; the text itself is found through its span.
 #[derive(Logos, Debug, Clone, Copy, PartialEq, Eq)]
@@ -168,26 +170,112 @@ impl Token {
     }
 }
 
-/// Splits a text into tokens; the last one is [`Token::End`]. Never fails: what cannot be read
-/// becomes [`Token::Wrong`]. Ends early when that is asked for.
-pub(crate) fn tokens(text: &str, poll: &mut Poll<'_>) -> Vec<(Token, Span)> {
-    let mut all: Vec<(Token, Span)> = Vec::new();
-    for (token, range) in Token::lexer(text).spanned() {
-        if poll.is_over() {
-            break;
-        }
-        let span = Span { start: range.start, end: range.end };
-        let token = token.unwrap_or(Token::Wrong);
-        match all.last_mut() {
-            // One message for a run of bytes that mean nothing.
-            Some((Token::Wrong, before)) if token == Token::Wrong && before.end == span.start => {
-                before.end = span.end;
-            }
-            _ => all.push((token, span)),
+/// Which tokens can be looked at before they are taken.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Ahead {
+    /// Only the next ones: a list of all tokens takes many times the memory of their text.
+    Few,
+    /// All of them.
+    All,
+}
+
+/// How many tokens [`Ahead::Few`] are.
+const FEW: usize = 3;
+
+/// The tokens of a text one after the other. Never fails: what cannot be read becomes [`Token::Wrong`].
+/// Behind the last token stands [`Token::End`] without end, and so it does where the work is to stop.
+pub(crate) struct Tokens<'t> {
+    lexer: logos::Lexer<'t, Token>,
+    /// Where the part of the text that is read begins and ends.
+    part: Span,
+    /// The tokens that were made and not taken; at the end of the text none.
+    made: VecDeque<(Token, Span)>,
+    most: usize,
+    before: Option<Span>,
+    /// How many tokens were taken.
+    taken: usize,
+}
+
+impl<'t> Tokens<'t> {
+    /// The tokens of a part of a text, with their places in the whole.
+    pub(crate) fn new(text: &'t str, part: Span, ahead: Ahead, poll: &mut Poll<'_>) -> Self {
+        let lexer = Token::lexer(text.get(part.range()).unwrap_or(""));
+        let most = match ahead {
+            Ahead::Few => FEW,
+            Ahead::All => usize::MAX,
+        };
+        let mut tokens = Tokens { lexer, part, made: VecDeque::new(), most, before: None, taken: 0 };
+        tokens.fill(poll);
+        tokens
+    }
+
+    fn fill(&mut self, poll: &mut Poll<'_>) {
+        while self.made.len() < self.most
+            && let Some(token) = self.fetch(poll)
+        {
+            self.made.push_back(token);
         }
     }
-    all.push((Token::End, Span { start: text.len(), end: text.len() }));
-    all
+
+    /// A token that was not taken yet, with its place; 0 is the next one.
+    pub(crate) fn at(&self, ahead: usize) -> (Token, Span) {
+        debug_assert!(ahead < self.most, "so far ahead nothing was made");
+        let end = (Token::End, Span { start: self.part.end, end: self.part.end });
+        self.made.get(ahead).copied().unwrap_or(end)
+    }
+
+    /// Where the token that was taken last stands.
+    pub(crate) fn before(&self) -> Option<Span> {
+        self.before
+    }
+
+    /// How many tokens were taken.
+    pub(crate) fn taken(&self) -> usize {
+        self.taken
+    }
+
+    /// Takes the next token, unless it is the end.
+    pub(crate) fn take(&mut self, poll: &mut Poll<'_>) {
+        let Some((_, span)) = self.made.pop_front() else { return };
+        self.before = Some(span);
+        self.taken += 1;
+        self.fill(poll);
+        if poll.is_over() {
+            self.made.clear();
+        }
+    }
+
+    fn fetch(&mut self, poll: &mut Poll<'_>) -> Option<(Token, Span)> {
+        if poll.is_over() {
+            return None;
+        }
+        let (token, mut span) = self.read()?;
+        // One message for a run of bytes that mean nothing.
+        while token == Token::Wrong && !poll.is_over() {
+            let behind = self.lexer.clone();
+            match self.read() {
+                Some((Token::Wrong, next)) if next.start == span.end => span.end = next.end,
+                _ => {
+                    self.lexer = behind;
+                    break;
+                }
+            }
+        }
+        Some((token, span))
+    }
+
+    fn read(&mut self) -> Option<(Token, Span)> {
+        let token = self.lexer.next()?.unwrap_or(Token::Wrong);
+        let range = self.lexer.span();
+        Some((token, Span { start: self.part.start + range.start, end: self.part.start + range.end }))
+    }
+}
+
+/// All tokens of a short text, [`Token::End`] among them.
+pub(crate) fn tokens(text: &str) -> Vec<(Token, Span)> {
+    let mut poll = Poll::new(&Unobserved);
+    let tokens = Tokens::new(text, Span { start: 0, end: text.len() }, Ahead::All, &mut poll);
+    (0..=tokens.made.len()).map(|ahead| tokens.at(ahead)).collect()
 }
 
 /// The words that PRISM keeps for itself.
@@ -269,10 +357,9 @@ pub fn is_identifier(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observer::Unobserved;
 
     fn kinds(text: &str) -> Vec<Token> {
-        tokens(text, &mut Poll::new(&Unobserved)).into_iter().map(|(t, _)| t).collect()
+        tokens(text).into_iter().map(|(token, _)| token).collect()
     }
 
     #[test]

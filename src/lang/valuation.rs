@@ -33,6 +33,18 @@ pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
     parser.finish_parsed(parsed)
 }
 
+/// The values given to some constants apart from those given to all others: `theirs`, then the rest.
+///
+/// # Errors
+/// Those of [`parse_constants`].
+pub fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[Arc<SourceFile>; 2]> {
+    let (these, others): (Vec<_>, Vec<_>) =
+        parse_constants(source)?.into_iter().partition(|binding| theirs.contains(&binding.name.name));
+    let text = |binding: &Binding| &source.text[binding.name.span.start..binding.span.end];
+    let joined = |all: &[Binding]| all.iter().map(text).collect::<Vec<_>>().join(",");
+    Ok([these, others].map(|all| SourceFile::new(source.name.clone(), joined(&all))))
+}
+
 /// Reads a state: `r=2,c=2,d=false`. Variables left out take their initial value.
 ///
 /// # Errors

@@ -1,6 +1,7 @@
 //! The report of `meliora strategy`.
 
 use serde::Serialize;
+use serde_json::value::{RawValue, to_raw_value};
 use serde_json::{Map, Value as Json};
 
 use super::check::Rank;
@@ -41,7 +42,7 @@ pub struct StrategyReport {
     /// With `--rank` or by default: how many states there are; those past the limit are not listed.
     pub asked: Option<Number>,
     /// The states asked for.
-    pub states: Vec<StateReport>,
+    pub states: Vec<Shown>,
     /// Seconds by phase.
     pub time: PlanTime,
     /// What was used.
@@ -55,6 +56,17 @@ pub struct StrategyReport {
     /// Why the work ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Failure>,
+}
+
+/// A state in the form in which it is shown at the end: there may be millions of them, and this takes a
+/// fraction of what a [`StateReport`] does.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum Shown {
+    /// For programs.
+    Json(Box<RawValue>),
+    /// For people.
+    Text(String),
 }
 
 /// A state under the strategy.
@@ -283,6 +295,18 @@ impl StrategyReport {
             streamed: false,
             error: None,
         }
+    }
+}
+
+impl StrategyReport {
+    /// Adds a state: for people in a style, for programs without.
+    pub fn push(&mut self, state: &StateReport, style: Option<Style>) {
+        let shown = match style {
+            Some(style) => Shown::Text(strategy_text::one(self.kind, state, style)),
+            // Keys are strings and values plain: this has a form in JSON.
+            None => Shown::Json(to_raw_value(state).unwrap_or_default()),
+        };
+        self.states.push(shown);
     }
 }
 

@@ -6,7 +6,7 @@ use super::Style;
 use super::check::Rank;
 use super::reason::Words;
 use super::report::{scope_word, show_state};
-use super::strategy::{ActionReport, CourseLine, StateReport, StrategyReport, SuccessorReport};
+use super::strategy::{ActionReport, CourseLine, Shown, StateReport, StrategyReport, SuccessorReport};
 use super::text;
 use crate::planning::{self, Course, Kind};
 
@@ -27,7 +27,9 @@ pub(super) fn render(report: &StrategyReport, style: Style) -> String {
         out.push_str(&legend(report, style));
     }
     for state in &report.states {
-        out.push_str(&one(report.kind, state, style));
+        if let Shown::Text(text) = state {
+            out.push_str(text);
+        }
     }
     if let Some(asked) = &report.asked {
         let listed = super::Number::from(report.states.len() as u64);
@@ -57,7 +59,8 @@ fn legend(report: &StrategyReport, style: Style) -> String {
     style.dim(&format!("\n{first}\n{second}\n{third} {promise}.\n"))
 }
 
-fn one(kind: Kind, state: &StateReport, style: Style) -> String {
+/// What is said of a state.
+pub(super) fn one(kind: Kind, state: &StateReport, style: Style) -> String {
     let mut out = format!("\n{}\n", style.bold(&format!("State {}", show_state(&state.state))));
     let _ = writeln!(out, "  Sure of {} now.", text::names(&state.most_preferred));
     let _ = writeln!(out, "  {}", prospects(state.sasi_rank, state.spi_rank));

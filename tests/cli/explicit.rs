@@ -202,3 +202,40 @@ fn more_states_than_the_limit_end_with_its_name_and_no_file() {
     run(&["--format", "drn", "--region", "sasi:*"]).expect(2);
     run(&["--format", "drn", "--strategy", "best"]).expect(2);
 }
+
+#[test]
+fn what_is_there_is_looked_at_before_the_work_and_no_half_is_left() {
+    let scratch = Scratch::new(&[("file", "old")]);
+    let out = |place: &str| scratch.show(place);
+    let run = |place: &str, more: &[&str]| {
+        let all = ["export", "models/toy.prism", "models/toy.pref", "--out", place];
+        Finished::of(meliora().args(all).args(more))
+    };
+    run("-", &["--format", "drn"]).expect(2);
+    for (place, word) in [("file", "no directory"), ("no/such/place", "no folder")] {
+        let refused = run(&out(place), &["--format", "drn"]).expect(3);
+        assert!(refused.stderr.contains(word), "{}", refused.stderr);
+    }
+    run(&out("dump"), &[]).expect(0);
+    let refused = run(&out("dump"), &["--format", "drn"]).expect(3);
+    assert!(refused.stderr.contains("holds a dump"), "{}", refused.stderr);
+    run(&out("new"), &["--format", "explicit"]).expect(0);
+    let names = |place: &str| {
+        let entries = std::fs::read_dir(scratch.path(place)).unwrap();
+        let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names("new"), ["model.lab", "model.sta", "model.tra"]);
+    let before = std::fs::read_to_string(scratch.path("new/model.tra")).unwrap();
+    std::fs::write(scratch.path("new/model.tra"), "older").unwrap();
+    std::fs::write(scratch.path("new/notes"), "mine").unwrap();
+    // A file that cannot be replaced keeps the others as they were.
+    std::fs::create_dir(scratch.path("new/model.drn")).unwrap();
+    run(&out("new"), &["--format", "drn"]).expect(3);
+    std::fs::remove_dir(scratch.path("new/model.drn")).unwrap();
+    run(&out("new"), &["--format", "explicit"]).expect(0);
+    assert_eq!(std::fs::read_to_string(scratch.path("new/model.tra")).unwrap(), before);
+    assert_eq!(names("new"), ["model.lab", "model.sta", "model.tra", "notes"]);
+    assert_eq!(names(""), ["dump", "file", "new"]);
+}

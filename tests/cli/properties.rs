@@ -37,3 +37,31 @@ fn one_of_them_is_asked_by_its_name() {
     assert_eq!(found["properties"].as_array().unwrap().len(), 1);
     asked(&["--only", "none"]).expect(2);
 }
+
+#[test]
+fn constants_that_a_file_leaves_open_are_given_beside_those_of_the_model() {
+    let model = MODEL.replace("mdp", "mdp\nconst int n;").replace("init 0", "init n");
+    let file = "P>0 [ F \"end\" ];\nconst int last;\nconst double p;\nlabel \"end\" = x=last;\n\"free\": P>0 [ F x=1 ];\n\
+        \"other\": P>0 [ F p>0.5 ];\n";
+    let scratch = Scratch::new(&[("m.prism", &model), ("m.props", file)]);
+    let ask = |given: &str| {
+        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+        Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json", "-c", given]))
+    };
+    let found = ask("n=0,last=3,p=1").expect(1).json();
+    let holds: Vec<&Json> = found["properties"].as_array().unwrap().iter().map(|p| &p["holds"]).collect();
+    assert_eq!(holds, [&json!(false), &json!(false), &json!(true)]);
+    let found = ask("last=0,n=0").expect(1).json();
+    assert_eq!(found["properties"][0]["holds"], json!(true), "{found}");
+    let reason = found["properties"][2]["reason"].as_str().unwrap();
+    assert!(reason.contains("the constant `p` has no value"), "{reason}");
+    for (given, word) in [
+        ("n=0", "the constant `last` has no value"),
+        ("n=0,last=true", "type error: the constant `last`"),
+        ("n=0,last=1,m=2", "the model has no constant `m`"),
+        ("last=1", "`n`"),
+    ] {
+        let wrong = ask(given).expect(3);
+        assert!(wrong.stderr.contains(word), "{given}: {}", wrong.stderr);
+    }
+}

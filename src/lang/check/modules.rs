@@ -1,11 +1,15 @@
 //! Commands of modules.
 
+use std::borrow::Cow;
+
 use ahash::AHashMap;
 
 use super::collect::{Instance, Parts};
 use super::lower::Lowerer;
 use super::scope::Symbol;
+use crate::error::Error;
 use crate::lang::ast::{self, Assignment, Span};
+use crate::lang::parse::command_at;
 use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Command, VarId};
@@ -40,17 +44,36 @@ impl<'a> Lowerer<'a> {
         let mut commands = Vec::new();
         for (module, instance) in parts.modules.iter().enumerate() {
             let mut numbers: AHashMap<Option<usize>, usize> = AHashMap::new();
-            for command in &instance.module.commands {
+            for position in 0..instance.module.commands.len() {
+                let Some(command) = self.tree(&instance.module.commands, position) else {
+                    commands.push(None);
+                    continue;
+                };
                 let action =
                     command.action.as_ref().map(|a| actions.add(self.scope.rename(&a.name, instance.env).0));
                 let number = numbers.entry(action).or_default();
                 *number += 1;
                 let number = *number;
-                let lowered = self.command(command, instance, module, parts);
+                let lowered = self.command(&command, instance, module, parts);
                 commands.push(lowered.map(|c| Command { action, number, ..c }));
             }
         }
         (actions, commands.into_iter().collect())
+    }
+
+    /// A command as a tree, which is made where only its place was kept.
+    fn tree<'t>(&mut self, commands: &'t ast::Commands, position: usize) -> Option<Cow<'t, ast::Command>> {
+        let place = match commands {
+            ast::Commands::Trees(trees) => return trees.get(position).map(Cow::Borrowed),
+            ast::Commands::Places(places) => *places.get(position)?,
+        };
+        match command_at(&self.source, place, self.poll.observer()) {
+            Ok(command) => return Some(Cow::Owned(command)),
+            Err(Error::Limit(limit)) => self.poll.end(limit),
+            Err(Error::Input(diagnostics)) => diagnostics.into_iter().for_each(|d| self.report(d)),
+            Err(_) => {}
+        }
+        None
     }
 
     fn command(

@@ -157,7 +157,8 @@ impl Parser<'_> {
         match self.text(span).parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(ExprKind::Real(value)),
             _ => {
-                self.report(self.wrong(span, "this number is too large for a double"));
+                let message = format!("`{}` is too large for a double", self.text(span));
+                self.report(self.wrong(span, message).help("the largest is about 1.8e308"));
                 Err(Failed)
             }
         }

@@ -49,10 +49,10 @@ impl<'a> Parser<'a> {
     pub(crate) fn model(&mut self) -> Model {
         let mut model = Model::default();
         while self.peek() != Token::End {
-            let before = self.next;
+            let before = self.tokens.taken();
             if self.part(&mut model).is_err() {
                 // Progress even where the failure is at the first token of a part.
-                if self.next == before {
+                if self.tokens.taken() == before {
                     self.advance();
                 }
                 self.recover(ITEM_WORDS);
@@ -215,7 +215,9 @@ impl<'a> Parser<'a> {
                 return Err(self.expected("`endrewards`"));
             }
             match self.reward_item() {
-                Ok(item) => items.push(item),
+                Ok(item) if self.whole => items.push(item),
+                // Checked for syntax, and of no meaning here.
+                Ok(_) => {}
                 Err(Failed) => self.recover(&["endrewards", "module"]),
             }
             if self.at_word("module") {

@@ -1,5 +1,5 @@
 //! Recursive descent over tokens. Reports several errors per run; never recurses deeper than
-//! [`MAX_NESTING`] and reads every token a bounded number of times.
+//! [`MAX_NESTING`] and reads every token a bounded number of times. Tokens are made when they are looked at.
 
 mod expr;
 mod item;
@@ -10,9 +10,9 @@ use std::sync::Arc;
 
 pub(crate) use expr::operator;
 
-use super::ast::{Expr, Ident, Model, Span};
+use super::ast::{Command, Expr, Ident, Model, Span};
 use super::slip::is_slip;
-use super::token::{Token, is_keyword, is_property_operator, tokens};
+use super::token::{Ahead, Token, Tokens, is_keyword, is_property_operator};
 use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
 use crate::observer::{Observer, Poll, Unobserved};
 
@@ -34,15 +34,31 @@ pub(crate) type Parsed<T> = std::result::Result<T, Failed>;
 /// # Errors
 /// All syntax errors that could be told apart, and what is not supported.
 pub fn parse_model(source: &Arc<SourceFile>) -> Result<Model> {
-    parse_model_observed(source, &Unobserved)
-}
-
-/// As [`parse_model`], until the observer stops it.
-pub(crate) fn parse_model_observed(source: &Arc<SourceFile>, observer: &dyn Observer) -> Result<Model> {
     super::mistaken::no_model(source)?;
-    let mut parser = Parser::observed(source, observer);
+    let mut parser = Parser::new(source);
     let model = parser.model();
     parser.finish(model)
+}
+
+/// As [`parse_model`], until the observer stops it. Of the commands, only their places are kept, and of
+/// rewards nothing: what is left takes little more memory than the text.
+pub(crate) fn outline(source: &Arc<SourceFile>, observer: &dyn Observer) -> Result<Model> {
+    super::mistaken::no_model(source)?;
+    let mut parser = Parser { whole: false, ..Parser::of_part(source, whole(source), Ahead::Few, observer) };
+    let model = parser.model();
+    parser.finish(model)
+}
+
+/// Reads one command of an [`outline`] again.
+pub(crate) fn command_at(source: &Arc<SourceFile>, place: Span, observer: &dyn Observer) -> Result<Command> {
+    let mut parser = Parser::of_part(source, place, Ahead::Few, observer);
+    let parsed = parser.command();
+    parser.finish_parsed(parsed)
+}
+
+/// The place of the whole text.
+fn whole(source: &SourceFile) -> Span {
+    Span { start: 0, end: source.text.len() }
 }
 
 /// Reads a text that is one expression, as after `--target` or `--where`. Names in quotes are labels.
@@ -58,11 +74,12 @@ pub fn parse_expression(source: &Arc<SourceFile>) -> Result<Expr> {
 /// The state of a parser: a position in the tokens, and the errors so far.
 pub(crate) struct Parser<'a> {
     source: &'a Arc<SourceFile>,
-    tokens: Vec<(Token, Span)>,
-    next: usize,
+    tokens: Tokens<'a>,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
     poll: Poll<'a>,
+    /// Whether trees are made of commands and rewards.
+    whole: bool,
 }
 
 /// How to write what is written otherwise in other languages.
@@ -79,13 +96,19 @@ fn other_languages(found: &str) -> Option<&'static str> {
 
 impl<'a> Parser<'a> {
     pub(crate) fn new(source: &'a Arc<SourceFile>) -> Self {
-        Parser::observed(source, &Unobserved)
+        Parser::of_part(source, whole(source), Ahead::All, &Unobserved)
     }
 
-    fn observed(source: &'a Arc<SourceFile>, observer: &'a dyn Observer) -> Self {
+    /// A parser of a part of a text.
+    fn of_part(
+        source: &'a Arc<SourceFile>,
+        part: Span,
+        ahead: Ahead,
+        observer: &'a dyn Observer,
+    ) -> Self {
         let mut poll = Poll::new(observer);
-        let tokens = tokens(&source.text, &mut poll);
-        Parser { source, tokens, next: 0, depth: 0, diagnostics: Vec::new(), poll }
+        let tokens = Tokens::new(&source.text, part, ahead, &mut poll);
+        Parser { source, tokens, depth: 0, diagnostics: Vec::new(), poll, whole: true }
     }
 
     pub(crate) fn finish<T>(self, value: T) -> Result<T> {
@@ -107,23 +130,22 @@ impl<'a> Parser<'a> {
     }
 
     pub(crate) fn peek_at(&self, ahead: usize) -> Token {
-        self.tokens.get(self.next + ahead).map_or(Token::End, |t| t.0)
+        self.tokens.at(ahead).0
     }
 
     /// Where the next token stands.
     pub(crate) fn here(&self) -> Span {
-        let last = Span { start: self.source.text.len(), end: self.source.text.len() };
-        self.tokens.get(self.next).map_or(last, |t| t.1)
+        self.tokens.at(0).1
     }
 
     /// The text of a token further on.
     pub(crate) fn text_at(&self, ahead: usize) -> &'a str {
-        self.tokens.get(self.next + ahead).map_or("", |t| self.text(t.1))
+        self.text(self.tokens.at(ahead).1)
     }
 
     /// Where the token before the next one stands.
     pub(crate) fn before(&self) -> Span {
-        self.next.checked_sub(1).and_then(|i| self.tokens.get(i)).map_or(Span::default(), |t| t.1)
+        self.tokens.before().unwrap_or_default()
     }
 
     pub(crate) fn text(&self, span: Span) -> &'a str {
@@ -133,11 +155,7 @@ impl<'a> Parser<'a> {
     /// Takes the next token; stays at the end, and goes there when the work is to stop.
     pub(crate) fn advance(&mut self) -> Span {
         let span = self.here();
-        if self.poll.is_over() {
-            self.next = self.tokens.len() - 1;
-        } else if self.next + 1 < self.tokens.len() {
-            self.next += 1;
-        }
+        self.tokens.take(&mut self.poll);
         span
     }
 
@@ -162,7 +180,8 @@ impl<'a> Parser<'a> {
     /// Whether the next token stands on a later line than the one before it, or nowhere.
     fn line_is_over(&self) -> bool {
         let between = self.before().end..self.here().start;
-        self.next > 0 && (self.peek() == Token::End || self.source.text[between].contains('\n'))
+        self.tokens.before().is_some()
+            && (self.peek() == Token::End || self.source.text[between].contains('\n'))
     }
 
     /// Records that something is missing at the end of the line before.

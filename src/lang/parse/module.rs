@@ -3,7 +3,7 @@
 use super::item::ITEM_WORDS;
 use super::{Failed, Parsed, Parser};
 use crate::lang::ast::{
-    Assignment, Branch, Command, Expr, ExprKind, Ident, Item, Module, RenamedModule, VarDecl,
+    Assignment, Branch, Command, Commands, Expr, ExprKind, Ident, Item, Module, RenamedModule, VarDecl,
 };
 use crate::lang::token::{Token, is_property_operator};
 
@@ -15,9 +15,9 @@ impl Parser<'_> {
         if self.eat(Token::Eq) {
             return self.renamed(name);
         }
-        let mut module = Module { name, variables: Vec::new(), commands: Vec::new() };
+        let mut module = Module { name, variables: Vec::new(), commands: self.no_commands() };
         loop {
-            let before = self.next;
+            let before = self.tokens.taken();
             let slip = self.peek_at(1) != Token::Colon && self.slip(&["endmodule"]).is_some();
             if slip || self.at_word("endmodule") {
                 self.advance();
@@ -32,12 +32,17 @@ impl Parser<'_> {
                 return if self.peek() == Token::End { Err(Failed) } else { Ok(Item::Module(module)) };
             }
             if self.module_part(&mut module).is_err() {
-                if self.next == before {
+                if self.tokens.taken() == before {
                     self.advance();
                 }
                 self.recover(&["endmodule", "module"]);
             }
         }
+    }
+
+    /// An empty list, of the form that is wanted.
+    fn no_commands(&self) -> Commands {
+        if self.whole { Commands::Trees(Vec::new()) } else { Commands::Places(Vec::new()) }
     }
 
     fn module_part(&mut self, module: &mut Module) -> Parsed<()> {
@@ -101,7 +106,7 @@ impl Parser<'_> {
     }
 
     /// `[a] guard -> updates;`
-    fn command(&mut self) -> Parsed<Command> {
+    pub(super) fn command(&mut self) -> Parsed<Command> {
         let start = self.expect(Token::LeftBracket)?;
         let action = if self.peek() == Token::RightBracket { None } else { Some(self.action()?) };
         self.expect(Token::RightBracket)?;

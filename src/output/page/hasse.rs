@@ -5,7 +5,7 @@ use std::fmt::Write;
 use maud::{Markup, html};
 
 use super::layered::{HEIGHT, Layered};
-use super::map;
+use super::{letters, map};
 use crate::model::hasse::Hasse;
 
 /// An order with what its nodes say.
@@ -21,15 +21,17 @@ pub(super) struct Order {
 
 /// The height of the box that stands for nothing.
 const BOTTOM: f64 = 0.6 * HEIGHT;
-/// What a letter takes, more or less, in the two sizes of text.
-const LETTER: f64 = 9.5;
-const SMALL_LETTER: f64 = 6.2;
+/// The sizes of names and of notes, as the style sheet has them; notes are not bold.
+const NAME: f64 = 16.0;
+const NOTE: f64 = 0.92 * 11.0;
+/// What a box has beside its text.
+const BESIDE: f64 = 20.0;
 
 impl Order {
     fn width(&self, group: usize) -> f64 {
-        let label = self.labels[group].chars().count() as f64 * LETTER;
-        let note = self.notes[group].as_ref().map_or(0, |n| n.chars().count()) as f64 * SMALL_LETTER;
-        label.max(note).max(40.0) + 18.0
+        let label = letters::width(&letters::shortened(&self.labels[group])) * NAME;
+        let note = self.notes[group].as_ref().map_or(0.0, |note| letters::width(note) * NOTE);
+        label.max(note).max(40.0) + BESIDE
     }
 
     /// The groups, and last what stands for nothing, in layers.
@@ -95,11 +97,13 @@ fn box_of(
     note: Option<&str>,
     class: &str,
 ) -> Markup {
+    let shown = letters::shortened(label);
     let middle = if note.is_some() { 19.0 } else { height / 2.0 + 5.0 };
     html! {
         g class=(class) transform=(format!("translate({x:.1},{y:.1})")) {
             rect width=(format!("{width:.1}")) height=(format!("{height:.1}")) rx="7" {}
-            text x=(format!("{:.1}", width / 2.0)) y=(format!("{middle:.1}")) { (label) }
+            @if shown != label { title { (label) } }
+            text x=(format!("{:.1}", width / 2.0)) y=(format!("{middle:.1}")) { (shown) }
             @if let Some(note) = note {
                 text.note x=(format!("{:.1}", width / 2.0)) y="35" { (note) }
             }

@@ -8,6 +8,7 @@ mod data;
 mod hasse;
 mod html;
 mod layered;
+mod letters;
 mod map;
 mod markdown;
 mod paint;

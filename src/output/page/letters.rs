@@ -1,0 +1,50 @@
+//! How wide a text is, for drawings that are made without the fonts that show them.
+
+/// Names longer than this are shortened where they are drawn.
+const LONGEST: usize = 30;
+
+/// The width of a text in units of its size, in bold type of the widest of the usual fonts without serifs.
+pub(super) fn width(text: &str) -> f64 {
+    text.chars().map(letter).sum()
+}
+
+fn letter(c: char) -> f64 {
+    match c {
+        'i' | 'j' | 'l' | 'I' | 'J' | ' ' | ',' | '.' | ':' | ';' | '\'' | '|' | '!' => 0.41,
+        'f' | 'r' | 't' | '(' | ')' | '-' | '_' | '"' => 0.52,
+        'm' | 'w' | 'M' | 'W' | '%' | '@' => 1.11,
+        'A'..='Z' | '+' | '=' | '<' | '>' | '~' | '#' | '&' => 0.85,
+        c if c.is_ascii() => 0.72,
+        _ => 1.05,
+    }
+}
+
+/// The text itself, or its beginning and its end where it is too long to be drawn.
+pub(super) fn shortened(text: &str) -> String {
+    let letters: Vec<char> = text.chars().collect();
+    if letters.len() <= LONGEST {
+        return text.to_owned();
+    }
+    let (head, tail) = (&letters[..LONGEST * 2 / 3], &letters[letters.len() - LONGEST / 3 + 1..]);
+    head.iter().chain(&['…']).chain(tail).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_names_keep_their_beginning_and_their_end() {
+        let long: String = ('a'..='z').cycle().take(100).collect();
+        let short = shortened(&long);
+        assert_eq!(short.chars().count(), LONGEST);
+        assert!(long.starts_with(short.split('…').next().unwrap()));
+        assert!(long.ends_with(short.split('…').nth(1).unwrap()));
+        assert_eq!(shortened("goal"), "goal");
+    }
+
+    #[test]
+    fn wide_letters_take_more_room() {
+        assert!(width("WWW") > width("aaa") && width("aaa") > width("iii"));
+    }
+}
