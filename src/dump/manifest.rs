@@ -343,16 +343,7 @@ impl Manifest {
 
     /// The constants that were given, as `--const` takes them.
     pub fn given_constants(&self) -> String {
-        let value = |name: &String| {
-            let value = self.constants.get(name)?;
-            let text = match value.as_str() {
-                // The language has no word for these.
-                Some("inf") => "1e999".to_owned(),
-                Some("-inf") => "-1e999".to_owned(),
-                _ => value.to_string(),
-            };
-            Some(format!("{name}={text}"))
-        };
+        let value = |name: &String| Some(format!("{name}={}", self.constants.get(name)?));
         self.given.iter().filter_map(value).collect::<Vec<_>>().join(",")
     }
 

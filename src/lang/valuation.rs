@@ -114,7 +114,10 @@ impl Parser<'_> {
             (Token::Word, word) if !negative => named(&name.name, word),
             (Token::Quoted, quoted) if !negative => named(&name.name, quoted.trim_matches('"')),
             (Token::Int, _) => text.parse().ok().map(|i: i64| Value::Int(if negative { -i } else { i })),
-            (Token::Real, _) => text.parse().ok().map(|x: f64| Value::Real(if negative { -x } else { x })),
+            (Token::Real, _) => {
+                let x = self.finite(span)?;
+                Some(Value::Real(if negative { -x } else { x }))
+            }
             _ => None,
         };
         let Some(value) = value else { return Err(self.expected("a number, `true` or `false`")) };

@@ -154,8 +154,13 @@ impl Parser<'_> {
 
     fn real(&mut self, span: Span) -> Parsed<ExprKind> {
         self.advance();
+        self.finite(span).map(ExprKind::Real)
+    }
+
+    /// The value of a literal with a point or an exponent.
+    pub(crate) fn finite(&mut self, span: Span) -> Parsed<f64> {
         match self.text(span).parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(ExprKind::Real(value)),
+            Ok(value) if value.is_finite() => Ok(value),
             _ => {
                 let message = format!("`{}` is too large for a double", self.text(span));
                 self.report(self.wrong(span, message).help("the largest is about 1.8e308"));

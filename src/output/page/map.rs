@@ -68,7 +68,7 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
     let atlas = paint.atlas;
     let (width, height) = size(atlas);
     let pale = paint.cells.iter().flatten().any(|found| found.elsewhere);
-    let widest = if atlas.plane.row.is_some() { (width * 2).clamp(320, 720) } else { width };
+    let widest = if atlas.plane.row.is_some() { (width * 8 / 5).clamp(200, 720) } else { width };
     html! {
         figure.map id=(format!("map-{}", picture.name())) {
             figcaption {
