@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::ast::Span;
+use super::ast::{BinaryOp, Span};
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
@@ -43,10 +43,34 @@ pub struct Property {
 
 /// Which extreme probability an operator names.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Extreme {
+pub(in crate::lang) enum Extreme {
     Unnamed,
     Min,
     Max,
+}
+
+/// What it means for the strategies of an MDP that a probability is compared with a number; none where the
+/// answer needs numbers, or is always the same. Without a name, the bound holds for every strategy.
+pub(in crate::lang) fn meaning(
+    extreme: Extreme,
+    comparison: BinaryOp,
+    value: f64,
+) -> Option<(Strategies, Bound)> {
+    let bound = match (comparison, value) {
+        (BinaryOp::Ge, 1.0) => Bound::One,
+        (BinaryOp::Gt, 0.0) => Bound::Positive,
+        (BinaryOp::Lt, 1.0) => Bound::BelowOne,
+        (BinaryOp::Le, 0.0) => Bound::Zero,
+        _ => return None,
+    };
+    // The smallest probability is at least b when all are; the largest, when some strategy's is.
+    let from_below = matches!(bound, Bound::One | Bound::Positive);
+    let strategies = match extreme {
+        Extreme::Max if from_below => Strategies::Some,
+        Extreme::Min if !from_below => Strategies::Some,
+        _ => Strategies::All,
+    };
+    Some((strategies, bound))
 }
 
 /// Reads a property such as `P>=1 [ F "done" ]`, `P<1 [ G !(F x=3) ]` or `Pmax>0 [ a U b ]`.
@@ -106,10 +130,12 @@ impl Parser<'_> {
     }
 
     /// `>=1`, `>0`, …
-    fn bound(&mut self, start: Span) -> Parsed<(Token, f64)> {
-        let comparison = self.peek();
-        match comparison {
-            Token::Ge | Token::Gt | Token::Le | Token::Lt => self.advance(),
+    fn bound(&mut self, start: Span) -> Parsed<(BinaryOp, f64)> {
+        let comparison = match self.peek() {
+            Token::Ge => BinaryOp::Ge,
+            Token::Gt => BinaryOp::Gt,
+            Token::Le => BinaryOp::Le,
+            Token::Lt => BinaryOp::Lt,
             Token::Eq => {
                 self.advance();
                 if !self.eat(Token::Question) {
@@ -128,6 +154,7 @@ impl Parser<'_> {
             }
             _ => return Err(self.expected("`>=`, `>`, `<=` or `<`")),
         };
+        self.advance();
         let span = self.here();
         match (self.peek(), self.text(span).parse::<f64>()) {
             (Token::Int | Token::Real, Ok(value)) => {
@@ -138,33 +165,19 @@ impl Parser<'_> {
         }
     }
 
-    /// What a bound means for the strategies of an MDP.
+    /// As [`meaning`]; reports what has none.
     fn meaning(
         &mut self,
         extreme: Extreme,
-        comparison: Token,
+        comparison: BinaryOp,
         value: f64,
         start: Span,
     ) -> Parsed<(Strategies, Bound)> {
-        let bound = match (comparison, value) {
-            (Token::Ge, 1.0) => Bound::One,
-            (Token::Gt, 0.0) => Bound::Positive,
-            (Token::Lt, 1.0) => Bound::BelowOne,
-            (Token::Le, 0.0) => Bound::Zero,
-            _ => {
-                let message = "the answer to this bound needs numbers, or is always the same";
-                let help = "the bounds `>=1`, `>0`, `<1` and `<=0` are supported";
-                self.report(self.unsupported(start.to(self.before()), message).help(help));
-                return Err(Failed);
-            }
-        };
-        // The smallest probability is at least b when all are; the largest, when some strategy's is.
-        let from_below = matches!(bound, Bound::One | Bound::Positive);
-        let strategies = match extreme {
-            Extreme::Max if from_below => Strategies::Some,
-            Extreme::Min if !from_below => Strategies::Some,
-            _ => Strategies::All,
-        };
-        Ok((strategies, bound))
+        meaning(extreme, comparison, value).ok_or_else(|| {
+            let message = "the answer to this bound needs numbers, or is always the same";
+            let help = "the bounds `>=1`, `>0`, `<1` and `<=0` are supported";
+            self.report(self.unsupported(start.to(self.before()), message).help(help));
+            Failed
+        })
     }
 }

@@ -3,7 +3,8 @@
 use super::super::ast::{Expr, ExprKind, Property, Reach};
 use super::super::json::Node;
 use super::reader::{Object, Reader, Value};
-use crate::lang::property::{Bound, Strategies};
+use crate::lang::ast::BinaryOp;
+use crate::lang::property::{self, Extreme};
 use crate::model::value;
 
 /// What a property asks; where it is well-formed but no reachability, the reason.
@@ -53,21 +54,17 @@ impl<'a> Reader<'a> {
             ExprKind::Literal(v @ (value::Value::Int(_) | value::Value::Real(_))) => Some(v.to_f64()),
             _ => None,
         };
-        let bound = match (op, value) {
-            ("≥", Some(1.0)) => Bound::One,
-            (">", Some(0.0)) => Bound::Positive,
-            ("<", Some(1.0)) => Bound::BelowOne,
-            ("≤", Some(0.0)) => Bound::Zero,
-            _ => return Some(Err("its bound is neither 0 nor 1".to_owned())),
+        let comparison = match op {
+            "≥" => BinaryOp::Ge,
+            ">" => BinaryOp::Gt,
+            "<" => BinaryOp::Lt,
+            _ => BinaryOp::Le,
         };
-        // The smallest probability is at least b when all are; the largest, when some strategy's is.
-        let from_below = matches!(bound, Bound::One | Bound::Positive);
-        let strategies = match extreme.as_str() {
-            "Pmax" if from_below => Strategies::Some,
-            "Pmin" if !from_below => Strategies::Some,
-            _ => Strategies::All,
-        };
-        let compared = Some((strategies, bound));
+        let extreme = if extreme == "Pmax" { Extreme::Max } else { Extreme::Min };
+        let compared = value.and_then(|value| property::meaning(extreme, comparison, value));
+        if compared.is_none() {
+            return Some(Err("its bound is neither 0 nor 1".to_owned()));
+        }
         Some(self.path(&inner)?.map(|target| Reach { target, compared }))
     }
 
