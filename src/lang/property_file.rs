@@ -100,12 +100,14 @@ impl File<'_> {
         for item in parse_model(source)?.items {
             match item {
                 Item::Label(label) => {
-                    let target = lower_target(self.program, source, &label.body).map_err(|e| self.without_value(e))?;
+                    let target =
+                        lower_target(self.program, source, &label.body).map_err(|e| self.without_value(e))?;
                     self.program.labels.retain(|(name, _)| *name != label.name.name);
                     self.program.labels.push((label.name.name, target));
                 }
                 Item::Formula(formula) => {
-                    let id = lower_value(self.program, source, &formula.body).map_err(|e| self.without_value(e))?;
+                    let id = lower_value(self.program, source, &formula.body)
+                        .map_err(|e| self.without_value(e))?;
                     self.program.formulas.push((formula.name.name, id));
                 }
                 Item::Const(constant) => self.constant(source, constant)?,
@@ -173,7 +175,8 @@ impl File<'_> {
         for open in &self.open {
             let unknown = format!("unknown name `{open}`");
             for diagnostic in diagnostics.iter_mut().filter(|d| d.message == unknown) {
-                diagnostic.message = format!("the constant `{open}` has no value: give it with `--const {open}=…`");
+                diagnostic.message =
+                    format!("the constant `{open}` has no value: give it with `--const {open}=…`");
                 diagnostic.label = "undefined".to_owned();
             }
         }

@@ -100,12 +100,7 @@ impl<'a> Parser<'a> {
     }
 
     /// A parser of a part of a text.
-    fn of_part(
-        source: &'a Arc<SourceFile>,
-        part: Span,
-        ahead: Ahead,
-        observer: &'a dyn Observer,
-    ) -> Self {
+    fn of_part(source: &'a Arc<SourceFile>, part: Span, ahead: Ahead, observer: &'a dyn Observer) -> Self {
         let mut poll = Poll::new(observer);
         let tokens = Tokens::new(&source.text, part, ahead, &mut poll);
         Parser { source, tokens, depth: 0, diagnostics: Vec::new(), poll, whole: true }
