@@ -7,7 +7,7 @@ mod common;
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use meliora::engine::Engine;
 use meliora::engine::regions::regions;
-use meliora::planning::Kind;
+use meliora::planning::Phase;
 
 use common::Case;
 
@@ -28,7 +28,7 @@ fn phases<E: Engine>(c: &mut Criterion, case: &Case, engine: &str, states: u64, 
     });
     group.bench_function(id("outcomes"), |b| {
         let work = |engine: E| {
-            case.analysis(&engine).run_outcomes(&mut |_| ()).unwrap();
+            case.analysis(&engine).run_phase(Phase::Outcomes, &mut |_| ()).unwrap();
             engine
         };
         b.iter_batched(&build, work, BatchSize::PerIteration);
@@ -38,11 +38,11 @@ fn phases<E: Engine>(c: &mut Criterion, case: &Case, engine: &str, states: u64, 
             let once = |_| {
                 let engine = build();
                 let mut analysis = case.analysis(&engine);
-                analysis.run_outcomes(&mut |_| ()).unwrap();
-                analysis.run_improvement(&mut |_| ()).unwrap();
+                analysis.run_phase(Phase::Outcomes, &mut |_| ()).unwrap();
+                analysis.run_phase(Phase::Improvement, &mut |_| ()).unwrap();
                 let start = std::time::Instant::now();
-                analysis.run_levels(Kind::Sasi, &mut |_| ()).unwrap();
-                analysis.run_levels(Kind::Spi, &mut |_| ()).unwrap();
+                analysis.run_phase(Phase::Sasi, &mut |_| ()).unwrap();
+                analysis.run_phase(Phase::Spi, &mut |_| ()).unwrap();
                 start.elapsed()
             };
             (0..times).map(once).sum()

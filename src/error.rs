@@ -11,6 +11,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Whatever can end a computation early.
 #[derive(Debug, Clone, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// The model, the preferences or an expression is wrong; every entry points at a place.
     #[error("{}", first_message(.0))]
@@ -36,7 +37,7 @@ pub enum Error {
         /// What the system said.
         message: String,
     },
-    /// The command line asks for something that does not fit together.
+    /// What is asked for does not fit together.
     #[error("{0}")]
     Usage(String),
 }
@@ -85,21 +86,26 @@ impl From<Limit> for Error {
 
 /// Which limit ended the work.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Limit {
-    /// The node table (or, explicit, the arrays) would pass `--memory`.
+    /// The work would take more than [`crate::engine::Settings::memory`].
     Memory {
-        /// What was full, in words: "the node table of 12345 nodes".
+        /// What was full, in words: "the node table of 12345 nodes is full".
         what: String,
     },
-    /// `--timeout` has passed.
+    /// The caller's time limit has passed.
     Time(Duration),
-    /// The system gives no more, whatever `--memory` says.
+    /// The system gives no more, whatever the settings allow.
     System {
-        /// What was asked for, and what helps.
+        /// What was asked for.
         what: String,
+        /// How many bytes that was, where [`crate::engine::Settings::memory`] says how many.
+        bytes: Option<u64>,
     },
-    /// More states than the explicit engine was allowed to store.
+    /// More states than the explicit engine numbers, whatever the settings allow.
     States(u64),
+    /// More states than were to be listed one by one.
+    Listed(u64),
     /// Interrupted by the user.
     Interrupted,
     /// What was found could not be written.
@@ -114,15 +120,47 @@ pub enum Limit {
     },
 }
 
+/// What a caller can do about a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Relief {
+    /// More of [`crate::engine::Settings::memory`].
+    MoreMemory,
+    /// Less of [`crate::engine::Settings::memory`], or a system that gives more.
+    LessMemory,
+    /// A system that gives more.
+    System,
+    /// A later end.
+    Time,
+    /// More states to be listed.
+    Listed,
+    /// The symbolic engine, which has no such bound.
+    Symbolic,
+}
+
+impl Limit {
+    /// What raises the limit, or gets by without it; none where nothing does.
+    pub fn relief(&self) -> Option<Relief> {
+        match self {
+            Limit::Memory { .. } => Some(Relief::MoreMemory),
+            Limit::Time(_) => Some(Relief::Time),
+            Limit::System { bytes: Some(_), .. } => Some(Relief::LessMemory),
+            Limit::System { bytes: None, .. } => Some(Relief::System),
+            Limit::States(_) => Some(Relief::Symbolic),
+            Limit::Listed(_) => Some(Relief::Listed),
+            Limit::Interrupted | Limit::Output { .. } | Limit::Size { .. } => None,
+        }
+    }
+}
+
 impl fmt::Display for Limit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Limit::Memory { what } => write!(f, "out of memory: {what}; `--memory` raises the limit"),
-            Limit::Time(after) => {
-                write!(f, "out of time after {after:?}; `--timeout` raises the limit")
-            }
-            Limit::System { what } => write!(f, "the system refuses {what}"),
-            Limit::States(n) => write!(f, "the limit of {n} states was reached; `--memory` raises it"),
+            Limit::Memory { what } => write!(f, "out of memory: {what}"),
+            Limit::Time(after) => write!(f, "out of time after {after:?}"),
+            Limit::System { what, .. } => write!(f, "the system refuses {what}"),
+            Limit::States(n) => write!(f, "the explicit engine numbers no more than {n} states"),
+            Limit::Listed(n) => write!(f, "too large: more than {n} states to be listed"),
             Limit::Interrupted => write!(f, "interrupted"),
             Limit::Output { what } => write!(f, "the results could not be written: {what}"),
             Limit::Size { what } => write!(f, "too large: {what}"),

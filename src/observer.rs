@@ -1,5 +1,7 @@
 //! How long work hears that it is to stop, and tells how far it is.
 
+use std::time::Duration;
+
 use crate::error::Limit;
 
 /// What long work is told from outside, and what it tells.
@@ -9,6 +11,12 @@ pub trait Observer: Send + Sync {
     /// Called often, from inside loops: an answer ends the work with this limit.
     fn stop(&self) -> Option<Limit> {
         None
+    }
+
+    /// The time on the caller's clock, for events that say how long something took; always 0 where the
+    /// caller has no clock.
+    fn clock(&self) -> Duration {
+        Duration::ZERO
     }
 
     /// Called now and then with what is being done: a phase and its state in words.

@@ -220,7 +220,7 @@
 //! # use meliora::engine::symbolic::SymbolicEngine;
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
-//! # use meliora::planning::{Analysis, Options};
+//! # use meliora::planning::{Analysis, Options, Phase};
 //! use std::sync::atomic::{AtomicBool, Ordering};
 //! use meliora::engine::{Observer, Settings};
 //! use meliora::error::Limit;
@@ -243,7 +243,7 @@
 //! # let program = Arc::new(program);
 //! let engine = SymbolicEngine::new(program.clone(), settings)?;
 //! let mut analysis = Analysis::new(&engine, &preferences, Options::default());
-//! analysis.run_counts(&mut |_| ())?;
+//! analysis.run_phase(Phase::Counts, &mut |_| ())?;
 //! button.0.store(true, Ordering::Relaxed);
 //! assert!(matches!(analysis.run(&mut |_| ()), Err(Error::Limit(Limit::Interrupted))));
 //! assert!(analysis.result().counts.is_some());

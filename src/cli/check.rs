@@ -4,14 +4,13 @@ use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::output::CheckReport;
-use meliora::output::check::CheckTime;
 use meliora::output::report::ModelSummary;
-use meliora::planning::analysis::Phase;
-use meliora::planning::{Analysis, Event, Kind};
+use meliora::planning::{Analysis, Event, Phase};
 
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::phases;
 use super::supervise::{Desk, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -98,15 +97,15 @@ pub(super) fn analyse<'a, E: Engine, R: Checked>(
 ) -> Result<Analysis<'a, E>, Error> {
     let mut analysis = Analysis::new(engine, &question.preferences, args.options());
     let mut run = Run { desk, question, analysis: &mut analysis };
-    run.phase("build", |a, listen| a.run_counts(listen), |t, s| t.build = Some(t.build.unwrap_or(0.0) + s))?;
+    run.phase(Phase::Counts)?;
     run.warn_of_states()?;
-    run.phase("outcomes", |a, listen| a.run_outcomes(listen), |t, s| t.outcomes = Some(s))?;
+    run.phase(Phase::Outcomes)?;
     run.warn_of_empty_targets();
     run.initial()?;
-    run.phase("improvement", |a, listen| a.run_improvement(listen), |t, s| t.improvement = Some(s))?;
-    run.phase("sasi", |a, listen| a.run_levels(Kind::Sasi, listen), |t, s| t.sasi = Some(s))?;
+    run.phase(Phase::Improvement)?;
+    run.phase(Phase::Sasi)?;
     run.initial()?;
-    run.phase("spi", |a, listen| a.run_levels(Kind::Spi, listen), |t, s| t.spi = Some(s))?;
+    run.phase(Phase::Spi)?;
     run.initial()?;
     Ok(analysis)
 }
@@ -118,37 +117,21 @@ struct Run<'a, 'b, E: Engine, R: Checked> {
     analysis: &'a mut Analysis<'b, E>,
 }
 
-impl<'b, E: Engine, R: Checked> Run<'_, 'b, E, R> {
-    fn phase(
-        &mut self,
-        name: &'static str,
-        work: impl FnOnce(&mut Analysis<'b, E>, &mut dyn FnMut(Event<'_>)) -> Result<(), Error>,
-        note: impl FnOnce(&mut CheckTime, f64),
-    ) -> Result<(), Error> {
+impl<E: Engine, R: Checked> Run<'_, '_, E, R> {
+    fn phase(&mut self, phase: Phase) -> Result<(), Error> {
         let (desk, preferences) = (self.desk, &self.question.preferences);
-        let analysis = &mut *self.analysis;
-        let (mut known, all) = (0, preferences.objectives.len());
-        let mut listen = |event: Event<'_>| match event {
-            Event::Objective(counts) => {
-                known += 1;
-                if known < all {
-                    desk.watch.turn_to(format!("objective {} of {all}", known + 1));
-                }
-                desk.update(|r| r.check().add_objective(preferences, counts));
-            }
-            Event::Level(kind, number, count) => {
-                desk.watch.turn_to(format!("level {}", number + 1));
-                desk.update(|r| r.check().add_level(kind, count));
-            }
-            Event::Started(Phase::Outcomes) => desk.watch.turn_to(format!("objective 1 of {all}")),
-            Event::Started(Phase::Sasi | Phase::Spi) => desk.watch.turn_to("level 1".to_owned()),
-            Event::Started(_) | Event::Finished(_) => {}
+        let mut hear = |event: Event<'_>| {
+            desk.update(|r| match (r.check(), event) {
+                (r, Event::Objective(counts)) => r.add_objective(preferences, counts),
+                (r, Event::Level(kind, _, count)) => r.add_level(kind, count),
+                (r, Event::Started(_) | Event::Finished(..)) => phases::note(&mut r.time, event),
+            });
         };
-        let result = desk.timed(name, || work(analysis, &mut listen), |r, s| note(&mut r.check().time, s));
-        let usage = analysis.engine().usage();
+        let result = phases::run(self.analysis, &[phase], &desk.watch, &mut hear);
+        let usage = self.analysis.engine().usage();
         desk.update(|r| {
             let r = r.check();
-            r.fill(preferences, analysis.result());
+            r.fill(preferences, self.analysis.result());
             r.memory.peak_nodes = usage.peak_nodes;
         });
         result

@@ -10,12 +10,13 @@ use meliora::output::CompareReport;
 use meliora::output::check::CheckTime;
 use meliora::output::compare::{EngineReport, Preference};
 use meliora::output::report::{Counts, ModelSummary};
-use meliora::planning::{Analysis, Kind};
+use meliora::planning::{Analysis, Phase};
 
 use super::agreement::{self, Agreement};
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
+use super::phases;
 use super::supervise::{Desk, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -96,14 +97,9 @@ fn analyse<E: Engine>(
     analysis: &mut Analysis<'_, E>,
 ) -> Result<(), Error> {
     let mut time = CheckTime { build: Some(built), ..CheckTime::default() };
-    let quiet = &mut |_: meliora::planning::Event<'_>| ();
-    desk.timed("counts", || analysis.run_counts(quiet), |_, s| time.build = Some(built + s))?;
-    desk.timed("outcomes", || analysis.run_outcomes(quiet), |_, s| time.outcomes = Some(s))?;
-    desk.timed("improvement", || analysis.run_improvement(quiet), |_, s| time.improvement = Some(s))?;
-    desk.timed("sasi", || analysis.run_levels(Kind::Sasi, quiet), |_, s| time.sasi = Some(s))?;
-    desk.timed("spi", || analysis.run_levels(Kind::Spi, quiet), |_, s| time.spi = Some(s))?;
-    let phases = [time.build, time.outcomes, time.improvement, time.sasi, time.spi];
-    time.total = phases.into_iter().flatten().sum();
+    phases::run(analysis, &Phase::ALL, &desk.watch, &mut |event| phases::note(&mut time, event))?;
+    let parts = [time.build, time.outcomes, time.improvement, time.sasi, time.spi];
+    time.total = parts.into_iter().flatten().sum();
     let usage = analysis.engine().usage();
     desk.update(|r| {
         r.counts = analysis.result().counts.as_ref().map(Counts::from);

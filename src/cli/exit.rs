@@ -28,9 +28,10 @@ impl Status {
     pub(crate) fn of(error: &Error) -> Self {
         match error {
             Error::Usage(_) => Status::Usage,
-            Error::Input(_) | Error::Dump { .. } | Error::Io { .. } => Status::Input,
             Error::Limit(Limit::Interrupted) => Status::Interrupted,
             Error::Limit(_) => Status::Limit,
+            // What is wrong in a model, a dump or another file, whatever its sort.
+            _ => Status::Input,
         }
     }
 

@@ -9,12 +9,13 @@ use meliora::error::Error;
 use meliora::export::{Inputs, Selection, export};
 use meliora::output::ExportReport;
 use meliora::output::report::ModelSummary;
-use meliora::planning::Analysis;
+use meliora::planning::{Analysis, Phase};
 
 use super::exit::Status;
 use super::export_explicit::{self, StrategyArg, Texts, Wanted};
 use super::load;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
+use super::phases;
 use super::supervise::{Desk, supervise};
 
 /// Write regions and strategies for other programs: decision diagrams, or models state by state
@@ -138,7 +139,7 @@ fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result
     let build = || load::symbolic(&question.program, &args.model, &desk.watch);
     let engine = desk.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    desk.timed("analysis", || analysis.run(&mut |_| ()), |_, _| ())?;
+    phases::run(&mut analysis, &Phase::ALL, &desk.watch, &mut |_| ())?;
     let inputs = Inputs {
         model: (args.model.path(), sha256(question.program.source.original().as_bytes())),
         preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),

@@ -10,12 +10,13 @@ use meliora::output::ExplicitReport;
 use meliora::output::report::ModelSummary;
 use meliora::planning::course::Picks;
 use meliora::planning::playbook::Playbook;
-use meliora::planning::{Analysis, Kind};
+use meliora::planning::{Analysis, Kind, Phase};
 
 use super::exit::Status;
 use super::folder::Folder;
 use super::load;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
+use super::phases;
 use super::supervise::{Desk, supervise};
 
 /// `--strategy`: whose model is written.
@@ -96,7 +97,7 @@ fn work(desk: &Desk<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let build = || load::symbolic(&question.program, &wanted.model, &desk.watch);
     let engine = desk.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());
-    desk.timed("analysis", || analysis.run(&mut |_| ()), |_, _| ())?;
+    phases::run(&mut analysis, &Phase::ALL, &desk.watch, &mut |_| ())?;
     let list = || listed(wanted, &analysis, &question.program);
     let graph = desk.timed("states", list, |_, _| ())?;
     let names = desk.timed("write", || folder.write(&texts(wanted, &graph)), |_, _| ())?;

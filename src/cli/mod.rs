@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. All that reads clock, environment or files, that prints
 //! or exits, is in here; the library knows nothing of it.
 
+mod advice;
 mod agreement;
 mod examples;
 mod exit;
@@ -8,6 +9,7 @@ mod files;
 mod folder;
 mod load;
 mod options;
+mod phases;
 mod plan;
 mod properties;
 mod signals;
@@ -36,7 +38,6 @@ use std::ffi::OsString;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use meliora::error::Error;
-use meliora::output::Failure;
 
 use exit::Status;
 
@@ -110,7 +111,7 @@ pub(crate) fn run(args: &[OsString]) -> Status {
 
 /// The one place where an error that ends the run without a report is shown.
 fn fail(error: &Error, json: bool) -> Status {
-    let failure = Failure::from(error);
+    let failure = advice::failure(error);
     terminal::show_error(error, None);
     if json && terminal::print_json(&failure).is_err() {
         return Status::Limit;

@@ -5,10 +5,12 @@ use meliora::engine::{Engine, Scope};
 use meliora::error::{Diagnostic, Error, SourceFile};
 use meliora::lang;
 use meliora::model::{Program, State};
-use meliora::planning::{Analysis, Kind, Picks};
+use meliora::planning::{Analysis, Kind, Phase, Picks};
 
 use super::load::Question;
 use super::options::{ModelArgs, PreferenceArgs};
+use super::phases;
+use super::watch::Watch;
 
 /// `--kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -98,14 +100,11 @@ pub(super) fn analysis<'a, E: Engine>(
     engine: &'a E,
     question: &'a Question,
     args: &PreferenceArgs,
-    kinds: &[Kind],
+    levels: &[Phase],
+    watch: &Watch,
 ) -> Result<Analysis<'a, E>, Error> {
     let mut analysis = Analysis::new(engine, &question.preferences, args.options());
-    let mut silent = |_: meliora::planning::Event<'_>| {};
-    analysis.run_outcomes(&mut silent)?;
-    analysis.run_improvement(&mut silent)?;
-    for &kind in kinds {
-        analysis.run_levels(kind, &mut silent)?;
-    }
+    let all = [&[Phase::Outcomes, Phase::Improvement], levels].concat();
+    phases::run(&mut analysis, &all, watch, &mut |_| ())?;
     Ok(analysis)
 }

@@ -7,7 +7,7 @@ use meliora::model::State;
 use meliora::output::SimulateReport;
 use meliora::output::report::ModelSummary;
 use meliora::output::simulate::PlaysReport;
-use meliora::planning::{Playbook, Setup, Simulation};
+use meliora::planning::{Phase, Playbook, Setup, Simulation};
 
 use super::exit::Status;
 use super::load::{self, Question};
@@ -116,7 +116,8 @@ fn play<E: Engine>(
         true => engine.list_states(&engine.initial_states(), STARTS)?,
         false => given,
     };
-    let levels = || plan::analysis(engine, question, &args.preferences, &[args.kind.into()]);
+    let asked = [Phase::levels(args.kind.into())];
+    let levels = || plan::analysis(engine, question, &args.preferences, &asked, &desk.watch);
     let analysis = desk.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
     let Some(mut book) = Playbook::new(&analysis, &question.program, args.kind.into()) else {
         return Ok(());

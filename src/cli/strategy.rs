@@ -7,7 +7,7 @@ use meliora::model::State;
 use meliora::output::report::ModelSummary;
 use meliora::output::strategy::StateReport;
 use meliora::output::{Number, StrategyReport, strategy_table};
-use meliora::planning::{Analysis, Course, Kind, Picks, Playbook, Rank};
+use meliora::planning::{Analysis, Course, Kind, Phase, Picks, Playbook, Rank};
 
 use super::exit::Status;
 use super::load::{self, Question};
@@ -117,8 +117,8 @@ fn answer<E: Engine>(
     states: Vec<State>,
 ) -> Result<(), Error> {
     plan::in_scope(engine, &args.model, &args.at, &states)?;
-    let kinds: &[Kind] = &[Kind::Sasi, Kind::Spi];
-    let levels = || plan::analysis(engine, question, &args.preferences, kinds);
+    let both = [Phase::Sasi, Phase::Spi];
+    let levels = || plan::analysis(engine, question, &args.preferences, &both, &desk.watch);
     let analysis = desk.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
     let Some(book) = Playbook::new(&analysis, &question.program, args.kind.into()) else { return Ok(()) };
     let mut run = Run { desk, question, args, analysis: &analysis, book };

@@ -15,7 +15,7 @@ use meliora::output::{Failure, Kind, Report};
 use super::exit::Status;
 use super::options::ShownArgs;
 use super::watch::{Watch, lock};
-use super::{size, terminal};
+use super::{advice, size, terminal};
 
 /// How long the worker may take to stop when it is asked to.
 const GRACE: Duration = Duration::from_millis(250);
@@ -104,7 +104,7 @@ where
         }
         Err(End::Panic) => internal(&lock(&panic), shown),
         Err(End::Error(error @ Error::Limit(_))) => {
-            report.fail(Failure::from(&error));
+            report.fail(advice::failure(&error));
             show(&*report, shown)?;
             terminal::show_error(&error, watch.position().as_deref());
             Ok(Status::of(&error))
@@ -146,9 +146,8 @@ where
     match std::thread::Builder::new().name("worker".to_owned()).stack_size(STACK).spawn(body) {
         Ok(_) => Ok(()),
         Err(e) => {
-            let mib = STACK >> 20;
-            let what = format!("a thread with a stack of {mib} MiB ({e}): a larger `ulimit -v` helps");
-            Err(Limit::System { what }.into())
+            let what = format!("a thread with a stack of {} MiB ({e})", STACK >> 20);
+            Err(Limit::System { what, bytes: None }.into())
         }
     }
 }

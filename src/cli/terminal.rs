@@ -8,6 +8,7 @@ use meliora::escape;
 use meliora::output::{Failure, Kind, Style};
 use serde::Serialize;
 
+use super::advice;
 use super::exit::Status;
 use super::options::Color;
 
@@ -85,7 +86,7 @@ pub(super) fn show_error(error: &Error, progress: Option<&str>) {
         Error::Input(diagnostics) if !diagnostics.is_empty() => {
             message(render(diagnostics, style.color).trim_end());
         }
-        _ => message(&format!("{}: {}", style.bad("error"), escape::lines(&error.to_string()))),
+        _ => message(&format!("{}: {}", style.bad("error"), escape::lines(&advice::message(error)))),
     }
     if let Some(progress) = progress {
         message(&format!("  {}", escape::lines(progress)));

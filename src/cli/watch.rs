@@ -250,6 +250,10 @@ impl Observer for Watch {
         }
     }
 
+    fn clock(&self) -> Duration {
+        self.elapsed()
+    }
+
     fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
         // The first news of each phase is always told, so that short work has some too.
         let news = self.verbose > 1 && self.last_told(phase) != phase;

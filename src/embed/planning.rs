@@ -7,12 +7,13 @@ use crate::engine::AnyEngine;
 use crate::error::{Error, Result};
 use crate::model::preference::Preferences;
 use crate::model::{Program, State};
-use crate::planning::analysis::Phase;
 use crate::planning::explain::Explanation;
 use crate::planning::regions::regions;
 use crate::planning::result::Prospects;
 use crate::planning::simulate::Tally;
-use crate::planning::{Analysis, AnalysisResult, Event, Kind, Options, Playbook, Rank, Setup, Simulation};
+use crate::planning::{
+    Analysis, AnalysisResult, Event, Kind, Options, Phase, Playbook, Rank, Setup, Simulation,
+};
 
 /// Outcomes, classes, improvement MDP and levels of an explored model under preferences.
 pub struct Planning {

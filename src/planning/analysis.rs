@@ -1,6 +1,7 @@
 //! The whole analysis, phase by phase; what is known stays when a limit ends the work.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::classes::Classes;
 use super::improvement::{Improvement, Safety};
@@ -12,7 +13,7 @@ use super::result::{
 };
 use super::{strategy, temporal};
 use crate::engine::{Count, Engine};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::held::Held;
 use crate::model::preference::{Goal, Objective, ObjectiveSet, Preferences};
 use crate::model::step::Choice;
@@ -45,6 +46,34 @@ pub enum Phase {
 impl Phase {
     /// All phases in their order.
     pub const ALL: [Phase; 5] = [Phase::Counts, Phase::Outcomes, Phase::Improvement, Phase::Sasi, Phase::Spi];
+
+    /// The phase that finds the levels of a kind.
+    pub fn levels(kind: Kind) -> Phase {
+        match kind {
+            Kind::Sasi => Phase::Sasi,
+            Kind::Spi => Phase::Spi,
+        }
+    }
+
+    /// The phase that must be done before it.
+    fn needs(self) -> Option<Phase> {
+        match self {
+            Phase::Counts | Phase::Outcomes => None,
+            Phase::Improvement => Some(Phase::Outcomes),
+            Phase::Sasi | Phase::Spi => Some(Phase::Improvement),
+        }
+    }
+
+    /// The name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Phase::Counts => "counts",
+            Phase::Outcomes => "outcomes",
+            Phase::Improvement => "improvement",
+            Phase::Sasi => "sasi",
+            Phase::Spi => "spi",
+        }
+    }
 }
 
 /// What the listener of an analysis hears.
@@ -56,8 +85,9 @@ pub enum Event<'a> {
     Objective(&'a ObjectiveCounts),
     /// A level is known: which kind, which number (from 1), how many states.
     Level(Kind, usize, &'a Count),
-    /// A phase is done. A phase that a limit ends has no such event.
-    Finished(Phase),
+    /// A phase is done, after so long by [`crate::observer::Observer::clock`]. A phase that a limit ends has
+    /// no such event.
+    Finished(Phase, Duration),
 }
 
 /// Outcomes, classes, improvement MDP and levels of one model under one preference file.
@@ -104,44 +134,50 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Phase::ALL.into_iter().try_for_each(|phase| self.run_phase(phase, listener))
     }
 
-    /// One phase; does nothing where those before it are not done.
+    /// One phase, or what a limit left of it; does nothing where it is done.
     ///
     /// # Errors
-    /// As [`Analysis::run`].
+    /// As [`Analysis::run`]; [`Error::Usage`] where a phase that it needs is not done.
     pub fn run_phase(&mut self, phase: Phase, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        match phase {
-            Phase::Counts => self.run_counts(listener),
-            Phase::Outcomes => self.run_outcomes(listener),
-            Phase::Improvement => self.run_improvement(listener),
-            Phase::Sasi => self.run_levels(Kind::Sasi, listener),
-            Phase::Spi => self.run_levels(Kind::Spi, listener),
-        }
-    }
-
-    /// The size of the model.
-    ///
-    /// # Errors
-    /// A limit of the engine. Cost: no image.
-    pub fn run_counts(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        if self.result.counts.is_some() {
+        if self.is_done(phase) {
             return Ok(());
         }
-        listener(Event::Started(Phase::Counts));
-        let engine = &*self.engine;
-        self.result.counts = Some(ModelCounts::of(engine)?);
-        listener(Event::Finished(Phase::Counts));
+        if let Some(before) = phase.needs().filter(|before| !self.is_done(*before)) {
+            let message = format!("the phase `{}` needs the phase `{}`", phase.name(), before.name());
+            return Err(Error::Usage(message));
+        }
+        let clock = Arc::clone(&self.engine.settings().observer);
+        let start = clock.clock();
+        listener(Event::Started(phase));
+        match phase {
+            Phase::Counts => self.run_counts()?,
+            Phase::Outcomes => self.run_outcomes(listener)?,
+            Phase::Improvement => self.run_improvement()?,
+            Phase::Sasi => self.run_levels(Kind::Sasi, listener)?,
+            Phase::Spi => self.run_levels(Kind::Spi, listener)?,
+        }
+        listener(Event::Finished(phase, clock.clock().saturating_sub(start)));
         Ok(())
     }
 
-    /// The regions of the objectives, and the classes.
-    ///
-    /// # Errors
-    /// As [`Analysis::run`]. Cost: see [`Outcomes::advance`] and [`Classes::new`].
-    pub fn run_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        if self.classes.is_some() {
-            return Ok(());
+    /// Whether a phase has run to its end.
+    pub fn is_done(&self, phase: Phase) -> bool {
+        match phase {
+            Phase::Counts => self.result.counts.is_some(),
+            Phase::Outcomes => self.classes.is_some(),
+            Phase::Improvement => self.improvement.is_some(),
+            Phase::Sasi => self.result.sasi.end != LevelsEnd::Open,
+            Phase::Spi => self.result.spi.end != LevelsEnd::Open,
         }
-        listener(Event::Started(Phase::Outcomes));
+    }
+
+    fn run_counts(&mut self) -> Result<()> {
+        self.result.counts = Some(ModelCounts::of(&*self.engine)?);
+        Ok(())
+    }
+
+    /// The regions of the objectives, and the classes. Cost: see [`Outcomes::advance`] and [`Classes::new`].
+    fn run_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.outcomes.is_none() {
             let target = |o: &Objective| match &o.goal {
                 Goal::Reach(target) => self.engine.states_where(*target),
@@ -166,7 +202,6 @@ impl<'a, E: Engine> Analysis<'a, E> {
         };
         self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
         self.classes = Some(Arc::new(classes));
-        listener(Event::Finished(Phase::Outcomes));
         Ok(())
     }
 
@@ -190,35 +225,26 @@ impl<'a, E: Engine> Analysis<'a, E> {
         }))
     }
 
-    /// The improvement MDP; does nothing before the outcomes are known.
-    ///
-    /// # Errors
-    /// A limit of the engine. Cost: see [`Improvement::new`].
-    pub fn run_improvement(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        let (Some(classes), None) = (&self.classes, &self.improvement) else { return Ok(()) };
-        listener(Event::Started(Phase::Improvement));
+    /// The improvement MDP. Cost: see [`Improvement::new`].
+    fn run_improvement(&mut self) -> Result<()> {
+        let Some(classes) = &self.classes else { return Ok(()) };
         let improvement = Improvement::new(&*self.engine, classes, self.options.safety)?;
         self.result.improvement = improvement.sizes(&*self.engine)?;
         self.improvement = Some(Arc::new(improvement));
-        listener(Event::Finished(Phase::Improvement));
         Ok(())
     }
 
-    /// The levels of one kind; does nothing before the improvement MDP is known.
-    ///
-    /// # Errors
-    /// A limit of the engine; the levels found stay. Cost: see [`super::levels::next_level`].
-    pub fn run_levels(&mut self, kind: Kind, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+    /// The levels of one kind; those found stay. Cost: see [`super::levels::next_level`].
+    fn run_levels(&mut self, kind: Kind, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let (Some(classes), Some(improvement)) = (&self.classes, &self.improvement) else {
             return Ok(());
         };
-        let (levels, counts, phase) = match kind {
-            Kind::Sasi => (&mut self.sasi, &mut self.result.sasi, Phase::Sasi),
-            Kind::Spi => (&mut self.spi, &mut self.result.spi, Phase::Spi),
+        let (levels, counts) = match kind {
+            Kind::Sasi => (&mut self.sasi, &mut self.result.sasi),
+            Kind::Spi => (&mut self.spi, &mut self.result.spi),
         };
-        // Only complete levels are shared.
-        let Some(levels) = Arc::get_mut(levels).filter(|levels| levels.end.is_none()) else { return Ok(()) };
-        listener(Event::Started(phase));
+        // Only complete levels are shared with playbooks.
+        let Some(levels) = Arc::get_mut(levels) else { return Ok(()) };
         while levels.advance(&*self.engine, classes, improvement, self.options.max_level)? {
             count_levels(&*self.engine, levels, counts, listener)?;
         }
@@ -229,7 +255,6 @@ impl<'a, E: Engine> Analysis<'a, E> {
             Some(End::Empty) => LevelsEnd::Empty,
             Some(End::Unbounded(level)) => LevelsEnd::Unbounded(self.engine.count_states(&level.states)?),
         };
-        listener(Event::Finished(phase));
         Ok(())
     }
 

@@ -11,7 +11,7 @@ use meliora::error::{Error, Limit, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
 use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Kind, Options, Picks, Playbook, Setup, Simulation};
+use meliora::planning::{Analysis, Kind, Options, Phase, Picks, Playbook, Setup, Simulation};
 
 /// Stops the work from the question of this number on; hears of the phases.
 struct Patience {
@@ -128,11 +128,11 @@ fn everything<E: Engine>(
     let engine = build(program, settings(observer))?;
     done("build");
     let mut analysis = Analysis::new(&engine, preferences, Options::default());
-    analysis.run_outcomes(&mut |_| ())?;
+    analysis.run_phase(Phase::Outcomes, &mut |_| ())?;
     done("outcomes");
-    analysis.run_improvement(&mut |_| ())?;
-    analysis.run_levels(Kind::Sasi, &mut |_| ())?;
-    analysis.run_levels(Kind::Spi, &mut |_| ())?;
+    analysis.run_phase(Phase::Improvement, &mut |_| ())?;
+    analysis.run_phase(Phase::Sasi, &mut |_| ())?;
+    analysis.run_phase(Phase::Spi, &mut |_| ())?;
     done("levels");
     let Some(mut book) = Playbook::new(&analysis, program, Kind::Sasi) else { return Ok(()) };
     let memory = book.start(&[0, 0]);

@@ -129,7 +129,7 @@ fn the_listener_hears_phases_in_order_and_each_level() {
     analysis
         .run(&mut |event| match event {
             Event::Started(phase) => phases.push((phase, true)),
-            Event::Finished(phase) => phases.push((phase, false)),
+            Event::Finished(phase, _) => phases.push((phase, false)),
             Event::Level(kind, number, count) => levels.push((kind, number, count.clone())),
             Event::Objective(counts) => objectives.push(counts.objective),
         })

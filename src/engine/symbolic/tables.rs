@@ -26,15 +26,12 @@ pub(super) fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result
     let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
     if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
         let mib = bytes.div_ceil(1 << 20);
-        let what = format!("a node table of {mib} MiB: a smaller `--memory`, or a larger `ulimit -v`, helps");
-        return Err(Limit::System { what }.into());
+        return Err(Limit::System { what: format!("a node table of {mib} MiB"), bytes: Some(bytes) }.into());
     }
     let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, threads);
     std::panic::catch_unwind(make).map_err(|_| {
-        let what = format!(
-            "the threads of the node table ({threads}, with a stack of 1 GiB each): a larger `ulimit -v` helps"
-        );
-        Limit::System { what }.into()
+        let what = format!("the threads of the node table ({threads}, with a stack of 1 GiB each)");
+        Limit::System { what, bytes: None }.into()
     })
 }
 

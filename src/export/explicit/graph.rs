@@ -61,6 +61,5 @@ pub(super) fn fits(states: usize, limit: usize) -> Result<()> {
     if states < limit {
         return Ok(());
     }
-    let what = format!("more than {limit} states to be listed; `--limit` raises it");
-    Err(Limit::Size { what }.into())
+    Err(Limit::Listed(limit as u64).into())
 }

@@ -1,0 +1,56 @@
+//! The phases of an analysis, as those who wait for them see them.
+
+use meliora::engine::Engine;
+use meliora::error::Error;
+use meliora::output::check::CheckTime;
+use meliora::planning::{Analysis, Event, Phase};
+
+use super::watch::Watch;
+
+/// Runs phases: `watch` tells how far they are, `hear` gets their events.
+///
+/// # Errors
+/// A limit; a target without a value in some state.
+pub(super) fn run<E: Engine>(
+    analysis: &mut Analysis<'_, E>,
+    phases: &[Phase],
+    watch: &Watch,
+    hear: &mut dyn FnMut(Event<'_>),
+) -> Result<(), Error> {
+    let (mut known, all) = (0, analysis.preferences().objectives.len());
+    let mut listen = |event: Event<'_>| {
+        match event {
+            Event::Started(phase) => {
+                watch.enter(phase.name());
+                match phase {
+                    Phase::Outcomes => watch.turn_to(format!("objective 1 of {all}")),
+                    Phase::Sasi | Phase::Spi => watch.turn_to("level 1".to_owned()),
+                    Phase::Counts | Phase::Improvement => {}
+                }
+            }
+            Event::Objective(_) => {
+                known += 1;
+                if known < all {
+                    watch.turn_to(format!("objective {} of {all}", known + 1));
+                }
+            }
+            Event::Level(_, number, _) => watch.turn_to(format!("level {}", number + 1)),
+            Event::Finished(phase, took) => watch.leave(phase.name(), took.as_secs_f64()),
+        }
+        hear(event);
+    };
+    phases.iter().try_for_each(|&phase| analysis.run_phase(phase, &mut listen))
+}
+
+/// Notes what a phase took; to count is part of building.
+pub(super) fn note(time: &mut CheckTime, event: Event<'_>) {
+    let Event::Finished(phase, took) = event else { return };
+    let took = took.as_secs_f64();
+    match phase {
+        Phase::Counts => time.build = Some(time.build.unwrap_or(0.0) + took),
+        Phase::Outcomes => time.outcomes = Some(took),
+        Phase::Improvement => time.improvement = Some(took),
+        Phase::Sasi => time.sasi = Some(took),
+        Phase::Spi => time.spi = Some(took),
+    }
+}
