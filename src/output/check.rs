@@ -1,24 +1,20 @@
 //! The report of `meliora check`.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
-use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, json_state, scope_name};
+use super::envelope::{Envelope, Findings, Time};
+use super::report::{Counts, ModelSummary, json_state, scope_name};
 use super::{Number, Style, check_text};
 use crate::engine::{Count, Scope};
 use crate::model::Program;
 use crate::model::preference::{ObjectiveSet, Preferences};
-use crate::planning::result::{ClassCount, LevelCounts, LevelsEnd, ObjectiveCounts, Plan, Prospects};
-use crate::planning::{self, AnalysisResult, Kind};
+use crate::planning::result::{ClassCount, LevelCounts, LevelsEnd, ObjectiveCounts, Prospects};
+use crate::planning::{AnalysisResult, Kind, Rank};
 
 /// What `check` found, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
-pub struct CheckReport {
-    /// `meliora.check/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct CheckFindings {
     /// The model.
     pub model: ModelSummary,
     /// The preference file as the user named it.
@@ -50,14 +46,10 @@ pub struct CheckReport {
     pub spi: Option<LevelsReport>,
     /// The first initial states.
     pub initial: Vec<InitialReport>,
-    /// Seconds by phase.
-    pub time: CheckTime,
-    /// What was used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type CheckReport = Envelope<CheckFindings>;
 
 /// The regions of one objective.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -104,26 +96,6 @@ pub struct LevelsReport {
     pub unbounded: Option<Number>,
 }
 
-/// How often a state can improve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rank {
-    /// So many times and no more.
-    Exactly(u64),
-    /// At least so many times: `--max-level` ended the search.
-    AtLeast(u64),
-    /// Any number of times.
-    Unbounded,
-}
-
-impl Serialize for Rank {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Rank::Exactly(k) | Rank::AtLeast(k) => serializer.serialize_u64(*k),
-            Rank::Unbounded => serializer.serialize_str("unbounded"),
-        }
-    }
-}
-
 /// What holds in one initial state.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InitialReport {
@@ -160,6 +132,12 @@ pub struct CheckTime {
     pub total: f64,
 }
 
+impl Time for CheckTime {
+    fn total(&mut self) -> &mut f64 {
+        &mut self.total
+    }
+}
+
 impl CheckReport {
     /// A report of which nothing but the question is known.
     pub fn new(
@@ -169,9 +147,7 @@ impl CheckReport {
         scope: Scope,
         safety: &'static str,
     ) -> Self {
-        CheckReport {
-            schema: "meliora.check/1",
-            complete: true,
+        Envelope::of(CheckFindings {
             model: ModelSummary::of_path(model),
             preferences: preferences.to_owned(),
             engine,
@@ -186,14 +162,11 @@ impl CheckReport {
             sasi: None,
             spi: None,
             initial: Vec::new(),
-            time: CheckTime::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 }
 
-impl CheckReport {
+impl CheckFindings {
     /// Adds an objective that is decided, in its place by declaration.
     pub fn add_objective(&mut self, preferences: &Preferences, counts: &ObjectiveCounts) {
         let position = |name: &str| preferences.objectives.iter().position(|o| o.name == name);
@@ -231,16 +204,11 @@ impl CheckReport {
 
     /// Takes over what is known of the first initial states.
     pub fn set_initial(&mut self, program: &Program, preferences: &Preferences, prospects: &[Prospects]) {
-        let rank = |plan: &Plan| match plan.rank {
-            planning::Rank::Finite(k) => Rank::Exactly(k as u64),
-            planning::Rank::AtLeast(k) => Rank::AtLeast(k as u64),
-            planning::Rank::Unbounded => Rank::Unbounded,
-        };
         let one = |p: &Prospects| InitialReport {
             state: json_state(program, &p.state),
             most_preferred: names(preferences, &p.most_preferred),
-            sasi_rank: p.sasi.as_ref().map(rank),
-            spi_rank: p.spi.as_ref().map(rank),
+            sasi_rank: p.sasi.as_ref().map(|plan| plan.rank),
+            spi_rank: p.spi.as_ref().map(|plan| plan.rank),
             sasi_actions: p.sasi.as_ref().map(|plan| plan.actions.clone()),
             spi_actions: p.spi.as_ref().map(|plan| plan.actions.clone()),
         };
@@ -274,18 +242,11 @@ fn levels(counts: &LevelCounts) -> Option<LevelsReport> {
     })
 }
 
-impl Report for CheckReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
+impl Findings for CheckFindings {
+    const SCHEMA: &str = "meliora.check/1";
+    type Time = CheckTime;
 
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
-
-    fn text(&self, style: Style) -> String {
-        check_text::render(self, style)
+    fn text(report: &CheckReport, style: Style) -> String {
+        check_text::render(report, style)
     }
 }

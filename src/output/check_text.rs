@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use super::check::{CheckReport, LevelsReport, Rank};
+use super::check::{CheckReport, LevelsReport};
 use super::report::{scope_word, show_state};
 use super::text::{self, Grid};
-use super::{Number, Style};
+use super::{Number, Style, ranks};
+use crate::planning::Rank;
 
 /// The whole report.
 pub(super) fn render(report: &CheckReport, style: Style) -> String {
@@ -141,14 +142,8 @@ fn prospect(
     style: Style,
 ) {
     let Some(rank) = rank else { return };
-    let verdict = match rank {
-        Rank::Exactly(0) => format!("cannot {how} improve"),
-        Rank::Exactly(1) => format!("{how} improves once"),
-        Rank::Exactly(k) => format!("{how} improves {k} times"),
-        Rank::AtLeast(k) => format!("{how} improves {k} times or more (--max-level ends the search)"),
-        Rank::Unbounded => format!("{how} improves any number of times"),
-    };
-    let verdict = if rank == Rank::Exactly(0) { style.dim(&verdict) } else { style.good(&verdict) };
+    let verdict = ranks::ability(rank, how);
+    let verdict = if rank == Rank::Finite(0) { style.dim(&verdict) } else { style.good(&verdict) };
     let _ = write!(out, "  {name}    {verdict}");
     match actions {
         Some(actions) if !actions.is_empty() => {

@@ -5,19 +5,15 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::check::CheckTime;
-use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, scope_name, scope_word};
+use super::envelope::{Envelope, Findings, Total};
+use super::report::{Counts, ModelSummary, scope_name, scope_word};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
 
 /// What `compare` found, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
-pub struct CompareReport {
-    /// `meliora.compare/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct CompareFindings {
     /// The model.
     pub model: ModelSummary,
     /// The preference file as the user named it.
@@ -44,14 +40,10 @@ pub struct CompareReport {
     pub engines: Vec<EngineReport>,
     /// The engine to prefer here, and why.
     pub prefer: Option<Preference>,
-    /// Seconds for everything.
-    pub time: Total,
-    /// What the whole process used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type CompareReport = Envelope<CompareFindings>;
 
 /// What one engine took.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -75,19 +67,10 @@ pub struct Preference {
     pub reason: String,
 }
 
-/// Seconds for everything.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Total {
-    /// Seconds.
-    pub total: f64,
-}
-
 impl CompareReport {
     /// A report of which nothing but the question is known.
     pub fn new(model: &str, preferences: &str, scope: Scope, safety: &'static str) -> Self {
-        CompareReport {
-            schema: "meliora.compare/1",
-            complete: true,
+        Envelope::of(CompareFindings {
             model: ModelSummary::of_path(model),
             preferences: preferences.to_owned(),
             scope,
@@ -100,10 +83,7 @@ impl CompareReport {
             membership: None,
             engines: Vec::new(),
             prefer: None,
-            time: Total::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 
     fn verdict(&self, style: Style) -> String {
@@ -139,37 +119,30 @@ impl CompareReport {
     }
 }
 
-impl Report for CompareReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
-
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
+impl Findings for CompareFindings {
+    const SCHEMA: &str = "meliora.compare/1";
+    type Time = Total;
 
     fn is_no(&self) -> bool {
         self.equal == Some(false)
     }
 
-    fn text(&self, style: Style) -> String {
-        let mut settings = vec![("scope", scope_word(self.scope)), ("safety", self.safety)];
-        if let Some(empty) = self.empty {
+    fn text(report: &CompareReport, style: Style) -> String {
+        let mut settings = vec![("scope", scope_word(report.scope)), ("safety", report.safety)];
+        if let Some(empty) = report.empty {
             settings.push(("empty", empty));
         }
-        let mut out = text::title(&[&self.model.path, &self.preferences], &settings, style);
-        if self.model.kind.is_some() {
-            out.push_str(&text::model(&self.model, self.counts.as_ref(), style));
+        let mut out = text::title(&[&report.model.path, &report.preferences], &settings, style);
+        if report.model.kind.is_some() {
+            out.push_str(&text::model(&report.model, report.counts.as_ref(), style));
         }
-        out.push_str(&self.verdict(style));
-        out.push_str(&self.table(style));
-        if let Some(prefer) = &self.prefer {
+        out.push_str(&report.verdict(style));
+        out.push_str(&report.table(style));
+        if let Some(prefer) = &report.prefer {
             let _ = write!(out, "\nPrefer {} here: {}.\n", style.bold(prefer.engine), prefer.reason);
         }
-        out.push_str(&text::incomplete(self.error.as_ref(), style));
-        out.push_str(&text::footer(self.time.total, &[], self.memory, style));
+        out.push_str(&text::incomplete(report.error.as_ref(), style));
+        out.push_str(&text::footer(report.time.total, &[], report.memory, style));
         out
     }
 }

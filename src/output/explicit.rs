@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::export::Total;
-use super::report::{Failure, Memory, ModelSummary, Report, is_true, scope_name, scope_word};
+use super::envelope::{Envelope, Findings, Total};
+use super::report::{ModelSummary, scope_name, scope_word};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
@@ -11,12 +11,7 @@ use crate::export::explicit::Graph;
 
 /// What `export` wrote state by state.
 #[derive(Debug, Clone, Serialize)]
-pub struct ExplicitReport {
-    /// `meliora.export/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct ExplicitFindings {
     /// The model.
     pub model: ModelSummary,
     /// Which valuations are states.
@@ -38,14 +33,10 @@ pub struct ExplicitReport {
     pub transitions: Option<Number>,
     /// The labels, each with the number of its states.
     pub labels: Vec<Labelled>,
-    /// Seconds.
-    pub time: Total,
-    /// What was used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type ExplicitReport = Envelope<ExplicitFindings>;
 
 /// A label of states.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -65,9 +56,7 @@ impl ExplicitReport {
         directory: &str,
         strategy: Option<String>,
     ) -> Self {
-        ExplicitReport {
-            schema: "meliora.export/1",
-            complete: true,
+        Envelope::of(ExplicitFindings {
             model: ModelSummary::of_path(model),
             scope,
             safety,
@@ -78,10 +67,7 @@ impl ExplicitReport {
             choices: None,
             transitions: None,
             labels: Vec::new(),
-            time: Total::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 
     /// Notes what was written.
@@ -99,41 +85,37 @@ impl ExplicitReport {
     }
 }
 
-impl Report for ExplicitReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
+impl Findings for ExplicitFindings {
+    const SCHEMA: &str = "meliora.export/1";
+    type Time = Total;
 
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
-
-    fn text(&self, style: Style) -> String {
-        let mut settings = vec![("scope", scope_word(self.scope)), ("safety", self.safety)];
-        if let Some(strategy) = &self.strategy {
+    fn text(report: &ExplicitReport, style: Style) -> String {
+        let mut settings = vec![("scope", scope_word(report.scope)), ("safety", report.safety)];
+        if let Some(strategy) = &report.strategy {
             settings.push(("strategy", strategy));
         }
-        let mut out = text::title(&[&self.model.path], &settings, style);
-        if !self.files.is_empty() {
-            out.push_str(&format!("\nWritten to {}: {}\n", self.directory, self.files.join(", ")));
+        let mut out = text::title(&[&report.model.path], &settings, style);
+        if !report.files.is_empty() {
+            out.push_str(&format!("\nWritten to {}: {}\n", report.directory, report.files.join(", ")));
             let mut grid = Grid::new(&["", "number"], style);
-            let sizes =
-                [("states", &self.states), ("choices", &self.choices), ("transitions", &self.transitions)];
+            let sizes = [
+                ("states", &report.states),
+                ("choices", &report.choices),
+                ("transitions", &report.transitions),
+            ];
             for (name, size) in sizes {
                 let size = size.as_ref().map_or_else(String::new, Number::grouped);
                 grid.row(vec![name.to_owned(), size]);
             }
             out.push_str(&grid.text(style));
             let mut grid = Grid::new(&["label", "states"], style);
-            for label in &self.labels {
+            for label in &report.labels {
                 grid.row(vec![label.name.clone(), label.states.grouped()]);
             }
             out.push_str(&format!("\n{}", grid.text(style)));
         }
-        out.push_str(&text::incomplete(self.error.as_ref(), style));
-        out.push_str(&text::footer(self.time.total, &[], self.memory, style));
+        out.push_str(&text::incomplete(report.error.as_ref(), style));
+        out.push_str(&text::footer(report.time.total, &[], report.memory, style));
         out
     }
 }

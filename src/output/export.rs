@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::report::{Failure, Memory, ModelSummary, Report, is_true, scope_name, scope_word};
+use super::envelope::{Envelope, Findings, Total};
+use super::report::{ModelSummary, scope_name, scope_word};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::dump::Manifest;
@@ -11,12 +12,7 @@ use crate::escape;
 
 /// What `export` wrote.
 #[derive(Debug, Clone, Serialize)]
-pub struct ExportReport {
-    /// `meliora.export/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct ExportFindings {
     /// The model.
     pub model: ModelSummary,
     /// Which valuations are states.
@@ -32,14 +28,10 @@ pub struct ExportReport {
     pub nodes: Option<usize>,
     /// How many nodes `certificate.dddmp` has, if it was written.
     pub certificate_nodes: Option<usize>,
-    /// Seconds.
-    pub time: Total,
-    /// What was used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type ExportReport = Envelope<ExportFindings>;
 
 /// A region in a dump.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -54,19 +46,10 @@ pub struct ExportedRegion {
     pub nodes: usize,
 }
 
-/// The seconds of a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Total {
-    /// Everything.
-    pub total: f64,
-}
-
 impl ExportReport {
     /// A report of which nothing but the question is known.
     pub fn new(model: &str, scope: Scope, safety: &'static str, directory: &str) -> Self {
-        ExportReport {
-            schema: "meliora.export/1",
-            complete: true,
+        Envelope::of(ExportFindings {
             model: ModelSummary::of_path(model),
             scope,
             safety,
@@ -74,10 +57,7 @@ impl ExportReport {
             regions: Vec::new(),
             nodes: None,
             certificate_nodes: None,
-            time: Total::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 
     /// Notes what was written.
@@ -94,36 +74,29 @@ impl ExportReport {
     }
 }
 
-impl Report for ExportReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
+impl Findings for ExportFindings {
+    const SCHEMA: &str = "meliora.export/1";
+    type Time = Total;
 
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
-
-    fn text(&self, style: Style) -> String {
-        let settings = [("scope", scope_word(self.scope)), ("safety", self.safety)];
-        let mut out = text::title(&[&self.model.path], &settings, style);
+    fn text(report: &ExportReport, style: Style) -> String {
+        let settings = [("scope", scope_word(report.scope)), ("safety", report.safety)];
+        let mut out = text::title(&[&report.model.path], &settings, style);
         let mut grid = Grid::new(&["region", "members", "nodes"], style);
-        for region in &self.regions {
+        for region in &report.regions {
             grid.row(vec![region.name.clone(), region.count.grouped(), region.nodes.to_string()]);
         }
-        if let Some(nodes) = self.nodes {
+        if let Some(nodes) = report.nodes {
             out.push_str(&grid.text(style));
             out.push_str(&format!(
                 "\n{nodes} nodes together, written to {}\n",
-                escape::line(&self.directory)
+                escape::line(&report.directory)
             ));
         }
-        if let Some(nodes) = self.certificate_nodes {
+        if let Some(nodes) = report.certificate_nodes {
             out.push_str(&format!("{nodes} nodes in the certificate\n"));
         }
-        out.push_str(&text::incomplete(self.error.as_ref(), style));
-        out.push_str(&text::footer(self.time.total, &[], self.memory, style));
+        out.push_str(&text::incomplete(report.error.as_ref(), style));
+        out.push_str(&text::footer(report.time.total, &[], report.memory, style));
         out
     }
 }

@@ -5,7 +5,8 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::Style;
-use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, scope_word};
+use super::envelope::{Envelope, Findings, Time};
+use super::report::{Counts, Failure, ModelSummary, Report, scope_word};
 use super::text::{self, Grid};
 use crate::engine::Scope;
 
@@ -14,12 +15,7 @@ const MOST_NAMES: usize = 6;
 
 /// What `info` found, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
-pub struct InfoReport {
-    /// `meliora.info/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct InfoFindings {
     /// The model.
     pub model: ModelSummary,
     /// The name of the engine.
@@ -37,14 +33,10 @@ pub struct InfoReport {
     /// What the order follows from, where it was computed from the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order_reason: Option<String>,
-    /// Seconds by phase.
-    pub time: InfoTime,
-    /// What was used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type InfoReport = Envelope<InfoFindings>;
 
 /// Sizes of diagrams.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -68,12 +60,16 @@ pub struct InfoTime {
     pub total: f64,
 }
 
+impl Time for InfoTime {
+    fn total(&mut self) -> &mut f64 {
+        &mut self.total
+    }
+}
+
 impl InfoReport {
     /// A report of which nothing but the question is known.
     pub fn new(model: &str, engine: &'static str, scope: Scope) -> Self {
-        InfoReport {
-            schema: "meliora.info/1",
-            complete: true,
+        Envelope::of(InfoFindings {
             model: ModelSummary::of_path(model),
             engine,
             scope,
@@ -81,10 +77,7 @@ impl InfoReport {
             order: None,
             order_reason: None,
             nodes: None,
-            time: InfoTime::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 
     fn variables(&self, style: Style) -> String {
@@ -139,28 +132,22 @@ fn wrapped(words: &[String], width: usize) -> String {
     out
 }
 
-impl Report for InfoReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
+impl Findings for InfoFindings {
+    const SCHEMA: &str = "meliora.info/1";
+    type Time = InfoTime;
 
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
-
-    fn text(&self, style: Style) -> String {
-        let settings = [("engine", self.engine), ("scope", scope_word(self.scope))];
-        let mut out = text::title(&[&self.model.path], &settings, style);
-        if self.model.kind.is_some() {
-            out.push_str(&text::model(&self.model, self.counts.as_ref(), style));
-            out.push_str(&self.variables(style));
+    fn text(report: &InfoReport, style: Style) -> String {
+        let settings = [("engine", report.engine), ("scope", scope_word(report.scope))];
+        let mut out = text::title(&[&report.model.path], &settings, style);
+        if report.model.kind.is_some() {
+            out.push_str(&text::model(&report.model, report.counts.as_ref(), style));
+            out.push_str(&report.variables(style));
         }
-        out.push_str(&self.diagrams(style));
-        out.push_str(&text::incomplete(self.error.as_ref(), style));
-        let phases = [("parse", self.time.parse), ("build", self.time.build), ("count", self.time.count)];
-        out.push_str(&text::footer(self.time.total, &phases, self.memory, style));
+        out.push_str(&report.diagrams(style));
+        out.push_str(&text::incomplete(report.error.as_ref(), style));
+        let phases =
+            [("parse", report.time.parse), ("build", report.time.build), ("count", report.time.count)];
+        out.push_str(&text::footer(report.time.total, &phases, report.memory, style));
         out
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod check;
 pub mod compare;
+pub mod envelope;
 pub mod explicit;
 pub mod export;
 pub mod info;
@@ -21,6 +22,7 @@ pub mod style;
 pub mod verify;
 
 mod check_text;
+mod ranks;
 mod reason;
 mod simulate_text;
 mod strategy_text;

@@ -4,19 +4,15 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, scope_name, scope_word};
+use super::envelope::{Envelope, Findings, Total};
+use super::report::{Counts, ModelSummary, scope_name, scope_word};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
 
 /// What is known of the properties of a file or of the command line.
 #[derive(Debug, Clone, Serialize)]
-pub struct PropertiesReport {
-    /// `meliora.reach/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct PropertiesFindings {
     /// The model.
     pub model: ModelSummary,
     /// The property file as the user named it; none for properties of the command line.
@@ -31,14 +27,10 @@ pub struct PropertiesReport {
     pub counts: Option<Counts>,
     /// The properties in the order of the file.
     pub properties: Vec<PropertyAnswer>,
-    /// Seconds.
-    pub time: super::export::Total,
-    /// What was used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type PropertiesReport = Envelope<PropertiesFindings>;
 
 /// A property with its answer, or why there is none.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -81,19 +73,14 @@ impl PropertyAnswer {
 impl PropertiesReport {
     /// A report of which nothing but the question is known.
     pub fn new(model: &str, file: Option<&str>, engine: &'static str, scope: Scope) -> Self {
-        PropertiesReport {
-            schema: "meliora.reach/1",
-            complete: true,
+        Envelope::of(PropertiesFindings {
             model: ModelSummary::of_path(model),
             file: file.map(str::to_owned),
             engine,
             scope,
             counts: None,
             properties: Vec::new(),
-            time: super::export::Total::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 
     fn table(&self, style: Style) -> String {
@@ -125,32 +112,25 @@ fn title(answer: &PropertyAnswer) -> String {
     answer.name.as_ref().map_or_else(|| text.clone(), |name| format!("\"{name}\": {text}"))
 }
 
-impl Report for PropertiesReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
-
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
+impl Findings for PropertiesFindings {
+    const SCHEMA: &str = "meliora.reach/1";
+    type Time = Total;
 
     fn is_no(&self) -> bool {
         self.properties.iter().any(|p| p.holds == Some(false))
     }
 
-    fn text(&self, style: Style) -> String {
-        let settings = [("engine", self.engine), ("scope", scope_word(self.scope))];
-        let files: Vec<&str> = [self.model.path.as_str()].into_iter().chain(self.file.as_deref()).collect();
+    fn text(report: &PropertiesReport, style: Style) -> String {
+        let settings = [("engine", report.engine), ("scope", scope_word(report.scope))];
+        let files: Vec<&str> = [report.model.path.as_str()].into_iter().chain(report.file.as_deref()).collect();
         let mut out = text::title(&files, &settings, style);
-        if self.model.kind.is_some() {
-            out.push_str(&text::model(&self.model, self.counts.as_ref(), style));
+        if report.model.kind.is_some() {
+            out.push_str(&text::model(&report.model, report.counts.as_ref(), style));
         }
-        if self.properties.iter().any(|p| p.reason.is_none()) {
-            let _ = write!(out, "\n{}\n{}", style.bold("Properties"), self.table(style));
+        if report.properties.iter().any(|p| p.reason.is_none()) {
+            let _ = write!(out, "\n{}\n{}", style.bold("Properties"), report.table(style));
         }
-        let others: Vec<_> = self.properties.iter().filter(|p| p.reason.is_some()).collect();
+        let others: Vec<_> = report.properties.iter().filter(|p| p.reason.is_some()).collect();
         if !others.is_empty() {
             let _ = write!(out, "\n{}\n", style.bold("Not answered"));
             for answer in others {
@@ -162,8 +142,8 @@ impl Report for PropertiesReport {
                 );
             }
         }
-        out.push_str(&text::incomplete(self.error.as_ref(), style));
-        out.push_str(&text::footer(self.time.total, &[], self.memory, style));
+        out.push_str(&text::incomplete(report.error.as_ref(), style));
+        out.push_str(&text::footer(report.time.total, &[], report.memory, style));
         out
     }
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
-use super::export::Total;
-use super::report::{Failure, Memory, Report, is_true, json_state, show_state};
+use super::envelope::{Envelope, Findings, Total};
+use super::report::{json_state, show_state};
 use super::{Number, Style};
 use crate::escape;
 use crate::model::Program;
@@ -15,12 +15,7 @@ use crate::query::Member;
 
 /// What `query` found.
 #[derive(Debug, Clone, Serialize)]
-pub struct QueryReport {
-    /// `meliora.query/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct QueryFindings {
     /// The directory of the dump.
     pub directory: String,
     /// The region expression.
@@ -41,14 +36,10 @@ pub struct QueryReport {
     /// Whether the number alone is wanted.
     #[serde(skip)]
     pub plain: bool,
-    /// Seconds.
-    pub time: Total,
-    /// What was used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type QueryReport = Envelope<QueryFindings>;
 
 /// States of the selection, as many as are asked for: each is spelled out when it is written.
 #[derive(Debug, Clone)]
@@ -106,9 +97,7 @@ impl Listed {
 impl QueryReport {
     /// A report of which nothing but the question is known.
     pub fn new(directory: &str, region: &str, condition: Option<&str>) -> Self {
-        QueryReport {
-            schema: "meliora.query/1",
-            complete: true,
+        Envelope::of(QueryFindings {
             directory: directory.to_owned(),
             region: region.to_owned(),
             condition: condition.map(str::to_owned),
@@ -117,38 +106,30 @@ impl QueryReport {
             contains: Vec::new(),
             states: None,
             plain: false,
-            time: Total::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 }
 
-impl Report for QueryReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
+impl Findings for QueryFindings {
+    const SCHEMA: &str = "meliora.query/1";
+    type Time = Total;
 
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
-
-    fn text(&self, _style: Style) -> String {
+    fn text(report: &QueryReport, _style: Style) -> String {
         let mut out = String::new();
-        let what = if self.kind == Some("choices") { "pairs of states and choices" } else { "states" };
-        match &self.count {
-            Some(count) if self.plain => drop(writeln!(out, "{}", count.0)),
-            Some(count) => drop(writeln!(out, "{}: {} {what}", escape::line(&self.region), count.grouped())),
-            None => {}
+        let what = if report.kind == Some("choices") { "pairs of states and choices" } else { "states" };
+        if let Some(count) = &report.count {
+            let line = match report.plain {
+                true => count.0.to_string(),
+                false => format!("{}: {} {what}", escape::line(&report.region), count.grouped()),
+            };
+            let _ = writeln!(out, "{line}");
         }
-        for found in &self.contains {
+        for found in &report.contains {
             let verdict = if found.contained { "yes" } else { "no" };
             let _ =
                 writeln!(out, "{}: {verdict}{}", show_state(&found.state), choices(found.choices.as_ref()));
         }
-        for listed in self.states.iter().flat_map(Rows::listed) {
+        for listed in report.states.iter().flat_map(Rows::listed) {
             let _ = writeln!(out, "{}{}", show_state(&listed.state), choices(listed.choices.as_ref()));
         }
         out

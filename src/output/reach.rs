@@ -4,20 +4,16 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+use super::envelope::{Envelope, Findings, Time};
 use super::properties::PropertyAnswer;
-use super::report::{Counts, Failure, Memory, ModelSummary, Report, is_true, scope_name, scope_word};
+use super::report::{Counts, ModelSummary, scope_name, scope_word};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
 
 /// What `reach` found, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
-pub struct ReachReport {
-    /// `meliora.reach/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct ReachFindings {
     /// The model.
     pub model: ModelSummary,
     /// The name of the engine.
@@ -48,14 +44,10 @@ pub struct ReachReport {
     /// The property with its answer, as where several are asked.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub properties: Vec<PropertyAnswer>,
-    /// Seconds by phase.
-    pub time: ReachTime,
-    /// What was used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type ReachReport = Envelope<ReachFindings>;
 
 /// How many of the initial states lie in each region.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -111,12 +103,16 @@ pub struct ReachTime {
     pub total: f64,
 }
 
+impl Time for ReachTime {
+    fn total(&mut self) -> &mut f64 {
+        &mut self.total
+    }
+}
+
 impl ReachReport {
     /// A report of which nothing but the question is known.
     pub fn new(model: &str, engine: &'static str, scope: Scope, expression: &str) -> Self {
-        ReachReport {
-            schema: "meliora.reach/1",
-            complete: true,
+        Envelope::of(ReachFindings {
             model: ModelSummary::of_path(model),
             engine,
             scope,
@@ -130,48 +126,38 @@ impl ReachReport {
             initial: InitialShare::default(),
             holds: None,
             properties: Vec::new(),
-            time: ReachTime::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 }
 
-impl Report for ReachReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
-
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
+impl Findings for ReachFindings {
+    const SCHEMA: &str = "meliora.reach/1";
+    type Time = ReachTime;
 
     fn is_no(&self) -> bool {
         self.holds == Some(false)
     }
 
-    fn text(&self, style: Style) -> String {
-        let settings = [("engine", self.engine), ("scope", scope_word(self.scope))];
-        let mut out = text::title(&[&self.model.path], &settings, style);
-        if self.model.kind.is_some() {
-            out.push_str(&text::model(&self.model, self.counts.as_ref(), style));
+    fn text(report: &ReachReport, style: Style) -> String {
+        let settings = [("engine", report.engine), ("scope", scope_word(report.scope))];
+        let mut out = text::title(&[&report.model.path], &settings, style);
+        if report.model.kind.is_some() {
+            out.push_str(&text::model(&report.model, report.counts.as_ref(), style));
         }
-        if let Some(target) = &self.target {
-            let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", self.expression)));
+        if let Some(target) = &report.target {
+            let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));
             let _ = writeln!(out, "  states of the target  {}", target.grouped());
-            out.push_str(&self.regions(style));
-        } else if self.pmax_positive.is_some() {
-            let _ = write!(out, "\n{}\n", style.bold(&format!("Where {}", self.expression)));
-            out.push_str(&self.regions(style));
+            out.push_str(&report.regions(style));
+        } else if report.pmax_positive.is_some() {
+            let _ = write!(out, "\n{}\n", style.bold(&format!("Where {}", report.expression)));
+            out.push_str(&report.regions(style));
         }
-        if let Some(holds) = self.holds {
+        if let Some(holds) = report.holds {
             let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
             let _ = write!(out, "\nIn the initial states it {verdict}.\n");
         }
-        out.push_str(&text::incomplete(self.error.as_ref(), style));
-        out.push_str(&self.times(style));
+        out.push_str(&text::incomplete(report.error.as_ref(), style));
+        out.push_str(&report.times(style));
         out
     }
 }

@@ -1,6 +1,6 @@
 //! Why an action is permitted or not, in words.
 
-use super::text;
+use super::{ranks, text};
 use crate::model::Program;
 use crate::model::preference::{ObjectiveSet, Preferences};
 use crate::planning::explain::{Action, Explanation, Successor, Verdict};
@@ -61,9 +61,11 @@ impl Words<'_> {
             },
             Verdict::Hopeless => match at.memory.level {
                 Rank::Finite(1) | Rank::AtLeast(1) => "safe, but no improvement can follow".to_owned(),
-                level => format!("safe, but {} can not follow", improvements(level)),
+                level => format!("safe, but {} can not follow", ranks::improvements(level)),
             },
-            Verdict::NothingAhead => format!("safe, but no improvement is {} from here", self.adverb()),
+            Verdict::NothingAhead => {
+                format!("safe, but no improvement is {} from here", ranks::how(self.kind).0)
+            }
         }
     }
 
@@ -90,12 +92,12 @@ impl Words<'_> {
 
     fn strays(&self, at: &Explanation, to: &Successor, action: &Action, place: &str) -> String {
         let how = if action.successors.len() == 1 { "ends" } else { "may end" };
-        let (sure, level) = (self.adverb(), at.memory.level);
+        let (sure, level) = (ranks::how(self.kind).0, at.memory.level);
         if to.improves {
             return format!("{how} in {place}: that improves, but what has to follow is not {sure} there");
         }
-        let verb = if one(level) { "is" } else { "are" };
-        format!("{how} in {place}, where {} {verb} not {sure}", improvements(level))
+        let verb = if ranks::is_one(level) { "is" } else { "are" };
+        format!("{how} in {place}, where {} {verb} not {sure}", ranks::improvements(level))
     }
 
     /// Under SPI a permitted action may lead astray.
@@ -110,26 +112,5 @@ impl Words<'_> {
             ),
             (None, None) => String::new(),
         }
-    }
-
-    /// How the kind is sure of improvements.
-    pub(super) fn adverb(&self) -> &'static str {
-        match self.kind {
-            Kind::Sasi => "sure",
-            Kind::Spi => "possible",
-        }
-    }
-}
-
-fn one(level: Rank) -> bool {
-    matches!(level, Rank::Finite(1) | Rank::AtLeast(1))
-}
-
-/// `1 improvement`, `2 improvements`, `any number of improvements`.
-pub(super) fn improvements(level: Rank) -> String {
-    match level {
-        Rank::Finite(k) => text::plural(k, "improvement"),
-        Rank::AtLeast(k) => format!("{} or more", text::plural(k, "improvement")),
-        Rank::Unbounded => "any number of improvements".to_owned(),
     }
 }

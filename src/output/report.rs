@@ -282,9 +282,3 @@ pub(super) fn scope_word(scope: Scope) -> &'static str {
         Scope::All => "all",
     }
 }
-
-/// For `complete`, which is written only where it is false.
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands out references")]
-pub(super) fn is_true(flag: &bool) -> bool {
-    *flag
-}

@@ -4,25 +4,20 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
 use super::Style;
-use super::check::Rank;
+use super::envelope::{Envelope, Findings};
 use super::reason::Words;
-use super::report::{Failure, Memory, ModelSummary, Report, is_true, json_state, scope_name};
+use super::report::{ModelSummary, json_state, scope_name};
 use super::simulate_text;
 use super::strategy::{PlanTime, change_word, kind_name};
 use crate::engine::Scope;
 use crate::model::Program;
 use crate::model::preference::Preferences;
 use crate::planning::simulate::{Tally, Trace, Turn, Wait};
-use crate::planning::{Kind, Picks, Setup};
+use crate::planning::{Kind, Picks, Rank, Setup};
 
 /// What came of the plays, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
-pub struct SimulateReport {
-    /// `meliora.simulate/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct SimulateFindings {
     /// The model.
     pub model: ModelSummary,
     /// The preference file as the user named it.
@@ -51,14 +46,10 @@ pub struct SimulateReport {
     pub seed: u64,
     /// One entry a starting state.
     pub plays: Vec<PlaysReport>,
-    /// Seconds by phase.
-    pub time: PlanTime,
-    /// What was used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type SimulateReport = Envelope<SimulateFindings>;
 
 /// The plays from one state.
 #[derive(Debug, Clone, Serialize)]
@@ -173,11 +164,9 @@ pub(super) fn picks_word(picks: Picks) -> &'static str {
 impl PlaysReport {
     /// The plays that a tally counts.
     pub fn new(program: &Program, preferences: &Preferences, tally: &Tally) -> Self {
-        let rank: Rank = tally.rank.into();
+        let rank = tally.rank;
         let fewer_than_rank = match rank {
-            Rank::Exactly(k) | Rank::AtLeast(k) => {
-                Some(tally.fewer_than(usize::try_from(k).unwrap_or(usize::MAX)))
-            }
+            Rank::Finite(k) | Rank::AtLeast(k) => Some(tally.fewer_than(k)),
             Rank::Unbounded => None,
         };
         let often = |(&times, &plays): (&usize, &u64)| ImprovementsReport { times: times as u64, plays };
@@ -219,7 +208,7 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
         state: json_state(words.program, &turn.state),
         probability: turn.probability,
         most_preferred: words.names(&turn.most_preferred),
-        rank: turn.rank.into(),
+        rank: turn.rank,
         change: change_word(turn.change),
         improves: turn.improves,
         gained: words.names(&turn.gained),
@@ -241,9 +230,7 @@ impl SimulateReport {
         kind: Kind,
         setup: Setup,
     ) -> Self {
-        SimulateReport {
-            schema: "meliora.simulate/1",
-            complete: true,
+        Envelope::of(SimulateFindings {
             model: ModelSummary::of_path(model),
             preferences: preferences.to_owned(),
             engine,
@@ -256,25 +243,15 @@ impl SimulateReport {
             steps: setup.steps,
             seed: setup.seed,
             plays: Vec::new(),
-            time: PlanTime::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 }
 
-impl Report for SimulateReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
+impl Findings for SimulateFindings {
+    const SCHEMA: &str = "meliora.simulate/1";
+    type Time = PlanTime;
 
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
-
-    fn text(&self, style: Style) -> String {
-        simulate_text::render(self, style)
+    fn text(report: &SimulateReport, style: Style) -> String {
+        simulate_text::render(report, style)
     }
 }

@@ -3,13 +3,13 @@
 use std::fmt::Write;
 
 use super::Style;
-use super::check::Rank;
 use super::number::group;
+use super::ranks;
 use super::report::{scope_word, show_state};
 use super::simulate::{PlaysReport, SimulateReport, TurnReport, picks_word};
-use super::strategy_text::{columns, rank, times_of};
+use super::strategy_text::columns;
 use super::text::{self, Grid};
-use crate::planning::Kind;
+use crate::planning::{Kind, Rank};
 
 /// At most so many steps of the trace are shown.
 const SHOWN: usize = 60;
@@ -57,11 +57,8 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
 
 /// What the rank promises, and whether the plays kept it.
 fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
-    let (how, adverb) = match report.kind {
-        Kind::Sasi => ("sure", "surely"),
-        Kind::Spi => ("possible", "possibly"),
-    };
-    if plays.rank == Rank::Exactly(0) {
+    let (how, adverb) = ranks::how(report.kind);
+    if plays.rank == Rank::Finite(0) {
         let nothing = style.dim("There is nothing to play for.");
         return format!("  No improvement is {how} ({}). {nothing}\n", report.kind);
     }
@@ -87,7 +84,7 @@ fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String
     }
     format!(
         "  Promised: improves {} {adverb} ({}). {}.\n",
-        times_of(plays.rank),
+        ranks::times(plays.rank),
         report.kind,
         parts.join(", ")
     )
@@ -149,7 +146,7 @@ fn trace(plays: &PlaysReport, style: Style) -> String {
             turn.changed.clone(),
             format!("{}", super::strategy_text::Probability(turn.probability)),
             text::names(&turn.most_preferred),
-            rank(turn.rank),
+            ranks::cell(turn.rank),
             remark(turn),
         ]);
     }

@@ -4,24 +4,19 @@ use serde::Serialize;
 use serde_json::value::{RawValue, to_raw_value};
 use serde_json::{Map, Value as Json};
 
-use super::check::Rank;
+use super::envelope::{Envelope, Findings, Time};
 use super::reason::Words;
-use super::report::{Failure, Memory, ModelSummary, Report, is_true, json_state, scope_name};
+use super::report::{ModelSummary, json_state, scope_name};
 use super::{Number, Style, strategy_text};
 use crate::engine::Scope;
 use crate::model::Program;
 use crate::model::preference::{Change, Preferences};
 use crate::planning::explain::{self, Explanation, Verdict};
-use crate::planning::{self, Course, Kind};
+use crate::planning::{Course, Kind, Rank};
 
 /// What `strategy` found, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
-pub struct StrategyReport {
-    /// `meliora.strategy/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct StrategyFindings {
     /// The model.
     pub model: ModelSummary,
     /// The preference file as the user named it.
@@ -43,20 +38,16 @@ pub struct StrategyReport {
     pub asked: Option<Number>,
     /// The states asked for.
     pub states: Vec<Shown>,
-    /// Seconds by phase.
-    pub time: PlanTime,
-    /// What was used.
-    pub memory: Memory,
     /// Text that stands in place of the report for people: DOT.
     #[serde(skip)]
     pub drawing: Option<String>,
     /// Whether the rows were written already: CSV.
     #[serde(skip)]
     pub streamed: bool,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type StrategyReport = Envelope<StrategyFindings>;
 
 /// A state in the form in which it is shown at the end: there may be millions of them, and this takes a
 /// fraction of what a [`StateReport`] does.
@@ -165,13 +156,9 @@ pub struct PlanTime {
     pub total: f64,
 }
 
-impl From<planning::Rank> for Rank {
-    fn from(rank: planning::Rank) -> Self {
-        match rank {
-            planning::Rank::Finite(k) => Rank::Exactly(k as u64),
-            planning::Rank::AtLeast(k) => Rank::AtLeast(k as u64),
-            planning::Rank::Unbounded => Rank::Unbounded,
-        }
+impl Time for PlanTime {
+    fn total(&mut self) -> &mut f64 {
+        &mut self.total
     }
 }
 
@@ -221,14 +208,14 @@ impl StateReport {
         preferences: &Preferences,
         kind: Kind,
         at: &Explanation,
-        [sasi, spi]: [planning::Rank; 2],
+        [sasi, spi]: [Rank; 2],
     ) -> Self {
         let words = Words { program, preferences, kind };
         StateReport {
             state: json_state(program, &at.state),
             most_preferred: words.names(&at.most_preferred),
-            sasi_rank: sasi.into(),
-            spi_rank: spi.into(),
+            sasi_rank: sasi,
+            spi_rank: spi,
             progress_action: at.pick.and_then(|p| at.actions.get(p)).map(|a| a.name.clone()),
             actions: at.actions.iter().map(|a| action(words, at, a)).collect(),
             longest_play: None,
@@ -251,7 +238,7 @@ fn action(words: Words<'_>, at: &Explanation, action: &explain::Action) -> Actio
         change: change_word(s.change),
         gained: words.names(&s.gained),
         lost: words.names(&s.lost),
-        rank: s.rank.into(),
+        rank: s.rank,
         dropped: s.dropped,
         goal: s.goal,
         changed: words.changed(&at.state, &s.state),
@@ -277,9 +264,7 @@ impl StrategyReport {
         safety: &'static str,
         kind: Kind,
     ) -> Self {
-        StrategyReport {
-            schema: "meliora.strategy/1",
-            complete: true,
+        Envelope::of(StrategyFindings {
             model: ModelSummary::of_path(model),
             preferences: preferences.to_owned(),
             engine,
@@ -289,16 +274,13 @@ impl StrategyReport {
             kind,
             asked: None,
             states: Vec::new(),
-            time: PlanTime::default(),
-            memory: Memory::default(),
             drawing: None,
             streamed: false,
-            error: None,
-        }
+        })
     }
 }
 
-impl StrategyReport {
+impl StrategyFindings {
     /// Adds a state: for people in a style, for programs without.
     pub fn push(&mut self, state: &StateReport, style: Option<Style>) {
         let shown = match style {
@@ -310,22 +292,15 @@ impl StrategyReport {
     }
 }
 
-impl Report for StrategyReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
+impl Findings for StrategyFindings {
+    const SCHEMA: &str = "meliora.strategy/1";
+    type Time = PlanTime;
 
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
-
-    fn text(&self, style: Style) -> String {
-        match &self.drawing {
+    fn text(report: &StrategyReport, style: Style) -> String {
+        match &report.drawing {
             Some(drawing) => drawing.clone(),
-            None if self.streamed => String::new(),
-            None => strategy_text::render(self, style),
+            None if report.streamed => String::new(),
+            None => strategy_text::render(report, style),
         }
     }
 }

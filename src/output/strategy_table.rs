@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
+use super::ranks;
 use super::reason::Words;
 use super::strategy::StateReport;
-use super::strategy_text::{Probability, rank};
+use super::strategy_text::Probability;
 use crate::model::Program;
 use crate::model::preference::Preferences;
 use crate::planning::course::Node;
@@ -35,7 +36,7 @@ pub fn csv_rows(state: &StateReport) -> String {
         let flags = [action.kept, action.permitted, action.progress, pick].map(|f| f.to_string());
         let mut cells: Vec<String> = state.state.values().map(ToString::to_string).collect();
         cells.push(state.most_preferred.join("+"));
-        cells.extend([rank(state.sasi_rank), rank(state.spi_rank), action.name.clone()]);
+        cells.extend([ranks::cell(state.sasi_rank), ranks::cell(state.spi_rank), action.name.clone()]);
         cells.extend(flags);
         cells.push(action.reason.clone());
         text.push_str(&line(cells.into_iter()));
@@ -71,7 +72,7 @@ pub fn dot(
             "{}\n{}\n{kind} {}",
             program.show_state(&node.at.state).replace(',', ", "),
             words.list(&node.at.most_preferred),
-            rank(node.at.memory.level.into())
+            ranks::cell(node.at.memory.level)
         );
         let double = if index < starts { ", peripheries=2" } else { "" };
         let _ = writeln!(out, "  s{index} [label={}{double}];", quote(&label));

@@ -3,11 +3,10 @@
 use std::fmt::Write;
 
 use super::Style;
-use super::check::Rank;
 use super::reason::Words;
 use super::report::{scope_word, show_state};
 use super::strategy::{ActionReport, CourseLine, Shown, StateReport, StrategyReport, SuccessorReport};
-use super::text;
+use super::{ranks, text};
 use crate::planning::{self, Course, Kind};
 
 /// The whole report.
@@ -63,7 +62,7 @@ fn legend(report: &StrategyReport, style: Style) -> String {
 pub(super) fn one(kind: Kind, state: &StateReport, style: Style) -> String {
     let mut out = format!("\n{}\n", style.bold(&format!("State {}", show_state(&state.state))));
     let _ = writeln!(out, "  Sure of {} now.", text::names(&state.most_preferred));
-    let _ = writeln!(out, "  {}", prospects(state.sasi_rank, state.spi_rank));
+    let _ = writeln!(out, "  {}", ranks::both(state.sasi_rank, state.spi_rank));
     for action in &state.actions {
         let pick = state.progress_action.as_deref() == Some(action.name.as_str());
         out.push_str(&action_text(kind, action, pick, style));
@@ -72,17 +71,6 @@ pub(super) fn one(kind: Kind, state: &StateReport, style: Style) -> String {
         out.push_str(&course_text(course, state.longest_play, style));
     }
     out
-}
-
-/// What both ranks say.
-fn prospects(sasi: Rank, spi: Rank) -> String {
-    match (sasi, spi) {
-        (_, Rank::Exactly(0)) => "No improvement is possible.".to_owned(),
-        (Rank::Exactly(0), spi) => {
-            format!("No improvement is sure (SASI). Improves {} possibly (SPI).", times_of(spi))
-        }
-        _ => format!("Improves {} surely (SASI), {} possibly (SPI).", times_of(sasi), times_of(spi)),
-    }
 }
 
 fn action_text(kind: Kind, action: &ActionReport, pick: bool, style: Style) -> String {
@@ -98,7 +86,7 @@ fn action_text(kind: Kind, action: &ActionReport, pick: bool, style: Style) -> S
             s.changed.clone(),
             format!("sure of {}", text::names(&s.most_preferred)),
             change(s),
-            format!("{kind} rank {}", rank(s.rank)),
+            format!("{kind} rank {}", ranks::cell(s.rank)),
         ]
     };
     let rows: Vec<Vec<String>> = action.successors.iter().map(row).collect();
@@ -150,26 +138,6 @@ pub(super) fn columns(rows: &[Vec<String>]) -> Vec<String> {
     rows.iter().map(line).collect()
 }
 
-/// `once`, `2 times`, …
-pub(super) fn times_of(rank: Rank) -> String {
-    match rank {
-        Rank::Exactly(0) => "not".to_owned(),
-        Rank::Exactly(1) => "once".to_owned(),
-        Rank::Exactly(k) => format!("{k} times"),
-        Rank::AtLeast(k) => format!("{k} times or more"),
-        Rank::Unbounded => "any number of times".to_owned(),
-    }
-}
-
-/// A rank in a table.
-pub(super) fn rank(rank: Rank) -> String {
-    match rank {
-        Rank::Exactly(k) => k.to_string(),
-        Rank::AtLeast(k) => format!("{k} or more"),
-        Rank::Unbounded => "unbounded".to_owned(),
-    }
-}
-
 /// How plays under a strategy go, a line a place.
 pub(super) fn course(words: Words<'_>, course: &Course) -> Vec<CourseLine> {
     let Some(start) = course.nodes.first() else { return Vec::new() };
@@ -179,7 +147,7 @@ pub(super) fn course(words: Words<'_>, course: &Course) -> Vec<CourseLine> {
             _ => words.changed(&start.at.state, &node.at.state),
         },
         most_preferred: words.list(&node.at.most_preferred),
-        ahead: rank(node.at.memory.level.into()),
+        ahead: ranks::cell(node.at.memory.level),
         then: then(words, node),
     };
     course.nodes.iter().enumerate().map(line).collect()

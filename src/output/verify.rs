@@ -6,20 +6,15 @@ use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::Style;
-use super::export::Total;
-use super::report::{Failure, Memory, Report, is_true, json_state, show_state};
+use super::envelope::{Envelope, Findings, Total};
+use super::report::{json_state, show_state};
 use super::text;
 use crate::certify::Verdict;
 use crate::model::Program;
 
 /// What `verify` found.
 #[derive(Debug, Clone, Serialize)]
-pub struct VerifyReport {
-    /// `meliora.verify/1`
-    pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
-    #[serde(skip_serializing_if = "is_true")]
-    pub complete: bool,
+pub struct VerifyFindings {
     /// The directory of the dump.
     pub directory: String,
     /// Whether all conditions hold; none where that is not known.
@@ -28,14 +23,10 @@ pub struct VerifyReport {
     pub checked: Vec<CheckedRegion>,
     /// The first condition that does not hold.
     pub violation: Option<Violated>,
-    /// Seconds.
-    pub time: Total,
-    /// What was used.
-    pub memory: Memory,
-    /// Why the work ended early.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<Failure>,
 }
+
+/// The report with what it took.
+pub type VerifyReport = Envelope<VerifyFindings>;
 
 /// A region that was found to be right.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -60,17 +51,12 @@ pub struct Violated {
 impl VerifyReport {
     /// A report of which nothing but the question is known.
     pub fn new(directory: &str) -> Self {
-        VerifyReport {
-            schema: "meliora.verify/1",
-            complete: true,
+        Envelope::of(VerifyFindings {
             directory: directory.to_owned(),
             accepted: None,
             checked: Vec::new(),
             violation: None,
-            time: Total::default(),
-            memory: Memory::default(),
-            error: None,
-        }
+        })
     }
 
     /// Notes the verdict.
@@ -89,20 +75,13 @@ impl VerifyReport {
     }
 }
 
-impl Report for VerifyReport {
-    fn fail(&mut self, failure: Failure) {
-        self.complete = false;
-        self.error = Some(failure);
-    }
+impl Findings for VerifyFindings {
+    const SCHEMA: &str = "meliora.verify/1";
+    type Time = Total;
 
-    fn finish(&mut self, seconds: f64, peak_rss_bytes: u64) {
-        self.time.total = seconds;
-        self.memory.peak_rss_bytes = peak_rss_bytes;
-    }
-
-    fn text(&self, style: Style) -> String {
+    fn text(report: &VerifyReport, style: Style) -> String {
         let mut out = String::new();
-        for checked in &self.checked {
+        for checked in &report.checked {
             let halves = match (checked.inside, checked.outside) {
                 (true, true) => "no state too many, none too few",
                 (true, false) => "no state too many",
@@ -111,16 +90,16 @@ impl Report for VerifyReport {
             };
             let _ = writeln!(out, "{:<32} {halves}", checked.region);
         }
-        if let Some(violation) = &self.violation {
+        if let Some(violation) = &report.violation {
             let _ = writeln!(out, "\n{}: this does not hold: {}", style.bad("refused"), violation.condition);
             if let Some(state) = &violation.state {
                 let _ = writeln!(out, "  for example in the state {}", show_state(state));
             }
         }
-        if self.accepted == Some(true) {
+        if report.accepted == Some(true) {
             let _ = writeln!(out, "\n{}: all conditions hold", style.good("accepted"));
         }
-        out.push_str(&text::incomplete(self.error.as_ref(), style));
+        out.push_str(&text::incomplete(report.error.as_ref(), style));
         out
     }
 

@@ -6,6 +6,8 @@
 
 use std::fmt;
 
+use serde::{Serialize, Serializer};
+
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement, Part, Safety};
 use crate::engine::moves::pairs_into;
@@ -39,6 +41,16 @@ pub enum Rank {
     AtLeast(usize),
     /// Any number.
     Unbounded,
+}
+
+/// A number, or `unbounded`.
+impl Serialize for Rank {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        match self {
+            Rank::Finite(k) | Rank::AtLeast(k) => serializer.serialize_u64(*k as u64),
+            Rank::Unbounded => serializer.serialize_str("unbounded"),
+        }
+    }
 }
 
 /// What is won in one arena at one level.

@@ -2,17 +2,17 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::super::check::{InitialReport, Rank};
+use super::super::check::InitialReport;
 use super::super::report::{scope_word, show_state};
 use super::super::simulate::{TurnReport, picks_word};
-use super::super::text;
+use super::super::{ranks, text};
 use super::paint::Paint;
 use super::{Content, Picture, Play, bars, data, hasse, map, paint, words};
 use crate::atlas::Atlas;
 use crate::model::Variable;
 use crate::model::preference::Empty;
 use crate::model::value::Type;
-use crate::planning::Picks;
+use crate::planning::{Picks, Rank};
 
 /// The page.
 pub(super) fn page(content: &Content<'_>) -> String {
@@ -105,7 +105,7 @@ fn card(initial: &InitialReport) -> Markup {
 fn figure(label: &str, class: &str, rank: Option<Rank>, actions: Option<&Vec<String>>) -> Markup {
     html! {
         div.figure {
-            span.number.(class) { (words::rank_mark(rank)) }
+            span.number.(class) { (ranks::mark(rank)) }
             span.label { "improvements " (label) }
             @if let Some(begin) = words::begin(actions) { span.begin { "begin with " b { (begin) } } }
         }
@@ -271,7 +271,7 @@ fn turn_row(step: usize, turn: &TurnReport) -> Markup {
         tr data-turn=(step) {
             td.n { (step) } td { b { (turn.action) } } td { code { (turn.changed) } }
             td.n { (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.')) }
-            td { (text::names(&turn.most_preferred)) } td { (words::rank_mark(Some(turn.rank))) }
+            td { (text::names(&turn.most_preferred)) } td { (ranks::mark(Some(turn.rank))) }
             td { @if let Some((class, note)) = note { span class=(class) { (note) } } }
         }
     }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::super::check::{CheckReport, LevelsReport};
 use super::super::report::{scope_word, show_state};
-use super::super::text;
+use super::super::{ranks, text};
 use super::map::view_text;
 use super::{Content, Number, words};
 use crate::atlas::Atlas;
@@ -85,7 +85,7 @@ fn map(atlas: &Atlas) -> String {
         let mark = |&column: &i64| match atlas.found(&opening, row, column) {
             Some((cell, exact)) => {
                 others |= !exact;
-                words::mark(cell.sasi)
+                ranks::mark(Some(cell.sasi))
             }
             None => "·".to_owned(),
         };

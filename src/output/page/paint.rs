@@ -1,10 +1,10 @@
 //! What cells look like: their colours and words, looked up once for all maps.
 
 use super::palette::{self, Rgb};
-use super::{Content, Picture, words};
+use super::{Content, Picture};
 use crate::atlas::{Atlas, Cell, Direction, Ladder, View};
 use crate::model::preference::ObjectiveSet;
-use crate::output::text;
+use crate::output::{ranks, text};
 use crate::planning::Rank;
 
 /// The side of a cell.
@@ -94,7 +94,7 @@ impl<'a> Paint<'a> {
             (Picture::Sasi | Picture::Hasse, _) => cell.sasi,
         };
         let color = palette::rank(rank, self.most(picture));
-        look((color, palette::ink(color)), words::mark(rank))
+        look((color, palette::ink(color)), ranks::mark(Some(rank)))
     }
 
     /// The arrows of the permitted choices in a cell, where no variable is open.
@@ -136,7 +136,7 @@ impl<'a> Paint<'a> {
         }
         let name = |rank| match rank {
             Rank::Unbounded => "∞ any number".to_owned(),
-            _ => words::mark(rank),
+            _ => ranks::mark(Some(rank)),
         };
         ranks.into_iter().map(|r| (palette::rank(r, self.most(picture)), name(r))).collect()
     }

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::super::report::{Failure, Memory, Report, is_true, scope_word, show_state};
+use super::super::envelope::is_true;
+use super::super::report::{Failure, Memory, Report, scope_word, show_state};
 use super::super::{CheckReport, Style, text};
 use super::words;
 use crate::escape;

@@ -1,10 +1,9 @@
 //! Verdicts in words.
 
 use super::super::Number;
-use super::super::check::{InitialReport, Rank};
-use super::super::text;
+use super::super::check::InitialReport;
+use super::super::{ranks, text};
 use super::Play;
-use crate::planning;
 use crate::planning::Kind;
 use crate::planning::simulate::PlayEnd;
 
@@ -38,61 +37,9 @@ pub(super) fn share(percent: f64) -> String {
     }
 }
 
-/// `2`, `2+`, `∞`
-pub(super) fn mark(rank: planning::Rank) -> String {
-    match rank {
-        planning::Rank::Finite(k) => k.to_string(),
-        planning::Rank::AtLeast(k) => format!("{k}+"),
-        planning::Rank::Unbounded => "∞".to_owned(),
-    }
-}
-
-/// The same for a rank of a report.
-pub(super) fn rank_mark(rank: Option<Rank>) -> String {
-    match rank {
-        Some(Rank::Exactly(k)) => k.to_string(),
-        Some(Rank::AtLeast(k)) => format!("{k}+"),
-        Some(Rank::Unbounded) => "∞".to_owned(),
-        None => "?".to_owned(),
-    }
-}
-
-/// `2 improvements are guaranteed`, `any number of improvements is possible`
-pub(super) fn claim(rank: Option<Rank>, how: &str) -> String {
-    match rank {
-        None => format!("it is not known how many improvements are {how}"),
-        Some(Rank::Exactly(0)) => format!("no improvement is {how}"),
-        Some(Rank::Exactly(1)) => format!("one improvement is {how}"),
-        Some(Rank::Exactly(k)) => format!("{k} improvements are {how}"),
-        Some(Rank::AtLeast(k)) => format!("{k} or more improvements are {how}"),
-        Some(Rank::Unbounded) => format!("any number of improvements is {how}"),
-    }
-}
-
 /// One sentence for an initial state.
 pub(super) fn verdict(initial: &InitialReport) -> String {
-    let guaranteed = claim(initial.sasi_rank, "guaranteed");
-    let possible = claim(initial.spi_rank, "possible");
-    let joined = if initial.sasi_rank == initial.spi_rank {
-        format!("{guaranteed}, and no more than that {}", {
-            match initial.sasi_rank {
-                Some(Rank::Exactly(0 | 1)) => "is possible",
-                _ => "are possible",
-            }
-        })
-    } else {
-        format!("{guaranteed}, {possible}")
-    };
-    let joined = match initial.sasi_rank {
-        Some(Rank::Exactly(0)) if initial.spi_rank == initial.sasi_rank => {
-            "no improvement is possible".to_owned()
-        }
-        Some(Rank::Unbounded) if initial.spi_rank == initial.sasi_rank => guaranteed,
-        _ => joined,
-    };
-    let mut letters = joined.chars();
-    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
-    format!("{first}{}.", letters.as_str())
+    ranks::verdict(initial.sasi_rank, initial.spi_rank)
 }
 
 /// How a play ended.
@@ -121,34 +68,4 @@ pub(super) fn sure(initial: &InitialReport) -> String {
 pub(super) fn begin(actions: Option<&Vec<String>>) -> Option<String> {
     let actions = actions.filter(|a| !a.is_empty())?;
     Some(actions.join(", "))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn initial(sasi: Rank, spi: Rank) -> InitialReport {
-        InitialReport {
-            state: serde_json::Map::new(),
-            most_preferred: Vec::new(),
-            sasi_rank: Some(sasi),
-            spi_rank: Some(spi),
-            sasi_actions: None,
-            spi_actions: None,
-        }
-    }
-
-    #[test]
-    fn verdicts_are_sentences() {
-        use Rank::{Exactly, Unbounded};
-        for (sasi, spi, text) in [
-            (Exactly(2), Unbounded, "2 improvements are guaranteed, any number of improvements is possible."),
-            (Exactly(0), Exactly(1), "No improvement is guaranteed, one improvement is possible."),
-            (Exactly(0), Exactly(0), "No improvement is possible."),
-            (Exactly(2), Exactly(2), "2 improvements are guaranteed, and no more than that are possible."),
-            (Unbounded, Unbounded, "Any number of improvements is guaranteed."),
-        ] {
-            assert_eq!(verdict(&initial(sasi, spi)), text);
-        }
-    }
 }
