@@ -82,6 +82,7 @@ pub mod generate;
 pub mod held;
 pub mod lang;
 pub mod model;
+pub mod names;
 pub mod observer;
 #[cfg(feature = "output")]
 pub mod output;

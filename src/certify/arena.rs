@@ -3,10 +3,10 @@
 use super::checker::{Check, Checker, Stop};
 use super::outcomes::Class;
 use super::sets::Sets;
-use crate::dump::names;
 use crate::engine::Engine;
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::model::preference::Change;
+use crate::names;
 
 /// States of one class (or, under `prefix`, of all) with what their steps mean.
 pub(super) struct Part {

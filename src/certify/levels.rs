@@ -3,9 +3,9 @@
 use super::arena::{Arena, arenas};
 use super::checker::{Check, Checker, Stop};
 use super::outcomes::Class;
-use crate::dump::names;
 use crate::engine::Engine;
 use crate::engine::symbolic::{ChoiceSet, StateSet};
+use crate::names;
 
 /// Checks the levels of both kinds.
 pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check {

@@ -1,10 +1,10 @@
 //! Targets, positive and almost-sure regions, classes.
 
 use super::checker::{Check, Checker};
-use crate::dump::names;
 use crate::engine::Engine;
 use crate::engine::symbolic::StateSet;
 use crate::model::preference::{Goal, ObjectiveSet};
+use crate::names;
 
 /// The states with the same most preferred outcomes.
 pub(super) struct Class {

@@ -30,26 +30,14 @@ impl StrategyArg {
     /// Reads `sasi`, `spi:progress`, …
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         let (kind, picks) = text.split_once(':').unwrap_or((text, "permissive"));
-        let kind = match kind {
-            "sasi" => Some(Kind::Sasi),
-            "spi" => Some(Kind::Spi),
-            _ => None,
-        };
-        let picks = match picks {
-            "permissive" => Some(Picks::Permissive),
-            "progress" => Some(Picks::Progress),
-            _ => None,
-        };
-        match (kind, picks) {
+        match (Kind::named(kind), Picks::named(picks)) {
             (Some(kind), Some(picks)) => Ok(StrategyArg { kind, picks }),
             _ => Err("such as sasi, spi, sasi:progress or spi:permissive".to_owned()),
         }
     }
 
     fn name(self) -> String {
-        let kind = if self.kind == Kind::Sasi { "sasi" } else { "spi" };
-        let picks = if self.picks == Picks::Progress { "progress" } else { "permissive" };
-        format!("{kind}:{picks}")
+        format!("{}:{}", self.kind.name(), self.picks.name())
     }
 }
 

@@ -236,11 +236,7 @@ pub(super) enum SafetyArg {
 impl SafetyArg {
     /// The name in reports.
     pub(super) fn name(self) -> &'static str {
-        match self {
-            SafetyArg::Action => "action",
-            SafetyArg::Transition => "transition",
-            SafetyArg::Prefix => "prefix",
-        }
+        Safety::from(self).name()
     }
 }
 

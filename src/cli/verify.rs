@@ -80,7 +80,7 @@ fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
                 .to_owned(),
         });
     }
-    let scope = if manifest.scope == "all" { Scope::All } else { Scope::Reachable };
+    let scope = Scope::named(&manifest.scope).unwrap_or_default();
     let settings = args.limits.settings(scope, desk);
     let hashes = (
         sha256(question.program.source.original().as_bytes()),

@@ -12,7 +12,6 @@ pub mod diagram;
 pub mod directory;
 pub mod dot;
 pub mod manifest;
-pub mod names;
 mod place;
 
 pub use diagram::{Diagram, Edge, Node};

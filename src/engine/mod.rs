@@ -15,6 +15,7 @@ use std::sync::Arc;
 pub use any::AnyEngine;
 pub use moves::Moves;
 use num_bigint::BigUint;
+use serde::Serialize;
 
 use crate::error::Result;
 use crate::model::State;
@@ -26,13 +27,29 @@ pub use crate::observer::{Observer, Unobserved};
 pub type Count = BigUint;
 
 /// Which valuations are states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Scope {
     /// Those reachable from the initial states.
     #[default]
     Reachable,
     /// Every valuation of the declared variables.
     All,
+}
+
+impl Scope {
+    /// The name in reports and options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Scope::Reachable => "reachable",
+            Scope::All => "all",
+        }
+    }
+
+    /// The scope of a name.
+    pub fn named(name: &str) -> Option<Scope> {
+        [Scope::Reachable, Scope::All].into_iter().find(|scope| scope.name() == name)
+    }
 }
 
 /// How states are stored.

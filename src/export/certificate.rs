@@ -3,12 +3,12 @@
 //! only go on to states lost before, or never gets there).
 
 use super::Named;
-use super::regions::{class_name, kind_name, numbered};
-use crate::dump::names;
+use super::regions::{class_name, numbered};
 use crate::engine::moves::pairs_into;
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::{Engine, Scope};
 use crate::error::Result;
+use crate::names;
 use crate::planning::improvement::Arena;
 use crate::planning::levels::{End, Level, goal_choices};
 use crate::planning::outcomes::Outcome;
@@ -30,7 +30,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Name
     if analysis.improvement().is_some_and(|i| i.safety == Safety::Prefix) {
         safe_regions(engine, analysis, &mut named)?;
     }
-    for kind in [Kind::Sasi, Kind::Spi] {
+    for kind in Kind::ALL {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)
@@ -191,7 +191,7 @@ fn name_in(
     kind: Kind,
     label: impl std::fmt::Display,
 ) -> String {
-    let level = names::level(kind_name(kind), label);
+    let level = names::level(kind.name(), label);
     match arena.reference.and_then(|c| analysis.classes()?.list.get(c)) {
         Some(class) => names::against(&level, &class_name(analysis.preferences(), &class.most_preferred)),
         None => level,

@@ -7,8 +7,8 @@ use serde_json::Value as Json;
 use super::Inputs;
 use crate::dump::Manifest;
 use crate::dump::manifest::{self, ChoiceNumber, Choices, Encoding, File, Source, Tool, Variable};
+use crate::engine::Engine;
 use crate::engine::symbolic::{Numbered, SymbolicEngine};
-use crate::engine::{Engine, Scope};
 use crate::model::preference::Preferences;
 use crate::model::value::{Type, Value};
 use crate::model::{CommandId, Program};
@@ -93,10 +93,7 @@ impl Subject<'_> {
             preferences: source(&self.inputs.preferences),
             objectives: self.preferences.objectives.iter().map(|o| o.name.clone()).collect(),
             empty: self.preferences.empty.to_string(),
-            scope: match self.engine.settings().scope {
-                Scope::Reachable => "reachable".to_owned(),
-                Scope::All => "all".to_owned(),
-            },
+            scope: self.engine.settings().scope.name().to_owned(),
             safety: self.safety.clone(),
             max_level: self.max_level,
             encoding: encoding(self.engine),

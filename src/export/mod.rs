@@ -13,10 +13,11 @@ pub mod explicit;
 mod regions;
 
 use crate::dump::manifest::{self, File, Kind, Root};
-use crate::dump::{Diagram, Dump, names};
+use crate::dump::{Diagram, Dump};
 use crate::engine::Engine;
 use crate::engine::symbolic::{Set, SymbolicEngine};
 use crate::error::{Error, Result};
+use crate::names;
 use crate::planning::levels::End;
 use crate::planning::{Analysis, Kind as Concept};
 
@@ -73,7 +74,7 @@ pub fn export(
     if !named.iter().any(|n| (selection.wanted)(&n.name)) {
         return Err(Error::Usage("no region has a name that `--region` matches".to_owned()));
     }
-    if named.iter().any(|n| n.name.starts_with("strategy:")) {
+    if named.iter().any(|n| names::is_strategy(&n.name)) {
         // What a strategy leaves out can only be told from all that is enabled.
         if !named.iter().any(|n| n.name == names::CHOICES) {
             named.push(Named::choices(names::CHOICES, &engine.all_choices()));

@@ -1,11 +1,11 @@
 //! The regions of a finished analysis, by the names that `meliora query` knows.
 
 use super::Named;
-use crate::dump::names;
 use crate::engine::Engine;
 use crate::engine::symbolic::SymbolicEngine;
 use crate::error::Result;
 use crate::model::preference::{ObjectiveSet, Preferences};
+use crate::names;
 use crate::planning::levels::{End, Level};
 use crate::planning::{Analysis, Kind, strategy};
 
@@ -44,7 +44,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Name
         // Scripts ask for it by name: it is there, even where no state is in it.
         named.push(Named::states(nothing, &engine.no_states()));
     }
-    for kind in [Kind::Sasi, Kind::Spi] {
+    for kind in Kind::ALL {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)
@@ -55,26 +55,18 @@ pub(super) fn class_name(preferences: &Preferences, class: &ObjectiveSet) -> Str
     names::members(&preferences.names(class))
 }
 
-/// `sasi` or `spi`.
-pub(super) fn kind_name(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Sasi => "sasi",
-        Kind::Spi => "spi",
-    }
-}
-
 fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Vec<Named>) -> Result<()> {
     let (Some(classes), Some(improvement)) = (analysis.classes(), analysis.improvement()) else {
         return Ok(());
     };
     for (number, level) in numbered(analysis, kind) {
-        let name = names::level(kind_name(kind), number);
+        let name = names::level(kind.name(), number);
         named.push(Named::states(&name, &level.states));
         let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
         named.push(Named::choices(names::strategy(&name), &permitted));
     }
     if matches!(analysis.levels(kind).end, Some(End::Empty)) {
-        let name = names::level(kind_name(kind), names::UNBOUNDED);
+        let name = names::level(kind.name(), names::UNBOUNDED);
         named.push(Named::states(&name, &engine.no_states()));
         named.push(Named::choices(names::strategy(&name), &engine.no_choices()));
     }

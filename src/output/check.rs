@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::envelope::{Envelope, Findings, Time};
-use super::report::{Counts, ModelSummary, json_state, scope_name};
+use super::report::{Counts, ModelSummary, json_state};
 use super::{Number, Style, check_text};
 use crate::engine::{Count, Scope};
 use crate::model::Program;
@@ -23,7 +23,6 @@ pub struct CheckFindings {
     /// The name of the engine.
     pub engine: &'static str,
     /// Which valuations are states.
-    #[serde(serialize_with = "scope_name")]
     pub scope: Scope,
     /// The name of the safety filter.
     pub safety: &'static str,

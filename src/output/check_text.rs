@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::check::{CheckReport, LevelsReport};
-use super::report::{scope_word, show_state};
+use super::report::show_state;
 use super::text::{self, Grid};
 use super::{Number, Style, ranks};
 use crate::planning::Rank;
@@ -11,7 +11,7 @@ use crate::planning::Rank;
 /// The whole report.
 pub(super) fn render(report: &CheckReport, style: Style) -> String {
     let mut settings =
-        vec![("engine", report.engine), ("scope", scope_word(report.scope)), ("safety", report.safety)];
+        vec![("engine", report.engine), ("scope", report.scope.name()), ("safety", report.safety)];
     if let Some(empty) = report.empty {
         settings.push(("empty", empty));
     }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::check::CheckTime;
 use super::envelope::{Envelope, Findings, Total};
-use super::report::{Counts, ModelSummary, scope_name, scope_word};
+use super::report::{Counts, ModelSummary};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
@@ -20,7 +20,6 @@ pub struct CompareFindings {
     #[serde(skip)]
     pub preferences: String,
     /// Which valuations are states.
-    #[serde(serialize_with = "scope_name")]
     pub scope: Scope,
     /// The name of the safety filter.
     pub safety: &'static str,
@@ -128,7 +127,7 @@ impl Findings for CompareFindings {
     }
 
     fn text(report: &CompareReport, style: Style) -> String {
-        let mut settings = vec![("scope", scope_word(report.scope)), ("safety", report.safety)];
+        let mut settings = vec![("scope", report.scope.name()), ("safety", report.safety)];
         if let Some(empty) = report.empty {
             settings.push(("empty", empty));
         }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings, Total};
-use super::report::{ModelSummary, scope_name, scope_word};
+use super::report::ModelSummary;
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
@@ -15,7 +15,6 @@ pub struct ExplicitFindings {
     /// The model.
     pub model: ModelSummary,
     /// Which valuations are states.
-    #[serde(serialize_with = "scope_name")]
     pub scope: Scope,
     /// What is kept of a choice that may weaken.
     pub safety: &'static str,
@@ -90,7 +89,7 @@ impl Findings for ExplicitFindings {
     type Time = Total;
 
     fn text(report: &ExplicitReport, style: Style) -> String {
-        let mut settings = vec![("scope", scope_word(report.scope)), ("safety", report.safety)];
+        let mut settings = vec![("scope", report.scope.name()), ("safety", report.safety)];
         if let Some(strategy) = &report.strategy {
             settings.push(("strategy", strategy));
         }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings, Total};
-use super::report::{ModelSummary, scope_name, scope_word};
+use super::report::ModelSummary;
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::dump::Manifest;
@@ -16,7 +16,6 @@ pub struct ExportFindings {
     /// The model.
     pub model: ModelSummary,
     /// Which valuations are states.
-    #[serde(serialize_with = "scope_name")]
     pub scope: Scope,
     /// What is kept of a choice that may weaken.
     pub safety: &'static str,
@@ -79,7 +78,7 @@ impl Findings for ExportFindings {
     type Time = Total;
 
     fn text(report: &ExportReport, style: Style) -> String {
-        let settings = [("scope", scope_word(report.scope)), ("safety", report.safety)];
+        let settings = [("scope", report.scope.name()), ("safety", report.safety)];
         let mut out = text::title(&[&report.model.path], &settings, style);
         let mut grid = Grid::new(&["region", "members", "nodes"], style);
         for region in &report.regions {

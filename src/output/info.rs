@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Style;
 use super::envelope::{Envelope, Findings, Time};
-use super::report::{Counts, Failure, ModelSummary, Report, scope_word};
+use super::report::{Counts, Failure, ModelSummary, Report};
 use super::text::{self, Grid};
 use crate::engine::Scope;
 
@@ -137,7 +137,7 @@ impl Findings for InfoFindings {
     type Time = InfoTime;
 
     fn text(report: &InfoReport, style: Style) -> String {
-        let settings = [("engine", report.engine), ("scope", scope_word(report.scope))];
+        let settings = [("engine", report.engine), ("scope", report.scope.name())];
         let mut out = text::title(&[&report.model.path], &settings, style);
         if report.model.kind.is_some() {
             out.push_str(&text::model(&report.model, report.counts.as_ref(), style));

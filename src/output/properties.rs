@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings, Total};
-use super::report::{Counts, ModelSummary, scope_name, scope_word};
+use super::report::{Counts, ModelSummary};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
@@ -21,7 +21,6 @@ pub struct PropertiesFindings {
     /// The name of the engine.
     pub engine: &'static str,
     /// Which valuations are states.
-    #[serde(serialize_with = "scope_name")]
     pub scope: Scope,
     /// Sizes of the model.
     pub counts: Option<Counts>,
@@ -121,7 +120,7 @@ impl Findings for PropertiesFindings {
     }
 
     fn text(report: &PropertiesReport, style: Style) -> String {
-        let settings = [("engine", report.engine), ("scope", scope_word(report.scope))];
+        let settings = [("engine", report.engine), ("scope", report.scope.name())];
         let files: Vec<&str> = [report.model.path.as_str()].into_iter().chain(report.file.as_deref()).collect();
         let mut out = text::title(&files, &settings, style);
         if report.model.kind.is_some() {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::envelope::{Envelope, Findings, Time};
 use super::properties::PropertyAnswer;
-use super::report::{Counts, ModelSummary, scope_name, scope_word};
+use super::report::{Counts, ModelSummary};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
@@ -19,7 +19,6 @@ pub struct ReachFindings {
     /// The name of the engine.
     pub engine: &'static str,
     /// Which valuations are states.
-    #[serde(serialize_with = "scope_name")]
     pub scope: Scope,
     /// Sizes of the model.
     pub counts: Option<Counts>,
@@ -139,7 +138,7 @@ impl Findings for ReachFindings {
     }
 
     fn text(report: &ReachReport, style: Style) -> String {
-        let settings = [("engine", report.engine), ("scope", scope_word(report.scope))];
+        let settings = [("engine", report.engine), ("scope", report.scope.name())];
         let mut out = text::title(&[&report.model.path], &settings, style);
         if report.model.kind.is_some() {
             out.push_str(&text::model(&report.model, report.counts.as_ref(), style));

@@ -263,22 +263,3 @@ pub struct Memory {
     /// The largest resident set of the process, in bytes.
     pub peak_rss_bytes: u64,
 }
-
-/// Writes a scope by its name on the command line.
-///
-/// # Errors
-/// Those of the serializer.
-pub(super) fn scope_name<S: Serializer>(
-    scope: &Scope,
-    serializer: S,
-) -> std::result::Result<S::Ok, S::Error> {
-    serializer.serialize_str(scope_word(*scope))
-}
-
-/// The name of a scope on the command line.
-pub(super) fn scope_word(scope: Scope) -> &'static str {
-    match scope {
-        Scope::Reachable => "reachable",
-        Scope::All => "all",
-    }
-}

@@ -1,14 +1,14 @@
 //! The report of `meliora simulate`.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::Style;
 use super::envelope::{Envelope, Findings};
 use super::reason::Words;
-use super::report::{ModelSummary, json_state, scope_name};
+use super::report::{ModelSummary, json_state};
 use super::simulate_text;
-use super::strategy::{PlanTime, change_word, kind_name};
+use super::strategy::{PlanTime, change_word};
 use crate::engine::Scope;
 use crate::model::Program;
 use crate::model::preference::Preferences;
@@ -26,17 +26,14 @@ pub struct SimulateFindings {
     /// The name of the engine.
     pub engine: &'static str,
     /// Which valuations are states.
-    #[serde(serialize_with = "scope_name")]
     pub scope: Scope,
     /// The name of the safety filter.
     pub safety: &'static str,
     /// What an empty set of outcomes is worth.
     pub empty: Option<&'static str>,
     /// `sasi` or `spi`.
-    #[serde(serialize_with = "kind_name")]
     pub kind: Kind,
     /// `permissive` or `progress`.
-    #[serde(serialize_with = "picks_name")]
     pub strategy: Picks,
     /// How many plays from each state.
     pub runs: u64,
@@ -146,19 +143,6 @@ pub struct TurnReport {
     /// The values that change, for people.
     #[serde(skip)]
     pub changed: String,
-}
-
-/// Writes a strategy by its name on the command line.
-fn picks_name<S: Serializer>(picks: &Picks, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(picks_word(*picks))
-}
-
-/// The name of a strategy on the command line.
-pub(super) fn picks_word(picks: Picks) -> &'static str {
-    match picks {
-        Picks::Permissive => "permissive",
-        Picks::Progress => "progress",
-    }
 }
 
 impl PlaysReport {

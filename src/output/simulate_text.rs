@@ -5,8 +5,8 @@ use std::fmt::Write;
 use super::Style;
 use super::number::group;
 use super::ranks;
-use super::report::{scope_word, show_state};
-use super::simulate::{PlaysReport, SimulateReport, TurnReport, picks_word};
+use super::report::show_state;
+use super::simulate::{PlaysReport, SimulateReport, TurnReport};
 use super::strategy_text::columns;
 use super::text::{self, Grid};
 use crate::planning::{Kind, Rank};
@@ -16,13 +16,13 @@ const SHOWN: usize = 60;
 
 /// The whole report.
 pub(super) fn render(report: &SimulateReport, style: Style) -> String {
-    let kind = format!("{} {}", picks_word(report.strategy), report.kind);
+    let kind = format!("{} {}", report.strategy.name(), report.kind);
     let seed = report.seed.to_string();
     let mut settings = vec![
         ("strategy", kind.as_str()),
         ("seed", &seed),
         ("engine", report.engine),
-        ("scope", scope_word(report.scope)),
+        ("scope", report.scope.name()),
         ("safety", report.safety),
     ];
     if let Some(empty) = report.empty {

@@ -6,7 +6,7 @@ use serde_json::{Map, Value as Json};
 
 use super::envelope::{Envelope, Findings, Time};
 use super::reason::Words;
-use super::report::{ModelSummary, json_state, scope_name};
+use super::report::{ModelSummary, json_state};
 use super::{Number, Style, strategy_text};
 use crate::engine::Scope;
 use crate::model::Program;
@@ -25,14 +25,12 @@ pub struct StrategyFindings {
     /// The name of the engine.
     pub engine: &'static str,
     /// Which valuations are states.
-    #[serde(serialize_with = "scope_name")]
     pub scope: Scope,
     /// The name of the safety filter.
     pub safety: &'static str,
     /// What an empty set of outcomes is worth.
     pub empty: Option<&'static str>,
     /// `sasi` or `spi`.
-    #[serde(serialize_with = "kind_name")]
     pub kind: Kind,
     /// With `--rank` or by default: how many states there are; those past the limit are not listed.
     pub asked: Option<Number>,
@@ -159,22 +157,6 @@ pub struct PlanTime {
 impl Time for PlanTime {
     fn total(&mut self) -> &mut f64 {
         &mut self.total
-    }
-}
-
-/// Writes a kind by its name on the command line.
-///
-/// # Errors
-/// Those of the serializer.
-pub(super) fn kind_name<S: serde::Serializer>(kind: &Kind, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(kind_word(*kind))
-}
-
-/// The name of a kind on the command line.
-pub(super) fn kind_word(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Sasi => "sasi",
-        Kind::Spi => "spi",
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::Style;
 use super::reason::Words;
-use super::report::{scope_word, show_state};
+use super::report::show_state;
 use super::strategy::{ActionReport, CourseLine, Shown, StateReport, StrategyReport, SuccessorReport};
 use super::{ranks, text};
 use crate::planning::{self, Course, Kind};
@@ -15,7 +15,7 @@ pub(super) fn render(report: &StrategyReport, style: Style) -> String {
     let mut settings = vec![
         ("strategy", kind.as_str()),
         ("engine", report.engine),
-        ("scope", scope_word(report.scope)),
+        ("scope", report.scope.name()),
         ("safety", report.safety),
     ];
     if let Some(empty) = report.empty {

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use ahash::AHashMap;
+use serde::Serialize;
 
 use super::explain::{Action, Explanation};
 use super::playbook::{Memory, Playbook};
@@ -11,7 +12,8 @@ use crate::error::Result;
 use crate::model::State;
 
 /// Which of the two strategies is played.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Picks {
     /// Every permitted action, each as likely as the others.
     Permissive,
@@ -20,6 +22,19 @@ pub enum Picks {
 }
 
 impl Picks {
+    /// The name in reports and options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Picks::Permissive => "permissive",
+            Picks::Progress => "progress",
+        }
+    }
+
+    /// The strategy of a name.
+    pub fn named(name: &str) -> Option<Picks> {
+        [Picks::Permissive, Picks::Progress].into_iter().find(|picks| picks.name() == name)
+    }
+
     /// Whether this strategy may take the action at this position.
     pub fn plays(self, at: &Explanation, action: usize) -> bool {
         match self {

@@ -24,13 +24,28 @@ pub enum Safety {
     Prefix,
 }
 
-impl fmt::Display for Safety {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl Safety {
+    /// All, the default first.
+    pub const ALL: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
+
+    /// The name in reports and options.
+    pub fn name(self) -> &'static str {
+        match self {
             Safety::Action => "action",
             Safety::Transition => "transition",
             Safety::Prefix => "prefix",
-        })
+        }
+    }
+
+    /// The safety of a name.
+    pub fn named(name: &str) -> Option<Safety> {
+        Safety::ALL.into_iter().find(|safety| safety.name() == name)
+    }
+}
+
+impl fmt::Display for Safety {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 

@@ -15,12 +15,31 @@ use crate::engine::{Engine, Moves, Region};
 use crate::error::Result;
 
 /// Which of the paper's two solution concepts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// Safe and almost-surely improving.
     Sasi,
     /// Safe and positively improving.
     Spi,
+}
+
+impl Kind {
+    /// Both.
+    pub const ALL: [Kind; 2] = [Kind::Sasi, Kind::Spi];
+
+    /// The name in regions, reports and options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Sasi => "sasi",
+            Kind::Spi => "spi",
+        }
+    }
+
+    /// The kind of a name.
+    pub fn named(name: &str) -> Option<Kind> {
+        Kind::ALL.into_iter().find(|kind| kind.name() == name)
+    }
 }
 
 impl fmt::Display for Kind {

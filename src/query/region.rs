@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::error::{Diagnostic, Result, SourceFile};
+use crate::names;
 
 /// Deeper nesting than this is refused, since reading it takes stack.
 const DEEPEST: usize = 500;
@@ -103,9 +104,7 @@ impl Parser<'_> {
 
     /// What a level past the last one is, where all are in the dump: the fixpoint, often empty.
     fn beyond(&self, name: &str) -> Option<String> {
-        let (of, number) = name.rsplit_once(':')?;
-        let is_level = matches!(of, "sasi" | "spi" | "strategy:sasi" | "strategy:spi");
-        (self.levels_end && is_level && number.parse::<u64>().ok()? > 0).then(|| format!("{of}:unbounded"))
+        names::unbounded_of(name).filter(|_| self.levels_end)
     }
 
     fn unknown(&self, name: &str, span: Range<usize>) -> Diagnostic {

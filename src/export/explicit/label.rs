@@ -27,13 +27,13 @@ impl<'a, 'b, E: Engine> Regions<'a, 'b, E> {
             let own = states.iter().enumerate().filter(|(_, s)| engine.contains(region, s));
             labels.push((name.clone(), own.map(|(number, _)| number).collect()));
         }
-        for (kind, name) in [(Kind::Sasi, "sasi"), (Kind::Spi, "spi")] {
-            labels.extend(self.ranks(kind, name, states));
+        for kind in Kind::ALL {
+            labels.extend(self.ranks(kind, states));
         }
         labels
     }
 
-    fn ranks(&self, kind: Kind, name: &str, states: &[State]) -> Vec<(String, Vec<usize>)> {
+    fn ranks(&self, kind: Kind, states: &[State]) -> Vec<(String, Vec<usize>)> {
         let mut ranks: BTreeMap<String, Vec<usize>> = BTreeMap::new();
         for (number, state) in states.iter().enumerate() {
             let rank = match self.analysis.levels(kind).rank(self.analysis.engine(), state) {
@@ -41,7 +41,7 @@ impl<'a, 'b, E: Engine> Regions<'a, 'b, E> {
                 Rank::AtLeast(k) => format!("at_least_{k}"),
                 Rank::Unbounded => "unbounded".to_owned(),
             };
-            ranks.entry(format!("{name}_rank_{rank}")).or_default().push(number);
+            ranks.entry(format!("{}_rank_{rank}", kind.name())).or_default().push(number);
         }
         ranks.into_iter().collect()
     }

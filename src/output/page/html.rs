@@ -3,8 +3,8 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::super::check::InitialReport;
-use super::super::report::{scope_word, show_state};
-use super::super::simulate::{TurnReport, picks_word};
+use super::super::report::show_state;
+use super::super::simulate::TurnReport;
 use super::super::{ranks, text};
 use super::paint::Paint;
 use super::{Content, Picture, Play, bars, data, hasse, map, paint, words};
@@ -62,7 +62,7 @@ fn header(content: &Content<'_>) -> Markup {
             h1 { (file_name(&check.model.path)) span { " with " (file_name(&check.preferences)) } }
             p.hint {
                 @if !constants.is_empty() { (constants) " · " }
-                "scope " (scope_word(check.scope)) " · safety " (check.safety)
+                "scope " (check.scope.name()) " · safety " (check.safety)
                 @if let Some(empty) = check.empty { " · empty " (empty) }
                 " · engine " (check.engine)
                 @if let Some(counts) = &check.counts { " · " (counts.states.grouped()) " states" }
@@ -240,7 +240,7 @@ fn played(play: &Play) -> Markup {
         section #play {
             h2 { "A play" }
             p.hint {
-                "Play " (play.trace.play) " with seed " (play.seed) " under the " (picks_word(play.picks)) " "
+                "Play " (play.trace.play) " with seed " (play.seed) " under the " (play.picks.name()) " "
                 (play.kind) " strategy, which takes "
                 @match play.picks {
                     Picks::Permissive => "each permitted action as likely as the others. ",

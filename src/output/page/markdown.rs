@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::super::check::{CheckReport, LevelsReport};
-use super::super::report::{scope_word, show_state};
+use super::super::report::show_state;
 use super::super::{ranks, text};
 use super::map::view_text;
 use super::{Content, Number, words};
@@ -19,7 +19,7 @@ pub(super) fn render(content: &Content<'_>) -> String {
     let check = content.check;
     let mut out = format!("# {} with {}\n\n", plain(&check.model.path), plain(&check.preferences));
     let empty = check.empty.unwrap_or_default();
-    let _ = writeln!(out, "scope {}, safety {}, empty {empty}\n", scope_word(check.scope), check.safety);
+    let _ = writeln!(out, "scope {}, safety {}, empty {empty}\n", check.scope.name(), check.safety);
     for initial in &check.initial {
         let _ = writeln!(out, "**{}**", words::verdict(initial));
         let _ = writeln!(out, "At `{}`, {}.", show_state(&initial.state), words::sure(initial));

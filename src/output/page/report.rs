@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::super::envelope::is_true;
-use super::super::report::{Failure, Memory, Report, scope_word, show_state};
+use super::super::report::{Failure, Memory, Report, show_state};
 use super::super::{CheckReport, Style, text};
 use super::words;
 use crate::escape;
@@ -81,7 +81,7 @@ impl Report for PageReport {
             return drawing.clone();
         }
         let check = &self.check;
-        let mut settings = vec![("scope", scope_word(check.scope)), ("safety", check.safety)];
+        let mut settings = vec![("scope", check.scope.name()), ("safety", check.safety)];
         settings.extend(check.empty.map(|empty| ("empty", empty)));
         let mut out = text::title(&[&check.model.path, &check.preferences], &settings, style);
         for initial in &check.initial {

@@ -1,4 +1,4 @@
-//! The names of the roots of a dump, in one place: those who write one and those who check one ask here.
+//! The names of regions, in one place: those who list them, who write a dump and who check one ask here.
 //!
 //! `kind` is `sasi` or `spi`, `level` a number from 1 or [`UNBOUNDED`], `class` the name of a class.
 
@@ -55,6 +55,18 @@ pub fn against(level: &str, class: &str) -> String {
 /// `strategy:sasi:1`
 pub fn strategy(region: &str) -> String {
     format!("strategy:{region}")
+}
+
+/// The fixpoint that a level belongs to: `spi:unbounded` for `spi:3`; none for what is no numbered level.
+pub fn unbounded_of(name: &str) -> Option<String> {
+    let (of, number) = name.rsplit_once(':')?;
+    let is_level = matches!(of, "sasi" | "spi" | "strategy:sasi" | "strategy:spi");
+    (is_level && number.parse::<u64>().ok()? > 0).then(|| level(of, UNBOUNDED))
+}
+
+/// Whether a name is that of a strategy.
+pub fn is_strategy(name: &str) -> bool {
+    name.starts_with("strategy:")
 }
 
 /// `safe:A+B`: where a class need never be weakened.
