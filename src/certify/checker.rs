@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use super::sets::Sets;
 use super::{Checked, Violation};
-use crate::dump::manifest::Kind;
-use crate::dump::{Dump, Edge, Manifest, names};
+use crate::dump::manifest::RootKind;
+use crate::dump::{Dump, Edge, Manifest};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
 use crate::engine::{Engine, Scope, Settings};
 use crate::error::Error;
 use crate::model::preference::Preferences;
 use crate::model::{Program, State};
+use crate::names;
 
 /// Why the check ended.
 pub(super) enum Stop {
@@ -60,7 +61,7 @@ impl<'a> Checker<'a> {
         let Some(order) = Encoding::order_of(program, &manifest.encoding.order) else {
             return Err(Stop::violated("the order of the bits is one of the model's bits", None));
         };
-        let root = manifest.regions.root(names::REACHABLE).filter(|r| r.kind == Kind::States);
+        let root = manifest.regions.root(names::REACHABLE).filter(|r| r.kind == RootKind::States);
         let Some(all) = root.and_then(|r| Edge::new(i64::from(r.node))) else {
             return Err(Stop::violated("the dump has the region `reachable`", None));
         };

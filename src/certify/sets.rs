@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::checker::{Check, Stop};
-use crate::dump::manifest::{File, Kind, Root};
+use crate::dump::manifest::{File, Root, RootKind};
 use crate::dump::{Diagram, Edge};
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::{Count, Engine};
@@ -23,7 +23,7 @@ impl Sets {
     pub(super) fn load(engine: &SymbolicEngine, file: &File, diagram: &Diagram) -> Check<Self> {
         let mut sets = Sets::default();
         let (states, choices): (Vec<&Root>, Vec<&Root>) =
-            file.roots.iter().partition(|r| r.kind == Kind::States);
+            file.roots.iter().partition(|r| r.kind == RootKind::States);
         let edges: Vec<Edge> = states.iter().map(|r| edge(r)).collect();
         for (root, set) in states.iter().zip(engine.load_states(diagram, &edges)?) {
             sets.states.insert(root.name.clone(), set);
@@ -61,10 +61,10 @@ impl Sets {
     pub(super) fn count(&self, engine: &SymbolicEngine, root: &Root) -> Check<Count> {
         let name = &root.name;
         match (root.kind, self.states.get(name), self.choices.get(name)) {
-            (Kind::States, Some(x), _) => Ok(engine.count_states(x)?),
-            (Kind::Choices, _, Some(c)) => Ok(engine.count_choices(c)?),
-            (Kind::States, None, _) => Err(missing(name, "states")),
-            (Kind::Choices, _, None) => Err(missing(name, "choices")),
+            (RootKind::States, Some(x), _) => Ok(engine.count_states(x)?),
+            (RootKind::Choices, _, Some(c)) => Ok(engine.count_choices(c)?),
+            (RootKind::States, None, _) => Err(missing(name, "states")),
+            (RootKind::Choices, _, None) => Err(missing(name, "choices")),
         }
     }
 

@@ -44,7 +44,7 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     if let Some(status) = args.sweep.run(
         &args.model,
         &[&args.preferences.preferences],
-        sweep::Kind::check(args.preferences.options().max_level),
+        sweep::Job::check(args.preferences.options().max_level),
         &args.shown,
     )? {
         return Ok(status);

@@ -50,7 +50,7 @@ pub(super) struct CompareArgs {
 /// The input is wrong.
 pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
     if let Some(status) =
-        args.sweep.run(&args.model, &[&args.preferences.preferences], sweep::Kind::Compare, &args.shown)?
+        args.sweep.run(&args.model, &[&args.preferences.preferences], sweep::Job::Compare, &args.shown)?
     {
         return Ok(status);
     }

@@ -9,12 +9,11 @@ use meliora::export::explicit::{Graph, action_table, drn, explored, induced, pri
 use meliora::output::ExplicitReport;
 use meliora::output::report::ModelSummary;
 use meliora::planning::course::Picks;
-use meliora::planning::playbook::Playbook;
 use meliora::planning::{Analysis, Kind, Phase};
 
 use super::exit::Status;
 use super::folder::Folder;
-use super::load;
+use super::{load, plan};
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
 use super::supervise::{Desk, supervise};
@@ -103,10 +102,8 @@ fn listed<E: Engine>(
     program: &meliora::model::Program,
 ) -> Result<Graph, Error> {
     let Some(strategy) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
-    match Playbook::new(analysis, program, strategy.kind) {
-        Some(mut book) => induced(analysis, program, &mut book, strategy.picks, wanted.limit),
-        None => Err(Error::Usage("the levels of this kind are not known".to_owned())),
-    }
+    let mut book = plan::playbook(analysis, program, strategy.kind)?;
+    induced(analysis, program, &mut book, strategy.picks, wanted.limit)
 }
 
 /// The names of the files.

@@ -5,7 +5,7 @@ use meliora::engine::{Engine, Scope};
 use meliora::error::{Diagnostic, Error, SourceFile};
 use meliora::lang;
 use meliora::model::{Program, State};
-use meliora::planning::{Analysis, Kind, Phase, Picks};
+use meliora::planning::{Analysis, Kind, Phase, Picks, Playbook};
 
 use super::load::Question;
 use super::options::{ModelArgs, PreferenceArgs};
@@ -107,4 +107,17 @@ pub(super) fn analysis<'a, E: Engine>(
     let all = [&[Phase::Outcomes, Phase::Improvement], levels].concat();
     phases::run(&mut analysis, &all, watch, &mut |_| ())?;
     Ok(analysis)
+}
+
+/// The strategies of an analysis whose levels are known.
+///
+/// # Errors
+/// They are not.
+pub(super) fn playbook<'a, E: Engine>(
+    analysis: &Analysis<'a, E>,
+    program: &'a Program,
+    kind: Kind,
+) -> Result<Playbook<'a, E>, Error> {
+    let missing = || Error::Usage(format!("the levels of {kind} are not known"));
+    Playbook::new(analysis, program, kind).ok_or_else(missing)
 }

@@ -60,7 +60,7 @@ pub(super) struct ReachArgs {
 /// The input is wrong.
 pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
-    if let Some(status) = args.sweep.run(&args.model, &[], sweep::Kind::Reach, &args.shown)? {
+    if let Some(status) = args.sweep.run(&args.model, &[], sweep::Job::Reach, &args.shown)? {
         return Ok(status);
     }
     if let Some(file) = args.properties {

@@ -12,7 +12,7 @@ use meliora::output::page::{Content, Picture, Play, Written};
 use meliora::output::report::{ModelSummary, Report};
 use meliora::output::simulate::TraceReport;
 use meliora::output::{CheckReport, PageReport};
-use meliora::planning::{Analysis, Kind, Playbook, Rank, Setup, Simulation};
+use meliora::planning::{Analysis, Kind, Rank, Setup, Simulation};
 
 use super::check::{self, Checked};
 use super::exit::Status;
@@ -288,7 +288,7 @@ impl Run<'_> {
             return Ok(None);
         }
         let program = &self.question.program;
-        let Some(mut book) = Playbook::new(self.analysis, program, kind) else { return Ok(None) };
+        let mut book = plan::playbook(self.analysis, program, kind)?;
         let (picks, seed) = (self.args.strategy.into(), self.args.seed);
         let setup = Setup { picks, runs: PLAYS, steps: STEPS, seed };
         let (told, end) = Simulation::new(&mut book, setup).telling(start)?;

@@ -7,7 +7,7 @@ use meliora::model::State;
 use meliora::output::SimulateReport;
 use meliora::output::report::ModelSummary;
 use meliora::output::simulate::PlaysReport;
-use meliora::planning::{Phase, Playbook, Setup, Simulation};
+use meliora::planning::{Phase, Setup, Simulation};
 
 use super::exit::Status;
 use super::load::{self, Question};
@@ -119,9 +119,7 @@ fn play<E: Engine>(
     let asked = [Phase::levels(args.kind.into())];
     let levels = || plan::analysis(engine, question, &args.preferences, &asked, &desk.watch);
     let analysis = desk.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
-    let Some(mut book) = Playbook::new(&analysis, &question.program, args.kind.into()) else {
-        return Ok(());
-    };
+    let mut book = plan::playbook(&analysis, &question.program, args.kind.into())?;
     let mut simulation = Simulation::new(&mut book, args.setup());
     let all = || {
         for start in &starts {

@@ -120,7 +120,7 @@ fn answer<E: Engine>(
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &desk.watch);
     let analysis = desk.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
-    let Some(book) = Playbook::new(&analysis, &question.program, args.kind.into()) else { return Ok(()) };
+    let book = plan::playbook(&analysis, &question.program, args.kind.into())?;
     let mut run = Run { desk, question, args, analysis: &analysis, book };
     desk.timed("answer", || run.answer(states), |r, s| r.time.answer = Some(s))?;
     desk.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use meliora::error::{Error, Limit};
-use meliora::output::{Failure, Kind, Report};
+use meliora::output::{Failure, FailureKind, Report};
 
 use super::exit::Status;
 use super::options::ShownArgs;
@@ -124,7 +124,7 @@ fn show(report: &impl Report, shown: &ShownArgs) -> Result<(), Error> {
 fn internal(message: &str, shown: &ShownArgs) -> Result<Status, Error> {
     terminal::show_internal(message);
     if shown.json {
-        terminal::print_json(&Failure::new(Kind::Internal, message))?;
+        terminal::print_json(&Failure::new(FailureKind::Internal, message))?;
     }
     Ok(Status::Internal)
 }

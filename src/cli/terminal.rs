@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use meliora::error::{Error, Limit, render};
 use meliora::escape;
-use meliora::output::{Failure, Kind, Style};
+use meliora::output::{Failure, FailureKind, Style};
 use serde::Serialize;
 
 use super::advice;
@@ -126,7 +126,7 @@ pub(super) fn show_clap(error: &clap::Error, json: bool) -> Status {
     }
     let _ = error.print();
     if json {
-        let failure = Failure::new(Kind::Usage, one_line(&error.render().to_string()));
+        let failure = Failure::new(FailureKind::Usage, one_line(&error.render().to_string()));
         if print_json(&failure).is_err() {
             return Status::Limit;
         }

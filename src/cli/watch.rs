@@ -38,7 +38,7 @@ pub(super) struct Watch {
     started: Instant,
     /// When the library was last asked for details, in milliseconds since the start.
     asked: AtomicU64,
-    phase: Mutex<Phase>,
+    phase: Mutex<Stage>,
     /// The phase of the library that was told of last.
     told: Mutex<&'static str>,
     bar: Mutex<Option<ProgressBar>>,
@@ -48,7 +48,7 @@ pub(super) struct Watch {
 
 /// What is being done.
 #[derive(Debug, Clone, Default)]
-struct Phase {
+struct Stage {
     name: &'static str,
     /// Which part of it, such as `objective 2 of 5`.
     part: String,
@@ -125,7 +125,7 @@ impl Watch {
     /// The work turns to something else.
     pub(super) fn enter(&self, name: &'static str) {
         let mut phase = lock(&self.phase);
-        *phase = Phase { name, ..Phase::default() };
+        *phase = Stage { name, ..Stage::default() };
         drop(phase);
         self.refresh();
     }

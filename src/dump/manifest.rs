@@ -163,7 +163,7 @@ pub struct Root {
     /// Its name, as in `meliora query`.
     pub name: String,
     /// What it is a set of.
-    pub kind: Kind,
+    pub kind: RootKind,
     /// Its position in `.rootids`, from 0.
     pub root: usize,
     /// What stands there: a node, negative where it is complemented.
@@ -180,7 +180,7 @@ pub struct Root {
 /// What a function is a set of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum RootKind {
     /// States.
     States,
     /// Pairs of a state and a choice enabled there.
@@ -332,7 +332,7 @@ impl Manifest {
             return Err(wrong(format!("the variables of `{}` are not those of the manifest", file.path)));
         }
         file.check(diagram).map_err(wrong)?;
-        for root in file.roots.iter().filter(|r| r.kind == Kind::States) {
+        for root in file.roots.iter().filter(|r| r.kind == RootKind::States) {
             let edge = Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE);
             if (diagram.level(edge) as usize) < self.choices.order.len() {
                 return Err(wrong(format!("`{}` is a set of states, but depends on choices", root.name)));

@@ -12,14 +12,14 @@ pub(crate) mod describe;
 pub mod explicit;
 mod regions;
 
-use crate::dump::manifest::{self, File, Kind, Root};
+use crate::dump::manifest::{self, File, Root, RootKind};
 use crate::dump::{Diagram, Dump};
 use crate::engine::Engine;
 use crate::engine::symbolic::{Set, SymbolicEngine};
 use crate::error::{Error, Result};
 use crate::names;
 use crate::planning::levels::End;
-use crate::planning::{Analysis, Kind as Concept};
+use crate::planning::{Analysis, Kind};
 
 /// The texts that an analysis was made from.
 #[derive(Debug, Clone)]
@@ -88,13 +88,13 @@ pub fn export(
     let certified = certificate.map(|named| file(engine, manifest::CERTIFICATE, &named, &choices.order));
     let (certificate, layers) = certified.transpose()?.unzip();
     let options = analysis.options();
-    let cut = |&kind: &Concept| matches!(analysis.levels(kind).end, Some(End::Cut));
+    let cut = |&kind: &Kind| matches!(analysis.levels(kind).end, Some(End::Cut));
     let subject = describe::Subject {
         engine,
         preferences: analysis.preferences(),
         inputs,
         safety: options.safety.to_string(),
-        max_level: options.max_level.filter(|_| [Concept::Sasi, Concept::Spi].iter().any(cut)),
+        max_level: options.max_level.filter(|_| Kind::ALL.iter().any(cut)),
     };
     Ok(Dump {
         manifest: subject.manifest(choices, regions, certificate),
@@ -118,8 +118,8 @@ fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -
     let mut roots = Vec::with_capacity(named.len());
     for (position, (named, edge)) in named.iter().zip(&diagram.roots).enumerate() {
         let (kind, count) = match &named.set {
-            Set::States(x) => (Kind::States, engine.count_states(x)?),
-            Set::Choices(c) => (Kind::Choices, engine.count_choices(c)?),
+            Set::States(x) => (RootKind::States, engine.count_states(x)?),
+            Set::Choices(c) => (RootKind::Choices, engine.count_choices(c)?),
         };
         roots.push(Root {
             name: named.name.clone(),

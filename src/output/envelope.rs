@@ -4,7 +4,7 @@ use std::ops::{Deref, DerefMut};
 
 use serde::Serialize;
 
-use super::report::{Failure, Memory, Report};
+use super::report::{Failure, MemoryUse, Report};
 use super::style::Style;
 
 /// What a command found.
@@ -56,7 +56,7 @@ pub struct Envelope<F: Findings> {
     /// Seconds by phase.
     pub time: F::Time,
     /// What was used.
-    pub memory: Memory,
+    pub memory: MemoryUse,
     /// Why the work ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Failure>,
@@ -65,7 +65,7 @@ pub struct Envelope<F: Findings> {
 impl<F: Findings> Envelope<F> {
     /// A report of which nothing else is known.
     pub(super) fn of(findings: F) -> Self {
-        let (time, memory) = (F::Time::default(), Memory::default());
+        let (time, memory) = (F::Time::default(), MemoryUse::default());
         Envelope { schema: F::SCHEMA, complete: true, findings, time, memory, error: None }
     }
 }

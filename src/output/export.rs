@@ -38,7 +38,7 @@ pub struct ExportedRegion {
     /// Its name.
     pub name: String,
     /// `states` or `choices`.
-    pub kind: crate::dump::manifest::Kind,
+    pub kind: crate::dump::manifest::RootKind,
     /// How many members it has.
     pub count: Number,
     /// How many inner nodes it has.

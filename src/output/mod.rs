@@ -38,7 +38,7 @@ pub use page::PageReport;
 pub use properties::PropertiesReport;
 pub use query::QueryReport;
 pub use reach::ReachReport;
-pub use report::{Failure, Kind, Report};
+pub use report::{Failure, FailureKind, Report};
 pub use simulate::SimulateReport;
 pub use strategy::StrategyReport;
 pub use style::Style;

@@ -29,7 +29,7 @@ pub trait Report: Serialize {
 /// The sort of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum FailureKind {
     /// The model, the preferences, an expression or a file is wrong.
     Input,
     /// A limit of memory, nodes or time.
@@ -46,7 +46,7 @@ pub struct Failure {
     /// `meliora.error/1`
     pub schema: &'static str,
     /// The sort of error.
-    pub kind: Kind,
+    pub kind: FailureKind,
     /// What is wrong.
     pub message: String,
     /// The file that is wrong.
@@ -62,7 +62,7 @@ pub struct Failure {
 
 impl Failure {
     /// A failure that points nowhere.
-    pub fn new(kind: Kind, message: impl Into<String>) -> Self {
+    pub fn new(kind: FailureKind, message: impl Into<String>) -> Self {
         let message = message.into();
         let schema = "meliora.error/1";
         Failure { schema, kind, message, file: None, line: None, column: None, interrupted: false }
@@ -72,10 +72,10 @@ impl Failure {
 impl From<&Error> for Failure {
     fn from(error: &Error) -> Self {
         let mut failure = match error {
-            Error::Limit(_) => Failure::new(Kind::Resource, error.to_string()),
-            Error::Usage(_) => Failure::new(Kind::Usage, error.to_string()),
+            Error::Limit(_) => Failure::new(FailureKind::Resource, error.to_string()),
+            Error::Usage(_) => Failure::new(FailureKind::Usage, error.to_string()),
             Error::Input(_) | Error::Dump { .. } | Error::Io { .. } => {
-                Failure::new(Kind::Input, error.to_string())
+                Failure::new(FailureKind::Input, error.to_string())
             }
         };
         match error {
@@ -257,7 +257,7 @@ impl From<&ModelCounts> for Counts {
 
 /// What was used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct Memory {
+pub struct MemoryUse {
     /// The largest number of diagram nodes alive at once; 0 for the explicit engine.
     pub peak_nodes: u64,
     /// The largest resident set of the process, in bytes.

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use comfy_table::{CellAlignment, ContentArrangement, Row, Table, presets};
 
 pub(super) use super::number::group;
-use super::report::{Counts, Failure, Memory, ModelSummary};
+use super::report::{Counts, Failure, MemoryUse, ModelSummary};
 use super::{Number, Style};
 use crate::escape;
 
@@ -118,7 +118,7 @@ pub(super) fn names(names: &[String]) -> String {
 }
 
 /// The closing line: seconds by phase, nodes and memory.
-pub(super) fn footer(total: f64, phases: &[(&str, Option<f64>)], memory: Memory, style: Style) -> String {
+pub(super) fn footer(total: f64, phases: &[(&str, Option<f64>)], memory: MemoryUse, style: Style) -> String {
     let phases: Vec<String> =
         phases.iter().filter_map(|(name, time)| time.map(|t| format!("{name} {}", seconds(t)))).collect();
     let mut text = format!("{} in all", seconds(total));

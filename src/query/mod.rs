@@ -6,7 +6,7 @@ mod region;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::dump::manifest::{FILE, Kind, Root};
+use crate::dump::manifest::{FILE, Root, RootKind};
 use crate::dump::{Dump, Edge, Manifest, read_directory};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
 use crate::engine::{Count, Engine, Settings};
@@ -121,13 +121,13 @@ impl Archive {
 
     fn load(&self, root: &Root) -> Result<Selected> {
         match root.kind {
-            Kind::States => {
+            RootKind::States => {
                 let mut sets = self.engine.load_states(&self.dump.regions, &[edge(root)])?;
                 let set = sets.pop().unwrap_or_else(|| self.engine.no_states());
                 // Patterns that are no values, or states out of scope, are no members of anything.
                 Ok(Selected::States(self.engine.intersection(&set, &self.engine.all_states())?))
             }
-            Kind::Choices => {
+            RootKind::Choices => {
                 let numbers = self.dump.manifest.choices.numbers.len();
                 let set = self.engine.load_choices(&self.dump.regions, edge(root), numbers)?;
                 let set = set.ok_or_else(|| {

@@ -24,7 +24,7 @@ use process::{Outcome, Pool};
 use ranges::Range;
 pub(super) use ranges::parts;
 use row::Ended;
-pub(super) use row::Kind;
+pub(super) use row::Job;
 
 /// How often the order to stop is looked for.
 const TICK: Duration = Duration::from_millis(100);
@@ -68,7 +68,7 @@ impl SweepArgs {
         &self,
         model: &ModelArgs,
         inputs: &[&Path],
-        kind: Kind,
+        kind: Job,
         shown: &ShownArgs,
     ) -> Result<Option<Status>, Error> {
         if model.instance.is_some() {
@@ -98,14 +98,14 @@ struct Instance {
 
 struct Sweep {
     ranges: Vec<Range>,
-    kind: Kind,
+    kind: Job,
     instances: Vec<Instance>,
     file: Option<CsvFile>,
     jobs: usize,
 }
 
 impl Sweep {
-    fn new(args: &SweepArgs, inputs: &[&Path], ranges: Vec<Range>, kind: Kind) -> Result<Self, Error> {
+    fn new(args: &SweepArgs, inputs: &[&Path], ranges: Vec<Range>, kind: Job) -> Result<Self, Error> {
         let (first, every) = args.shard.unwrap_or((1, 1));
         let all = ranges::instances(&ranges)?.into_iter().enumerate();
         let own = all.skip(first - 1).step_by(every);
@@ -237,9 +237,9 @@ impl Sweep {
         let ranges: Map<String, Json> =
             varying.map(|r| (r.name.clone(), r.values.iter().map(|v| value(v)).collect())).collect();
         let command = match self.kind {
-            Kind::Check { .. } => "check",
-            Kind::Reach => "reach",
-            Kind::Compare => "compare",
+            Job::Check { .. } => "check",
+            Job::Reach => "reach",
+            Job::Compare => "compare",
         };
         let runs: Vec<Json> = runs.into_iter().map(|(_, run)| run).collect();
         json!({"schema": "meliora.sweep/1", "command": command, "ranges": ranges, "runs": runs})

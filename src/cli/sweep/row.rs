@@ -30,23 +30,23 @@ impl Ended {
 
 /// Which report the rows are made from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum Job {
     Check { levels: usize },
     Reach,
     Compare,
 }
 
-impl Kind {
+impl Job {
     /// Rows of `check`, with columns for as many levels as there can be.
     pub(crate) fn check(max_level: Option<usize>) -> Self {
-        Kind::Check { levels: max_level.unwrap_or(LEVELS).min(LEVELS) }
+        Job::Check { levels: max_level.unwrap_or(LEVELS).min(LEVELS) }
     }
 
     /// The names of the columns after those of the constants.
     pub(crate) fn columns(self) -> Vec<String> {
         let mut names: Vec<String> = ["states", "choices", "transitions"].map(str::to_owned).to_vec();
         match self {
-            Kind::Check { levels } => {
+            Job::Check { levels } => {
                 for kind in ["sasi", "spi"] {
                     names.extend((1..=levels).map(|k| format!("{kind}_{k}")));
                     names.push(format!("{kind}_unbounded"));
@@ -54,11 +54,11 @@ impl Kind {
                 }
                 names.extend(["sasi_rank", "spi_rank"].map(str::to_owned));
             }
-            Kind::Reach => {
+            Job::Reach => {
                 let regions = ["target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
                 names.extend(regions.map(str::to_owned));
             }
-            Kind::Compare => {
+            Job::Compare => {
                 let names_of = ["equal", "seconds_symbolic", "seconds_explicit", "prefer"];
                 names.extend(names_of.map(str::to_owned));
             }
@@ -72,7 +72,7 @@ impl Kind {
         let counts = &report["counts"];
         let mut cells: Vec<String> = ["states", "choices", "transitions"].map(|k| cell(&counts[k])).to_vec();
         match self {
-            Kind::Check { levels } => {
+            Job::Check { levels } => {
                 for kind in ["sasi", "spi"] {
                     let found = &report[kind]["levels"];
                     cells.extend((0..levels).map(|k| cell(&found[k])));
@@ -82,11 +82,11 @@ impl Kind {
                 let first = &report["initial"][0];
                 cells.extend(["sasi_rank", "spi_rank"].map(|k| cell(&first[k])));
             }
-            Kind::Reach => {
+            Job::Reach => {
                 let regions = ["target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
                 cells.extend(regions.map(|k| cell(&report[k])));
             }
-            Kind::Compare => {
+            Job::Compare => {
                 cells.push(cell(&report["equal"]));
                 for name in ["symbolic", "explicit"] {
                     let engines = report["engines"].as_array().into_iter().flatten();
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn every_row_has_a_cell_for_every_column() {
-        for kind in [Kind::check(None), Kind::check(Some(2)), Kind::Reach, Kind::Compare] {
+        for kind in [Job::check(None), Job::check(Some(2)), Job::Reach, Job::Compare] {
             assert_eq!(kind.columns().len(), kind.cells(&Json::Null, Ended::Limit).len(), "{kind:?}");
         }
     }
@@ -130,7 +130,7 @@ mod tests {
             "initial": [{"sasi_rank": 2, "spi_rank": "unbounded"}],
             "time": {"total": 0.5}, "memory": {"peak_nodes": 1, "peak_rss_bytes": 2}
         });
-        let cells = Kind::check(Some(2)).cells(&report, Ended::Done);
+        let cells = Job::check(Some(2)).cells(&report, Ended::Done);
         let expected =
             ["9", "8", "7", "5", "3", "0", "2", "6", "", "6", "1", "2", "unbounded", "0.5", "1", "2", "done"];
         assert_eq!(cells, expected);

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::super::envelope::is_true;
-use super::super::report::{Failure, Memory, Report, show_state};
+use super::super::report::{Failure, MemoryUse, Report, show_state};
 use super::super::{CheckReport, Style, text};
 use super::words;
 use crate::escape;
@@ -23,7 +23,7 @@ pub struct PageReport {
     /// What `check` found.
     pub check: CheckReport,
     /// What was used.
-    pub memory: Memory,
+    pub memory: MemoryUse,
     /// Text that goes to stdout where no file was asked for.
     #[serde(skip)]
     pub drawing: Option<String>,
@@ -57,7 +57,7 @@ impl PageReport {
             complete: true,
             written: None,
             check,
-            memory: Memory::default(),
+            memory: MemoryUse::default(),
             drawing: None,
             error: None,
         }

@@ -1,6 +1,6 @@
 //! What a forger changes.
 
-use meliora::dump::manifest::{ChoiceNumber, File, Kind, Root};
+use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, Manifest, Node, directory};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
@@ -170,7 +170,7 @@ fn member(file: &mut File, diagram: &mut Diagram, random: &mut ChaCha8Rng) -> bo
     let bits = random.random();
     let root = root(file, random);
     let from = edge(root.node);
-    let top = if root.kind == Kind::States { choice_bits } else { 0 };
+    let top = if root.kind == RootKind::States { choice_bits } else { 0 };
     root.node = toggled(diagram, from, top, bits).number();
     true
 }
@@ -199,8 +199,11 @@ fn shadowed(dump: &mut Dump, random: &mut ChaCha8Rng) -> bool {
     let node = moved(edge(root.node)).number();
     proof(dump).0.roots.push(Root { node, ..root });
     let (file, diagram) = (&mut dump.manifest.regions, &mut dump.regions);
-    let offset =
-        if file.roots[position].kind == Kind::States { dump.manifest.choices.order.len() as u32 } else { 0 };
+    let offset = if file.roots[position].kind == RootKind::States {
+        dump.manifest.choices.order.len() as u32
+    } else {
+        0
+    };
     let changed = toggled(diagram, edge(file.roots[position].node), offset, random.random());
     file.roots[position].node = changed.number();
     true
@@ -262,7 +265,7 @@ fn swapped(file: &mut File, random: &mut ChaCha8Rng) -> bool {
 
 fn other_kind(file: &mut File, random: &mut ChaCha8Rng) -> bool {
     let root = root(file, random);
-    root.kind = if root.kind == Kind::States { Kind::Choices } else { Kind::States };
+    root.kind = if root.kind == RootKind::States { RootKind::Choices } else { RootKind::States };
     true
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use meliora::certify;
-use meliora::dump::manifest::{File, Kind};
+use meliora::dump::manifest::{File, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, dddmp, read_directory};
 use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Scope, Settings, Unobserved};
@@ -124,7 +124,7 @@ type Part = for<'d> fn(&'d Dump) -> (&'d File, &'d Diagram);
 /// Whether the sets of one file are the same, those apart whose names are `free`.
 fn same_sets(honest: &Dump, forged: &Dump, part: Part, free: &dyn Fn(&str) -> bool) -> bool {
     let ((a, left), (b, right)) = (part(honest), part(forged));
-    let bound = |file: &File| -> Vec<(String, Kind, i32)> {
+    let bound = |file: &File| -> Vec<(String, RootKind, i32)> {
         let mut all: Vec<_> =
             file.roots.iter().filter(|r| !free(&r.name)).map(|r| (r.name.clone(), r.kind, r.node)).collect();
         all.sort_by(|x, y| x.0.cmp(&y.0));
@@ -175,7 +175,7 @@ fn seal(file: &mut File, diagram: &mut Diagram, offset: u32) {
         root.root = position;
         diagram.roots.push(function);
         root.nodes = diagram.size(function);
-        let top = if root.kind == Kind::States { offset } else { 0 };
+        let top = if root.kind == RootKind::States { offset } else { 0 };
         root.count = if diagram.level(function) < top {
             "0".to_owned()
         } else {
