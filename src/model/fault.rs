@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::expr::ExprId;
 use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
-use crate::error::{Diagnostic, Kind, Error, Limit};
+use crate::error::{Diagnostic, Error, Kind, Limit};
 
 /// The error for a state in which [`Program::steps`] fails.
 pub fn in_state(program: &Program, state: &[i64]) -> Error {

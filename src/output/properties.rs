@@ -121,7 +121,8 @@ impl Findings for PropertiesFindings {
 
     fn text(report: &PropertiesReport, style: Style) -> String {
         let settings = [("engine", report.engine), ("scope", report.scope.name())];
-        let files: Vec<&str> = [report.model.path.as_str()].into_iter().chain(report.file.as_deref()).collect();
+        let files: Vec<&str> =
+            [report.model.path.as_str()].into_iter().chain(report.file.as_deref()).collect();
         let mut out = text::title(&files, &settings, style);
         if report.model.kind.is_some() {
             out.push_str(&text::model(&report.model, report.counts.as_ref(), style));

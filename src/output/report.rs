@@ -1,11 +1,11 @@
 //! What all reports have in common.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::Number;
 use super::style::Style;
-use crate::engine::{Engine, Scope};
+use crate::engine::Engine;
 use crate::error::{Error, Limit, Result};
 use crate::model::value::{Type, Value};
 use crate::model::{ModelKind, Program};

@@ -208,8 +208,7 @@ impl Lowerer<'_> {
             "pow" | "mod" | "log" => 2..=2,
             "multi" => {
                 let diagnostic = self.wrong(at, "the function `multi` is not supported");
-                let diagnostic =
-                    diagnostic.kind(crate::error::Kind::Unsupported).label("not supported");
+                let diagnostic = diagnostic.kind(crate::error::Kind::Unsupported).label("not supported");
                 self.report(diagnostic.note("`multi` joins properties and has no place in a model"));
                 return None;
             }

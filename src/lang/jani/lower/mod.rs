@@ -16,7 +16,7 @@ use ahash::{AHashMap, AHashSet};
 
 use super::Inputs;
 use super::ast::Model;
-use crate::error::{Diagnostic, Kind, Error, Result};
+use crate::error::{Diagnostic, Error, Kind, Result};
 use crate::lang::ast::{ModelType, Span};
 use crate::lang::check::{Checked, Lowerer, Scope};
 use crate::lang::named::{Asked, Property};

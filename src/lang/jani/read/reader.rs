@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::super::json::{self, Malformed, Member, Node, Shape};
-use crate::error::{Diagnostic, Kind, Error, Result, SourceFile};
+use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
 use crate::lang::ast::{Ident, Span};
 use crate::observer::{Observer, Poll};
 
