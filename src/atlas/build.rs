@@ -2,16 +2,14 @@
 
 use super::{Atlas, Ladder, Plane, directions, levels};
 use crate::dump::{Diagram, Edge};
-use crate::engine::Engine;
-use crate::engine::symbolic::{Set, StateSet, SymbolicEngine};
+use crate::engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
+use crate::engine::{Dumpable, Engine};
 use crate::error::Result;
 use crate::export;
 use crate::model::preference::ObjectiveSet;
 use crate::model::{Program, VarId};
-use crate::planning::levels::End;
+use crate::planning::levels::{End, Level};
 use crate::planning::{Analysis, Kind, Playbook, strategy};
-
-type Of<'a> = Analysis<'a, SymbolicEngine>;
 
 /// The most choices for which a page tells where they are permitted.
 const MOST_CHOICES: usize = 256;
@@ -37,21 +35,21 @@ struct Rungs {
 /// projected onto the plane, so that nothing can be asked of the other variables.
 ///
 /// # Errors
-/// A limit. Cost: for SPI strategies a pre-image a level and part; no state is enumerated but a few
+/// [`crate::error::Error::Usage`] where the sets are no diagrams; a limit. Cost: for SPI strategies a pre-image a level and part; no state is enumerated but a few
 /// samples that tell in which direction a choice leads.
-pub fn build(
-    engine: &SymbolicEngine,
-    analysis: &Of<'_>,
+pub fn build<E: Dumpable>(
+    analysis: &Analysis<'_, E>,
     plane: Plane,
     at: &[i64],
     most_nodes: usize,
 ) -> Result<Atlas> {
+    let engine = analysis.engine().diagrams()?;
     let labels = export::choice_labels(engine);
     let arrows = if labels.len() > MOST_CHOICES { 0 } else { labels.len() };
     let mut choices = directions::of(engine, plane, labels)?;
     let rows_up = directions::rows_up(engine.program(), plane, &choices);
     choices.truncate(arrows);
-    let mut sets = Sets::of(engine, analysis, arrows)?;
+    let mut sets = Sets::of(analysis, engine, arrows)?;
     let mut diagram = engine.diagram(&sets.all(), &[])?;
     if diagram.nodes.len() > most_nodes {
         choices.clear();
@@ -85,17 +83,17 @@ pub fn build(
 }
 
 impl Sets {
-    fn of(engine: &SymbolicEngine, analysis: &Of<'_>, choices: usize) -> Result<Self> {
-        let program: &Program = engine.program();
-        let ladder = |kind| Rungs::of(engine, analysis, program, kind, choices);
+    fn of<E: Dumpable>(analysis: &Analysis<'_, E>, engine: &SymbolicEngine, choices: usize) -> Result<Self> {
+        let ladder = |kind| Rungs::of(analysis, engine, kind, choices);
         let ladders = [ladder(Kind::Sasi)?, ladder(Kind::Spi)?];
         let classes = analysis.classes().into_iter().flat_map(|c| &c.list);
-        let target = |index| analysis.outcomes()?.target(index).cloned();
+        let diagram = |x| analysis.engine().states_diagram(x).clone();
+        let target = |index| analysis.outcomes()?.target(index).map(diagram);
         let objectives = analysis.preferences().objectives.len();
         Ok(Sets {
             scope: engine.all_states(),
             ladders,
-            classes: classes.map(|c| (c.most_preferred.clone(), c.states.clone())).collect(),
+            classes: classes.map(|c| (c.most_preferred.clone(), diagram(&c.states))).collect(),
             targets: (0..objectives).map(|i| target(i).unwrap_or_else(|| engine.no_states())).collect(),
         })
     }
@@ -128,18 +126,18 @@ impl Sets {
 }
 
 impl Rungs {
-    fn of(
+    fn of<E: Dumpable>(
+        analysis: &Analysis<'_, E>,
         engine: &SymbolicEngine,
-        analysis: &Of<'_>,
-        program: &Program,
         kind: Kind,
         choices: usize,
     ) -> Result<Self> {
         let levels = analysis.levels(kind);
-        let permitted = permitted(engine, analysis, program, kind)?;
+        let permitted = permitted(analysis, engine.program(), kind)?;
+        let diagram = |level: &Level<E>| analysis.engine().states_diagram(&level.states).clone();
         Ok(Rungs {
-            levels: levels.found.iter().map(|level| level.states.clone()).collect(),
-            unbounded: levels.unbounded().map(|level| level.states.clone()),
+            levels: levels.found.iter().map(diagram).collect(),
+            unbounded: levels.unbounded().map(diagram),
             open: matches!(levels.end, None | Some(End::Cut)),
             permitted: (0..choices).map(|number| engine.numbered(&permitted, number)).collect(),
         })
@@ -156,17 +154,13 @@ impl Rungs {
 }
 
 /// What the permissive strategies permit where planning starts, each state at the level of its rank.
-fn permitted(
-    engine: &SymbolicEngine,
-    analysis: &Of<'_>,
-    program: &Program,
-    kind: Kind,
-) -> Result<<SymbolicEngine as Engine>::Choices> {
+fn permitted<E: Dumpable>(analysis: &Analysis<'_, E>, program: &Program, kind: Kind) -> Result<ChoiceSet> {
+    let engine = analysis.engine();
     let mut all = engine.no_choices();
     let (Some(book), Some(classes), Some(improvement)) =
         (Playbook::new(analysis, program, kind), analysis.classes(), analysis.improvement())
     else {
-        return Ok(all);
+        return Ok(engine.choices_diagram(&all).clone());
     };
     let levels = analysis.levels(kind);
     let found = levels.found.iter().enumerate().map(|(k, level)| (Some(k + 1), level));
@@ -175,5 +169,5 @@ fn permitted(
         let here = engine.choices_in(&permitted, &book.states_of_rank(rank)?)?;
         all = engine.union_choices(&all, &here)?;
     }
-    Ok(all)
+    Ok(engine.choices_diagram(&all).clone())
 }

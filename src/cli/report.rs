@@ -225,10 +225,8 @@ impl Run<'_> {
     fn write(&self, plane: Option<Plane>, start: Option<State>) -> Result<(), Error> {
         let draw = || {
             let plane = plane.zip(start.as_ref());
-            let engine = self.analysis.engine();
-            let atlas = plane.map(|(plane, start)| {
-                atlas::build(engine, self.analysis, plane, start, self.args.nodes as usize)
-            });
+            let atlas = plane
+                .map(|(plane, start)| atlas::build(self.analysis, plane, start, self.args.nodes as usize));
             Ok((atlas.transpose()?, start.as_ref().map(|start| self.play(start)).transpose()?.flatten()))
         };
         let (atlas, play) = self.desk.timed("draw", draw, |_, _| ())?;

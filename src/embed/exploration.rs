@@ -107,15 +107,15 @@ impl Exploration {
     ///
     /// # Errors
     /// What is wrong in the text, each with its place.
-    pub fn prefer(&self, preferences: &Arc<SourceFile>, options: Options) -> Result<Planning> {
+    pub fn prefer(&self, source: &Arc<SourceFile>, options: Options) -> Result<Planning> {
         let mut program = Program::clone(self.program());
-        let preferences: Preferences = lang::load_preferences(preferences, &mut program)?;
+        let preferences: Preferences = lang::load_preferences(source, &mut program)?;
         let program = Arc::new(program);
         // Observers are variables of their own: with them there are other states.
         let engine = match preferences.history {
             History::State => self.engine.reading(program)?,
             History::Play => AnyEngine::new(program, self.engine.settings().clone())?,
         };
-        Ok(Planning::of(engine, preferences, options))
+        Ok(Planning::of(engine, preferences, source.name.as_str(), options))
     }
 }

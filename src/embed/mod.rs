@@ -8,9 +8,13 @@
 mod exploration;
 mod model;
 mod planning;
+#[cfg(feature = "output")]
+mod report;
 mod states;
 
 pub use exploration::Exploration;
 pub use model::Model;
 pub use planning::{Planning, Strategy};
+#[cfg(feature = "output")]
+pub use report::Drawing;
 pub use states::States;

@@ -20,13 +20,27 @@ pub struct Planning {
     engine: Arc<AnyEngine>,
     preferences: Arc<Preferences>,
     analysis: Analysis<'static, AnyEngine>,
+    /// The name of the text that the preferences are from.
+    source: Arc<str>,
 }
 
 impl Planning {
-    pub(super) fn of(engine: AnyEngine, preferences: Preferences, options: Options) -> Self {
-        let (engine, preferences) = (Arc::new(engine), Arc::new(preferences));
+    pub(super) fn of(
+        engine: AnyEngine,
+        preferences: Preferences,
+        source: impl Into<Arc<str>>,
+        options: Options,
+    ) -> Self {
+        Self::new((Arc::new(engine), Arc::new(preferences)), source.into(), options)
+    }
+
+    fn new(
+        (engine, preferences): (Arc<AnyEngine>, Arc<Preferences>),
+        source: Arc<str>,
+        options: Options,
+    ) -> Self {
         let analysis = Analysis::new(Arc::clone(&engine), Arc::clone(&preferences), options);
-        Planning { engine, preferences, analysis }
+        Planning { engine, preferences, analysis, source }
     }
 
     /// Computes everything, or what a limit left open; `listener` hears of each step.
@@ -47,9 +61,8 @@ impl Planning {
 
     /// The same model and preferences under other options; of the phases, nothing is computed yet.
     pub fn with_options(&self, options: Options) -> Self {
-        let (engine, preferences) = (Arc::clone(&self.engine), Arc::clone(&self.preferences));
-        let analysis = Analysis::new(Arc::clone(&engine), Arc::clone(&preferences), options);
-        Planning { engine, preferences, analysis }
+        let shared = (Arc::clone(&self.engine), Arc::clone(&self.preferences));
+        Self::new(shared, Arc::clone(&self.source), options)
     }
 
     /// The counts of all that is known.
@@ -70,6 +83,11 @@ impl Planning {
     /// The program, with the targets of the preferences.
     pub fn program(&self) -> &Arc<Program> {
         self.engine.program()
+    }
+
+    /// The name of the text that the preferences are from.
+    pub fn source(&self) -> &str {
+        &self.source
     }
 
     /// The preferences.

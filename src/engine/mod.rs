@@ -5,6 +5,7 @@
 //! written over these; iterating over states is not part of the interface.
 
 pub mod any;
+pub mod diagrams;
 pub mod explicit;
 pub mod moves;
 pub mod regions;
@@ -13,6 +14,7 @@ pub mod symbolic;
 use std::sync::Arc;
 
 pub use any::AnyEngine;
+pub use diagrams::Dumpable;
 pub use moves::Moves;
 use num_bigint::BigUint;
 use serde::Serialize;

@@ -29,7 +29,7 @@ fn with_atlas(
         Analysis::new(&engine, &preferences, Options { safety: Safety::Action, max_level: None });
     analysis.run(&mut |_| ()).unwrap();
     let at = engine.list_states(&engine.initial_states(), 1).unwrap().remove(0);
-    let atlas = atlas::build(&engine, &analysis, plane, &at, nodes).unwrap();
+    let atlas = atlas::build(&analysis, plane, &at, nodes).unwrap();
     test(&engine, &analysis, &atlas);
 }
 

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
+use meliora::embed::Drawing;
 use meliora::engine::{Count, Engine};
+use meliora::output::page::Picture;
+use meliora::output::{Report, Style};
 use meliora::planning::{Picks, Setup};
 use meliora::{Error, Kind, Model, Options, Rank, Settings, SourceFile, Storage};
 
@@ -136,4 +139,31 @@ fn states_are_values_by_name() {
     let state = model.state("s=3,lost=true").unwrap();
     let values: Vec<String> = model.values(&state).map(|(name, value)| format!("{name}:{value}")).collect();
     assert_eq!(values, ["s:3", "lost:true"]);
+}
+
+#[test]
+fn a_planning_can_be_looked_at() {
+    for storage in BOTH {
+        let explored = toy().explore(stored(storage)).unwrap();
+        let mut planning = explored.prefer(&wishes(), Options::default()).unwrap();
+        planning.run(&mut |_| ()).unwrap();
+        let report = planning.report().unwrap();
+        assert_eq!((report.preferences.as_str(), report.engine), ("toy.pref", storage.name()));
+        assert_eq!(report.initial[0].sasi_rank, Some(Rank::Finite(1)));
+        let json = serde_json::to_value(&report).unwrap();
+        assert_eq!(
+            (json["schema"].as_str(), json["empty"].as_str()),
+            (Some("meliora.check/1"), Some("bottom"))
+        );
+        assert!(report.text(Style { color: false, width: None }).contains("surely"));
+        assert!(planning.draw(Drawing::Svg(Picture::Hasse), None).unwrap().starts_with("<svg"));
+        assert!(planning.draw(Drawing::Dot, None).unwrap().starts_with("digraph"));
+        let map = planning.draw(Drawing::Svg(Picture::Sasi), Some("s"));
+        match storage {
+            Storage::Symbolic => assert!(map.unwrap().contains("</svg>")),
+            Storage::Explicit => assert!(matches!(map, Err(Error::Usage(_)))),
+        }
+        let wrong = planning.draw(Drawing::Html, Some("nowhere"));
+        assert!(matches!(wrong, Err(Error::Input(_))));
+    }
 }

@@ -1,0 +1,83 @@
+//! A planning as report, page and pictures.
+
+use super::Planning;
+use crate::atlas::{self, Plane};
+use crate::engine::Engine;
+use crate::error::{Error, Result};
+use crate::model::State;
+use crate::output::CheckReport;
+use crate::output::page::{Content, Picture};
+use crate::output::report::ModelSummary;
+
+/// So many initial states are listed.
+const LISTED: usize = 16;
+/// A page has at most so many nodes of diagrams.
+const MOST_NODES: usize = 500_000;
+
+/// What is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Drawing {
+    /// A page that loads nothing, with maps, levels, the preference order and all tables.
+    Html,
+    /// The same without maps to explore, as Markdown.
+    Markdown,
+    /// One picture, as SVG.
+    Svg(Picture),
+    /// The preference order in the language DOT.
+    Dot,
+}
+
+impl Planning {
+    /// What `meliora check` reports, as far as it is known: [`crate::output::Report::text`] has it as text, and
+    /// it can be written as JSON.
+    ///
+    /// # Errors
+    /// A limit. Cost: see [`crate::planning::Analysis::prospects`].
+    pub fn report(&self) -> Result<CheckReport> {
+        let (engine, program) = (self.engine(), self.program());
+        let (storage, scope) = (engine.storage().name(), engine.settings().scope);
+        let safety = self.analysis().options().safety.name();
+        let model = program.source.name.as_str();
+        let mut report = CheckReport::new(model, self.source(), storage, scope, safety);
+        report.model = ModelSummary::of(model, program);
+        report.empty = Some(self.preferences().empty.name());
+        report.fill(self.preferences(), self.result());
+        let initial = self.analysis().initial_prospects(program, LISTED)?;
+        report.set_initial(program, self.preferences(), &initial);
+        report.memory.peak_nodes = engine.usage().peak_nodes;
+        Ok(report)
+    }
+
+    /// A page or a picture. Maps lie over the integer variables that `grid` names, rows first: `r,c`; without
+    /// it over those that look like rows and columns, and where there are none, there is no map.
+    ///
+    /// # Errors
+    /// A limit; [`Error::Input`] where `grid` is wrong; [`Error::Usage`] where a map is asked for of the explicit
+    /// engine, or of a model without integer variables.
+    pub fn draw(&self, drawing: Drawing, grid: Option<&str>) -> Result<String> {
+        let (check, program) = (self.report()?, self.program());
+        let plane = match grid {
+            Some(names) => Some(Plane::named(program, names)?),
+            None => Plane::guess(program),
+        };
+        let has_maps = !matches!(drawing, Drawing::Dot | Drawing::Svg(Picture::Hasse));
+        let at: Option<State> = self.engine().list_states(&self.engine().initial_states(), 1)?.pop();
+        let atlas = match (plane, at) {
+            (Some(plane), Some(at)) if has_maps => {
+                Some(atlas::build(self.analysis(), plane, &at, MOST_NODES)?)
+            }
+            _ => None,
+        };
+        let preferences = self.preferences();
+        let content = Content { check: &check, program, preferences, atlas: atlas.as_ref(), play: None };
+        match drawing {
+            Drawing::Html => Ok(content.html()),
+            Drawing::Markdown => Ok(content.markdown()),
+            Drawing::Dot => Ok(content.dot()),
+            Drawing::Svg(picture) => content.svg(picture).ok_or_else(|| {
+                Error::Usage("no one or two integer variables span a map that can be drawn".to_owned())
+            }),
+        }
+    }
+}

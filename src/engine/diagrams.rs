@@ -1,0 +1,69 @@
+//! What works on decision diagrams, whichever engine is at hand.
+
+use super::any::{AnyChoices, AnyEngine, AnyStates};
+use super::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use super::{Engine, Storage};
+use crate::error::{Error, Result};
+
+/// An engine whose sets may be decision diagrams: what draws or writes these takes any such engine.
+pub trait Dumpable: Engine {
+    /// The engine of the diagrams.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the sets are no diagrams.
+    fn diagrams(&self) -> Result<&SymbolicEngine>;
+
+    /// A set of states as a diagram.
+    ///
+    /// # Panics
+    /// The set is none, which [`Dumpable::diagrams`] tells.
+    fn states_diagram<'s>(&self, x: &'s Self::States) -> &'s StateSet;
+
+    /// A set of choices as diagrams.
+    ///
+    /// # Panics
+    /// The set is none, which [`Dumpable::diagrams`] tells.
+    fn choices_diagram<'s>(&self, c: &'s Self::Choices) -> &'s ChoiceSet;
+}
+
+impl Dumpable for SymbolicEngine {
+    fn diagrams(&self) -> Result<&SymbolicEngine> {
+        Ok(self)
+    }
+
+    fn states_diagram<'s>(&self, x: &'s StateSet) -> &'s StateSet {
+        x
+    }
+
+    fn choices_diagram<'s>(&self, c: &'s ChoiceSet) -> &'s ChoiceSet {
+        c
+    }
+}
+
+impl Dumpable for AnyEngine {
+    fn diagrams(&self) -> Result<&SymbolicEngine> {
+        let none = || {
+            let message = format!(
+                "this needs decision diagrams, which the engine `{}` has not: `{}` has",
+                Storage::Explicit.name(),
+                Storage::Symbolic.name()
+            );
+            Error::Usage(message)
+        };
+        Ok(self.symbolic().ok_or_else(none)?)
+    }
+
+    fn states_diagram<'s>(&self, x: &'s AnyStates) -> &'s StateSet {
+        match x {
+            AnyStates::Symbolic(x) => x,
+            AnyStates::Explicit(_) => panic!("a set of states that is no diagram"),
+        }
+    }
+
+    fn choices_diagram<'s>(&self, c: &'s AnyChoices) -> &'s ChoiceSet {
+        match c {
+            AnyChoices::Symbolic(c) => c,
+            AnyChoices::Explicit(_) => panic!("a set of choices that is no diagram"),
+        }
+    }
+}
