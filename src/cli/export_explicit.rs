@@ -13,10 +13,10 @@ use meliora::planning::{Analysis, Kind, Phase};
 
 use super::exit::Status;
 use super::folder::Folder;
-use super::{load, plan};
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
 use super::supervise::{Desk, supervise};
+use super::{load, plan};
 
 /// `--strategy`: whose model is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
