@@ -5,7 +5,7 @@
 
 use ahash::AHashMap;
 
-use super::functions::{Function, Functions, STACK_LEFT, STACK_MORE};
+use super::functions::{FALSE, Function, Functions, STACK_LEFT, STACK_MORE, TRUE};
 use super::normal::{Form, Normal, Window};
 use crate::error::{Limit, Result};
 use crate::model::expr::ExprId;
@@ -22,6 +22,21 @@ enum Obligation {
     Next(Function),
     Until(Window, Function, Function),
     Release(Window, Function, Function),
+    /// `φ U<=k ψ` and not `φ U<=k-1 ψ`; of a release `φ R<=k ψ` or not `φ R<=k-1 ψ`.
+    Exactly {
+        until: bool,
+        left: Function,
+        right: Function,
+        steps: u64,
+    },
+}
+
+/// The obligations `φ U<=k ψ`, or `φ R<=k ψ`, for all k up to a greatest one.
+#[derive(Clone, Copy)]
+struct Chain {
+    /// The variable of the greatest k; those of smaller ones follow.
+    first: u32,
+    most: u64,
 }
 
 /// Progresses the formulas of one observer.
@@ -31,6 +46,7 @@ pub(super) struct Progress {
     pub(super) atoms: Vec<ExprId>,
     obligations: Vec<Obligation>,
     known: AHashMap<Obligation, u32>,
+    chains: AHashMap<(bool, Function, Function), Vec<Chain>>,
     read: AHashMap<Function, Function>,
 }
 
@@ -41,6 +57,7 @@ impl Progress {
             atoms: Vec::new(),
             obligations: Vec::new(),
             known: AHashMap::new(),
+            chains: AHashMap::new(),
             read: AHashMap::new(),
         }
     }
@@ -92,8 +109,46 @@ impl Progress {
     }
 
     fn owe(&mut self, obligation: Obligation) -> Result<Function> {
+        match obligation {
+            Obligation::Until(Window { least: 0, most: Some(most) }, left, right) => {
+                return self.within(true, left, right, most);
+            }
+            Obligation::Release(Window { least: 0, most: Some(most) }, left, right) => {
+                return self.within(false, left, right, most);
+            }
+            _ => {}
+        }
         let variable = self.obligation(obligation)?;
         self.functions.variable(variable, true)
+    }
+
+    /// `φ U<=k ψ` as ⋁ over j ≤ k of "with j steps and no fewer", and a release dually: so it is seen that the
+    /// smaller bound implies the larger one, and that of many deadlines the first is what counts.
+    fn within(&mut self, until: bool, left: Function, right: Function, most: u64) -> Result<Function> {
+        let chains = self.chains.entry((until, left, right)).or_default();
+        let chain = match chains.iter().find(|c| c.most >= most) {
+            Some(known) => *known,
+            None => {
+                let new = Chain { first: OBLIGATIONS + self.obligations.len() as u32, most };
+                chains.push(new);
+                for steps in (0..=most).rev() {
+                    // Each chain has variables of its own, side by side.
+                    self.known.remove(&Obligation::Exactly { until, left, right, steps });
+                    self.obligation(Obligation::Exactly { until, left, right, steps })?;
+                }
+                new
+            }
+        };
+        let mut all = Function::from(!until);
+        for steps in 0..=most {
+            let variable = chain.first + (chain.most - steps) as u32;
+            all = if until {
+                self.functions.node(variable, all, TRUE)?
+            } else {
+                self.functions.node(variable, FALSE, all)?
+            };
+        }
+        Ok(all)
     }
 
     fn obligation(&mut self, obligation: Obligation) -> Result<u32> {
@@ -136,6 +191,20 @@ impl Progress {
         match obligation {
             Obligation::Atom(atom) => self.functions.variable(atom, true),
             Obligation::Next(inner) => Ok(inner),
+            Obligation::Exactly { until, left, right, steps } => {
+                let within = |steps| Window { least: 0, most: Some(steps) };
+                let of = |window| match until {
+                    true => Obligation::Until(window, left, right),
+                    false => Obligation::Release(window, left, right),
+                };
+                let now = self.fulfil(of(within(steps)))?;
+                let fewer = match steps.checked_sub(1) {
+                    Some(fewer) => self.fulfil(of(within(fewer)))?,
+                    None => Function::from(!until),
+                };
+                let not = self.functions.ite(fewer, FALSE, TRUE)?;
+                if until { self.functions.and(now, not) } else { self.functions.or(now, not) }
+            }
             Obligation::Until(window, left, right) => {
                 // φ U ψ = ψ | φ & X (φ U ψ)
                 let going = match window.later() {

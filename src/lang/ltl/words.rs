@@ -314,6 +314,8 @@ fn observers_of_common_formulas_are_small() {
         ("G (a => F b)", vec![2]),
         ("F (a & G b)", vec![2]),
         ("F<=3 a", vec![6]),
+        ("G (a => F<=20 b)", vec![22]),
+        ("G (a => (F<=9 (b & F<=9 a)))", vec![56]),
         ("(F a) | (F b)", vec![2]),
         ("(F a) & (F b)", vec![2, 2]),
         ("(G F a) & (G F b)", vec![1, 1]),
