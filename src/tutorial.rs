@@ -93,7 +93,7 @@
 //! let program = Arc::new(program);
 //! let symbolic = SymbolicEngine::new(program.clone(), Settings::default())?;
 //! let explicit = ExplicitEngine::new(program.clone(), Settings::default())?;
-//! let third = preferences.objectives[2].target;
+//! let third = preferences.objectives[2].target().expect("an objective of the form F condition");
 //! assert_eq!(sizes(&symbolic, third)?, [Count::from(1u32), Count::from(2u32)]);
 //! assert_eq!(sizes(&explicit, third)?, sizes(&symbolic, third)?);
 //! # Ok(())
