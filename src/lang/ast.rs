@@ -280,7 +280,7 @@ pub struct Module {
 pub enum Commands {
     /// As trees.
     Trees(Vec<Command>),
-    /// Where they stand in the text. A tree takes thirty times the memory of its text, so a model that is
+    /// Where they stand in the text. A tree takes many times the memory of its text, so a model that is
     /// only to be flattened has one at a time, read again when its turn comes.
     Places(Vec<Span>),
 }
