@@ -27,6 +27,16 @@ pub fn almost_sure(objective: &str) -> String {
     format!("almost-sure:{objective}")
 }
 
+/// `secured:A:1`: where a case, from 1, of what an objective over whole plays asks can be kept to for ever.
+pub fn secured(objective: &str, case: usize) -> String {
+    format!("secured:{objective}:{case}")
+}
+
+/// `secured:A:1:2`: of such a region the steps towards what comes, second of all, again and again.
+pub fn recurring(secured: &str, mark: usize) -> String {
+    format!("{secured}:{mark}")
+}
+
 /// `positive:A`
 pub fn positive(objective: &str) -> String {
     format!("positive:{objective}")

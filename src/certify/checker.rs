@@ -7,7 +7,7 @@ use super::{Checked, Violation};
 use crate::dump::manifest::RootKind;
 use crate::dump::{Dump, Edge, Manifest};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
-use crate::engine::{Engine, Scope, Settings};
+use crate::engine::{Engine, Settings};
 use crate::error::Error;
 use crate::model::preference::Preferences;
 use crate::model::{Program, State};
@@ -171,15 +171,15 @@ impl<'a> Checker<'a> {
             self.subset(x, &all, || format!("each state of `{name}` is one of `reachable`"))?;
         }
         let initial = engine.initial_states();
-        if engine.settings().scope == Scope::All {
-            let condition = || "`reachable` has all valuations, as the scope `all` says".to_owned();
-            self.equal(&all, &engine.valuations(), condition)?;
-        } else {
-            self.subset(&initial, &all, || "each initial state is in `reachable`".to_owned())?;
+        if let Some(start) = engine.beginnings()? {
+            self.subset(&start, &all, || "each state in which plays begin is in `reachable`".to_owned())?;
             let next = engine.successors(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
             let step = |x: &StateSet| Ok(engine.successors(&engine.choices_in(&engine.all_choices(), x)?)?);
-            self.layers(names::REACHABLE, &all, &initial, step)?;
+            self.layers(names::REACHABLE, &all, &start, step)?;
+        } else {
+            let condition = || "`reachable` has all valuations, as the scope `all` says".to_owned();
+            self.equal(&all, &engine.valuations(), condition)?;
         }
         let condition = || "`initial` are the initial states".to_owned();
         self.equal(&self.regions.states(names::INITIAL)?, &initial, condition)?;

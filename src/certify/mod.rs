@@ -10,6 +10,7 @@
 //! | Region | not too large | not too small |
 //! | --- | --- | --- |
 //! | `reachable` | layers from the initial states | closed under all choices |
+//! | `secured:A:d` | closed under its strategy, layers towards each mark that comes again and again | rounds of lost states |
 //! | `positive:A` | layers towards the target | no choice enters it from outside |
 //! | `almost-sure:A` | closed under its strategy, layers towards the target | rounds of lost states |
 //! | `initial`, `deadlock`, `choices`, `target:A`, `class:C`, strategies | equal to what the model and the regions say | |
@@ -21,6 +22,7 @@ mod checker;
 mod claims;
 mod levels;
 mod outcomes;
+mod plays;
 mod sets;
 
 use std::path::Path;

@@ -1,6 +1,7 @@
 //! Targets, positive and almost-sure regions, classes.
 
 use super::checker::{Check, Checker};
+use super::plays;
 use crate::engine::Engine;
 use crate::engine::symbolic::StateSet;
 use crate::model::preference::{Goal, ObjectiveSet};
@@ -20,10 +21,14 @@ pub(super) struct Class {
 pub(super) fn check(checker: &mut Checker<'_>) -> Check<Vec<Class>> {
     let mut sure = Vec::new();
     for objective in &checker.preferences.objectives {
-        let Goal::Reach(target) = objective.goal else { continue };
-        let target = checker.engine.states_where(target)?;
+        let (target, what) = match &objective.goal {
+            Goal::Reach(target) => (checker.engine.states_where(*target)?, "in which the target holds"),
+            Goal::Satisfy { condition, .. } => {
+                (plays::secured(checker, &objective.name, condition)?, "in which the objective is secured")
+            }
+        };
         let name = names::target(&objective.name);
-        let condition = || format!("`{name}` are the states in which the target holds");
+        let condition = || format!("`{name}` are the states {what}");
         checker.equal(&checker.regions.states(&name)?, &target, condition)?;
         checker.passed(&name);
         positive(checker, &names::positive(&objective.name), &target)?;

@@ -146,12 +146,7 @@ fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result
     };
     let all = args.region.is_empty();
     let wanted = |name: &str| all || globs.is_match(name);
-    let plays = question.preferences.whole_plays().is_some();
-    if plays && all && !args.no_certificate {
-        desk.watch
-            .warn("objectives over whole plays have no certificate yet: `verify` will not take this dump");
-    }
-    let selection = Selection { wanted: &wanted, certificate: all && !args.no_certificate && !plays };
+    let selection = Selection { wanted: &wanted, certificate: all && !args.no_certificate };
     let dump = desk.timed("dump", || export(&engine, &analysis, &inputs, &selection), |_, _| ())?;
     let dot = args.format == Format::Dot;
     let write = || write_directory(dump, &args.out, dot, desk.watch.as_ref());

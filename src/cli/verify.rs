@@ -8,7 +8,7 @@ use meliora::dump::Dump;
 use meliora::dump::directory::{read_directory, read_manifest, sha256};
 use meliora::dump::manifest::FILE;
 use meliora::engine::Scope;
-use meliora::error::{Diagnostic, Error, Kind, SourceFile};
+use meliora::error::{Error, SourceFile};
 use meliora::lang::Given;
 use meliora::output::VerifyReport;
 
@@ -65,11 +65,6 @@ fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     };
     let read = || load::certified(&args.model, &args.preferences, &given, &desk.watch);
     let question = desk.timed("parse", read, |_, _| ())?;
-    if question.preferences.whole_plays().is_some() {
-        let message = "objectives over whole plays (`history = play`) have no certificate to verify yet";
-        let diagnostic = Diagnostic::new(&question.source, 0..0, message).kind(Kind::Unsupported);
-        return Err(diagnostic.help("`meliora compare` checks both engines against each other").into());
-    }
     let load = || read_directory(&args.directory, true, desk.watch.as_ref());
     let dump: Dump = desk.timed("load", load, |_, _| ())?;
     if dump.certificate.is_none() {

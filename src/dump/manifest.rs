@@ -45,6 +45,9 @@ pub struct Manifest {
     pub objectives: Vec<String>,
     /// `bottom`, `gain` or `incomparable`.
     pub empty: String,
+    /// `play`, where objectives are judged over whole plays; none where they are from the present state on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history: Option<String>,
     /// `reachable` or `all`.
     pub scope: String,
     /// `action`, `transition` or `prefix`.
@@ -114,6 +117,9 @@ pub struct Variable {
     /// The names of its values from `low` on, where they have names, as locations do.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<String>,
+    /// Whether it is the state of an observer, which sees what an objective over whole plays asks.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub observer: bool,
 }
 
 /// How choices are bits: their number, bit 0 the least significant and deepest; these variables

@@ -3,10 +3,11 @@
 //! only go on to states lost before, or never gets there).
 
 use super::Named;
+use super::plays::Secured;
 use super::regions::{class_name, numbered};
+use crate::engine::Engine;
 use crate::engine::moves::pairs_into;
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Engine, Scope};
 use crate::error::Result;
 use crate::names;
 use crate::planning::improvement::Arena;
@@ -17,10 +18,13 @@ use crate::planning::{Analysis, Kind, Safety, strategy};
 type Of<'a> = Analysis<'a, SymbolicEngine>;
 
 /// All roots of the certificate.
-pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
+pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured]) -> Result<Vec<Named>> {
     let mut named = Vec::new();
-    if engine.settings().scope == Scope::Reachable {
-        layers(&mut named, names::REACHABLE, &forward(engine)?);
+    if let Some(start) = engine.beginnings()? {
+        layers(&mut named, names::REACHABLE, &forward(engine, start)?);
+    }
+    for disjunct in secured {
+        disjunct.witnesses(engine, &mut named)?;
     }
     for (index, objective) in analysis.preferences().objectives.iter().enumerate() {
         if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
@@ -36,11 +40,11 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Name
     Ok(named)
 }
 
-fn layers(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
+pub(super) fn layers(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
     named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::layer(region, j), x)));
 }
 
-fn rounds(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
+pub(super) fn rounds(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
     named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::refuted(region, j), x)));
 }
 
@@ -61,9 +65,9 @@ fn outcome_layers(
     Ok(())
 }
 
-/// The reachable states by their distance from the initial ones.
-fn forward(engine: &SymbolicEngine) -> Result<Vec<StateSet>> {
-    let mut layer = engine.initial_states();
+/// The states of the scope by their distance from where plays begin.
+fn forward(engine: &SymbolicEngine, start: StateSet) -> Result<Vec<StateSet>> {
+    let mut layer = start;
     let mut open = engine.difference(&engine.all_states(), &layer)?;
     let mut layers = Vec::new();
     while !engine.is_empty(&layer) {
@@ -77,7 +81,11 @@ fn forward(engine: &SymbolicEngine) -> Result<Vec<StateSet>> {
 }
 
 /// The states that reach a target with some choices by their distance from it.
-fn backward(engine: &SymbolicEngine, target: &StateSet, within: &ChoiceSet) -> Result<Vec<StateSet>> {
+pub(super) fn backward(
+    engine: &SymbolicEngine,
+    target: &StateSet,
+    within: &ChoiceSet,
+) -> Result<Vec<StateSet>> {
     let mut layer = target.clone();
     let mut open = engine.difference(&engine.all_states(), target)?;
     let mut layers = Vec::new();

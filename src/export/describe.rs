@@ -30,8 +30,9 @@ pub(crate) fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
         let several = labels[number].is_some_and(|label| uses[label] > 1);
         let commands = commands(program, choice);
         let name = match (&action, choice) {
-            (_, Numbered::Deadlock) => "deadlock".to_owned(),
             (_, Numbered::Uniform) => "uniform".to_owned(),
+            // Where there are observers, they step there.
+            (None, _) if commands.is_empty() => "deadlock".to_owned(),
             (Some(action), _) if !several => action.clone(),
             (Some(action), _) => format!("{action}({})", alternatives(&commands)),
             (None, _) => alternatives(&commands),
@@ -43,17 +44,24 @@ pub(crate) fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
 
 fn label<'a>(program: &'a Program, choice: &Numbered) -> Option<&'a String> {
     let Numbered::Combinations { synchronisation, .. } = choice else { return None };
+    if commands(program, choice).is_empty() {
+        return None;
+    }
     program.actions.get(program.synchronisations[*synchronisation].action?)
 }
 
+/// For each module that takes part its commands; observers take part in every step, which is nobody's choice.
 fn commands(program: &Program, choice: &Numbered) -> Vec<Vec<String>> {
+    let observers = program.observers.as_ref().map(|o| o.module);
+    let watches = |id: &CommandId| Some(program.commands[id.index()].module) == observers;
     let name = |id: &CommandId| {
         let command = &program.commands[id.index()];
         format!("{}#{}", program.modules[command.module], command.number)
     };
     match choice {
         Numbered::Combinations { commands, .. } => {
-            commands.iter().map(|factor| factor.iter().map(name).collect()).collect()
+            let own = commands.iter().filter(|factor| !factor.iter().any(watches));
+            own.map(|factor| factor.iter().map(name).collect()).collect()
         }
         Numbered::Uniform | Numbered::Deadlock => Vec::new(),
     }
@@ -93,6 +101,7 @@ impl Subject<'_> {
             preferences: source(&self.inputs.preferences),
             objectives: self.preferences.objectives.iter().map(|o| o.name.clone()).collect(),
             empty: self.preferences.empty.to_string(),
+            history: self.preferences.whole_plays().map(str::to_owned),
             scope: self.engine.settings().scope.name().to_owned(),
             safety: self.safety.clone(),
             max_level: self.max_level,
@@ -116,6 +125,7 @@ fn json(value: Value) -> Json {
 }
 
 fn encoding(engine: &SymbolicEngine) -> Encoding {
+    let watching = engine.program().observers.as_ref().map(|o| o.module);
     let variable = |v: &crate::model::Variable| {
         let boolean = v.ty == Type::Bool;
         let bit = |k: u32| if boolean { v.name.clone() } else { format!("{}.{k}", v.name) };
@@ -128,6 +138,7 @@ fn encoding(engine: &SymbolicEngine) -> Encoding {
             names: (0..v.bits()).map(bit).collect(),
             initial: v.initial,
             values: v.values.clone(),
+            observer: watching.is_some() && v.module == watching,
         }
     };
     let encoding = engine.encoding();

@@ -3,6 +3,7 @@
 //! | Roots of `certificate.dddmp` | what they are |
 //! | --- | --- |
 //! | `layers:R:j` | the states of region R by their distance from its goal; layer 0 is at the goal |
+//! | `layers:secured:A:d:i:j` | the states of `secured:A:d` by their distance from the i-th mark that comes again and again |
 //! | `refuted:R:j` | states outside R, all of them together, in rounds in which they are found to be lost |
 //! | `safe:C` | under `prefix`, the states from which class C need never be weakened |
 //! | `sasi:k@C`, `strategy:sasi:k@C` | under `prefix`, level k with C as the reference class; of the level after the last one, some states that hold all which win it |
@@ -10,6 +11,7 @@
 mod certificate;
 pub(crate) mod describe;
 pub mod explicit;
+mod plays;
 mod regions;
 
 use crate::dump::manifest::{self, File, Root, RootKind};
@@ -68,7 +70,8 @@ pub fn export(
         let message = "an objective called `nothing` cannot be told from the class `nothing` in a dump";
         return Err(Error::Usage(message.to_owned()));
     }
-    let mut named = regions::all(engine, analysis)?;
+    let secured = plays::secured(engine, analysis.preferences())?;
+    let mut named = regions::all(engine, analysis, &secured)?;
     let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
     named.retain(|n| always(&n.name) || (selection.wanted)(&n.name));
     if !named.iter().any(|n| (selection.wanted)(&n.name)) {
@@ -80,7 +83,8 @@ pub fn export(
             named.push(Named::choices(names::CHOICES, &engine.all_choices()));
         }
     }
-    let certificate = if selection.certificate { Some(certificate::all(engine, analysis)?) } else { None };
+    let certificate =
+        selection.certificate.then(|| certificate::all(engine, analysis, &secured)).transpose()?;
     let mut sets = named.iter().chain(certificate.iter().flatten());
     let paired = sets.any(|n| matches!(n.set, Set::Choices(_)));
     let choices = describe::choices(engine, paired);

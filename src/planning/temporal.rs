@@ -20,6 +20,23 @@ pub struct Kept<E: Engine> {
     pub again: Vec<E::States>,
 }
 
+/// P_d: the states that satisfy what a disjunct asks from now on always.
+///
+/// # Errors
+/// A limit of the engine, or a state formula without a value. Cost: no image.
+pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> {
+    let mut allowed = engine.all_states();
+    for &(mark, sign) in &disjunct.always {
+        let marked = engine.states_where(mark)?;
+        allowed = if sign {
+            engine.intersection(&allowed, &marked)?
+        } else {
+            engine.difference(&allowed, &marked)?
+        };
+    }
+    Ok(allowed)
+}
+
 /// U_d = the greatest Z ⊆ P_d such that from every state of Z some choices stay in Z surely and, staying,
 /// almost surely reach each R_di.
 ///
@@ -30,15 +47,7 @@ pub struct Kept<E: Engine> {
 /// A limit of the engine, or a state formula without a value. Cost: one `can_reach` an R_di and round, and one
 /// pre-image of the states removed.
 pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
-    let mut allowed = engine.all_states();
-    for &(mark, sign) in &disjunct.always {
-        let marked = engine.states_where(mark)?;
-        allowed = if sign {
-            engine.intersection(&allowed, &marked)?
-        } else {
-            engine.difference(&allowed, &marked)?
-        };
-    }
+    let allowed = allowed(engine, disjunct)?;
     let recurring =
         disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
     let Region { mut states, mut choices } = engine.stay_within(&allowed, &engine.all_choices())?;

@@ -1,5 +1,7 @@
 //! Temporal properties and objectives.
 
+use std::fs;
+
 use serde_json::{Value as Json, json};
 
 use crate::common::{Finished, Scratch, keys, meliora};
@@ -198,13 +200,16 @@ fn history_state_takes_reachabilities_alone_and_is_said_once() {
 }
 
 #[test]
-fn a_dump_of_whole_plays_has_regions_and_no_certificate() {
-    let scratch = Scratch::new(&[]);
+fn a_dump_of_whole_plays_is_verified() {
+    let other = fs::read_to_string("models/courier.pref").unwrap().replace("G !", "F ");
+    let scratch = Scratch::new(&[("other.pref", &other)]);
     let (dump, files) = (scratch.show("dump"), ["models/courier.prism", "models/courier.pref"]);
-    let exported = Finished::of(meliora().args(["export", files[0], files[1], "--out", &dump])).expect(0);
-    assert!(exported.stderr.contains("no certificate"), "{}", exported.stderr);
-    let counted = Finished::of(meliora().args(["query", &dump, "almost-sure:Clean", "--count"])).expect(0);
-    assert!(counted.stdout.contains("14"), "{}", counted.stdout);
-    let refused = Finished::of(meliora().args(["verify", &dump, files[0], files[1]])).expect(3);
-    assert!(refused.stderr.contains("no certificate"), "{}", refused.stderr);
+    Finished::of(meliora().args(["export", files[0], files[1], "--out", &dump])).expect(0);
+    for (region, count) in [("almost-sure:Clean", "14"), ("secured:Clean:1 & target:Clean", "6")] {
+        let counted = Finished::of(meliora().args(["query", &dump, region, "--count"])).expect(0);
+        assert!(counted.stdout.contains(count), "{region}: {}", counted.stdout);
+    }
+    let verified = Finished::of(meliora().args(["verify", &dump, files[0], files[1]])).expect(0);
+    assert!(verified.stdout.contains("secured:Clean:1"), "{}", verified.stdout);
+    Finished::of(meliora().args(["verify", &dump, files[0], &scratch.show("other.pref")])).expect(1);
 }

@@ -5,4 +5,8 @@ mod entry;
 mod files;
 mod forger;
 mod hostile;
+mod plays;
+#[allow(unreachable_pub, reason = "what tests of engines share, too")]
+#[path = "../common/random_program.rs"]
+mod random_program;
 mod verify;

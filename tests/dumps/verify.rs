@@ -16,17 +16,17 @@ use meliora::model::preference::Preferences;
 use meliora::planning::{Analysis, Options, Safety};
 
 const HASHES: (&str, &str) = ("m", "p");
-const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
+pub(super) const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
 
 /// A dump with what it was made from.
-struct Case {
+pub(super) struct Case {
     program: Arc<Program>,
     preferences: Preferences,
-    dump: Dump,
+    pub(super) dump: Dump,
 }
 
 fn settings(scope: Scope) -> Settings {
-    Settings { scope, memory: 64 << 20, ..Settings::default() }
+    Settings { scope, memory: 16 << 20, ..Settings::default() }
 }
 
 fn case(model: &str, scope: Scope, safety: Safety) -> Case {
@@ -34,30 +34,34 @@ fn case(model: &str, scope: Scope, safety: Safety) -> Case {
     let source = read(format!("models/{model}.prism"));
     let mut program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
     let preferences = lang::load_preferences(&read(format!("models/{model}.pref")), &mut program).unwrap();
-    let program = Arc::new(program);
-    let engine = SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap();
-    let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
-    let inputs = Inputs {
-        model: (model.to_owned(), HASHES.0.to_owned()),
-        preferences: (model.to_owned(), HASHES.1.to_owned()),
-    };
-    let selection = Selection { wanted: &|_| true, certificate: true };
-    let dump = export(&engine, &analysis, &inputs, &selection).unwrap();
-    drop(analysis);
-    drop(engine);
-    Case { program, preferences, dump }
+    Case::of(program, preferences, scope, safety)
 }
 
 impl Case {
-    fn verify(&self, dump: &Dump) -> Result<Verdict> {
+    pub(super) fn of(program: Program, preferences: Preferences, scope: Scope, safety: Safety) -> Self {
+        let program = Arc::new(program);
+        let engine = SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap();
+        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
+        analysis.run(&mut |_| ()).unwrap();
+        let inputs = Inputs {
+            model: ("m.prism".to_owned(), HASHES.0.to_owned()),
+            preferences: ("p.pref".to_owned(), HASHES.1.to_owned()),
+        };
+        let selection = Selection { wanted: &|_| true, certificate: true };
+        let dump = export(&engine, &analysis, &inputs, &selection).unwrap();
+        drop(analysis);
+        drop(engine);
+        Case { program, preferences, dump }
+    }
+
+    pub(super) fn verify(&self, dump: &Dump) -> Result<Verdict> {
         let scope = if dump.manifest.scope == "all" { Scope::All } else { Scope::Reachable };
         verify(&self.program, &self.preferences, HASHES, dump, settings(scope))
     }
 
     /// The condition that a changed dump violates.
     #[track_caller]
-    fn refused(&self, change: impl FnOnce(&mut Dump)) -> String {
+    pub(super) fn refused(&self, change: impl FnOnce(&mut Dump)) -> String {
         let mut dump = self.dump.clone();
         change(&mut dump);
         align(&mut dump);
@@ -81,7 +85,7 @@ fn align(dump: &mut Dump) {
 }
 
 /// Makes a root what another root of the same file is.
-fn replace(dump: &mut Dump, name: &str, by: &str) {
+pub(super) fn replace(dump: &mut Dump, name: &str, by: &str) {
     let certificate = dump.manifest.certificate.as_mut().unwrap();
     for file in [&mut dump.manifest.regions, certificate] {
         if let Some(by) = file.root(by).cloned() {

@@ -97,14 +97,12 @@ impl Explore<'_> {
     /// the model: the set is simpler than that of the pairs that can be reached, and answers are the same.
     fn scope(&self, scope: Scope, initial: &Bdd, domain: &Bdd) -> Result<Bdd> {
         let store = self.store;
-        match (scope, &self.program.observers) {
-            (Scope::All, Some(o)) if o.begin == Begin::Initially => {
-                let (fresh, _) = Translator::new(self.program, self.encoding, store).condition(o.fresh)?;
-                self.clusters.forward(store, &store.and(&fresh, domain)?, domain)
-            }
-            (Scope::All, _) => Ok(domain.clone()),
-            (Scope::Reachable, Some(o)) if o.begin == Begin::Everywhere => {
-                let met = self.clusters.forward(store, initial, domain)?;
+        let Some(start) = beginnings(self.program, self.encoding, store, scope, (initial, domain))? else {
+            return Ok(domain.clone());
+        };
+        let met = self.clusters.forward(store, &start, domain)?;
+        match &self.program.observers {
+            Some(o) if o.begin == Begin::Everywhere => {
                 let mut bits = store.one();
                 for &variable in &o.variables {
                     for &position in self.encoding.positions(variable) {
@@ -113,8 +111,26 @@ impl Explore<'_> {
                 }
                 store.and(&store.exists(&met, &bits)?, domain)
             }
-            (Scope::Reachable, _) => self.clusters.forward(store, initial, domain),
+            _ => Ok(met),
         }
+    }
+}
+
+/// Where the exploration of a scope begins; none where all valuations are states, and nothing is explored.
+pub(super) fn beginnings(
+    program: &Program,
+    encoding: &Encoding,
+    store: &Store,
+    scope: Scope,
+    (initial, domain): (&Bdd, &Bdd),
+) -> Result<Option<Bdd>> {
+    match (scope, &program.observers) {
+        (Scope::Reachable, _) => Ok(Some(initial.clone())),
+        (Scope::All, Some(o)) if o.begin == Begin::Initially => {
+            let (fresh, _) = Translator::new(program, encoding, store).condition(o.fresh)?;
+            Ok(Some(store.and(&fresh, domain)?))
+        }
+        (Scope::All, _) => Ok(None),
     }
 }
 

@@ -66,6 +66,17 @@ impl SymbolicEngine {
         StateSet(self.domain.clone())
     }
 
+    /// The states in which plays of the scope begin, states of it or not: the initial ones, or with observers
+    /// in the scope `all` every valuation in which these are fresh; none where all valuations are the scope.
+    ///
+    /// # Errors
+    /// A limit. Cost: no image.
+    pub fn beginnings(&self) -> Result<Option<StateSet>> {
+        let sets = (&self.initial.0, &self.domain);
+        let found = build::beginnings(&self.program, &self.encoding, &self.store, self.settings.scope, sets)?;
+        Ok(found.map(StateSet))
+    }
+
     /// How many bits number the choices: ⌈log₂⌉ of the number of groups, deadlocks' self-loops included.
     pub fn choice_bits(&self) -> u32 {
         usize::BITS - (self.enabled.len() - 1).leading_zeros()

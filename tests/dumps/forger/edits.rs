@@ -4,7 +4,7 @@ use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, Manifest, Node, directory};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
-use rand::seq::{IndexedMutRandom, IndexedRandom};
+use rand::seq::{IndexedMutRandom, IndexedRandom, IteratorRandom};
 use serde_json::Value as Json;
 
 use super::shop::{edge, text};
@@ -119,6 +119,20 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
             _ => d.manifest.given.truncate(1),
         }
         true
+    }),
+    ("the history is another one", |d, r| {
+        d.manifest.history =
+            [None, Some("state"), Some("play"), Some("")].choose(r).unwrap().map(str::to_owned);
+        true
+    }),
+    ("a variable is an observer, or an observer is none", |d, r| {
+        let variable = d.manifest.encoding.variables.choose_mut(r).unwrap();
+        variable.observer = !variable.observer;
+        true
+    }),
+    ("two words of an observer are swapped", |d, r| {
+        let named = d.manifest.encoding.variables.iter_mut().filter(|v| v.values.len() > 1);
+        named.choose(r).map(|v| v.values.swap(0, 1)).is_some()
     }),
     ("a node that no region has", |d, _| {
         let level = d.manifest.choices.order.len() as u32;
@@ -240,6 +254,11 @@ fn name(random: &mut ChaCha8Rng) -> String {
         "deadlock",
         "\u{1b}[31mred",
         "strategy:sasi:unbounded",
+        "secured:A:1",
+        "secured:B:7",
+        "strategy:secured:A:2",
+        "layers:secured:B:2:1:0",
+        "refuted:secured:A:1:9",
     ];
     (*NAMES.choose(random).unwrap()).to_owned()
 }

@@ -3,6 +3,7 @@
 //! the very dump that `export` writes for the options it names, but for what says nothing (`docs/dumps.md`).
 
 mod edits;
+mod plays;
 mod shop;
 
 use std::collections::BTreeMap;

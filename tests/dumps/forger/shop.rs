@@ -7,7 +7,7 @@ use std::sync::Arc;
 use meliora::certify;
 use meliora::dump::manifest::{File, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, dddmp, read_directory};
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::symbolic::{Encoding, Order, SymbolicEngine};
 use meliora::engine::{Scope, Settings, Unobserved};
 use meliora::error::{Result, SourceFile};
 use meliora::export::{Inputs, Selection, export};
@@ -44,10 +44,18 @@ impl Shop {
         Ok((Arc::new(program), preferences))
     }
 
-    /// What `export` writes.
-    fn export(&self, (scope, safety, max_level, constants): &Named) -> Option<Dump> {
+    /// What `export` writes, where need be with the bits in an order of their own.
+    fn export(
+        &self,
+        (scope, safety, max_level, constants): &Named,
+        order: Option<&[String]>,
+    ) -> Option<Dump> {
         let (program, preferences) = self.program(constants).ok()?;
-        let settings = Settings { memory: 4 << 20, scope: scope_named(scope)?, ..Settings::default() };
+        let order = match order {
+            Some(names) => Order::Bits(Encoding::order_of(&program, names)?),
+            None => Order::Auto,
+        };
+        let settings = Settings { memory: 4 << 20, scope: scope_named(scope)?, order, ..Settings::default() };
         let engine = SymbolicEngine::new(Arc::clone(&program), settings).ok()?;
         let options = Options { safety: safety_named(safety)?, max_level: *max_level };
         let mut analysis = Analysis::new(&engine, &preferences, options);
@@ -61,7 +69,7 @@ impl Shop {
 
     pub(super) fn honest(&mut self, named: Named) -> Option<&Dump> {
         if !self.honest.contains_key(&named) {
-            let dump = self.export(&named);
+            let dump = self.export(&named, None);
             self.honest.insert(named.clone(), dump);
         }
         self.honest[&named].as_ref()
@@ -81,7 +89,12 @@ impl Shop {
     pub(super) fn is_harmless(&mut self, forged: &Dump) -> bool {
         let said = &forged.manifest;
         let named = (said.scope.clone(), said.safety.clone(), said.max_level, said.given_constants());
-        let Some(honest) = self.honest(named) else { return false };
+        let Some(mut honest) = self.honest(named.clone()).cloned() else { return false };
+        if said.encoding.order != honest.manifest.encoding.order {
+            let Some(other) = self.export(&named, Some(&said.encoding.order)) else { return false };
+            honest = other;
+        }
+        let honest = &honest;
         let mut free = said.clone();
         free.tool.version.clone_from(&honest.manifest.tool.version);
         free.model.path.clone_from(&honest.manifest.model.path);

@@ -1,0 +1,105 @@
+//! Where what an objective over whole plays asks can be kept to for ever.
+//!
+//! With observers beside the model, a formula in disjunctive normal form asks in each case d that from some step on
+//! certain marks stay on or off all steps (P_d are the states where they are so), and that others (R_d1, …, R_dm)
+//! come again and again; U_d is where some strategy keeps to that almost surely from now on.
+//!
+//! Inside: each state has a choice that stays in U_d ⊆ P_d, and with such choices layers lead to each R_di. To take
+//! all of them at random never leaves, and comes to each R_di again and again almost surely.
+//!
+//! Outside: where in some round all that a lost state of P_d can do is to risk states lost before, or to stay among
+//! those of the round, of which none is in R_di with a step that risks nothing. So no set of states lost can be the
+//! first to be kept to: its plays would never come to R_di. Without an R_di all states count as one.
+
+use super::checker::{Check, Checker, Stop};
+use crate::engine::Engine;
+use crate::engine::symbolic::{ChoiceSet, StateSet};
+use crate::model::temporal::{Condition, Disjunct};
+use crate::names;
+
+/// ⋃_d U_d for the disjuncts of a condition, each of which is checked.
+pub(super) fn secured(checker: &mut Checker<'_>, objective: &str, condition: &Condition) -> Check<StateSet> {
+    let Some(disjuncts) = condition.disjuncts() else {
+        return Err(Stop::violated(format!("what `{objective}` asks has a disjunctive normal form"), None));
+    };
+    let mut all = checker.engine.no_states();
+    for (case, disjunct) in disjuncts.iter().enumerate() {
+        let kept = Kept::of(checker, names::secured(objective, case + 1), disjunct)?;
+        kept.inside(checker)?;
+        kept.outside(checker)?;
+        all = checker.engine.union(&all, &kept.region)?;
+        checker.passed(&kept.name);
+        checker.passed(&names::strategy(&kept.name));
+    }
+    Ok(all)
+}
+
+/// U_d, and what it is to be.
+struct Kept {
+    name: String,
+    region: StateSet,
+    /// The choices that stay in it.
+    strategy: ChoiceSet,
+    /// P_d
+    allowed: StateSet,
+    /// R_d1, …, R_dm
+    again: Vec<StateSet>,
+}
+
+impl Kept {
+    fn of(checker: &Checker<'_>, name: String, disjunct: &Disjunct) -> Check<Self> {
+        let engine = &checker.engine;
+        let mut allowed = engine.all_states();
+        for &(mark, sign) in &disjunct.always {
+            let marked = engine.states_where(mark)?;
+            let wrong = if sign { engine.difference(&engine.all_states(), &marked)? } else { marked };
+            allowed = engine.difference(&allowed, &wrong)?;
+        }
+        let again = disjunct.again.iter().map(|&mark| engine.states_where(mark));
+        let again = again.collect::<Result<_, _>>()?;
+        let region = checker.regions.states(&name)?;
+        let strategy = checker.regions.choices(&names::strategy(&name))?;
+        Ok(Kept { name, region, strategy, allowed, again })
+    }
+
+    fn inside(&self, checker: &Checker<'_>) -> Check {
+        let (engine, name) = (&checker.engine, &self.name);
+        let condition = || format!("each state of `{name}` satisfies what is always asked there");
+        checker.subset(&self.region, &self.allowed, condition)?;
+        let staying = engine.choices_in(&engine.every_successor_in(&self.region)?, &self.region)?;
+        let condition = || format!("`{}` are the choices that stay in `{name}`", names::strategy(name));
+        checker.equal_choices(&self.strategy, &staying, condition)?;
+        let condition = || format!("each state of `{name}` has a choice that stays in it");
+        checker.subset(&self.region, &engine.sources(&staying)?, condition)?;
+        for (index, mark) in self.again.iter().enumerate() {
+            let start = engine.intersection(mark, &self.region)?;
+            let step = |layer: &StateSet| Ok(engine.sources(&engine.entering(&staying, layer)?)?);
+            checker.layers(&names::recurring(name, index + 1), &self.region, &start, step)?;
+        }
+        Ok(())
+    }
+
+    fn outside(&self, checker: &Checker<'_>) -> Check {
+        let (engine, name) = (&checker.engine, &self.name);
+        let left = checker.rounds(name, &engine.all_states(), |j, lost, left, rest| {
+            let open = engine.intersection(lost, &self.allowed)?;
+            let safe = engine.choices_in(&engine.every_successor_in(left)?, &open)?;
+            let saved = engine.sources(&engine.entering(&safe, rest)?)?;
+            let condition =
+                || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
+            checker.subset(&saved, &engine.no_states(), condition)?;
+            let moving = engine.sources(&safe)?;
+            for mark in &self.again {
+                if engine.is_empty(&engine.intersection(mark, &moving)?) {
+                    return Ok(());
+                }
+            }
+            let condition = || {
+                format!("what stays in round {j} of `{name}` misses something that is asked again and again")
+            };
+            checker.subset(&moving, &engine.no_states(), condition)
+        })?;
+        checker
+            .subset(&left, &self.region, || format!("each state outside of `{name}` is lost in some round"))
+    }
+}

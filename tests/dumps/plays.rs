@@ -1,0 +1,148 @@
+//! Dumps of objectives over whole plays.
+
+use std::fs;
+
+use meliora::dump::Dump;
+use meliora::engine::Scope;
+use meliora::error::SourceFile;
+use meliora::lang;
+use meliora::planning::Safety;
+use proptest::prelude::*;
+
+use crate::random_program::{random_predicate, random_program};
+use crate::verify::{Case, SAFETIES, replace};
+
+const SCOPES: [Scope; 2] = [Scope::Reachable, Scope::All];
+
+fn case(model: &str, constants: &str, preferences: &str, scope: Scope, safety: Safety) -> Case {
+    let path = format!("models/{model}.prism");
+    let source = SourceFile::new("m.prism", fs::read_to_string(path).unwrap());
+    let mut program = lang::load(&source, &SourceFile::new("--const", constants)).unwrap().program;
+    let preferences = lang::load_preferences(&SourceFile::new("p.pref", preferences), &mut program).unwrap();
+    Case::of(program, preferences, scope, safety)
+}
+
+fn preferences_of(model: &str) -> String {
+    fs::read_to_string(format!("models/{model}.pref")).unwrap()
+}
+
+#[test]
+fn every_dump_of_whole_plays_is_accepted() {
+    for (model, constants) in [("courier", ""), ("counter", ""), ("patrol", "N=2"), ("lateral_prefix", "")] {
+        let preferences = match model {
+            "lateral_prefix" => preferences_of(model) + "history = play;",
+            _ => preferences_of(model),
+        };
+        for scope in SCOPES {
+            for safety in SAFETIES {
+                let case = case(model, constants, &preferences, scope, safety);
+                assert_eq!(case.dump.manifest.history.as_deref(), Some("play"));
+                let verdict = case.verify(&case.dump).unwrap();
+                assert_eq!(verdict.violation, None, "{model} {scope:?} {safety}");
+                assert!(verdict.checked.iter().any(|c| c.region.starts_with("secured:")), "{verdict:?}");
+            }
+        }
+    }
+}
+
+/// What holds of a dump has not less to it where the whole play counts.
+#[test]
+fn a_region_in_the_place_of_another_is_refused() {
+    let case = case("patrol", "N=2", &preferences_of("patrol"), Scope::Reachable, Safety::Action);
+    for (name, by, word) in [
+        ("secured:Patrol:1", "reachable", "choices that stay"),
+        ("secured:Patrol:1", "class:nothing", "strategy"),
+        ("secured:West:1", "reachable", "always asked"),
+        ("secured:Rest:1", "secured:Patrol:1", "always asked"),
+        ("secured:Rest:1", "sasi:unbounded", "strategy"),
+        ("strategy:secured:Patrol:1", "choices", "choices that stay"),
+        ("target:West", "almost-sure:West", "is secured"),
+        ("almost-sure:Patrol", "positive:Patrol", "strategy"),
+        ("layers:secured:Patrol:1:1:0", "layers:secured:Patrol:1:2:0", "layer 0"),
+        ("layers:secured:Patrol:1:2:1", "layers:secured:Patrol:1:2:2", "layer 1"),
+        ("refuted:secured:Patrol:1:0", "layers:secured:Patrol:1:1:0", "round 0"),
+        ("refuted:secured:Patrol:1:0", "layers:reachable:0", "round 0"),
+    ] {
+        println!("{name} := {by}");
+        let condition = case.refused(|dump| replace(dump, name, by));
+        assert!(condition.contains(word), "{condition}");
+    }
+}
+
+#[test]
+fn a_region_left_out_is_missed() {
+    let case = case("patrol", "N=2", &preferences_of("patrol"), Scope::All, Safety::Transition);
+    for name in ["secured:Rest:1", "strategy:secured:West:1", "layers:secured:Patrol:1:1:0"] {
+        let without = |dump: &mut Dump| {
+            let certificate = dump.manifest.certificate.as_mut().unwrap();
+            for file in [&mut dump.manifest.regions, certificate] {
+                file.roots.retain(|r| r.name != name);
+            }
+        };
+        let condition = case.refused(without);
+        assert!(condition.contains("secured"), "{name}: {condition}");
+    }
+}
+
+/// All regions are determined by the model, so that any change of any function must be seen.
+#[test]
+fn every_single_complemented_arc_is_refused() {
+    let case = case("counter", "", &preferences_of("counter"), Scope::All, Safety::Prefix);
+    for index in 0..case.dump.regions.nodes.len() {
+        let mut dump = case.dump.clone();
+        let node = &mut dump.regions.nodes[index];
+        node.otherwise = node.otherwise.complement();
+        if let Ok(verdict) = case.verify(&dump) {
+            assert!(verdict.violation.is_some(), "node {}", index + 2);
+        }
+    }
+}
+
+/// Formulas in the fragment, all operands in brackets.
+fn formula() -> impl Strategy<Value = String> {
+    let state = prop_oneof![Just("\"p\""), Just("\"q\""), Just("(!\"p\")"), Just("(!\"q\")")];
+    let leaf = (state.clone(), state, 0..9usize).prop_map(|(a, b, form)| match form {
+        0 => format!("(F {a})"),
+        1 => format!("(G {a})"),
+        2 => format!("(G (F {a}))"),
+        3 => format!("(F (G {a}))"),
+        4 => format!("(G ({a} => (F {b})))"),
+        5 => format!("(F ({a} & (G {b})))"),
+        6 => format!("({a} U {b})"),
+        7 => format!("({a} W {b})"),
+        _ => format!("(F ({a} & (X {b})))"),
+    });
+    leaf.prop_recursive(2, 4, 2, |inner| {
+        (inner.clone(), inner, any::<bool>())
+            .prop_map(|(a, b, both)| format!("({a} {} {b})", if both { "&" } else { "|" }))
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn random_dumps_of_whole_plays_are_accepted(
+        numbers in prop::collection::vec(any::<u16>(), 0..80),
+        p in prop::collection::vec(any::<u16>(), 0..8),
+        q in prop::collection::vec(any::<u16>(), 0..8),
+        formulas in (formula(), formula(), formula()),
+        empty in prop_oneof![Just("bottom"), Just("gain"), Just("incomparable")],
+        scope in prop_oneof![Just(Scope::Reachable), Just(Scope::All)],
+        safety in prop_oneof![Just(Safety::Action), Just(Safety::Transition), Just(Safety::Prefix)],
+    ) {
+        let mut program = random_program(&numbers, false);
+        for (name, predicate) in ["p", "q"].into_iter().zip([p, q]) {
+            let predicate = random_predicate(&mut program, &predicate);
+            program.labels.push((name.to_owned(), predicate));
+        }
+        let (a, b, c) = formulas;
+        let text = format!(
+            "objective A = {a}; objective B = {b}; objective C = {c};\n\
+            prefer A > B; prefer A > C; empty = {empty}; history = play;\n"
+        );
+        let preferences = lang::load_preferences(&SourceFile::new("p.pref", text.as_str()), &mut program).unwrap();
+        let case = Case::of(program, preferences, scope, safety);
+        prop_assert_eq!(case.verify(&case.dump).unwrap().violation, None, "{}", text);
+    }
+}
