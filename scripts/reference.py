@@ -9,6 +9,7 @@ are its limit. Python 3.9 or later, nothing to install.
     reference.py info   MODEL [-c N=3]
     reference.py check  MODEL PREFS [-c N=3] [--scope all] [--safety prefix] [--empty gain]
     reference.py reach  MODEL --target EXPR [-c N=3] [--scope all]
+    reference.py reach  MODEL --formula 'G F "goal"' [-c N=3] [--scope all]
     reference.py expect MODEL ...          run the `// EXPECT:` lines of models
     reference.py expect --fill MODEL ...   the same, and write the value of every `path=?` into the file
 
@@ -21,7 +22,7 @@ import sys
 
 from reference_expect import run_expectations
 from reference_lang import InputError, read_model, read_preferences
-from reference_plan import check, info, reach
+from reference_plan import check, info, reach, satisfy
 
 
 def parse_constants(items):
@@ -43,7 +44,9 @@ def main():
             command.add_argument("--safety", choices=["action", "transition", "prefix"], default="action")
             command.add_argument("--empty", choices=["bottom", "gain", "incomparable"])
         if name == "reach":
-            command.add_argument("--target", required=True)
+            asked = command.add_mutually_exclusive_group(required=True)
+            asked.add_argument("--target")
+            asked.add_argument("--formula")
     command = commands.add_parser("expect")
     command.add_argument("models", nargs="+")
     command.add_argument("--fill", action="store_true")
@@ -57,9 +60,10 @@ def main():
         if args.command == "info":
             result = info(model, args.scope)
         elif args.command == "reach":
-            result = reach(model, args.target, args.scope)
+            ask = reach if args.target else satisfy
+            result = ask(model, args.target or args.formula, args.scope)
         else:
-            result = check(model, read_preferences(args.prefs, model), args.scope, args.safety, args.empty)
+            result = check(model, read_preferences(args.prefs), args.scope, args.safety, args.empty)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return 3

@@ -366,22 +366,22 @@ def read_model(path, given):
 @dataclass
 class Preferences:
     path: str
-    objectives: list  # of (name, text of the target, predicate)
+    objectives: list  # of (name, text of the formula)
     strict: set  # pairs (i, j): i strictly preferred to j
     empty: str
+    history: str
 
 
-def read_preferences(path, model):
+def read_preferences(path):
     with open(path, encoding="utf-8") as file:
         text = re.sub(r"//[^\n]*", "", file.read())
-    objectives, names, pairs, stated, empty = [], {}, set(), [], "bottom"
+    objectives, names, pairs, stated, empty, history = [], {}, set(), [], "bottom", None
     for statement in filter(None, map(str.strip, text.split(";"))):
         word, _, rest = statement.partition(" ")
         if word == "objective":
-            name, _, target = (x.strip() for x in rest.partition("="))
+            name, _, formula = (x.strip() for x in rest.partition("="))
             names[name] = len(objectives)
-            target = re.sub(r"^F\b\s*", "", target)
-            objectives.append((name, target, model.compile(target)))
+            objectives.append((name, formula))
         elif word == "prefer":
             groups = re.split(r"(>=|>|~)", rest)
             for left, operator, right in zip(groups[::2], groups[1::2], groups[2::2]):
@@ -391,6 +391,8 @@ def read_preferences(path, model):
                     stated += [(i, j)] if operator == ">" else []
         elif re.fullmatch(r"empty\s*=\s*(bottom|gain|incomparable)", statement):
             empty = statement.split("=")[1].strip()
+        elif re.fullmatch(r"history\s*=\s*(state|play)", statement):
+            history = statement.split("=")[1].strip()
         else:
             raise InputError(f"`{statement}` is not understood in a preference file")
     for k, i, j in itertools.product(range(len(objectives)), repeat=3):
@@ -399,4 +401,14 @@ def read_preferences(path, model):
     strict = {(i, j) for i, j in pairs if (j, i) not in pairs}
     if not set(stated) <= strict:
         raise InputError("the preferences contradict each other")
-    return Preferences(path, objectives, strict, empty)
+    if history is None:
+        history = "state" if all(target_of(formula) for _, formula in objectives) else "play"
+    return Preferences(path, objectives, strict, empty, history)
+
+
+def target_of(formula):
+    """The condition of `F condition`; None for every other formula."""
+    first, *condition = tokens_of(formula)
+    if first != "F" or any(t in {"X", "F", "G", "U", "W", "R", "<", "<=", ">", ">="} for t in condition[:1]):
+        return None
+    return None if {"X", "F", "G", "U", "W", "R"} & set(condition) else " ".join(condition)

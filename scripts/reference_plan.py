@@ -4,7 +4,8 @@ States are numbers, a move is a set of successors. The improvement MDP is built 
 with bit m is number 2s + m. Every region is a textbook fixpoint over Python sets.
 """
 
-from reference_lang import InputError
+from reference_lang import InputError, target_of
+from reference_plays import Watched, judged, satisfied
 
 
 class Space:
@@ -21,7 +22,7 @@ class Space:
             if limit and number > limit:
                 raise OverflowError
             found = [(name, frozenset(map(self.add, targets))) for name, targets in model.choices(state)]
-            self.deadlocks += not found
+            self.deadlocks += not found or self.is_watched() and state in self.model.stuck
             self.moves.append(found or [("deadlock", frozenset([number]))])
 
     def add(self, state):
@@ -40,7 +41,11 @@ class Space:
             "transitions": str(sum(len(t) for moves in self.moves for _, t in moves)),
             "deadlocks": str(self.deadlocks),
             "initial": str(len(self.initial)),
+            **({"model_states": str(len({s[: self.model.width] for s in self.states}))} if self.is_watched() else {}),
         }
+
+    def is_watched(self):
+        return isinstance(self.model, Watched)
 
     def named(self, number):
         return dict(zip((v.name for v in self.model.variables), self.states[number]))
@@ -203,12 +208,20 @@ class Levels:
         return {"levels": [str(len(w)) for w in self.sets], "unbounded": str(len(self.fixpoint))}
 
 
+def reached(space, formula):
+    """What is said of an objective `F condition`, and where it is almost sure."""
+    target = space.where(space.model.compile(target_of(formula)))
+    return {"target": str(len(target))}, Game([[t for _, t in ms] for ms in space.moves]).almost_surely(target)
+
+
 def check(model, prefs, scope, safety, empty=None, space=None):
-    space = space or Space(model, scope)
+    if prefs.history == "play":
+        space, judge = Space(Watched(model, [formula for _, formula in prefs.objectives]), scope), satisfied
+    else:
+        space, judge = space or Space(model, scope), reached
     order = Order(prefs.strict, empty or prefs.empty)
     plain = Game([[t for _, t in choices] for choices in space.moves])
-    targets = [space.where(predicate) for _, _, predicate in prefs.objectives]
-    sure = [plain.almost_surely(target) for target in targets]
+    facts, sure = zip(*(judge(space, formula) for _, formula in prefs.objectives))
     outcomes = [{i for i, region in enumerate(sure) if s in region} for s in range(len(space.states))]
     classes = [order.most_preferred(out) for out in outcomes]
     if safety == "prefix":
@@ -218,7 +231,7 @@ def check(model, prefs, scope, safety, empty=None, space=None):
         dropped = int(space.counts()["transitions"]) - plan.transitions // 2
         improvement = {"states": str(2 * plan.size), "transitions": str(plan.transitions), "dropped": str(dropped)}
     sasi, spi = plan.solve("sasi"), plan.solve("spi")
-    names = [name for name, _, _ in prefs.objectives]
+    names = [name for name, _ in prefs.objectives]
 
     def shown(c):
         return [names[i] for i in sorted(c)]
@@ -230,8 +243,8 @@ def check(model, prefs, scope, safety, empty=None, space=None):
         "empty": order.empty,
         "counts": space.counts(),
         "objectives": [
-            {"name": n, "target": str(len(t)), "almost_sure": str(len(a)), "positive": str(len(plain.can_reach(t)))}
-            for n, t, a in zip(names, targets, sure)
+            {"name": n, **f, "almost_sure": str(len(a)), "positive": str(len(plain.can_reach(a)))}
+            for n, f, a in zip(names, facts, sure)
         ],
         "classes": [
             {"most_preferred": shown(c), "states": str(classes.count(c))} for c in sorted(set(classes), key=sorted)
@@ -254,6 +267,7 @@ def check(model, prefs, scope, safety, empty=None, space=None):
 
 
 def reach(model, target, scope, space=None):
+    """The four regions of a target."""
     space = space or Space(model, scope)
     game, goal = Game([[t for _, t in choices] for choices in space.moves]), space.where(model.compile(target))
     everything = set(range(len(space.states)))
@@ -265,15 +279,23 @@ def reach(model, target, scope, space=None):
         "pmin_one": everything - around.can_reach(avoid),
         "pmin_positive": everything - avoid,
     }
+    return {"target": str(len(goal)), **told(space, regions)}
 
+
+def satisfy(model, formula, scope, space=None):
+    """The four regions of a temporal formula."""
+    space = space or Space(model, scope)
+    return told(space, judged(space, formula))
+
+
+def told(space, regions):
     def initially(region):
         held = [s in region for s in space.initial]
         return "all" if all(held) else "some" if any(held) else "none"
 
     return {
-        "scope": scope,
+        "scope": space.scope,
         "counts": space.counts(),
-        "target": str(len(goal)),
         **{name: str(len(region)) for name, region in regions.items()},
         "initial": {name: initially(region) for name, region in regions.items()},
     }
@@ -283,4 +305,4 @@ def info(model, scope="reachable", space=None):
     return {"model": {"path": model.path, "constants": model.constants}, "counts": (space or Space(model, scope)).counts()}
 
 
-__all__ = ["InputError", "Space", "check", "info", "reach"]
+__all__ = ["InputError", "Space", "check", "info", "reach", "satisfy"]

@@ -1,0 +1,128 @@
+"""Whole plays in the reference: observers beside the model, and where formulas are satisfied almost surely."""
+
+import math
+
+from reference_ltl import Search, atoms, leaves, negated, observer, parse
+
+
+class Watched:
+    """A model beside the observers of some formulas: each reads the states as they are left.
+
+    A state is that of the model with the states of the observers behind it, so that conditions of the model are
+    conditions on it. In every state of the scope that the model has, observers are fresh.
+    """
+
+    def __init__(self, model, formulas):
+        self.model, self.path, self.constants, self.compile = model, model.path, model.constants, model.compile
+        self.variables, self.width, self.stuck = model.variables, len(model.variables), set()
+        self.own = {text: [observer(leaf) for leaf in leaves(parse(text))] for text in formulas}
+        self.observers = list(dict.fromkeys(o for own in self.own.values() for o in own))
+        self.letters = {name: model.compile(name) for names, _ in self.observers for name in names}
+
+    def fresh(self, state):
+        return state + (0,) * len(self.observers)
+
+    def initial_states(self):
+        return [self.fresh(s) for s in self.model.initial_states()]
+
+    def all_states(self):
+        return map(self.fresh, self.model.all_states())
+
+    def choices(self, state):
+        plain, seen = state[: self.width], state[self.width :]
+        then = ()
+        for at, (names, steps) in zip(seen, self.observers):
+            letter = sum(bool(self.letters[n](plain)) << k for k, n in enumerate(reversed(names)))
+            then += (steps[at][letter],)
+        found = [(name, {t + then for t in targets}) for name, targets in self.model.choices(plain)]
+        if not found:
+            self.stuck.add(state)
+        return found or [("deadlock", {plain + then})]
+
+
+class Play:
+    """The plays of a space from some states on, each beside the automaton of a formula that a strategy runs.
+
+    The formula is satisfied almost surely from `won`: where breakpoints come again and again almost surely, which is
+    nu Y. mu X. { n : a move inside Y meets X, or is inside Y and n is at a breakpoint }.
+    """
+
+    def __init__(self, space, starts, formula):
+        self.search = Search(formula)
+        conditions = {name: space.model.compile(name) for name in atoms(formula)}
+        self.letters = [{name: bool(c(s)) for name, c in conditions.items()} for s in space.states]
+        self.number, self.moves, self.marked = {}, [], []
+        self.first = {s: self.node((s, self.search.start)) for s in starts}
+        while len(self.moves) < len(self.number):
+            for node in list(self.number)[len(self.moves) :]:
+                self.expand(space, *node)
+        self.sources = [[] for _ in self.moves]
+        for at, own in enumerate(self.moves):
+            for move in own:
+                for target in move:
+                    self.sources[target].append((at, move))
+        self.won = self.again_and_again()
+
+    def node(self, node):
+        return self.number.setdefault(node, len(self.number))
+
+    def expand(self, space, state, run):
+        """A guess takes no step of the play."""
+        own = [frozenset([self.node((state, guess))]) for guess in self.search.guesses(run)]
+        read = self.search.read(run, self.letters[state])
+        if read:
+            own += [frozenset(self.node((t, read[0])) for t in targets) for _, targets in space.moves[state]]
+        self.moves.append(own)
+        self.marked.append(bool(read and read[1]))
+
+    def reaching(self, goal, within):
+        reached, todo = set(goal), list(goal)
+        while todo:
+            for at, move in self.sources[todo.pop()]:
+                if at not in reached and (within is None or at in within and move <= within):
+                    reached.add(at)
+                    todo.append(at)
+        return reached
+
+    def again_and_again(self):
+        region = set(range(len(self.moves)))
+        while True:
+            goal = {n for n in region if self.marked[n] and any(move <= region for move in self.moves[n])}
+            smaller = self.reaching(goal, region)
+            if smaller == region:
+                return region
+            region = smaller
+
+
+def satisfied(space, formula):
+    """What is said of an objective over whole plays, and where it is almost sure."""
+    watched = space.model
+    fresh = [n for n, s in enumerate(space.states) if s == watched.fresh(s[: watched.width])]
+    play = Play(space, space.initial if space.scope == "reachable" else fresh, parse(formula))
+    sure, missed = set(), set()
+    for (state, (_, later)), number in play.number.items():
+        if later is None:
+            (sure if number in play.won else missed).add(state)
+    if sure & missed:
+        raise AssertionError("what is to come depends on more than the observers of the reference see")
+    sizes = (len(steps) for _, steps in set(watched.own[formula]))
+    return {"observer": math.prod(sizes)}, sure
+
+
+def judged(space, formula):
+    """The four regions of a formula, judged from each state of a space on."""
+
+    def some_strategy(f):
+        play = Play(space, range(len(space.states)), f)
+        possibly = play.reaching(play.won, None)
+        return [{s for s, n in play.first.items() if n in region} for region in (play.won, possibly)]
+
+    everything, parsed = set(range(len(space.states))), parse(formula)
+    one, positive = some_strategy(parsed)
+    against_one, against_positive = some_strategy(negated(parsed))
+    return {
+        "pmax_one": one,
+        "pmax_positive": positive,
+        "pmin_one": everything - against_positive,
+        "pmin_positive": everything - against_one,
+    }
