@@ -64,6 +64,19 @@ pub(super) enum Goal {
     Formula(Watched),
 }
 
+impl Goal {
+    /// From which states plays are judged: with observers, where these are fresh.
+    ///
+    /// # Errors
+    /// A limit.
+    pub(super) fn judged<E: Engine>(&self, engine: &E) -> Result<E::States, Error> {
+        match self {
+            Goal::Target(_) => Ok(engine.all_states()),
+            Goal::Formula(watched) => engine.states_where(watched.fresh),
+        }
+    }
+}
+
 /// A model with the observers of one formula.
 pub(super) struct Watched {
     /// The model with them.

@@ -141,9 +141,9 @@ fn answer<E: Engine>(
     asked: &Asked,
     questions: &[(&Asking, usize)],
 ) -> Result<(), Error> {
-    let judged = match questions.first().map(|q| &q.0.goal) {
-        Some(Goal::Formula(watched)) => engine.states_where(watched.fresh)?,
-        _ => engine.all_states(),
+    let judged = match questions.first() {
+        Some((asking, _)) => asking.goal.judged(engine)?,
+        None => engine.all_states(),
     };
     let counts = desk.timed("count", || Counts::within(engine, &judged), |_, _| ())?;
     let mut known = false;

@@ -99,10 +99,7 @@ fn answer<E: Engine>(
     asked: &Asked,
     asking: &Asking,
 ) -> Result<(), Error> {
-    let judged = match &asking.goal {
-        Goal::Target(_) => engine.all_states(),
-        Goal::Formula(watched) => engine.states_where(watched.fresh)?,
-    };
+    let judged = asking.goal.judged(engine)?;
     let counts = desk.timed(
         "count",
         || Counts::within(engine, &judged),

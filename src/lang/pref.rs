@@ -70,9 +70,10 @@ impl Parser<'_> {
             let chain = self.chain(start)?;
             preferences.statements.push(chain);
         } else if self.eat_word("empty") {
-            self.empty(start, preferences)?;
+            let names = "`bottom`, `gain` or `incomparable`";
+            self.setting(start, Empty::named, names, &mut preferences.empty)?;
         } else if self.eat_word("history") {
-            self.history(start, preferences)?;
+            self.setting(start, History::named, "`state` or `play`", &mut preferences.history)?;
         } else {
             let words = ["objective", "prefer", "empty", "history"];
             let failed = match self.slip(&words) {
@@ -145,33 +146,26 @@ impl Parser<'_> {
         Ok(names)
     }
 
-    fn history(&mut self, start: Span, preferences: &mut Preferences) -> Parsed<()> {
+    /// `keyword = name;`, which may be given once.
+    fn setting<T>(
+        &mut self,
+        start: Span,
+        named: impl Fn(&str) -> Option<T>,
+        names: &str,
+        given: &mut Option<(T, Span)>,
+    ) -> Parsed<()> {
+        let keyword = self.text(start);
         self.expect(Token::Eq)?;
-        let Some(history) = History::named(self.text(self.here())) else {
-            return Err(self.expected("`state` or `play`"));
+        let Some(value) = named(self.text(self.here())) else {
+            return Err(self.expected(names));
         };
         self.advance();
         let span = start.to(self.expect(Token::Semicolon)?);
-        if let Some((_, first)) = preferences.history {
-            let diagnostic = self.wrong(span, "`history` is given twice").label("given again");
+        if let Some((_, first)) = given {
+            let diagnostic = self.wrong(span, format!("`{keyword}` is given twice")).label("given again");
             self.report(diagnostic.related(first.range(), "given here first"));
         }
-        preferences.history = Some((history, span));
-        Ok(())
-    }
-
-    fn empty(&mut self, start: Span, preferences: &mut Preferences) -> Parsed<()> {
-        self.expect(Token::Eq)?;
-        let Some(empty) = Empty::named(self.text(self.here())) else {
-            return Err(self.expected("`bottom`, `gain` or `incomparable`"));
-        };
-        self.advance();
-        let span = start.to(self.expect(Token::Semicolon)?);
-        if let Some((_, first)) = preferences.empty {
-            let diagnostic = self.wrong(span, "`empty` is given twice").label("given again");
-            self.report(diagnostic.related(first.range(), "given here first"));
-        }
-        preferences.empty = Some((empty, span));
+        *given = Some((value, span));
         Ok(())
     }
 }

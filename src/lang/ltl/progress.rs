@@ -20,8 +20,13 @@ const MOST_OBLIGATIONS: usize = 1 << 13;
 enum Obligation {
     Atom(u32),
     Next(Function),
-    Until(Window, Function, Function),
-    Release(Window, Function, Function),
+    /// `φ U[window] ψ`, or `φ R[window] ψ`.
+    Binary {
+        until: bool,
+        window: Window,
+        left: Function,
+        right: Function,
+    },
     /// `φ U<=k ψ` and not `φ U<=k-1 ψ`; of a release `φ R<=k ψ` or not `φ R<=k-1 ψ`.
     Exactly {
         until: bool,
@@ -85,11 +90,7 @@ impl Progress {
                 let mut joined = Function::from(all);
                 for part in parts {
                     let part = self.ask(part)?;
-                    joined = if all {
-                        self.functions.and(joined, part)?
-                    } else {
-                        self.functions.or(joined, part)?
-                    };
+                    joined = self.join(all, joined, part)?;
                 }
                 Ok(joined)
             }
@@ -97,26 +98,24 @@ impl Progress {
                 let inner = self.ask(inner)?;
                 self.owe(Obligation::Next(inner))
             }
-            Form::Until(window, left, right) => {
+            Form::Until(window, left, right) | Form::Release(window, left, right) => {
+                let until = matches!(n.form, Form::Until(..));
                 let (left, right) = (self.ask(left)?, self.ask(right)?);
-                self.owe(Obligation::Until(*window, left, right))
-            }
-            Form::Release(window, left, right) => {
-                let (left, right) = (self.ask(left)?, self.ask(right)?);
-                self.owe(Obligation::Release(*window, left, right))
+                self.owe(Obligation::Binary { until, window: *window, left, right })
             }
         }
     }
 
+    /// f ∧ g, or else f ∨ g: an until and a release are each other's dual.
+    fn join(&mut self, both: bool, f: Function, g: Function) -> Result<Function> {
+        if both { self.functions.and(f, g) } else { self.functions.or(f, g) }
+    }
+
     fn owe(&mut self, obligation: Obligation) -> Result<Function> {
-        match obligation {
-            Obligation::Until(Window { least: 0, most: Some(most) }, left, right) => {
-                return self.within(true, left, right, most);
-            }
-            Obligation::Release(Window { least: 0, most: Some(most) }, left, right) => {
-                return self.within(false, left, right, most);
-            }
-            _ => {}
+        if let Obligation::Binary { until, window: Window { least: 0, most: Some(most) }, left, right } =
+            obligation
+        {
+            return self.within(until, left, right, most);
         }
         let variable = self.obligation(obligation)?;
         self.functions.variable(variable, true)
@@ -193,45 +192,30 @@ impl Progress {
             Obligation::Next(inner) => Ok(inner),
             Obligation::Exactly { until, left, right, steps } => {
                 let within = |steps| Window { least: 0, most: Some(steps) };
-                let of = |window| match until {
-                    true => Obligation::Until(window, left, right),
-                    false => Obligation::Release(window, left, right),
-                };
-                let now = self.fulfil(of(within(steps)))?;
+                let now = self.unfold(until, within(steps), left, right)?;
                 let fewer = match steps.checked_sub(1) {
-                    Some(fewer) => self.fulfil(of(within(fewer)))?,
+                    Some(fewer) => self.unfold(until, within(fewer), left, right)?,
                     None => Function::from(!until),
                 };
                 let not = self.functions.ite(fewer, FALSE, TRUE)?;
-                if until { self.functions.and(now, not) } else { self.functions.or(now, not) }
+                self.join(until, now, not)
             }
-            Obligation::Until(window, left, right) => {
-                // φ U ψ = ψ | φ & X (φ U ψ)
-                let going = match window.later() {
-                    Some(later) => {
-                        let (now, then) =
-                            (self.read(left)?, self.owe(Obligation::Until(later, left, right))?);
-                        self.functions.and(now, then)?
-                    }
-                    None => Function::from(false),
-                };
-                let done = if window.least == 0 { self.read(right)? } else { Function::from(false) };
-                self.functions.or(done, going)
-            }
-            Obligation::Release(window, left, right) => {
-                // φ R ψ = ψ & (φ | X (φ R ψ))
-                let going = match window.later() {
-                    Some(later) => {
-                        let (now, then) =
-                            (self.read(left)?, self.owe(Obligation::Release(later, left, right))?);
-                        self.functions.or(now, then)?
-                    }
-                    None => Function::from(true),
-                };
-                let kept = if window.least == 0 { self.read(right)? } else { Function::from(true) };
-                self.functions.and(kept, going)
-            }
+            Obligation::Binary { until, window, left, right } => self.unfold(until, window, left, right),
         }
+    }
+
+    /// φ U ψ = ψ | φ & X (φ U ψ), and dually φ R ψ = ψ & (φ | X (φ R ψ)), once the present state is read.
+    fn unfold(&mut self, until: bool, window: Window, left: Function, right: Function) -> Result<Function> {
+        let going = match window.later() {
+            Some(window) => {
+                let now = self.read(left)?;
+                let then = self.owe(Obligation::Binary { until, window, left, right })?;
+                self.join(until, now, then)?
+            }
+            None => Function::from(!until),
+        };
+        let here = if window.least == 0 { self.read(right)? } else { Function::from(!until) };
+        self.join(!until, here, going)
     }
 }
 
