@@ -2,7 +2,7 @@
 //!
 //! Equivalences that move operators: `G (φ & ψ)` is `G φ & G ψ`, `F (φ | ψ)` is `F φ | F ψ`, `G F (φ | ψ)` is
 //! `G F φ | G F ψ`, and dually; `G G φ`, `F F φ`, `G F G φ` and `F G F φ` lose their first operators; X goes
-//! inwards and vanishes before a recurrence or a persistence.
+//! inwards and vanishes before `G F φ` and `F G φ`.
 
 use super::normal::{Form, Normal, Window};
 use crate::lang::ast::Span;
@@ -100,7 +100,8 @@ fn again(n: &Normal, eventually: &Normal, span: Span) -> Result<Tree, Refused> {
 /// X before each leaf.
 fn after_a_step(tree: Tree) -> Tree {
     match tree {
-        Tree::Leaf(asks @ (Asks::Accept | Asks::Avoid), n) => {
+        // `G F φ` and `F G φ` do not depend on any one step; `G φ` with another co-safe φ does: X G φ is G X φ.
+        Tree::Leaf(asks, n) if matches!(asks, Asks::Accept | Asks::Avoid) || !n.is_eventually() => {
             let span = n.span;
             Tree::Leaf(asks, n.next(span))
         }

@@ -119,6 +119,11 @@ impl Normal {
         Normal { form, span: self.span }
     }
 
+    /// Whether it is `F φ`.
+    pub(super) fn is_eventually(&self) -> bool {
+        matches!(&self.form, Form::Until(Window::ALWAYS, left, _) if left.form == Form::Constant(true))
+    }
+
     /// Whether every play that satisfies it has a beginning after which nothing matters: no unbounded R.
     pub(super) fn is_cosafe(&self) -> bool {
         self.all(&|form| !matches!(form, Form::Release(Window { most: None, .. }, ..)))

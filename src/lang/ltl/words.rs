@@ -298,6 +298,24 @@ fn every_fifth_formula_of_three_operators() {
 }
 
 #[test]
+fn a_step_before_what_recurs_counts_where_it_matters() {
+    let words = words(3);
+    for text in [
+        "X G F a",
+        "X F G a",
+        "X G (a => F b)",
+        "X F (a & G b)",
+        "X F (a W b)",
+        "X X G (a | X F b)",
+        "X ((G F a) & (G (a => F b)))",
+        "X ((F G a) | (F (a & G b)))",
+    ] {
+        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
+        assert!(agrees(&f, &words), "{text}");
+    }
+}
+
+#[test]
 fn observers_of_common_formulas_are_small() {
     let states = |text: &str| {
         let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
