@@ -249,12 +249,12 @@ pub trait Engine: Send + Sync {
     /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, with the pairs of C
     /// outside T that stay inside the result.
     ///
-    /// Removes losing states first: what cannot reach T with the pairs still allowed is lost; pairs
-    /// that may step into a lost state are disallowed; states without a pair are lost at once; repeat
-    /// (Baier and Katoen, Principles of Model Checking, Algorithm 45, on sets). Only pairs that may
-    /// step into a lost state are ever taken out: a lost state's own pairs lead to nothing that can
-    /// still win, and what is left alone keeps what an engine remembers of it. Cost: one `can_reach` a
-    /// round and one pre-image each time that states are lost.
+    /// Removes losing states first: what has no pair, or cannot reach T with the pairs still allowed,
+    /// is lost; pairs that may step into a lost state are disallowed; states without a pair are lost at
+    /// once; repeat (Baier and Katoen, Principles of Model Checking, Algorithm 45, on sets). Only pairs
+    /// that may step into a lost state are ever taken out: a lost state's own pairs lead to nothing that
+    /// can still win, and what is left alone keeps what an engine remembers of it. Cost: one `can_reach`
+    /// a round, and before it a pre-image for each layer of states that are lost.
     fn almost_surely_reach(
         &self,
         target: &Self::States,
@@ -263,17 +263,20 @@ pub trait Engine: Send + Sync {
     where
         Self: Sized,
     {
-        let mut states = self.all_states();
         let mut choices = within.clone();
+        let mut states = self.union(&self.sources(within)?, target)?;
+        let mut lost = self.difference(&self.all_states(), &states)?;
         loop {
+            if !self.is_empty(&lost) {
+                moves::lose(self, &mut states, &mut choices, (within, target), &[], lost)?;
+            }
             let reaching = self.can_reach(target, &choices, &Vec::new())?;
-            let lost = self.difference(&states, &reaching)?;
+            lost = self.difference(&states, &reaching)?;
             states = self.intersection(&states, &reaching)?;
             if self.is_empty(&lost) {
                 let choices = self.choices_in(&choices, &self.difference(&states, target)?)?;
                 return Ok(Region { states, choices });
             }
-            moves::lose(self, &mut states, &mut choices, (within, target), &[], lost)?;
         }
     }
 

@@ -55,8 +55,8 @@ impl<E: Engine> Outcomes<E> {
     /// everything.
     ///
     /// # Errors
-    /// A limit of the engine; the objective is then still to do. Cost: one `can_reach`, one
-    /// pre-image, one `almost_surely_reach`.
+    /// A limit of the engine; the objective is then still to do. Cost: one `can_reach` and
+    /// one `almost_surely_reach`.
     pub fn advance(&mut self, engine: &E) -> Result<Option<usize>> {
         let Some(&objective) = self.pending.last() else {
             return Ok(None);
@@ -108,21 +108,20 @@ impl<E: Engine> Outcomes<E> {
 /// ASWin(F) = νY. μX. F ∪ { s : some a has succ(s,a) ⊆ Y and ∩ X ≠ ∅ } (Pmax = 1), given any
 /// `bound` ⊇ ASWin(F), such as PWin(F).
 ///
-/// Starts with the choices that stay inside the bound: a choice that may leave a superset of the
-/// result is in no almost-sure strategy, so the result is the same and the first round of losing
-/// states is spared.
+/// Starts with the choices of the bound alone: what is outside of a superset of the result is lost, so
+/// the result is the same and a backward fixpoint is spared.
 ///
 /// # Errors
-/// A limit of the engine. Cost: one pre-image and an `almost_surely_reach`.
+/// A limit of the engine. Cost: an `almost_surely_reach`.
 pub(super) fn almost_sure_within<E: Engine>(
     engine: &E,
     target: &E::States,
     bound: &E::States,
 ) -> Result<E::States> {
-    let staying = if engine.same_states(bound, &engine.all_states()) {
+    let within = if engine.same_states(bound, &engine.all_states()) {
         engine.all_choices()
     } else {
-        engine.choices_in(&engine.every_successor_in(bound)?, bound)?
+        engine.choices_in(&engine.all_choices(), bound)?
     };
-    Ok(engine.almost_surely_reach(target, &staying)?.states)
+    Ok(engine.almost_surely_reach(target, &within)?.states)
 }

@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 
 use super::lists::Entry;
-use super::losing::Part;
+use super::parts::Part;
 use super::store::{Bdd, Store};
 use super::thresholds::Thresholds;
 use super::touched::Touched;
@@ -170,6 +170,21 @@ fn lost(parts: &[(Edges, Table, Table)], new: Table) -> (Table, Vec<Table>) {
     }
 }
 
+/// What can reach X by some parts.
+fn reached_by(parts: &[(Edges, Table, Table)], x: Table) -> Table {
+    let mut all = x;
+    loop {
+        let enter = |(edges, allowed, except): &(Edges, Table, Table)| {
+            step(edges, Direction::Backward, all & !except, *allowed)
+        };
+        let more = parts.iter().fold(all, |all, part| all | enter(part));
+        if more == all {
+            return all;
+        }
+        all = more;
+    }
+}
+
 /// A relation as random numbers: which bits it touches, and its table.
 fn relation(width: usize) -> impl Strategy<Value = (usize, Table)> {
     (0..1usize << width, any::<u64>(), any::<u64>()).prop_map(|(touched, a, b)| (touched, a & b))
@@ -186,7 +201,7 @@ proptest! {
     }
 
     #[test]
-    fn losses_of_three_bits(
+    fn parts_of_three_bits(
         parts in prop::collection::vec((relation(3), any::<u8>(), any::<u8>()), 0..4),
         won: u8,
         new: u8,
@@ -199,12 +214,15 @@ proptest! {
             let relation = Relation::new(&store, 3, touched, table);
             let (allowed, safe) = (Table::from(allowed) & !new, Table::from(safe));
             let list = store.lists.of(&store, vec![relation.entry]).unwrap();
-            given.push(Part { allowed: set(&store, 3, allowed), safe: set(&store, 3, safe), list });
+            given.push(Part { allowed: set(&store, 3, allowed), except: set(&store, 3, safe), list });
             expected.push((relation.edges, allowed, safe));
         }
+        let reached = set(&store, 3, reached_by(&expected, new));
+        prop_assert!(store.reach_by(&set(&store, 3, new), &given, usize::MAX).unwrap().unwrap() == reached);
+        prop_assert!(store.reach_by(&set(&store, 3, new), &given, 0).unwrap().is_none_or(|r| r == reached));
         let list = store.lists.of(&store, Vec::new()).unwrap();
         let won = Table::from(won) & !new;
-        given.push(Part { allowed: set(&store, 3, won), safe: store.zero(), list });
+        given.push(Part { allowed: set(&store, 3, won), except: store.zero(), list });
         expected.push((Vec::new(), won, 0));
         let found = store.lose(&set(&store, 3, new), &given, usize::MAX).unwrap().unwrap();
         let (lost, allowed) = lost(&expected, new);

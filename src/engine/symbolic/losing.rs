@@ -12,24 +12,13 @@ use std::sync::atomic::Ordering::Relaxed;
 use ahash::AHashMap;
 use oxidd::Function;
 
-use super::diagram::Diagram;
 use super::lists::List;
+use super::parts::{self, Operands, Part};
 use super::store::{Bdd, Store};
 use super::walk::{Halt, Walk};
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::Moves;
 use crate::error::Result;
-
-/// Some choices of one group.
-#[derive(Clone)]
-pub(super) struct Part {
-    /// Where they are allowed.
-    pub(super) allowed: Bdd,
-    /// Steps into these states lose nothing.
-    pub(super) safe: Bdd,
-    /// The steps.
-    pub(super) list: Arc<List>,
-}
 
 /// What a recursion found.
 #[derive(Clone)]
@@ -40,12 +29,9 @@ pub(super) struct Loss {
     pub(super) allowed: Arc<[Bdd]>,
 }
 
-/// What is new, and for each part what is allowed and safe, and the number of its list.
-type Case = (Bdd, Vec<(Bdd, Bdd, u32)>);
-
-/// What a recursion found on the way.
+/// What a recursion found on the way, of what is new and its parts.
 pub(super) struct Known {
-    found: AHashMap<Case, Loss>,
+    found: AHashMap<(Bdd, Operands), Loss>,
     /// The recursion gives up when it has found so much.
     most: usize,
 }
@@ -59,17 +45,15 @@ impl Known {
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// The least set L with `new` ⊆ L in which every state has no part that allows it and whose steps
-    /// all avoid L or are safe.
+    /// all avoid L or do not count.
     ///
     /// No part may allow a state of `new`; those of which nothing can step lose nothing.
     pub(super) fn lose(&self, new: &Bdd, parts: &[Part], known: &mut Known) -> Result<Loss, Halt> {
         let same = || parts.iter().map(|p| p.allowed.clone()).collect();
-        let may_lose = |p: &Part| p.list.moves() && !self.store.is_zero(&p.allowed);
-        if self.store.is_zero(new) || !parts.iter().any(may_lose) {
+        if self.store.is_zero(new) || !parts.iter().any(|p| p.moves(self.store)) {
             return Ok(Loss { lost: new.clone(), allowed: same() });
         }
-        let operands = parts.iter().map(|p| (p.allowed.clone(), p.safe.clone(), p.list.number)).collect();
-        let key = (new.clone(), operands);
+        let key = (new.clone(), parts::operands(parts));
         if let Some(found) = known.found.get(&key) {
             return Ok(found.clone());
         }
@@ -77,16 +61,16 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         if known.found.len() >= known.most {
             return Err(Halt::Spent);
         }
-        let tops = parts.iter().map(|p| self.bit(&p.allowed).min(self.bit(&p.safe)).min(p.list.top));
-        let bit = tops.min().unwrap_or(u32::MAX).min(self.bit(new));
-        let found = self.lose_across(bit, new, parts, known)?;
+        let found = self.lose_across(self.first_bit(new, parts), new, parts, known)?;
         known.found.insert(key, found.clone());
         Ok(found)
     }
 
     /// The same by halves of a bit.
     fn lose_across(&self, bit: u32, new: &Bdd, parts: &[Part], known: &mut Known) -> Result<Loss, Halt> {
-        let mut halves = [self.half(bit, false, parts)?, self.half(bit, true, parts)?];
+        let half =
+            |value| Ok::<_, Halt>(Half { parts: self.half(bit, value, parts)?, lost: self.store.zero() });
+        let mut halves = [half(false)?, half(true)?];
         for (half, value) in halves.iter_mut().zip([false, true]) {
             let new = self.side(new, bit, value);
             self.lose_in(half, &new, known)?;
@@ -108,25 +92,13 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
             }
             at = 1 - at;
         }
-        self.joined(bit, &halves)
-    }
-
-    /// Where `bit` has a value.
-    fn half(&self, bit: u32, value: bool, parts: &[Part]) -> Result<Half, Halt> {
-        let arcs = self.arcs(bit, parts, value, value)?;
-        let side = |part: &Part, list: Arc<List>| Part {
-            allowed: self.side(&part.allowed, bit, value),
-            safe: self.side(&part.safe, bit, value),
-            list,
-        };
-        let parts = parts.iter().zip(arcs).map(|(part, list)| side(part, list)).collect();
-        Ok(Half { parts, lost: self.store.zero() })
-    }
-
-    /// For each part its steps from one value of `bit` to another.
-    fn arcs(&self, bit: u32, parts: &[Part], from: bool, to: bool) -> Result<Vec<Arc<List>>, Halt> {
-        let arc = |part: &Part| Ok(self.store.lists.arc(self.store, &part.list, bit, from, to)?);
-        parts.iter().map(arc).collect()
+        let [clear, set] = &halves;
+        let both = set.parts.iter().zip(&clear.parts);
+        let allowed = both.map(|(set, clear)| self.joined(bit, &set.allowed, &clear.allowed));
+        Ok(Loss {
+            allowed: allowed.collect::<Result<_, Halt>>()?,
+            lost: self.joined(bit, &set.lost, &clear.lost)?,
+        })
     }
 
     /// Adds to a half what is lost in it by `new`.
@@ -148,10 +120,9 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     ) -> Result<Bdd, Halt> {
         let mut hit = self.store.zero();
         for (index, arc) in arcs.iter().enumerate().filter(|(_, arc)| !arc.is_empty()) {
-            let safe = &halves[at].parts[index].safe;
+            let except = &halves[at].parts[index].except;
             let allowed = &halves[1 - at].parts[index].allowed;
-            let new = self.own(|w| w.minus(new.as_edge(w.m), safe.as_edge(w.m)))?;
-            let gone = self.own(|w| w.step(new.as_edge(w.m), allowed.as_edge(w.m), arc))?;
+            let gone = self.enter(new, except, allowed, arc)?;
             if !self.store.is_zero(&gone) {
                 let left = self.own(|w| w.minus(allowed.as_edge(w.m), gone.as_edge(w.m)))?;
                 halves[1 - at].parts[index].allowed = left;
@@ -163,26 +134,6 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         }
         Ok(hit)
     }
-
-    fn joined(&self, bit: u32, [clear, set]: &[Half; 2]) -> Result<Loss, Halt> {
-        let node = |set: &Bdd, clear: &Bdd| {
-            self.own(|w| w.node(bit, &w.m.held(set.as_edge(w.m)), &w.m.held(clear.as_edge(w.m))))
-        };
-        let both = set.parts.iter().zip(&clear.parts);
-        let allowed =
-            both.map(|(set, clear)| node(&set.allowed, &clear.allowed)).collect::<Result<_, Halt>>()?;
-        Ok(Loss { lost: node(&set.lost, &clear.lost)?, allowed })
-    }
-
-    /// The first bit that a diagram depends on.
-    fn bit(&self, f: &Bdd) -> u32 {
-        self.top(f.as_edge(self.m))
-    }
-
-    /// A diagram by a bit that is none after its first.
-    fn side(&self, f: &Bdd, bit: u32, value: bool) -> Bdd {
-        self.m.handle(self.split(f.as_edge(self.m), bit)[usize::from(value)])
-    }
 }
 
 /// One half of what is lost.
@@ -192,9 +143,6 @@ struct Half {
 }
 
 /// [`Engine::lose`](crate::engine::Engine::lose): each group of choices by what its edges are worth.
-///
-/// Where steps that keep the first bits leave many different relations behind, as in products of
-/// modules, the recursion has more cases to tell apart than there are layers of losing states.
 pub(super) fn lose(
     engine: &SymbolicEngine,
     lost: &StateSet,
@@ -203,13 +151,11 @@ pub(super) fn lose(
     moves: &[Moves<StateSet>],
 ) -> Result<Option<(StateSet, ChoiceSet)>> {
     let store = &engine.store;
-    let few = store.thresholds().relations_a_bit * engine.encoding.width();
-    if !store.lists.stay_few(store, &engine.groups, few)? {
+    if !parts::are_few(engine)? {
         return Ok(None);
     }
     let game = Game::new(engine, lost, won, within, moves)?;
-    let nodes: usize = game.parts.iter().map(|p| store.size(&p.allowed)).sum();
-    let most = nodes / store.thresholds().nodes_per_loss.max(1) + store.thresholds().free_losses;
+    let most = parts::budget(store, &game.parts);
     let Some(loss) = store.lose(&lost.0, &game.parts, most)? else {
         store.work.given_up.fetch_add(1, Relaxed);
         return Ok(None);
@@ -258,9 +204,9 @@ impl Game {
         Ok(game)
     }
 
-    fn add(&mut self, store: &Store, group: usize, allowed: Bdd, safe: Bdd, list: &Arc<List>) {
+    fn add(&mut self, store: &Store, group: usize, allowed: Bdd, except: Bdd, list: &Arc<List>) {
         if !store.is_zero(&allowed) {
-            self.parts.push(Part { allowed, safe, list: list.clone() });
+            self.parts.push(Part { allowed, except, list: list.clone() });
             self.groups.push(group);
         }
     }

@@ -4,12 +4,14 @@
 //! that at most one choice of a group is enabled in a state (`transitions`); for reachability small
 //! ones are united (`clusters`). What sets and relations become together is found by recursions (`walk`)
 //! down the diagrams of sets and `lists` of relations at once: a step (`walk`), what is reached (`reach`,
-//! `saturation`), what is lost (`losing`).
+//! `saturation`); and, for each group of choices with a bound of its own (`parts`), what is reached by
+//! allowed choices (`confined`) and what is lost (`losing`).
 
 mod bits;
 mod build;
 mod clusters;
 mod command;
+mod confined;
 mod diagram;
 mod dump;
 mod encoding;
@@ -19,6 +21,7 @@ mod lists;
 mod losing;
 pub mod order;
 mod partition;
+mod parts;
 mod pick;
 mod reach;
 mod saturation;
@@ -327,10 +330,15 @@ impl Engine for SymbolicEngine {
             return Ok(found);
         }
         let dropped: Vec<(Bdd, Bdd)> = dropped.iter().map(|(f, t)| (f.0.clone(), t.0.clone())).collect();
-        let list = self.clusters.confined(&self.store, &confinement, &dropped)?;
-        let how = (Direction::Backward, "backward reachability");
-        let found = self.store.reach(how, &list, &target.0, &self.states.0)?;
-        let found = StateSet(found);
+        let by_parts = if free { None } else { confined::can_reach(self, &target.0, &within.0, &dropped)? };
+        let found = StateSet(match by_parts {
+            Some(found) => found,
+            None => {
+                let list = self.clusters.confined(&self.store, &confinement, &dropped)?;
+                let how = (Direction::Backward, "backward reachability");
+                self.store.reach(how, &list, &target.0, &self.states.0)?
+            }
+        });
         if free {
             self.remember(target, &found);
         }

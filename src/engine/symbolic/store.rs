@@ -4,24 +4,24 @@
 //! collects garbage when enough has gathered; when the node table is full it collects and tries
 //! once more.
 
+mod adopt;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
-use ahash::{AHashMap, AHashSet};
+use ahash::AHashSet;
 use num_bigint::BigUint;
 use oxidd::bdd::{BDDFunction, BDDManagerRef};
 use oxidd::util::num::Natural;
 use oxidd::util::{AllocResult, FxHasher, SatCountCache};
-use oxidd::{
-    BooleanFunction, BooleanFunctionQuant, Function, HasLevel, InnerNode, Manager, ManagerRef, Node,
-};
+use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, InnerNode, Manager, ManagerRef, Node};
 
-use super::diagram::{Diagram, ManagerOf};
+use super::confined::Reached;
+use super::diagram::ManagerOf;
 use super::lists::{List, Lists};
-use super::losing::{Known, Loss, Part};
-use super::tables::{
-    BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, cache_for_nodes, manager,
-};
+use super::losing::{Known, Loss};
+use super::parts::Part;
+use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
 use super::thresholds::{Thresholds, Work};
 use super::touched::Touched;
 use super::walk::{Direction, Halt, Walk};
@@ -106,63 +106,9 @@ impl Store {
         })
     }
 
-    /// A store with a larger operation cache, where the diagram of the states is large.
-    ///
-    /// OxiDD's tables do not grow, and it is the states that tell how much work is to come: the
-    /// fixpoints after exploring take hundreds of nodes for each node of theirs.
-    pub(super) fn larger(&self, states: &Bdd, threads: u32, settings: &Settings) -> Option<Self> {
-        let wanted = cache_for_nodes(self.size(states));
-        if cache_entries(settings.memory, wanted) <= self.cache_entries {
-            return None;
-        }
-        // Where the system gives no more, the one there is will do.
-        let larger = Store::sized(self.width(), threads, settings, wanted).ok()?;
-        self.note_peak();
-        larger.peak.store(self.peak.load(Relaxed), Relaxed);
-        larger.work.take_over(&self.work);
-        Some(larger)
-    }
-
     /// How many bits a state has.
     fn width(&self) -> usize {
         self.shared(|m| m.num_levels() as usize / 2)
-    }
-
-    /// Puts diagrams of this store in the place of those of another store of the same bits.
-    pub(super) fn adopt_all<'a>(
-        &self,
-        from: &Store,
-        diagrams: impl Iterator<Item = &'a mut Bdd>,
-    ) -> Result<()> {
-        let mut known = AHashMap::new();
-        for f in diagrams {
-            *f = self.deep(|| self.adopt(from, f, &mut known))?;
-        }
-        Ok(())
-    }
-
-    /// A diagram of another store; `known` remembers what was taken over of it.
-    fn adopt(&self, from: &Store, f: &Bdd, known: &mut AHashMap<Bdd, Bdd>) -> Result<Bdd> {
-        let root = from.shared(|m| match m.get_node(f.as_edge(m)) {
-            Node::Terminal(_) => None,
-            Node::Inner(n) => Some((n.level(), m.handle(n.child(0)), m.handle(n.child(1)))),
-        });
-        let Some((level, set, clear)) = root else {
-            return Ok(if from.is_zero(f) { self.zero() } else { self.one() });
-        };
-        if let Some(adopted) = known.get(f) {
-            return Ok(adopted.clone());
-        }
-        let (set, clear) = (self.adopt(from, &set, known)?, self.adopt(from, &clear, known)?);
-        let node = || {
-            self.shared(|m| {
-                let made = m.node(level, m.held(set.as_edge(m)), m.held(clear.as_edge(m)))?;
-                Ok(m.handle(made.borrowed()))
-            })
-        };
-        let made = self.run(node)?;
-        known.insert(f.clone(), made.clone());
-        Ok(made)
     }
 
     /// false
@@ -289,6 +235,13 @@ impl Store {
     pub(super) fn lose(&self, new: &Bdd, parts: &[Part], most: usize) -> Result<Option<Loss>> {
         let how = (Direction::Backward, Some("losing states"));
         self.walk(how, u64::MAX, |walk| walk.lose(new, parts, &mut Known::new(most)))
+    }
+
+    /// What can reach X by some parts; none where that takes more than `most` results on the way. See
+    /// [`Walk::reach_by`].
+    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], most: usize) -> Result<Option<Bdd>> {
+        let how = (Direction::Backward, Some("backward reachability"));
+        self.walk(how, u64::MAX, |walk| walk.reach_by(x, parts, &mut Reached::new(most)))
     }
 
     /// X over the next state: the touched variables primed.

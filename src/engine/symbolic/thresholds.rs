@@ -16,13 +16,14 @@ pub struct Thresholds {
     pub large_set: usize,
     /// A way to compute reachability may take so many steps before another one is tried.
     pub trial_steps: u64,
-    /// Losing states are found by recursion where the relations leave no more different ones behind by
-    /// bits that keep their values, for each bit of a state.
+    /// Losing states, and what is reached by some choices only, are found by a recursion over groups of
+    /// choices where the relations leave no more different ones behind by bits that keep their values,
+    /// for each bit of a state.
     pub relations_a_bit: usize,
-    /// The recursion for losing states may find one result for so many nodes of its operands, …
-    pub nodes_per_loss: usize,
+    /// Such a recursion may find one result for so many nodes of its operands, …
+    pub nodes_per_case: usize,
     /// … and so many more.
-    pub free_losses: usize,
+    pub free_cases: usize,
     /// So many entries the operation cache has at first, as far as there is memory for it.
     pub first_cache: u64,
     /// Below this many nodes, garbage is not worth collecting.
@@ -38,8 +39,8 @@ impl Default for Thresholds {
             large_set: 2_000,
             trial_steps: 1_000_000,
             relations_a_bit: 4,
-            nodes_per_loss: 40,
-            free_losses: 300,
+            nodes_per_case: 40,
+            free_cases: 300,
             first_cache: 1 << 20,
             first_collection: 16_000_000,
         }
@@ -51,6 +52,8 @@ impl Default for Thresholds {
 pub(super) struct Work {
     /// Fixpoints by recursion over the relations, and by saturation.
     pub(super) reached: [AtomicU64; 2],
+    /// Recursions for what is reached by some choices that were given up, and that were not.
+    pub(super) confined: [AtomicU64; 2],
     /// Losing states by layers, and by recursion.
     pub(super) lost: [AtomicU64; 2],
     /// Recursions for losing states that were given up.
@@ -64,6 +67,10 @@ pub struct Ways {
     pub by_recursion: u64,
     /// Fixpoints of reachability by saturation.
     pub by_saturation: u64,
+    /// Fixpoints of reachability by some choices, by recursion over the groups of choices.
+    pub confined_by_recursion: u64,
+    /// Those that such a recursion was given up for, before they were found by one of the ways above.
+    pub confined_given_up: u64,
     /// Losing states found by recursion.
     pub lost_by_recursion: u64,
     /// Losing states left to be found layer by layer.
@@ -84,6 +91,8 @@ impl Work {
         Ways {
             by_recursion: self.reached[0].load(Relaxed),
             by_saturation: self.reached[1].load(Relaxed),
+            confined_by_recursion: self.confined[1].load(Relaxed),
+            confined_given_up: self.confined[0].load(Relaxed),
             lost_by_recursion: self.lost[1].load(Relaxed),
             lost_by_layers: self.lost[0].load(Relaxed),
             given_up: self.given_up.load(Relaxed),

@@ -1,0 +1,143 @@
+//! Reachability by allowed choices, in one recursion over a set, bounds and relations.
+//!
+//! As [`Walk::reach`], but each group of choices has a bound of its own, and steps into some states
+//! may not count: neither needs a relation that was not there before.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+
+use ahash::AHashMap;
+use oxidd::Function;
+
+use super::SymbolicEngine;
+use super::lists::List;
+use super::parts::{self, Operands, Part};
+use super::store::{Bdd, Store};
+use super::walk::{Halt, Walk};
+use crate::engine::Dropped;
+use crate::error::Result;
+
+/// What a recursion found on the way, of a set and the parts that can move.
+pub(super) struct Reached {
+    found: AHashMap<(Bdd, Operands), Bdd>,
+    /// The recursion gives up when it has found so much.
+    most: usize,
+}
+
+impl Reached {
+    /// Nothing yet.
+    pub(super) fn new(most: usize) -> Self {
+        Reached { found: AHashMap::new(), most }
+    }
+}
+
+/// One value of a bit: what can move there, and what was reached.
+struct Half {
+    parts: Vec<Part>,
+    reached: Bdd,
+    /// Whether something was reached that the parts have not been tried on.
+    open: bool,
+    /// What the other half has been entered from.
+    crossed: Bdd,
+}
+
+impl<'m, 'id: 'm> Walk<'m, 'id> {
+    /// μY. X ∪ { s : some part allows s and has a step from s into Y that counts }
+    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], known: &mut Reached) -> Result<Bdd, Halt> {
+        let parts = Vec::from_iter(parts.iter().filter(|p| p.moves(self.store)).cloned());
+        if self.store.is_zero(x) || parts.is_empty() {
+            return Ok(x.clone());
+        }
+        let operands = parts::operands(&parts);
+        let key = (x.clone(), operands.clone());
+        if let Some(found) = known.found.get(&key) {
+            return Ok(found.clone());
+        }
+        self.tick()?;
+        if known.found.len() >= known.most {
+            return Err(Halt::Spent);
+        }
+        let found = self.reach_by_across(self.first_bit(x, &parts), x, &parts, known)?;
+        known.found.insert(key, found.clone());
+        // What is closed stays as it is.
+        known.found.insert((found.clone(), operands), found.clone());
+        Ok(found)
+    }
+
+    /// The same by halves of a bit.
+    fn reach_by_across(&self, bit: u32, x: &Bdd, parts: &[Part], known: &mut Reached) -> Result<Bdd, Halt> {
+        let half = |value| {
+            let (parts, reached) = (self.half(bit, value, parts)?, self.side(x, bit, value));
+            Ok::<_, Halt>(Half { parts, reached, open: true, crossed: self.store.zero() })
+        };
+        let mut halves = [half(false)?, half(true)?];
+        let arcs = [self.arcs(bit, parts, true, false)?, self.arcs(bit, parts, false, true)?];
+        // A half that is entered before it is closed is closed once instead of twice.
+        let mut at = usize::from(arcs[0].iter().all(|arc| arc.is_empty()));
+        while halves[at].open || halves[at].reached != halves[at].crossed {
+            if std::mem::take(&mut halves[at].open) {
+                halves[at].reached = self.reach_by(&halves[at].reached, &halves[at].parts, known)?;
+            }
+            self.cross(&mut halves, at, &arcs[at])?;
+            at = 1 - at;
+        }
+        let [clear, set] = halves;
+        self.joined(bit, &set.reached, &clear.reached)
+    }
+
+    /// Adds to the other half what has a step into what is new in the half `at`.
+    fn cross(&self, halves: &mut [Half; 2], at: usize, arcs: &[Arc<List>]) -> Result<(), Halt> {
+        let to = 1 - at;
+        let new = self.own(|w| w.minus(halves[at].reached.as_edge(w.m), halves[at].crossed.as_edge(w.m)))?;
+        halves[at].crossed = halves[at].reached.clone();
+        let mut reached = halves[to].reached.clone();
+        for (index, arc) in arcs.iter().enumerate().filter(|(_, arc)| !arc.is_empty()) {
+            let (except, allowed) = (&halves[at].parts[index].except, &halves[to].parts[index].allowed);
+            let entered = self.enter(&new, except, allowed, arc)?;
+            reached = self.own(|w| w.or(reached.as_edge(w.m), entered.as_edge(w.m)))?;
+        }
+        halves[to].open |= reached != halves[to].reached;
+        halves[to].reached = reached;
+        Ok(())
+    }
+}
+
+/// What can reach a target by allowed choices and edges that are not dropped; none where that is not
+/// worth trying, or took more than it was given.
+///
+/// `allowed` has a bound for each group.
+pub(super) fn can_reach(
+    engine: &SymbolicEngine,
+    target: &Bdd,
+    allowed: &[Bdd],
+    dropped: &Dropped<Bdd>,
+) -> Result<Option<Bdd>> {
+    if !parts::are_few(engine)? {
+        return Ok(None);
+    }
+    let mut parts = Vec::new();
+    for (list, allowed) in engine.groups.iter().zip(allowed) {
+        for (allowed, except) in by_exception(&engine.store, allowed, dropped)? {
+            parts.push(Part { allowed, except, list: list.clone() });
+        }
+    }
+    let most = parts::budget(&engine.store, &parts);
+    let found = engine.store.reach_by(target, &parts, most)?;
+    engine.store.work.confined[usize::from(found.is_some())].fetch_add(1, Relaxed);
+    Ok(found)
+}
+
+/// Some states by what is dropped there: disjoint sets, each with the states into which its steps do
+/// not count.
+fn by_exception(store: &Store, states: &Bdd, dropped: &Dropped<Bdd>) -> Result<Vec<(Bdd, Bdd)>> {
+    let mut sets = vec![(states.clone(), store.zero())];
+    for (from, into) in dropped {
+        let mut finer = Vec::with_capacity(sets.len() + 1);
+        for (states, except) in sets {
+            finer.push((store.and(&states, from)?, store.or(&except, into)?));
+            finer.push((store.minus(&states, from)?, except));
+        }
+        sets = finer.into_iter().filter(|(states, _)| !store.is_zero(states)).collect();
+    }
+    Ok(sets)
+}

@@ -1,0 +1,107 @@
+//! The choices of several groups, each with its own bound, taken down the bits together.
+//!
+//! What a choice set allows differs from group to group. To confine each relation to it would build
+//! all relations anew for every set; here the bounds go down beside the relations.
+
+use std::sync::Arc;
+
+use oxidd::Function;
+
+use super::SymbolicEngine;
+use super::diagram::Diagram;
+use super::lists::List;
+use super::store::{Bdd, Store};
+use super::walk::{Halt, Walk};
+use crate::error::Result;
+
+/// Some choices of one group.
+#[derive(Clone)]
+pub(super) struct Part {
+    /// Where they are allowed.
+    pub(super) allowed: Bdd,
+    /// Steps into these states do not count.
+    pub(super) except: Bdd,
+    /// The steps.
+    pub(super) list: Arc<List>,
+}
+
+/// What a recursion is asked of parts, beside a set: their bounds, and the numbers of their lists.
+pub(super) type Operands = Vec<(Bdd, Bdd, u32)>;
+
+/// The operands of some parts.
+pub(super) fn operands(parts: &[Part]) -> Operands {
+    parts.iter().map(|p| (p.allowed.clone(), p.except.clone(), p.list.number)).collect()
+}
+
+/// Whether a recursion over parts is worth beginning: where steps that keep the first bits leave many
+/// different relations behind, as in products of modules, there are too many cases to tell apart.
+pub(super) fn are_few(engine: &SymbolicEngine) -> Result<bool> {
+    let most = engine.store.thresholds().relations_a_bit * engine.encoding.width();
+    engine.store.lists.stay_few(&engine.store, &engine.groups, most)
+}
+
+/// How many results a recursion over parts may find before it gives up.
+pub(super) fn budget(store: &Store, parts: &[Part]) -> usize {
+    let nodes: usize = parts.iter().map(|p| store.size(&p.allowed)).sum();
+    nodes / store.thresholds().nodes_per_case.max(1) + store.thresholds().free_cases
+}
+
+impl Part {
+    /// Whether a step may change anything.
+    pub(super) fn moves(&self, store: &Store) -> bool {
+        self.list.moves() && !store.is_zero(&self.allowed)
+    }
+}
+
+impl<'m, 'id: 'm> Walk<'m, 'id> {
+    /// The first bit that matters to a set or to parts.
+    pub(super) fn first_bit(&self, x: &Bdd, parts: &[Part]) -> u32 {
+        let tops = parts.iter().map(|p| self.bit(&p.allowed).min(self.bit(&p.except)).min(p.list.top));
+        tops.min().unwrap_or(u32::MAX).min(self.bit(x))
+    }
+
+    /// What is left of parts where `bit`, before which nothing matters, has a value and keeps it.
+    pub(super) fn half(&self, bit: u32, value: bool, parts: &[Part]) -> Result<Vec<Part>, Halt> {
+        let side = |part: &Part, list: Arc<List>| Part {
+            allowed: self.side(&part.allowed, bit, value),
+            except: self.side(&part.except, bit, value),
+            list,
+        };
+        let arcs = self.arcs(bit, parts, value, value)?;
+        Ok(parts.iter().zip(arcs).map(|(part, list)| side(part, list)).collect())
+    }
+
+    /// For each part its steps from one value of `bit` to another.
+    pub(super) fn arcs(
+        &self,
+        bit: u32,
+        parts: &[Part],
+        from: bool,
+        to: bool,
+    ) -> Result<Vec<Arc<List>>, Halt> {
+        let arc = |part: &Part| Ok(self.store.lists.arc(self.store, &part.list, bit, from, to)?);
+        parts.iter().map(arc).collect()
+    }
+
+    /// { s allowed by a part : one of its steps on `arc` leads from s into `new`, and counts }, where the
+    /// states of `new` and those that `part` excepts are on the one side of a bit, `allowed` on the other.
+    pub(super) fn enter(&self, new: &Bdd, except: &Bdd, allowed: &Bdd, arc: &List) -> Result<Bdd, Halt> {
+        let new = self.own(|w| w.minus(new.as_edge(w.m), except.as_edge(w.m)))?;
+        self.own(|w| w.step(new.as_edge(w.m), allowed.as_edge(w.m), arc))
+    }
+
+    /// if `bit` then `set` else `clear`
+    pub(super) fn joined(&self, bit: u32, set: &Bdd, clear: &Bdd) -> Result<Bdd, Halt> {
+        self.own(|w| w.node(bit, &w.m.held(set.as_edge(w.m)), &w.m.held(clear.as_edge(w.m))))
+    }
+
+    /// The first bit that a diagram depends on.
+    fn bit(&self, f: &Bdd) -> u32 {
+        self.top(f.as_edge(self.m))
+    }
+
+    /// A diagram by a bit that is none after its first.
+    pub(super) fn side(&self, f: &Bdd, bit: u32, value: bool) -> Bdd {
+        self.m.handle(self.split(f.as_edge(self.m), bit)[usize::from(value)])
+    }
+}
