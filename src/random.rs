@@ -1,6 +1,7 @@
 //! Random draws that are the same for ever: a fixed stream cipher, and the few ways to draw from it
 //! written here, since libraries reserve the right to change theirs.
 
+use num_bigint::BigUint;
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
 
@@ -26,6 +27,19 @@ impl Draw {
     pub(crate) fn below(&mut self, count: usize) -> usize {
         let product = u128::from(self.0.next_u64()) * (count as u128);
         usize::try_from(product >> 64).unwrap_or(0)
+    }
+
+    /// A number below `count` (0 where there is none), however large, each as likely.
+    pub(crate) fn below_large(&mut self, count: &BigUint) -> BigUint {
+        let bits = count.bits();
+        loop {
+            let digits = (0..bits.div_ceil(32)).map(|_| (self.0.next_u64() >> 32) as u32).collect();
+            let drawn = BigUint::new(digits) >> (bits.next_multiple_of(32) - bits);
+            // At least every other draw fits.
+            if drawn < *count || bits == 0 {
+                return drawn;
+            }
+        }
     }
 
     /// A number in [0, 1) with 53 bits.
@@ -65,5 +79,10 @@ mod tests {
             assert!((0.0..1.0).contains(&draw.unit()));
         }
         assert_eq!(draw.below(0), 0);
+        for bits in 0..200u32 {
+            let count = num_bigint::BigUint::from(1u32) << bits;
+            assert!(draw.below_large(&count) < count);
+        }
+        assert_eq!(draw.below_large(&num_bigint::BigUint::ZERO), num_bigint::BigUint::ZERO);
     }
 }

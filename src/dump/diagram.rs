@@ -171,8 +171,13 @@ impl Diagram {
     /// The number of assignments to the variables from `top` down that satisfy a function which
     /// depends on no variable above.
     pub fn count(&self, edge: Edge, top: u32) -> BigUint {
+        self.over(&self.counts(edge), edge, top)
+    }
+
+    /// For each node of a function the number of assignments to the variables from its own level down
+    /// that satisfy it.
+    pub(super) fn counts(&self, edge: Edge) -> Vec<BigUint> {
         let seen = self.below(&[edge]);
-        // For each node, over the variables from its own level down.
         let mut counts: Vec<BigUint> = Vec::with_capacity(self.nodes.len());
         for (index, node) in self.nodes.iter().enumerate() {
             let count = if seen[index] {
@@ -183,11 +188,11 @@ impl Diagram {
             };
             counts.push(count);
         }
-        self.over(&counts, edge, top)
+        counts
     }
 
     /// The count of an arc over the variables from `top` down, given those of the nodes.
-    fn over(&self, counts: &[BigUint], edge: Edge, top: u32) -> BigUint {
+    pub(super) fn over(&self, counts: &[BigUint], edge: Edge, top: u32) -> BigUint {
         let level = self.level(edge);
         let positive = match edge.id() {
             1 => BigUint::from(1u8),

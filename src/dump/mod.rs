@@ -12,8 +12,10 @@ pub mod diagram;
 pub mod directory;
 pub mod dot;
 pub mod manifest;
+mod members;
 mod place;
 
 pub use diagram::{Diagram, Edge, Node};
 pub use directory::{Dump, read_directory, write_directory};
 pub use manifest::Manifest;
+pub use members::Members;

@@ -6,15 +6,19 @@
 //! cheap: they share what was computed.
 
 mod exploration;
+mod members;
 mod model;
 mod planning;
+mod raster;
 #[cfg(feature = "output")]
 mod report;
 mod states;
 
 pub use exploration::Exploration;
+pub use members::Listing;
 pub use model::Model;
 pub use planning::{Planning, Strategy};
+pub use raster::Raster;
 #[cfg(feature = "output")]
 pub use report::Drawing;
 pub use states::States;

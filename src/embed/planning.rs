@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::States;
+use super::{Exploration, States};
 use crate::engine::AnyEngine;
 use crate::error::{Error, Result};
 use crate::model::preference::Preferences;
@@ -80,6 +80,11 @@ impl Planning {
         &self.engine
     }
 
+    /// The states that it is about: those explored, or where whole plays count those beside observers.
+    pub fn exploration(&self) -> Exploration {
+        Exploration::of(AnyEngine::clone(&self.engine))
+    }
+
     /// The program, with the targets of the preferences.
     pub fn program(&self) -> &Arc<Program> {
         self.engine.program()
@@ -152,6 +157,11 @@ pub struct Strategy {
 }
 
 impl Strategy {
+    /// Whether nothing is left to compute before a state in which planning starts is explained.
+    pub fn knows(&self, state: &[i64]) -> bool {
+        self.book.knows(self.book.start(state))
+    }
+
     /// The playbook, with the strategies computed so far.
     pub fn book(&mut self) -> &mut Playbook<'static, AnyEngine> {
         &mut self.book

@@ -7,6 +7,11 @@ use crate::engine::{AnyEngine, Count, Engine};
 use crate::error::{Error, Result};
 use crate::model::State;
 
+/// Operations on two diagrams of so many nodes are done in milliseconds.
+const SMALL_DIAGRAM: usize = 500;
+/// And those on sets out of so many states.
+const SMALL_SCOPE: usize = 1 << 16;
+
 /// A set of states of an [`Exploration`](super::Exploration).
 ///
 /// Sets of different explorations are never equal, and no operation takes them together.
@@ -68,6 +73,16 @@ impl States {
         self.engine.list_states(&self.set, limit)
     }
 
+    /// Whether an operation on this set takes a moment only: its diagram, or the scope of an engine without
+    /// diagrams, is small.
+    pub fn is_small(&self) -> bool {
+        match (&self.set, self.engine.symbolic()) {
+            (AnyStates::Symbolic(x), Some(engine)) => !engine.has_nodes(x, SMALL_DIAGRAM),
+            (AnyStates::Explicit(x), _) => x.capacity() < SMALL_SCOPE,
+            (AnyStates::Symbolic(_), None) => false,
+        }
+    }
+
     /// X ∪ Y
     ///
     /// # Errors
@@ -90,6 +105,14 @@ impl States {
     /// Those of [`States::union`].
     pub fn difference(&self, other: &States) -> Result<States> {
         Ok(States::of(&self.engine, self.engine.difference(&self.set, other.within(&self.engine)?)?))
+    }
+
+    /// X △ Y
+    ///
+    /// # Errors
+    /// Those of [`States::union`].
+    pub fn symmetric_difference(&self, other: &States) -> Result<States> {
+        self.difference(other)?.union(&other.difference(self)?)
     }
 
     /// S \ X

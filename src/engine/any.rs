@@ -119,6 +119,14 @@ impl AnyEngine {
         }
     }
 
+    /// The explicit engine, where it is that.
+    pub fn explicit(&self) -> Option<&Arc<ExplicitEngine>> {
+        match &self.inner {
+            Inner::Symbolic(_) => None,
+            Inner::Explicit(engine) => Some(engine),
+        }
+    }
+
     /// The program.
     pub fn program(&self) -> &Arc<Program> {
         &self.program

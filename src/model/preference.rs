@@ -22,6 +22,19 @@ pub struct Preferences {
     pub history: History,
 }
 
+/// What a preference file says without a model.
+#[derive(Debug, Clone)]
+pub struct Outline {
+    /// The objectives in the order of declaration: their names, and their formulas as they are written.
+    pub objectives: Vec<(String, String)>,
+    /// Which objective is preferred to which.
+    pub order: Preorder,
+    /// What it is worth to achieve nothing.
+    pub empty: Empty,
+    /// Which part of a play counts.
+    pub history: History,
+}
+
 /// Which part of a play counts: `history = …` of a preference file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum History {

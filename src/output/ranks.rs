@@ -51,7 +51,7 @@ pub(super) fn is_one(rank: Rank) -> bool {
 pub(super) fn ability(rank: Rank, how: &str) -> String {
     match rank {
         Rank::Finite(0) => format!("cannot {how} improve"),
-        Rank::AtLeast(_) => format!("{how} improves {} (--max-level ends the search)", times(rank)),
+        Rank::AtLeast(_) => format!("{how} improves {} (the search ends there)", times(rank)),
         _ => format!("{how} improves {}", times(rank)),
     }
 }

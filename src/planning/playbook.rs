@@ -89,6 +89,11 @@ impl<'a, E: Engine> Playbook<'a, E> {
         &self.program
     }
 
+    /// s ∈ S
+    pub fn is_state(&self, state: &[i64]) -> bool {
+        self.engine.contains(&self.engine.all_states(), state)
+    }
+
     /// MP(s); empty outside the scope.
     pub fn most_preferred(&self, state: &[i64]) -> ObjectiveSet {
         let class = self.classes.of(&*self.engine, state);
@@ -173,6 +178,12 @@ impl<'a, E: Engine> Playbook<'a, E> {
     pub(super) fn game(&self, memory: Memory) -> Option<(&Arena<E>, &Game<E>)> {
         let game = self.levels.level(memory.level)?.games.get(memory.arena?)?;
         Some((self.arena(memory)?, game))
+    }
+
+    /// Whether [`Playbook::strategy`] has nothing left to compute for a memory.
+    pub fn knows(&self, memory: Memory) -> bool {
+        let Some(index) = memory.arena else { return true };
+        self.game(memory).is_none() || self.strategies.contains_key(&(key(memory.level), index))
     }
 
     /// The strategies of a memory; none where nothing can be improved.

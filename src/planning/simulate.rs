@@ -222,10 +222,20 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
     /// # Errors
     /// As [`Playbook::explain`]. Cost: that for each state and memory visited.
     pub fn run(&mut self, start: &[i64]) -> Result<Tally> {
+        self.run_each(start, &mut |_| ())
+    }
+
+    /// As [`Simulation::run`]; `each` sees every play in full.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::run`].
+    pub fn run_each(&mut self, start: &[i64], each: &mut dyn FnMut(&Trace)) -> Result<Tally> {
         let mut tally = Tally::new(start, self.book.rank(start));
         for play in 1..=self.setup.runs {
             let (turns, settled) = self.play(start, &mut Draw::numbered(self.setup.seed, play))?;
-            tally.add(Trace { play, turns }, settled);
+            let trace = Trace { play, turns };
+            each(&trace);
+            tally.add(trace, settled);
         }
         Ok(tally)
     }

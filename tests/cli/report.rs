@@ -44,7 +44,7 @@ fn without_a_plane_there_are_no_maps_but_all_the_rest() {
     let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("page.html"));
     run(&format!("report {m} {p} --out {out}")).expect(0);
     let page = fs::read_to_string(&out).unwrap();
-    assert!(page.contains("--grid ROW,COLUMN") && !page.contains("id=\"data\""));
+    assert!(page.contains("<code>grid</code>, ROW,COLUMN") && !page.contains("id=\"data\""));
     run(&format!("report {m} {p} --format svg --picture sasi")).expect(2);
 }
 

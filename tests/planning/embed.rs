@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use meliora::atlas::Plane;
 use meliora::embed::Drawing;
 use meliora::engine::{Count, Engine};
-use meliora::output::page::Picture;
+use meliora::model::State;
+use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};
-use meliora::planning::{Picks, Setup};
-use meliora::{Error, Kind, Model, Options, Rank, Settings, SourceFile, Storage};
+use meliora::planning::{Picks, Setup, Simulation};
+use meliora::{Error, Kind, Limit, Model, Options, Rank, Scope, Settings, SourceFile, Storage, lang};
 
 const TOY: &str = "mdp
     const int last;
@@ -165,5 +167,123 @@ fn a_planning_can_be_looked_at() {
         }
         let wrong = planning.draw(Drawing::Html, Some("nowhere"));
         assert!(matches!(wrong, Err(Error::Input(_))));
+    }
+}
+
+#[test]
+fn members_are_listed_and_drawn() {
+    for storage in BOTH {
+        for scope in [Scope::Reachable, Scope::All] {
+            let explored = toy().explore(Settings { scope, ..stored(storage) }).unwrap();
+            let states = explored.states_where("s != 2").unwrap();
+            let all: Vec<State> = states.listing().unwrap().map(Result::unwrap).collect();
+            assert_eq!(all, states.list(usize::MAX).unwrap());
+            assert!(states.is_small());
+            for size in 0..=all.len() {
+                let mut drawn = states.sample(size, 3).unwrap();
+                assert_eq!(drawn, states.sample(size, 3).unwrap());
+                drawn.sort();
+                drawn.dedup();
+                assert_eq!((drawn.len(), drawn.iter().all(|s| all.contains(s))), (size, true));
+            }
+            assert!(matches!(states.sample(all.len() + 1, 3), Err(Error::Usage(_))));
+            let none = explored.states_where("false").unwrap();
+            assert_eq!((none.sample(0, 0).unwrap().len(), none.listing().unwrap().count()), (0, 0));
+        }
+    }
+}
+
+#[test]
+fn every_member_is_drawn_about_as_often() {
+    for storage in BOTH {
+        let explored = toy().explore(stored(storage)).unwrap();
+        let (mut times, states) = ([0; 6], explored.states());
+        (0..600).for_each(|seed| times[states.sample(1, seed).unwrap()[0][0] as usize] += 1);
+        assert!(times.iter().all(|n| (60..140).contains(n)), "{times:?}");
+    }
+}
+
+#[test]
+fn sets_lie_over_planes() {
+    let text = "mdp module m
+        r : [-1..1] init 0; c : [2..5] init 2; b : [0..2] init 0; on : bool init false;
+        [] true -> (r'=r); endmodule";
+    let model = Model::parse(text, "").unwrap();
+    let [r, c, b] = ["r", "c", "b"].map(|name| model.program().variable(name).unwrap());
+    for storage in BOTH {
+        let explored = model.explore(Settings { scope: Scope::All, ..stored(storage) }).unwrap();
+        let states = explored.states_where("r + c = 3 & on | b = 2 & r = 1 & c = 5").unwrap();
+        let plane = Plane { row: Some(r), column: c };
+        let marks = |fixed: &[_]| {
+            let raster = states.raster(plane, fixed).unwrap();
+            assert_eq!((raster.rows, raster.columns), (3, 4));
+            let row = |cells: &[bool]| cells.iter().map(|&c| if c { '#' } else { '.' }).collect::<String>();
+            raster.cells.chunks(4).map(row).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(marks(&[]), "..#. .#.. #..#");
+        assert_eq!(marks(&[(b, 1)]), "..#. .#.. #...");
+        assert_eq!(marks(&[(b, 7)]), ".... .... ....");
+        let column = states.raster(Plane { row: None, column: r }, &[(c, 5)]).unwrap();
+        assert_eq!((column.rows, column.cells), (1, vec![false, false, true]));
+        let slice = explored.slice(&[(b, 2), (c, 5)]).unwrap();
+        assert_eq!(slice, explored.states_where("b = 2 & c = 5").unwrap());
+        assert_eq!(
+            states.slice(&[(b, 2)]).unwrap(),
+            states.intersection(&explored.slice(&[(b, 2)]).unwrap()).unwrap()
+        );
+        let (one, other) = (explored.states_where("r = 0").unwrap(), explored.states_where("c = 2").unwrap());
+        let apart = explored.states_where("(r = 0) != (c = 2)").unwrap();
+        assert_eq!(one.symmetric_difference(&other).unwrap(), apart);
+    }
+}
+
+#[test]
+fn planes_that_are_too_large_are_refused() {
+    let text = "mdp module m x : [0..100000]; y : [0..100000]; [] true -> true; endmodule";
+    let model = Model::parse(text, "").unwrap();
+    let plane = Plane { row: model.program().variable("x"), column: model.program().variable("y").unwrap() };
+    let explored = model.explore(Settings::default()).unwrap();
+    assert!(matches!(explored.states().raster(plane, &[]), Err(Error::Limit(Limit::Size { .. }))));
+}
+
+#[test]
+fn every_play_can_be_seen() {
+    let mut planning =
+        toy().explore(Settings::default()).unwrap().prefer(&wishes(), Options::default()).unwrap();
+    planning.run(&mut |_| ()).unwrap();
+    let first = planning.region("sasi:1").unwrap();
+    assert!(first.is_subset(&planning.exploration().states()).unwrap());
+    let mut strategy = planning.strategy(Kind::Sasi).unwrap();
+    assert!(!strategy.knows(&[0, 0]) && strategy.knows(&[3, 0]));
+    strategy.permitted(&[0, 0]).unwrap();
+    assert!(
+        strategy.knows(&[0, 0]) && strategy.book().is_state(&[5, 0]) && !strategy.book().is_state(&[5, 1])
+    );
+    let setup = Setup { picks: Picks::Permissive, runs: 20, steps: 50, seed: 1 };
+    let mut seen = Vec::new();
+    let tally = Simulation::new(strategy.book(), setup)
+        .run_each(&[0, 0], &mut |play| seen.push(play.clone()))
+        .unwrap();
+    assert_eq!(tally, strategy.simulate(setup, &vec![0, 0]).unwrap());
+    assert_eq!((seen.len(), seen[0].play, &seen[0]), (20, 1, &tally.trace));
+    assert!(seen.iter().all(|play| play.turns.iter().filter(|turn| turn.improves).count() == 1));
+}
+
+#[test]
+fn preferences_say_much_without_a_model() {
+    let outline = lang::outline_preferences(&wishes()).unwrap();
+    assert_eq!(outline.objectives[0], ("First".to_owned(), "F (s=1 | s=5)".to_owned()));
+    assert!(outline.order.strictly(2, 0) && !outline.order.strictly(2, 1));
+    assert!(order_svg(&outline).starts_with("<svg"));
+    for (text, line) in [
+        ("objective A = F x=1;\nprefer A > B;", 2),
+        ("objective A = F x=1;\nobjective A = F x=2;", 2),
+        ("objective A = F x=1;\nobjective B = F x=1;\nprefer A > B;\nprefer B > A;", 3),
+        ("empty = gain;", 1),
+    ] {
+        match lang::outline_preferences(&SourceFile::new("p", text)) {
+            Err(Error::Input(wrong)) => assert_eq!(wrong[0].position().0, line, "{text}"),
+            other => panic!("{text}: {other:?}"),
+        }
     }
 }

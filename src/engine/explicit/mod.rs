@@ -22,6 +22,7 @@ mod pursuit;
 mod set;
 mod share;
 mod stepper;
+mod visit;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
@@ -35,6 +36,7 @@ use layout::Layout;
 use meter::Meter;
 use program::Prepared;
 use set::Bits;
+pub use visit::Listing;
 
 /// A set of states: one bit a state.
 #[derive(Debug, Clone)]

@@ -295,14 +295,14 @@ impl ExplicitEngine {
     }
 
     /// The values of a state.
-    fn values(&self, state: usize) -> State {
+    pub(super) fn values(&self, state: usize) -> State {
         let mut values = vec![0; self.program.variables.len()];
         self.with_code(state, |code| self.layout.decode(code, &mut values));
         values
     }
 
     #[inline]
-    fn with_code(&self, state: usize, read: impl FnOnce(&[u64])) {
+    pub(super) fn with_code(&self, state: usize, read: impl FnOnce(&[u64])) {
         match &self.space {
             Space::Met(index) => read(index.code(state)),
             Space::Every(_) => read(&[state as u64]),

@@ -129,8 +129,8 @@ impl Encoding {
         offset >> bit.index & 1 == 1
     }
 
-    /// The state of a bit pattern.
-    pub(super) fn decode(&self, pattern: &[bool]) -> State {
+    /// The state of a bit pattern: for each bit in the order of the diagram its value.
+    pub fn decode(&self, pattern: &[bool]) -> State {
         let mut state: State = self.variables.iter().map(|v| v.low).collect();
         for (bit, _) in self.order.iter().zip(pattern).filter(|(_, set)| **set) {
             state[bit.variable.index()] += 1i64 << bit.index;

@@ -41,6 +41,7 @@ use oxidd::BooleanFunction;
 pub use dump::{Numbered, Set};
 pub use encoding::{Bit, Encoding};
 pub use order::Order;
+pub use pick::Listing;
 pub use thresholds::{Thresholds, Ways};
 
 use super::{Count, Dropped, Engine, Moves, Settings, Usage};
@@ -153,6 +154,11 @@ impl SymbolicEngine {
     /// How often each way to the same result was taken.
     pub fn ways(&self) -> Ways {
         self.store.work.ways()
+    }
+
+    /// Whether the diagram of a set has at least so many nodes; looks at no more of them.
+    pub fn has_nodes(&self, x: &StateSet, many: usize) -> bool {
+        self.store.has_nodes(&x.0, many)
     }
 
     /// How many nodes the diagram of a set has.

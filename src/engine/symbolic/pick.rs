@@ -2,8 +2,61 @@
 
 use super::encoding::Encoding;
 use super::store::{Bdd, Store};
+use super::{StateSet, SymbolicEngine};
 use crate::error::Result;
 use crate::model::{State, VarId};
+
+/// The states of a set in the order of their values, the first variable first, one after the other.
+///
+/// Goes down bit by bit in the order of the declarations, whatever the order of the diagram.
+pub struct Listing {
+    /// The bits in the order of the declarations.
+    positions: Vec<u32>,
+    /// What is left to visit: a set, how many bits are decided, and how.
+    stack: Vec<(Bdd, usize, Vec<bool>)>,
+}
+
+impl Listing {
+    fn new(encoding: &Encoding, x: &Bdd) -> Self {
+        let mut positions = Vec::new();
+        for index in 0..encoding.variables().len() {
+            positions.extend(encoding.positions(VarId(index as u32)).iter().rev().copied());
+        }
+        Listing { positions, stack: vec![(x.clone(), 0, vec![false; encoding.width()])] }
+    }
+
+    fn advance(&mut self, store: &Store, encoding: &Encoding) -> Result<Option<State>> {
+        while let Some((rest, depth, pattern)) = self.stack.pop() {
+            if store.is_zero(&rest) {
+                continue;
+            }
+            let Some(&position) = self.positions.get(depth) else {
+                return Ok(Some(encoding.decode(&pattern)));
+            };
+            let mut set = pattern.clone();
+            set[position as usize] = true;
+            let bit = store.literal(2 * position, true)?;
+            self.stack.push((store.and(&rest, &bit)?, depth + 1, set));
+            self.stack.push((store.minus(&rest, &bit)?, depth + 1, pattern));
+        }
+        Ok(None)
+    }
+}
+
+impl SymbolicEngine {
+    /// The states of X one after the other; [`SymbolicEngine::next_listed`] goes on.
+    pub fn listing(&self, x: &StateSet) -> Listing {
+        Listing::new(&self.encoding, &x.0)
+    }
+
+    /// The next state of a listing; none at its end.
+    ///
+    /// # Errors
+    /// A limit. Cost: two conjunctions a bit at most.
+    pub fn next_listed(&self, listing: &mut Listing) -> Result<Option<State>> {
+        listing.advance(&self.store, &self.encoding)
+    }
+}
 
 /// The first state of a set that is not empty, in the order of [`list`].
 pub(super) fn first(store: &Store, encoding: &Encoding, x: &Bdd) -> Result<State> {
@@ -11,32 +64,11 @@ pub(super) fn first(store: &Store, encoding: &Encoding, x: &Bdd) -> Result<State
 }
 
 /// Up to `limit` states in the order of their values, the first variable first.
-///
-/// Goes down bit by bit in the order of the declarations, whatever the order of the diagram.
 pub(super) fn list(store: &Store, encoding: &Encoding, x: &Bdd, limit: usize) -> Result<Vec<State>> {
-    let mut positions = Vec::new();
-    for index in 0..encoding.variables().len() {
-        positions.extend(encoding.positions(VarId(index as u32)).iter().rev().copied());
-    }
-    let mut found = Vec::new();
-    // What is left to visit: a set, how many bits are decided, and how.
-    let mut stack = vec![(x.clone(), 0usize, vec![false; encoding.width()])];
-    while let Some((rest, depth, pattern)) = stack.pop() {
-        if found.len() >= limit {
-            break;
-        }
-        if store.is_zero(&rest) {
-            continue;
-        }
-        let Some(&position) = positions.get(depth) else {
-            found.push(encoding.decode(&pattern));
-            continue;
-        };
-        let mut set = pattern.clone();
-        set[position as usize] = true;
-        let bit = store.literal(2 * position, true)?;
-        stack.push((store.and(&rest, &bit)?, depth + 1, set));
-        stack.push((store.minus(&rest, &bit)?, depth + 1, pattern));
+    let (mut listing, mut found) = (Listing::new(encoding, x), Vec::new());
+    while found.len() < limit {
+        let Some(state) = listing.advance(store, encoding)? else { break };
+        found.push(state);
     }
     Ok(found)
 }

@@ -78,12 +78,17 @@ impl<'a> Lowerer<'a> {
                 self.lowered.insert((definition, NO_RENAMING), Some(value));
             }
         }
-        self.report_missing(&wanted, bindings);
+        self.report_missing(&wanted, given, bindings);
         wrong
     }
 
-    /// Reports the constants that have no value.
-    pub(in crate::lang) fn report_missing(&mut self, constants: &[Wanted<'_>], bindings: &[Binding]) {
+    /// Reports the constants that have no value; the name of `given` says how to give them one.
+    pub(in crate::lang) fn report_missing(
+        &mut self,
+        constants: &[Wanted<'_>],
+        given: &SourceFile,
+        bindings: &[Binding],
+    ) {
         let named = |c: &Wanted<'_>| bindings.iter().any(|b| b.name.name == c.name);
         let missing: Vec<_> = constants.iter().filter(|c| !c.is_defined && !named(c)).collect();
         let Some((first, rest)) = missing.split_first() else { return };
@@ -95,7 +100,7 @@ impl<'a> Lowerer<'a> {
         for constant in rest {
             diagnostic = diagnostic.related(constant.span.range(), "undefined");
         }
-        self.report(diagnostic.help(format!("give values with `--const {}`", example.join(","))));
+        self.report(diagnostic.help(format!("give values with `{} {}`", given.name, example.join(","))));
     }
 
     /// All constants with their values in the order of declaration.

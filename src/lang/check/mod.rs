@@ -28,7 +28,7 @@ pub(in crate::lang) use super::slip::is_slip;
 pub(in crate::lang) use constants::{Wanted, given_values};
 pub(in crate::lang) use lower::Lowerer;
 pub(in crate::lang) use ops::Operand;
-pub use preference::{load_preferences, lower_preferences};
+pub use preference::{load_preferences, lower_preferences, outline_preferences};
 pub(in crate::lang) use scope::Scope;
 pub use target::lower_target;
 pub(in crate::lang) use target::lower_value;

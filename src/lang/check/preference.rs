@@ -12,7 +12,7 @@ use crate::lang::ltl::Watching;
 use crate::lang::pref::{self, Chain};
 use crate::model::Program;
 use crate::model::preference::{
-    Contradiction, Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
+    Contradiction, Empty, Goal, History, Objective, Outline, Preferences, Preorder, Relation, Statement,
 };
 use crate::model::temporal::Begin;
 
@@ -47,14 +47,29 @@ pub fn lower_preferences(
             objectives
         }
     };
-    let (statements, spans) = checker.statements(tree);
-    if !checker.diagnostics.is_empty() {
-        return Err(Error::Input(checker.diagnostics));
-    }
-    let order = Preorder::new(objectives.len(), &statements)
-        .map_err(|found| contradiction(source, &objectives, &found, &statements, &spans))?;
+    let order = checker.order(tree)?;
     let empty = tree.empty.map_or_else(Empty::default, |(empty, _)| empty);
     Ok(Preferences { objectives, order, empty, history })
+}
+
+/// Reads a preference file without a model: what the formulas say of one is not checked.
+///
+/// # Errors
+/// All other errors of the text that could be told apart: of syntax first, then of the order.
+pub fn outline_preferences(source: &Arc<SourceFile>) -> Result<Outline> {
+    let tree = pref::parse_preferences(source)?;
+    let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
+    for (index, objective) in tree.objectives.iter().enumerate().take(MOST_OBJECTIVES + 1) {
+        checker.declare(index, objective);
+    }
+    checker.expect_some(&tree);
+    let formula = |o: &pref::Objective| source.text[o.formula.span.range()].to_owned();
+    Ok(Outline {
+        history: checker.history(&tree),
+        order: checker.order(&tree)?,
+        objectives: tree.objectives.iter().map(|o| (o.name.name.clone(), formula(o))).collect(),
+        empty: tree.empty.map_or_else(Empty::default, |(empty, _)| empty),
+    })
 }
 
 /// What objectives become.
@@ -115,33 +130,55 @@ impl<'a> Checker<'a> {
     fn objectives(&mut self, tree: &'a pref::Preferences, goals: &mut impl Goals) -> Result<Vec<Objective>> {
         let mut objectives = Vec::new();
         for (index, objective) in tree.objectives.iter().enumerate() {
-            let Ident { name, span } = &objective.name;
-            if index == MOST_OBJECTIVES {
-                let message = format!("there are more than {MOST_OBJECTIVES} objectives");
-                self.report(Diagnostic::new(self.source, span.range(), message));
+            if !self.declare(index, objective) {
                 break;
-            }
-            if let Some((_, first)) = self.known.get(name.as_str()) {
-                let message = format!("the objective `{name}` is declared twice");
-                let diagnostic = Diagnostic::new(self.source, span.range(), message).label("declared again");
-                self.report(diagnostic.related(first.range(), "declared here first"));
-            } else {
-                self.known.insert(name, (index, *span));
             }
             match goals.goal(self.source, objective) {
                 Ok(goal) => {
-                    let span = Some(objective.span.range());
-                    objectives.push(Objective { name: name.clone(), goal, span });
+                    let (name, span) = (objective.name.name.clone(), Some(objective.span.range()));
+                    objectives.push(Objective { name, goal, span });
                 }
                 Err(Error::Input(wrong)) => wrong.into_iter().for_each(|d| self.report(d)),
                 Err(other) => return Err(other),
             }
         }
+        self.expect_some(tree);
+        Ok(objectives)
+    }
+
+    /// Notes the name of an objective; whether there may be so many.
+    fn declare(&mut self, index: usize, objective: &'a pref::Objective) -> bool {
+        let Ident { name, span } = &objective.name;
+        if index == MOST_OBJECTIVES {
+            let message = format!("there are more than {MOST_OBJECTIVES} objectives");
+            self.report(Diagnostic::new(self.source, span.range(), message));
+            return false;
+        }
+        if let Some((_, first)) = self.known.get(name.as_str()) {
+            let message = format!("the objective `{name}` is declared twice");
+            let diagnostic = Diagnostic::new(self.source, span.range(), message).label("declared again");
+            self.report(diagnostic.related(first.range(), "declared here first"));
+        } else {
+            self.known.insert(name, (index, *span));
+        }
+        true
+    }
+
+    fn expect_some(&mut self, tree: &pref::Preferences) {
         if tree.objectives.is_empty() {
             let diagnostic = Diagnostic::new(self.source, 0..0, "there is no objective");
             self.report(diagnostic.help("write `objective NAME = F (condition);`"));
         }
-        Ok(objectives)
+    }
+
+    /// The order that the statements make, where nothing was wrong so far.
+    fn order(mut self, tree: &'a pref::Preferences) -> Result<Preorder> {
+        let (statements, spans) = self.statements(tree);
+        if !self.diagnostics.is_empty() {
+            return Err(Error::Input(self.diagnostics));
+        }
+        Preorder::new(tree.objectives.len(), &statements)
+            .map_err(|found| contradiction(self.source, &tree.objectives, &found, &statements, &spans))
     }
 
     fn report(&mut self, diagnostic: Diagnostic) {
@@ -214,12 +251,12 @@ impl<'a> Checker<'a> {
 /// The cycle in words, `B > A >= C > B`, at the statement that cannot hold.
 fn contradiction(
     source: &Arc<SourceFile>,
-    objectives: &[Objective],
+    objectives: &[pref::Objective],
     found: &Contradiction,
     statements: &[Statement],
     spans: &[Span],
 ) -> Error {
-    let name = |i: usize| objectives.get(i).map_or("?", |o| o.name.as_str());
+    let name = |i: usize| objectives.get(i).map_or("?", |o| o.name.name.as_str());
     let mut cycle = String::new();
     for (&objective, &statement) in found.cycle.iter().zip(&found.statements) {
         let relation = statements.get(statement).map_or(Relation::Weak, |s| s.relation);

@@ -202,7 +202,7 @@ impl Parser<'_> {
                 ) =>
             {
                 let message = format!("the temporal operator `{word}` cannot stand in an expression");
-                let help = "`reach --property 'P>=1 [ … ]'` takes temporal formulas, and so do objectives";
+                let help = "properties, `P>=1 [ … ]`, take temporal formulas, and so do objectives";
                 self.report(self.wrong(span, message).help(help));
                 return Err(Failed);
             }

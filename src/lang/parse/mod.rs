@@ -88,7 +88,7 @@ fn other_languages(found: &str) -> Option<&'static str> {
         "and" | "AND" => "conjunction is written `&`",
         "or" | "OR" => "disjunction is written `|`",
         "not" | "NOT" => "negation is written `!`",
-        "U" | "W" => "temporal formulas stand in `reach --property 'P>=1 [ … ]'` and in objectives",
+        "U" | "W" => "temporal formulas stand in properties, `P>=1 [ … ]`, and in objectives",
         "'" => "`x'` is the new value of `x`: it stands in updates alone, `(x'=…)` after `->`",
         _ => return None,
     })

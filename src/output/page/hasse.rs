@@ -7,6 +7,7 @@ use maud::{Markup, html};
 use super::layered::{HEIGHT, Layered};
 use super::{letters, map};
 use crate::model::hasse::Hasse;
+use crate::model::preference::{Empty, Preorder};
 
 /// An order with what its nodes say.
 pub(super) struct Order {
@@ -28,6 +29,25 @@ const NOTE: f64 = 0.92 * 11.0;
 const BESIDE: f64 = 20.0;
 
 impl Order {
+    /// An order with the names of its objectives and a note for each group of them.
+    pub(super) fn new(
+        preorder: &Preorder,
+        empty: Empty,
+        names: &[&str],
+        note: impl Fn(&[usize]) -> Option<String>,
+    ) -> Self {
+        let hasse = Hasse::new(preorder);
+        let joined = |group: &Vec<usize>| {
+            group.iter().filter_map(|&i| names.get(i).copied()).collect::<Vec<_>>().join(" ~ ")
+        };
+        Order {
+            labels: hasse.groups.iter().map(joined).collect(),
+            notes: hasse.groups.iter().map(|group| note(group)).collect(),
+            bottom: empty != Empty::Incomparable,
+            hasse,
+        }
+    }
+
     fn width(&self, group: usize) -> f64 {
         let label = letters::width(&letters::shortened(&self.labels[group])) * NAME;
         let note = self.notes[group].as_ref().map_or(0.0, |note| letters::width(note) * NOTE);
@@ -80,7 +100,7 @@ fn too_large(order: &Order, alone: bool) -> Markup {
                 (map::style()) (map::paper(640, 40)) text.small x="4" y="24" { (text) }
             }
         } @else {
-            p { (text) " " code { "--format dot" } " writes it for programs that draw graphs." }
+            p { (text) " The format " code { "dot" } " is for programs that draw graphs." }
         }
     }
 }

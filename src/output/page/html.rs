@@ -214,7 +214,7 @@ fn no_maps() -> Markup {
     html! {
         section #maps { h2 { "Where" } p.hint {
             "No one or two integer variables of this model span a map of a size that can be drawn: "
-            code { "--grid ROW,COLUMN" } " names those to draw over."
+            "the option " code { "grid" } ", ROW,COLUMN, names those to draw over."
         } }
     }
 }

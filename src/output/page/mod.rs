@@ -21,8 +21,7 @@ pub use report::{PageReport, Written};
 use super::simulate::TraceReport;
 use super::{CheckReport, Number};
 use crate::atlas::Atlas;
-use crate::model::hasse::Hasse;
-use crate::model::preference::{Empty, Preferences};
+use crate::model::preference::{Outline, Preferences};
 use crate::model::{Program, State};
 use crate::planning::simulate::PlayEnd;
 use crate::planning::{Kind, Picks};
@@ -122,21 +121,19 @@ impl Content<'_> {
 
     /// The preference order with the names and sizes that its picture shows.
     fn order(&self) -> hasse::Order {
-        let hasse = Hasse::new(&self.preferences.order);
         let sure = |i: &usize| self.check.objectives.get(*i).map(|o| o.almost_sure.clone());
-        let note = |group: &Vec<usize>| {
+        let note = |group: &[usize]| {
             let sure: Vec<Number> = group.iter().filter_map(sure).collect();
             sure.iter().max().map(|n| format!("sure in {}", words::short(n)))
         };
-        let names = |group: &Vec<usize>| {
-            let names = group.iter().filter_map(|&i| self.preferences.objectives.get(i));
-            names.map(|o| o.name.as_str()).collect::<Vec<_>>().join(" ~ ")
-        };
-        hasse::Order {
-            labels: hasse.groups.iter().map(names).collect(),
-            notes: hasse.groups.iter().map(note).collect(),
-            bottom: self.preferences.empty != Empty::Incomparable,
-            hasse,
-        }
+        let names: Vec<&str> = self.preferences.objectives.iter().map(|o| o.name.as_str()).collect();
+        hasse::Order::new(&self.preferences.order, self.preferences.empty, &names, note)
     }
+}
+
+/// A preference order without a model as a picture: the Hasse diagram, as SVG.
+pub fn order_svg(preferences: &Outline) -> String {
+    let names: Vec<&str> = preferences.objectives.iter().map(|(name, _)| name.as_str()).collect();
+    let order = hasse::Order::new(&preferences.order, preferences.empty, &names, |_| None);
+    hasse::svg(&order, true).into_string()
 }

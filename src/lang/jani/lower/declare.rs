@@ -24,7 +24,7 @@ impl<'a> Lowering<'a> {
         let all: Vec<Wanted<'_>> =
             self.model.constants.iter().zip(&names).map(|(c, name)| wanted(c, name)).collect();
         let (given, wrong) = given_values(&all, inputs.constants, bindings);
-        self.lowerer.report_missing(&all, bindings);
+        self.lowerer.report_missing(&all, inputs.constants, bindings);
         let given: AHashMap<usize, Value> = given.into_iter().collect();
         self.pending = self.model.constants.iter().map(|c| (c.name.name.as_str(), false)).collect();
         for (index, constant) in self.model.constants.iter().enumerate() {
@@ -209,7 +209,8 @@ impl<'a> Lowering<'a> {
         let (Some(low), Some(high)) = (low?, high?) else {
             let message = format!("the variable `{name}` has no bounds");
             let diagnostic = self.lowerer.wrong(ty.span, message).kind(Kind::Unsupported);
-            let help = format!("give bounds with `--bounds {name}=0..7`, say; states outside are errors");
+            let by = self.bounds_by;
+            let help = format!("give bounds with `{by} {name}=0..7`, say; states outside are errors");
             self.lowerer.report(diagnostic.label("unbounded integers are not supported").help(help));
             return None;
         };

@@ -70,6 +70,8 @@ struct Lowering<'a> {
     pending: AHashMap<&'a str, bool>,
     /// Bounds for variables without: whether they were wanted.
     bounds: AHashMap<String, (i64, i64, bool)>,
+    /// How bounds are given.
+    bounds_by: &'a str,
     /// What functions gave for their arguments, before assignments and after some of them.
     called: AHashMap<(usize, usize, Vec<ExprId>), Option<ExprId>>,
     stage: usize,
@@ -83,9 +85,9 @@ struct Lowering<'a> {
 ///
 /// # Errors
 /// All errors of meaning that could be told apart; a limit.
-pub(super) fn program(
-    model: &Model,
-    inputs: &Inputs<'_>,
+pub(super) fn program<'a>(
+    model: &'a Model,
+    inputs: &Inputs<'a>,
     bindings: &[Binding],
     bounds: Vec<(String, i64, i64)>,
     observer: &dyn Observer,
@@ -106,6 +108,7 @@ pub(super) fn program(
         constant_values: Vec::new(),
         pending: AHashMap::new(),
         bounds: bounds.into_iter().map(|(name, low, high)| (name, (low, high, false))).collect(),
+        bounds_by: &inputs.bounds.name,
         called: AHashMap::new(),
         stage: 0,
         stages: 0,

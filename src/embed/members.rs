@@ -1,0 +1,95 @@
+//! The members of a set of states: one after the other, and some at random.
+
+use ahash::AHashSet;
+
+use super::States;
+use crate::dump::Members;
+use crate::engine::any::AnyStates;
+use crate::engine::symbolic::Set;
+use crate::engine::{AnyEngine, Count, explicit, symbolic};
+use crate::error::{Error, Result};
+use crate::model::State;
+use crate::random::Draw;
+
+/// The states of a set in the order of their values, first variable first, found as they are asked for.
+pub struct Listing {
+    engine: AnyEngine,
+    rest: Rest,
+}
+
+enum Rest {
+    Symbolic(symbolic::Listing),
+    Explicit(explicit::Listing),
+}
+
+impl Iterator for Listing {
+    type Item = Result<State>;
+
+    fn next(&mut self) -> Option<Result<State>> {
+        match &mut self.rest {
+            Rest::Symbolic(rest) => self.engine.symbolic()?.next_listed(rest).transpose(),
+            Rest::Explicit(rest) => self.engine.explicit()?.next_listed(rest).map(Ok),
+        }
+    }
+}
+
+impl States {
+    /// All states in the order of their values, however many there are.
+    ///
+    /// # Errors
+    /// A limit; of the explicit engine, before the first state.
+    pub fn listing(&self) -> Result<Listing> {
+        let rest = match (self.set(), self.engine().explicit(), self.engine().symbolic()) {
+            (AnyStates::Symbolic(x), _, Some(engine)) => Rest::Symbolic(engine.listing(x)),
+            (AnyStates::Explicit(x), Some(engine), _) => Rest::Explicit(engine.listing(x)?),
+            _ => return Err(Error::Usage("a set of another engine".to_owned())),
+        };
+        Ok(Listing { engine: self.engine().clone(), rest })
+    }
+
+    /// `size` different states, each choice of so many as likely as any other and in random order. The same
+    /// seed draws the same states with the same engine and order of bits.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there are not so many; a limit. Cost: symbolically linear in the nodes of the
+    /// diagram and the bits of the states drawn, explicitly in the states.
+    pub fn sample(&self, size: usize, seed: u64) -> Result<Vec<State>> {
+        let count = self.count()?;
+        if Count::from(size) > count {
+            return Err(Error::Usage(format!("{size} states cannot be drawn out of {count}")));
+        }
+        let numbers = draw(&mut Draw::new(seed), &count, size);
+        match (self.set(), self.engine().explicit(), self.engine().symbolic()) {
+            (AnyStates::Explicit(x), Some(engine), _) => {
+                let number = |n: &Count| u64::try_from(n).unwrap_or(u64::MAX);
+                engine.members_at(x, &numbers.iter().map(number).collect::<Vec<_>>())
+            }
+            (AnyStates::Symbolic(x), _, Some(engine)) => {
+                let diagram = engine.diagram(&[Set::States(x.clone())], &[])?;
+                let members = Members::new(&diagram, diagram.roots[0]);
+                let patterns = numbers.iter().filter_map(|number| members.nth(number));
+                Ok(patterns.map(|pattern| engine.encoding().decode(&pattern)).collect())
+            }
+            _ => Err(Error::Usage("a set of another engine".to_owned())),
+        }
+    }
+}
+
+/// So many different numbers below `count`, which is not less.
+fn draw(draw: &mut Draw, count: &Count, size: usize) -> Vec<Count> {
+    // Most are taken: better leave some out of all of them.
+    if *count <= Count::from(2 * size) {
+        let mut all: Vec<Count> = (0..usize::try_from(count).unwrap_or(0)).map(Count::from).collect();
+        draw.shuffle(&mut all);
+        all.truncate(size);
+        return all;
+    }
+    let (mut taken, mut numbers) = (AHashSet::new(), Vec::with_capacity(size));
+    while numbers.len() < size {
+        let number = draw.below_large(count);
+        if taken.insert(number.clone()) {
+            numbers.push(number);
+        }
+    }
+    numbers
+}

@@ -1,0 +1,147 @@
+//! A set of states over a plane of one or two variables.
+
+use super::{Exploration, States};
+use crate::atlas::Plane;
+use crate::engine::Engine;
+use crate::engine::any::AnyStates;
+use crate::engine::symbolic::{Set, StateSet, SymbolicEngine};
+use crate::error::{Error, Limit, Result};
+use crate::model::{Program, VarId};
+
+/// A raster has at most so many cells.
+const MOST_CELLS: u64 = 1 << 28;
+
+/// For each cell of a plane whether some state of a set lies there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Raster {
+    /// How many rows: the values of the row's variable, or 1.
+    pub rows: usize,
+    /// How many columns.
+    pub columns: usize,
+    /// Row by row, from the smallest values on.
+    pub cells: Vec<bool>,
+}
+
+impl Exploration {
+    /// The states in which some variables have these values.
+    ///
+    /// # Errors
+    /// A limit. Cost: symbolically a conjunction a bit, explicitly a look at each state.
+    pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<States> {
+        self.states().slice(fixed)
+    }
+}
+
+impl States {
+    /// { s ∈ X : the variables have these values in s }
+    ///
+    /// # Errors
+    /// Those of [`Exploration::slice`].
+    pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<States> {
+        let engine = self.engine();
+        let set = match (self.set(), engine.symbolic(), engine.explicit()) {
+            (AnyStates::Symbolic(x), Some(symbolic), _) => {
+                AnyStates::Symbolic(symbolic.intersection(&symbolic.slice(fixed)?, x)?)
+            }
+            (AnyStates::Explicit(x), _, Some(explicit)) => {
+                AnyStates::Explicit(explicit.filter(x, &mut |state| fits(state, fixed))?)
+            }
+            _ => return Err(Error::Usage("a set of another engine".to_owned())),
+        };
+        Ok(States::of(engine, set))
+    }
+
+    /// For each cell of the plane whether X has a state there in which some variables have these values;
+    /// all other variables may have any.
+    ///
+    /// # Errors
+    /// A limit; too many cells. Cost: symbolically a conjunction a bit, a quantification and a path a cell,
+    /// explicitly a look at each state.
+    pub fn raster(&self, plane: Plane, fixed: &[(VarId, i64)]) -> Result<Raster> {
+        let program = self.engine().program();
+        let mut raster = Raster::empty(program, plane)?;
+        match (self.set(), self.engine().symbolic(), self.engine().explicit()) {
+            (AnyStates::Symbolic(x), Some(engine), _) => {
+                let slice = engine.intersection(&engine.slice(fixed)?, x)?;
+                raster.fill(engine, &slice, plane)?;
+            }
+            (AnyStates::Explicit(x), _, Some(engine)) => {
+                let place = Place::new(program, plane);
+                engine.visit(x, &mut |state| {
+                    if fits(state, fixed) {
+                        raster.cells[place.row(state) * raster.columns + place.column(state)] = true;
+                    }
+                })?;
+            }
+            _ => return Err(Error::Usage("a set of another engine".to_owned())),
+        }
+        Ok(raster)
+    }
+}
+
+fn fits(state: &[i64], fixed: &[(VarId, i64)]) -> bool {
+    fixed.iter().all(|&(variable, value)| state[variable.index()] == value)
+}
+
+/// The cell of a state.
+struct Place {
+    row: Option<(usize, i64)>,
+    column: (usize, i64),
+}
+
+impl Place {
+    fn new(program: &Program, plane: Plane) -> Self {
+        let axis = |v: VarId| (v.index(), program.variables[v.index()].low);
+        Place { row: plane.row.map(axis), column: axis(plane.column) }
+    }
+
+    fn row(&self, state: &[i64]) -> usize {
+        self.row.map_or(0, |(variable, low)| state[variable].wrapping_sub(low) as usize)
+    }
+
+    fn column(&self, state: &[i64]) -> usize {
+        let (variable, low) = self.column;
+        state[variable].wrapping_sub(low) as usize
+    }
+}
+
+impl Raster {
+    fn empty(program: &Program, plane: Plane) -> Result<Self> {
+        let values = |v: VarId| {
+            let variable = &program.variables[v.index()];
+            (variable.high.wrapping_sub(variable.low) as u64).saturating_add(1)
+        };
+        let (rows, columns) = (plane.row.map_or(1, values), values(plane.column));
+        let cells = rows.saturating_mul(columns);
+        if cells > MOST_CELLS {
+            let what = format!("a plane of {cells} cells ({MOST_CELLS} at most)");
+            return Err(Limit::Size { what }.into());
+        }
+        let (rows, columns) = (rows as usize, columns as usize);
+        Ok(Raster { rows, columns, cells: vec![false; rows * columns] })
+    }
+
+    /// Marks the cells of a set: follows the bits of each cell through the diagram of what the set is when
+    /// all other variables are forgotten.
+    fn fill(&mut self, engine: &SymbolicEngine, x: &StateSet, plane: Plane) -> Result<()> {
+        let onto: Vec<VarId> = plane.row.into_iter().chain([plane.column]).collect();
+        let shadow = engine.projection(x, &onto)?;
+        let diagram = engine.diagram(&[Set::States(shadow)], &[])?;
+        let mut bits = vec![false; diagram.variables.len()];
+        let levels = |variable: VarId| {
+            let order = engine.encoding().order().iter().enumerate();
+            order.filter(|(_, bit)| bit.variable == variable).map(|(l, bit)| (l, bit.index)).collect()
+        };
+        let row_levels: Vec<(usize, u32)> = plane.row.map_or_else(Vec::new, levels);
+        let column_levels: Vec<(usize, u32)> = levels(plane.column);
+        for row in 0..self.rows {
+            row_levels.iter().for_each(|&(level, index)| bits[level] = row >> index & 1 == 1);
+            for column in 0..self.columns {
+                column_levels.iter().for_each(|&(level, index)| bits[level] = column >> index & 1 == 1);
+                let inside = diagram.eval(diagram.roots[0], |level| bits[level as usize]);
+                self.cells[row * self.columns + column] = inside;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,98 @@
+//! The states of a set one by one.
+
+use super::explore::Space;
+use super::meter::Charge;
+use super::set::{Bits, set};
+use super::{ExplicitEngine, StateSet};
+use crate::error::Result;
+use crate::model::State;
+
+/// The states of a set in the order of their values, the first variable first, one after the other.
+pub struct Listing {
+    /// The numbers of the states that are left, the next one last.
+    left: Vec<usize>,
+    _charge: Charge,
+}
+
+impl StateSet {
+    /// How many states the scope has, in steps of 64: work on the set is in proportion to it.
+    pub(crate) fn capacity(&self) -> usize {
+        64 * self.0.words().len()
+    }
+}
+
+impl ExplicitEngine {
+    /// The states of X one after the other; [`ExplicitEngine::next_listed`] goes on.
+    ///
+    /// # Errors
+    /// A limit. Cost: the states of X are sorted.
+    pub fn listing(&self, x: &StateSet) -> Result<Listing> {
+        let count = usize::try_from(x.0.count()).unwrap_or(usize::MAX);
+        let charge = self.meter.charge(count.saturating_mul(size_of::<usize>()))?;
+        let mut left: Vec<usize> = x.0.iter().collect();
+        match &self.space {
+            Space::Every(_) => left.reverse(),
+            // Codes compare as the values do.
+            Space::Met(index) => left.sort_unstable_by(|&a, &b| index.code(b).cmp(index.code(a))),
+        }
+        Ok(Listing { left, _charge: charge })
+    }
+
+    /// The next state of a listing; none at its end.
+    pub fn next_listed(&self, listing: &mut Listing) -> Option<State> {
+        listing.left.pop().map(|state| self.values(state))
+    }
+
+    /// Shows each state of X, in no particular order.
+    ///
+    /// # Errors
+    /// A limit.
+    pub fn visit(&self, x: &StateSet, each: &mut dyn FnMut(&[i64])) -> Result<()> {
+        let mut values = vec![0; self.program.variables.len()];
+        for state in x.0.iter() {
+            self.tick()?;
+            self.with_code(state, |code| self.layout.decode(code, &mut values));
+            each(&values);
+        }
+        Ok(())
+    }
+
+    /// { s ∈ X : `wanted` takes s }
+    ///
+    /// # Errors
+    /// A limit.
+    pub fn filter(&self, x: &StateSet, wanted: &mut dyn FnMut(&[i64]) -> bool) -> Result<StateSet> {
+        let mut found = Bits::empty(&self.meter, self.graph.states());
+        let words = found.words_mut();
+        let mut values = vec![0; self.program.variables.len()];
+        for state in x.0.iter() {
+            self.tick()?;
+            self.with_code(state, |code| self.layout.decode(code, &mut values));
+            if wanted(&values) {
+                set(words, state);
+            }
+        }
+        Ok(StateSet(found))
+    }
+
+    /// The states of X at some positions, counted from 0 in an order that is always the same.
+    ///
+    /// # Errors
+    /// A limit. Cost: X is gone through once.
+    pub fn members_at(&self, x: &StateSet, positions: &[u64]) -> Result<Vec<State>> {
+        let mut sorted: Vec<(u64, usize)> = positions.iter().copied().zip(0..).collect();
+        sorted.sort_unstable();
+        let mut found = vec![State::new(); positions.len()];
+        let mut wanted = sorted.into_iter().peekable();
+        for (position, state) in (0..).zip(x.0.iter()) {
+            self.tick()?;
+            while let Some((_, place)) = wanted.next_if(|&(at, _)| at == position) {
+                found[place] = self.values(state);
+            }
+            if wanted.peek().is_none() {
+                break;
+            }
+        }
+        Ok(found)
+    }
+}
