@@ -1,0 +1,62 @@
+"""Meliora: opportunistic planning with incomplete preferences in Markov decision processes.
+
+    >>> import meliora
+    >>> model = meliora.Model.from_file("models/robot5x5.prism")
+    >>> wishes = meliora.Preferences.from_file("models/robot5x5.pref")
+    >>> found = model.check(wishes, scope="all", safety="transition")
+    >>> found.sasi.counts
+    [768, 98]
+
+``Model`` and ``Preferences`` are texts that were read; ``Model.check`` finds an ``Analysis`` with its ``Region`` objects,
+``Levels`` and a ``Strategy`` of each kind; ``Model.explore`` makes an ``Exploration`` that answers many questions.
+Long calls release the interpreter, stop on Ctrl-C, and take ``timeout`` in seconds and a ``progress`` callback.
+"""
+
+from ._native import (
+    Action,
+    Analysis,
+    Explanation,
+    Exploration,
+    Levels,
+    Model,
+    Play,
+    Preferences,
+    Progress,
+    Reachability,
+    Region,
+    RegionIterator,
+    Simulation,
+    Strategy,
+    Successor,
+    Variable,
+    __version__,
+)
+from .errors import Error, InputError, LimitError, OutOfMemory, OutOfTime, Problem, TooLarge, UsageError
+
+__all__ = [
+    "Action",
+    "Analysis",
+    "Error",
+    "Explanation",
+    "Exploration",
+    "InputError",
+    "Levels",
+    "LimitError",
+    "Model",
+    "OutOfMemory",
+    "OutOfTime",
+    "Play",
+    "Preferences",
+    "Problem",
+    "Progress",
+    "Reachability",
+    "Region",
+    "RegionIterator",
+    "Simulation",
+    "Strategy",
+    "Successor",
+    "TooLarge",
+    "UsageError",
+    "Variable",
+    "__version__",
+]

@@ -1,0 +1,170 @@
+//! Errors of the library as exceptions of Python, in Python's terms. The classes are those of
+//! `meliora.errors`.
+
+use std::any::Any;
+
+use meliora::error::{Diagnostic, Relief, render};
+use meliora::{Error, Limit};
+use pyo3::exceptions::{PyOSError, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::watch::Position;
+
+/// Why a call failed, and how far it was.
+pub(crate) struct Failure {
+    cause: Cause,
+    position: Position,
+}
+
+enum Cause {
+    /// Something was raised in Python.
+    Raised(PyErr),
+    /// The library says no.
+    Library(Error),
+}
+
+impl From<PyErr> for Failure {
+    fn from(raised: PyErr) -> Self {
+        Failure { cause: Cause::Raised(raised), position: Position::default() }
+    }
+}
+
+impl Failure {
+    pub(crate) fn of(error: Error) -> Self {
+        Failure { cause: Cause::Library(error), position: Position::default() }
+    }
+
+    /// A mistake of this program.
+    pub(crate) fn panic(message: &str) -> Self {
+        PyRuntimeError::new_err(format!("internal error of meliora: {message}")).into()
+    }
+
+    pub(crate) fn at(self, position: Position) -> Self {
+        Failure { position, ..self }
+    }
+
+    /// Whether it was raised in Python.
+    pub(crate) fn is_raised(&self) -> bool {
+        matches!(self.cause, Cause::Raised(_))
+    }
+
+    /// The exception.
+    pub(crate) fn raise(self, py: Python<'_>) -> PyErr {
+        self.raise_with(py, |_| Ok((py.None(), py.None())))
+    }
+
+    /// The exception; that of a limit says what is known: the analysis, and its report.
+    pub(crate) fn raise_with(
+        self,
+        py: Python<'_>,
+        known: impl FnOnce(&Limit) -> PyResult<(Py<PyAny>, Py<PyAny>)>,
+    ) -> PyErr {
+        let made = match self.cause {
+            Cause::Raised(raised) => return raised,
+            Cause::Library(Error::Input(wrong)) => input(py, &wrong),
+            Cause::Library(Error::Limit(reached)) => {
+                known(&reached).and_then(|known| limit(py, &reached, &self.position, known))
+            }
+            Cause::Library(Error::Io { path, message }) => {
+                return PyOSError::new_err(format!("{path}: {message}"));
+            }
+            Cause::Library(Error::Usage(message)) => return usage(message),
+            Cause::Library(other) => instance(py, "Error", (other.to_string(),)),
+        };
+        made.unwrap_or_else(|error| error)
+    }
+}
+
+/// What does not fit together.
+pub(crate) fn usage(message: impl Into<String>) -> PyErr {
+    let message = message.into();
+    Python::attach(|py| instance(py, "UsageError", (message,)).unwrap_or_else(|error| error))
+}
+
+/// An exception of a class of `meliora.errors`.
+fn instance<'py>(
+    py: Python<'py>,
+    class: &str,
+    arguments: impl pyo3::call::PyCallArgs<'py>,
+) -> PyResult<PyErr> {
+    let class = py.import("meliora.errors")?.getattr(class)?;
+    Ok(PyErr::from_value(class.call1(arguments)?))
+}
+
+/// A problem without advice about the command line.
+fn in_python(problem: &Diagnostic) -> Diagnostic {
+    let help = problem.help.clone().filter(|help| !help.contains("`meliora "));
+    Diagnostic { help, ..problem.clone() }
+}
+
+fn input(py: Python<'_>, wrong: &[Diagnostic]) -> PyResult<PyErr> {
+    let wrong: Vec<Diagnostic> = wrong.iter().map(in_python).collect();
+    let class = py.import("meliora.errors")?.getattr("Problem")?;
+    let problem = |d: &Diagnostic| {
+        let (line, column) = d.position();
+        let notes = PyTuple::new(py, &d.notes)?;
+        let shown = render(std::slice::from_ref(d), false);
+        class.call1((&d.message, &d.source.name, line, column, &d.label, &d.help, notes, shown))
+    };
+    let problems = wrong.iter().map(problem).collect::<PyResult<Vec<_>>>()?;
+    instance(py, "InputError", (PyTuple::new(py, problems)?, render(&wrong, false)))
+}
+
+fn limit(
+    py: Python<'_>,
+    limit: &Limit,
+    position: &Position,
+    (analysis, known): (Py<PyAny>, Py<PyAny>),
+) -> PyResult<PyErr> {
+    let class = match limit {
+        Limit::Time(_) => "OutOfTime",
+        Limit::Memory { .. } | Limit::System { .. } => "OutOfMemory",
+        _ => "TooLarge",
+    };
+    let mut message = match limit {
+        Limit::Time(after) => format!("out of time after {} s", after.as_secs_f64()),
+        other => other.to_string(),
+    };
+    message.push_str(advice(limit));
+    if !position.phase.is_empty() {
+        message.push_str(&format!("; the work ended in the phase `{}`", position.phase));
+        let words = position.words();
+        if !words.is_empty() {
+            message.push_str(&format!(" ({words})"));
+        }
+    }
+    let fields = PyDict::new(py);
+    fields.set_item("phase", Some(position.phase).filter(|phase| !phase.is_empty()))?;
+    fields.set_item("detail", position.words())?;
+    fields.set_item("analysis", analysis)?;
+    fields.set_item("known", known)?;
+    let class = py.import("meliora.errors")?.getattr(class)?;
+    Ok(PyErr::from_value(class.call((message,), Some(&fields))?))
+}
+
+/// What helps.
+fn advice(limit: &Limit) -> &'static str {
+    match limit.relief() {
+        Some(Relief::MoreMemory) => "; a larger `memory` raises the limit",
+        Some(Relief::LessMemory) => ": a smaller `memory`, or a process that may have more, helps",
+        Some(Relief::System) => ": a process that may have more memory helps",
+        Some(Relief::Time) => "; a longer `timeout` raises the limit",
+        Some(Relief::Listed) => "; a larger `limit` raises it",
+        Some(Relief::Symbolic) => "; `engine=\"symbolic\"` has no such limit",
+        _ => "",
+    }
+}
+
+/// What a panic said.
+pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a panic".to_owned())
+}
+
+/// Refuses to pickle what lives in this process alone.
+pub(crate) fn unpicklable(what: &str, instead: &str) -> PyErr {
+    pyo3::exceptions::PyTypeError::new_err(format!(
+        "{what} cannot be pickled: it lives in this process; {instead}"
+    ))
+}

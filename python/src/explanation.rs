@@ -1,0 +1,180 @@
+//! Why an action is permitted, or is not.
+
+use meliora::output::strategy::{ActionReport, StateReport, SuccessorReport};
+use meliora::planning::Rank;
+use meliora::planning::explain::{Action as Enabled, Explanation as Explained, Successor as Reached};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::levels::rank_of;
+use crate::values::Names;
+
+/// A state under a strategy, with every enabled action.
+#[pyclass(frozen, get_all, module = "meliora")]
+pub(crate) struct Explanation {
+    /// The state.
+    state: Py<PyDict>,
+    /// The most preferred outcomes that the state is sure of.
+    most_preferred: Py<PyTuple>,
+    /// The rank of the state: an int, or `math.inf`.
+    rank: Py<PyAny>,
+    /// What the progress strategy does; None where nothing is left to improve.
+    progress_action: Option<String>,
+    /// All enabled actions, in the order of the program.
+    actions: Py<PyTuple>,
+}
+
+/// An enabled action.
+#[pyclass(frozen, get_all, module = "meliora")]
+pub(crate) struct Action {
+    /// Its name.
+    name: String,
+    /// Whether it is safe to take.
+    kept: bool,
+    /// Whether the strategy permits it.
+    permitted: bool,
+    /// Whether it comes closer to an improvement with positive probability.
+    progress: bool,
+    /// Why, in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`, `"weakens"`, `"unsafe"`, `"strays"`,
+    /// `"hopeless"` or `"nothing-ahead"`.
+    verdict: &'static str,
+    /// Why, in words.
+    reason: String,
+    /// Where it may lead.
+    successors: Py<PyTuple>,
+}
+
+/// Where an action may lead.
+#[pyclass(frozen, get_all, module = "meliora")]
+pub(crate) struct Successor {
+    /// The state.
+    state: Py<PyDict>,
+    /// How likely it is.
+    probability: f64,
+    /// The most preferred outcomes that it is sure of.
+    most_preferred: Py<PyTuple>,
+    /// Its rank: an int, or `math.inf`.
+    rank: Py<PyAny>,
+    /// What the step is: `"improving"`, `"weakening"` or `"lateral"`.
+    change: &'static str,
+    /// What is preferred to something had before.
+    gained: Py<PyTuple>,
+    /// What was had before and is preferred to something had there.
+    lost: Py<PyTuple>,
+    /// Whether `safety="transition"` leaves the branch out of account.
+    dropped: bool,
+    /// Whether it is an improvement that the strategy counts on.
+    goal: bool,
+}
+
+impl Explanation {
+    pub(crate) fn new(
+        py: Python<'_>,
+        names: &Names,
+        at: &Explained,
+        rank: Rank,
+        report: StateReport,
+    ) -> PyResult<Self> {
+        let mut actions = Vec::with_capacity(at.actions.len());
+        for (action, report) in at.actions.iter().zip(report.actions) {
+            actions.push(Py::new(py, Action::new(py, names, action, report)?)?);
+        }
+        Ok(Explanation {
+            state: names.dict(py, &at.state)?.unbind(),
+            most_preferred: PyTuple::new(py, report.most_preferred)?.unbind(),
+            rank: rank_of(py, rank)?.unbind(),
+            progress_action: report.progress_action,
+            actions: PyTuple::new(py, actions)?.unbind(),
+        })
+    }
+}
+
+impl Action {
+    fn new(py: Python<'_>, names: &Names, action: &Enabled, report: ActionReport) -> PyResult<Self> {
+        let mut successors = Vec::with_capacity(action.successors.len());
+        for (successor, report) in action.successors.iter().zip(report.successors) {
+            successors.push(Py::new(py, Successor::new(py, names, successor, report)?)?);
+        }
+        Ok(Action {
+            name: report.name,
+            kept: report.kept,
+            permitted: report.permitted,
+            progress: report.progress,
+            verdict: report.verdict,
+            reason: report.reason,
+            successors: PyTuple::new(py, successors)?.unbind(),
+        })
+    }
+}
+
+impl Successor {
+    fn new(py: Python<'_>, names: &Names, reached: &Reached, report: SuccessorReport) -> PyResult<Self> {
+        Ok(Successor {
+            state: names.dict(py, &reached.state)?.unbind(),
+            probability: report.probability,
+            most_preferred: PyTuple::new(py, report.most_preferred)?.unbind(),
+            rank: rank_of(py, report.rank)?.unbind(),
+            change: report.change,
+            gained: PyTuple::new(py, report.gained)?.unbind(),
+            lost: PyTuple::new(py, report.lost)?.unbind(),
+            dropped: report.dropped,
+            goal: report.goal,
+        })
+    }
+}
+
+/// `2`, or `any number of`.
+fn shown(rank: &Bound<'_, PyAny>) -> PyResult<String> {
+    Ok(if rank.extract::<f64>()?.is_infinite() { "any number of".to_owned() } else { rank.to_string() })
+}
+
+#[pymethods]
+impl Explanation {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let permitted = self.permitted(py)?.join(", ");
+        Ok(format!("<Explanation of {}: permitted {permitted}>", self.state.bind(py).repr()?))
+    }
+
+    fn __str__(&self, py: Python<'_>) -> PyResult<String> {
+        let rank = shown(self.rank.bind(py))?;
+        let mut text = format!("{}: {rank} improvements ahead\n", self.state.bind(py).str()?);
+        for action in self.actions.bind(py) {
+            let action = action.cast::<Action>()?.get();
+            let mark = match (action.permitted, action.progress) {
+                (true, true) => "*",
+                (true, false) => "+",
+                _ => " ",
+            };
+            text.push_str(&format!("{mark} {}: {}\n", action.name, action.reason));
+        }
+        Ok(text)
+    }
+}
+
+impl Explanation {
+    fn permitted(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        let mut names = Vec::new();
+        for action in self.actions.bind(py) {
+            let action = action.cast::<Action>()?.get();
+            if action.permitted {
+                names.push(action.name.clone());
+            }
+        }
+        Ok(names)
+    }
+}
+
+#[pymethods]
+impl Action {
+    fn __repr__(&self) -> String {
+        let permitted = if self.permitted { "permitted" } else { "not permitted" };
+        format!("<Action {:?}, {permitted}: {}>", self.name, self.reason)
+    }
+}
+
+#[pymethods]
+impl Successor {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("<Successor {} with probability {}>", self.state.bind(py).repr()?, self.probability))
+    }
+}

@@ -1,0 +1,269 @@
+//! Models whose states are known.
+
+use std::sync::{Arc, Mutex};
+
+use meliora::embed;
+use meliora::engine::Engine;
+use meliora::planning::result::ModelCounts;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::analysis::{self, Analysis};
+use crate::desk::{Call, Teller};
+use crate::errors::{unpicklable, usage};
+use crate::model::Model;
+use crate::options::{self, Asked};
+use crate::preferences;
+use crate::region::{Region, Space};
+use crate::values::Names;
+use crate::watch::lock;
+
+/// The states of a model's scope with what may happen in them.
+///
+/// Answers any number of questions, none of which explores again; their regions go together.
+#[pyclass(frozen, module = "meliora")]
+pub(crate) struct Exploration {
+    pub(crate) inner: embed::Exploration,
+    pub(crate) space: Space,
+    pub(crate) model: Py<Model>,
+    counts: Mutex<Option<ModelCounts>>,
+}
+
+impl Exploration {
+    pub(crate) fn of(inner: embed::Exploration, space: Space, model: Py<Model>) -> Self {
+        Exploration { inner, space, model, counts: Mutex::new(None) }
+    }
+
+    pub(crate) fn explore(model: &Bound<'_, Model>, asked: &Asked<'_, '_>, call: &Call) -> PyResult<Self> {
+        let (py, names) = (model.py(), Arc::clone(&model.get().names));
+        let (settings, desk) = asked.settings()?;
+        let read = model.get().inner.clone();
+        let work = move |teller: &Teller<'_>| {
+            teller.turn_to("states", String::new());
+            read.explore(settings)
+        };
+        let inner = desk.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        Ok(Exploration::of(inner, Space { desk, names }, model.clone().unbind()))
+    }
+
+    /// The regions of a target that is a condition.
+    pub(crate) fn reach_condition(
+        &self,
+        py: Python<'_>,
+        target: String,
+        call: &Call,
+    ) -> PyResult<Reachability> {
+        let inner = self.inner.clone();
+        self.reach_by(py, call, move || inner.states_where(&target))
+    }
+
+    fn reach_by(
+        &self,
+        py: Python<'_>,
+        call: &Call,
+        target: impl FnOnce() -> meliora::Result<embed::States> + Send + 'static,
+    ) -> PyResult<Reachability> {
+        let inner = self.inner.clone();
+        let work = move |teller: &Teller<'_>| {
+            teller.turn_to("target", String::new());
+            let target = target()?;
+            Ok((inner.reach(&target)?, target))
+        };
+        let (found, target) = self.space.desk.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        let region = |states| Py::new(py, self.space.region(states));
+        Ok(Reachability {
+            target: region(target)?,
+            pmax_one: region(found.pmax_one)?,
+            pmax_positive: region(found.pmax_positive)?,
+            pmin_one: region(found.pmin_one)?,
+            pmin_positive: region(found.pmin_positive)?,
+        })
+    }
+
+    /// The states of a condition, or with some values.
+    fn meant<'py>(&self, py: Python<'py>, condition: &Bound<'py, PyAny>) -> PyResult<Region> {
+        let inner = self.inner.clone();
+        let states = match condition.extract::<String>() {
+            Ok(text) => self.space.desk.long(py, move || inner.states_where(&text))?,
+            Err(_) => {
+                let fixed = self.space.names.fixed(&crate::values::as_dict(condition)?)?;
+                self.space.desk.long(py, move || inner.slice(&fixed))?
+            }
+        };
+        Ok(self.space.region(states))
+    }
+}
+
+#[pymethods]
+impl Exploration {
+    /// The model.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> Py<Model> {
+        self.model.clone_ref(py)
+    }
+
+    /// `"symbolic"` or `"explicit"`.
+    #[getter]
+    fn engine(&self) -> &'static str {
+        self.inner.engine().storage().name()
+    }
+
+    /// `"reachable"` or `"all"`.
+    #[getter]
+    fn scope(&self) -> &'static str {
+        self.inner.engine().settings().scope.name()
+    }
+
+    /// How many `states`, `choices`, `transitions`, `deadlocks` and `initial` states there are; where whole plays
+    /// count, `model_states` are those without observers.
+    #[getter]
+    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let known = lock(&self.counts).clone();
+        let counts = match known {
+            Some(counts) => counts,
+            None => {
+                let inner = self.inner.clone();
+                let found = self.space.desk.long(py, move || inner.counts())?;
+                lock(&self.counts).insert(found).clone()
+            }
+        };
+        counts_dict(py, &counts)
+    }
+
+    /// All states of the scope.
+    #[getter]
+    fn states(&self) -> Region {
+        self.space.region(self.inner.states())
+    }
+
+    /// The initial states.
+    #[getter]
+    fn initial(&self) -> Region {
+        self.space.region(self.inner.initial())
+    }
+
+    /// The states in which nothing is enabled: each has a self-loop as its only choice.
+    #[getter]
+    fn deadlocks(&self) -> Region {
+        self.space.region(self.inner.deadlocks())
+    }
+
+    /// The names of the bits in the order of the diagrams, from the root down; None with the explicit engine.
+    #[getter]
+    fn order<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyList>>> {
+        options::bit_names(py, &self.inner)
+    }
+
+    /// The states in which a condition in the model's language holds, such as 'x = 3 & "goal"', or in which some
+    /// variables have the values of a dictionary.
+    ///
+    /// Raises:
+    ///     InputError: What is wrong with the condition, with its place; it has no value in some state.
+    #[pyo3(name = "where")]
+    fn states_where(&self, py: Python<'_>, condition: &Bound<'_, PyAny>) -> PyResult<Region> {
+        self.meant(py, condition)
+    }
+
+    /// From where some, and from where every strategy reaches a target surely, and possibly.
+    ///
+    /// Args:
+    ///     target: A region, a condition in the model's language, or a dictionary of values.
+    #[pyo3(signature = (target, *, timeout=None, progress=None))]
+    fn reach(
+        &self,
+        py: Python<'_>,
+        target: &Bound<'_, PyAny>,
+        timeout: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Reachability> {
+        let call = Call::new(timeout, progress)?;
+        let states = match target.cast::<Region>() {
+            Ok(region) => region.get().states.clone(),
+            Err(_) => self.meant(py, target)?.states,
+        };
+        self.reach_by(py, &call, move || Ok(states))
+    }
+
+    /// An analysis under preferences: `Model.check` without exploring again. Where whole plays count (`history =
+    /// play`) the model is explored anew beside its observers.
+    #[pyo3(signature = (preferences, *, safety="action", max_level=None, timeout=None, progress=None))]
+    fn check(
+        &self,
+        py: Python<'_>,
+        preferences: &Bound<'_, PyAny>,
+        safety: &str,
+        max_level: Option<usize>,
+        timeout: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Analysis> {
+        let options = options::planning(safety, max_level)?;
+        let call = Call::new(timeout, progress)?;
+        let preferences = preferences::given(py, preferences)?;
+        analysis::prefer(py, self, preferences, options, &call)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let states = self.states().count(py)?;
+        Ok(format!("<Exploration of {states} states, {}, scope {}>", self.engine(), self.scope()))
+    }
+
+    fn __reduce__(&self) -> PyResult<Py<PyAny>> {
+        Err(unpicklable("an Exploration", "pickle its `model` and explore again"))
+    }
+}
+
+/// The qualitative regions of a target.
+#[pyclass(frozen, get_all, module = "meliora")]
+pub(crate) struct Reachability {
+    /// The target.
+    target: Py<Region>,
+    /// Some strategy reaches the target with probability one.
+    pmax_one: Py<Region>,
+    /// Some strategy reaches it with positive probability.
+    pmax_positive: Py<Region>,
+    /// Every strategy reaches it with probability one.
+    pmin_one: Py<Region>,
+    /// Every strategy reaches it with positive probability.
+    pmin_positive: Py<Region>,
+}
+
+#[pymethods]
+impl Reachability {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let count = |region: &Py<Region>| region.get().count(py);
+        let (target, one, positive) =
+            (count(&self.target)?, count(&self.pmax_one)?, count(&self.pmax_positive)?);
+        Ok(format!("<Reachability of {target} states: surely from {one}, possibly from {positive}>"))
+    }
+}
+
+/// Sizes of a model by name.
+pub(crate) fn counts_dict<'py>(py: Python<'py>, counts: &ModelCounts) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("states", &counts.states)?;
+    if let Some(states) = &counts.model_states {
+        dict.set_item("model_states", states)?;
+    }
+    dict.set_item("choices", &counts.choices)?;
+    dict.set_item("transitions", &counts.transitions)?;
+    dict.set_item("deadlocks", &counts.deadlocks)?;
+    dict.set_item("initial", &counts.initial)?;
+    Ok(dict)
+}
+
+/// The exploration that an analysis is about, which has other variables where whole plays count.
+pub(crate) fn of_planning(
+    py: Python<'_>,
+    planning: &embed::Planning,
+    before: &Space,
+) -> (embed::Exploration, Space) {
+    let inner = planning.exploration();
+    let same = inner.program().variables.len() == before.names.program.variables.len();
+    let names = if same { Arc::clone(&before.names) } else { Names::new(py, inner.program()) };
+    (inner, Space { desk: Arc::clone(&before.desk), names })
+}
+
+/// Refuses a level that is none.
+pub(crate) fn level(k: i64) -> PyResult<usize> {
+    usize::try_from(k).map_err(|_| usage(format!("{k} is no level: they are counted from 0")))
+}

@@ -1,0 +1,31 @@
+//! Files as texts.
+
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+use meliora::SourceFile;
+use pyo3::exceptions::PyOSError;
+use pyo3::prelude::*;
+
+use crate::errors::Failure;
+
+/// Reads a file, which is named by its path.
+///
+/// # Errors
+/// The `OSError` that Python's `open` raises; the text is too large or no UTF-8.
+pub(crate) fn open(py: Python<'_>, path: &Path) -> PyResult<Arc<SourceFile>> {
+    let name = path.display().to_string();
+    let file = File::open(path).map_err(|e| match e.raw_os_error() {
+        // Python finds the class for the number: FileNotFoundError, PermissionError, …
+        Some(number) => {
+            let text = py.import("os").and_then(|os| os.call_method1("strerror", (number,)));
+            match text.and_then(|text| text.extract::<String>()) {
+                Ok(text) => PyOSError::new_err((number, text, name.clone())),
+                Err(error) => error,
+            }
+        }
+        None => PyOSError::new_err(format!("{name}: {e}")),
+    })?;
+    py.detach(|| SourceFile::read(name, file)).map_err(|error| Failure::of(error).raise(py))
+}

@@ -1,0 +1,52 @@
+//! The compiled part of the Python package `meliora`: the owners of `meliora::embed` as classes.
+//!
+//! Classes are frozen and hold no state of Python's but what they hand out. Long work is done at a `desk`, on a
+//! thread that never touches the interpreter; what a class needs beyond the library is in the file of its name.
+
+mod analysis;
+mod arrays;
+mod desk;
+mod display;
+mod errors;
+mod explanation;
+mod exploration;
+mod files;
+mod levels;
+mod model;
+mod options;
+mod preferences;
+mod progress;
+mod region;
+mod region_export;
+mod shared;
+mod simulation;
+// The command line and Python take the same sizes, and the same share of the machine's memory.
+#[path = "../../src/cli/size.rs"]
+mod size;
+mod strategy;
+mod values;
+mod watch;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<model::Model>()?;
+    module.add_class::<model::Variable>()?;
+    module.add_class::<preferences::Preferences>()?;
+    module.add_class::<exploration::Exploration>()?;
+    module.add_class::<exploration::Reachability>()?;
+    module.add_class::<analysis::Analysis>()?;
+    module.add_class::<levels::Levels>()?;
+    module.add_class::<region::Region>()?;
+    module.add_class::<region::RegionIterator>()?;
+    module.add_class::<strategy::Strategy>()?;
+    module.add_class::<strategy::Play>()?;
+    module.add_class::<explanation::Explanation>()?;
+    module.add_class::<explanation::Action>()?;
+    module.add_class::<explanation::Successor>()?;
+    module.add_class::<simulation::Simulation>()?;
+    module.add_class::<progress::Progress>()?;
+    Ok(())
+}

@@ -1,0 +1,351 @@
+//! Models.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use meliora::error::render;
+use meliora::lang::Given;
+use meliora::model::ModelKind;
+use meliora::model::value::Type;
+use meliora::{SourceFile, embed};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+use crate::analysis::Analysis;
+use crate::desk::{Call, Desk};
+use crate::errors::Failure;
+use crate::exploration::Exploration;
+use crate::options::{self, Asked};
+use crate::preferences::{self, Preferences};
+use crate::values::{self, Names};
+use crate::{display, files, size};
+
+/// A model in PRISM's language or in JANI: read, checked and flat. Nothing of it is explored yet.
+///
+/// Models are values: they can be pickled, and used by several threads.
+#[pyclass(frozen, module = "meliora")]
+pub(crate) struct Model {
+    pub(crate) inner: embed::Model,
+    pub(crate) names: Arc<Names>,
+    constants: String,
+    bounds: String,
+}
+
+/// A variable of a model.
+#[pyclass(frozen, get_all, module = "meliora")]
+pub(crate) struct Variable {
+    /// Its name.
+    name: String,
+    /// `"int"` or `"bool"`.
+    r#type: &'static str,
+    /// The smallest value.
+    low: i64,
+    /// The largest value.
+    high: i64,
+    /// The value in the initial state; None where the model says otherwise what is initial.
+    initial: Option<Py<PyAny>>,
+    /// The names of its values from `low` on, where they have names.
+    values: Vec<String>,
+}
+
+#[pymethods]
+impl Variable {
+    fn __repr__(&self) -> String {
+        match self.r#type {
+            "bool" => format!("Variable({:?}, bool)", self.name),
+            _ => format!("Variable({:?}, {}..{})", self.name, self.low, self.high),
+        }
+    }
+}
+
+impl Model {
+    /// Reads a text; long ones on a thread of their own.
+    fn read(
+        py: Python<'_>,
+        source: Arc<SourceFile>,
+        (constants, bounds): (String, String),
+        call: &Call,
+    ) -> PyResult<Self> {
+        let given = Given {
+            constants: SourceFile::new("constants", constants.as_str()),
+            bounds: SourceFile::new("bounds", bounds.as_str()),
+        };
+        let desk = Desk::new(size::default_memory());
+        let watch = Arc::clone(&desk.watch);
+        let work = move |teller: &crate::desk::Teller<'_>| {
+            teller.turn_to("model", String::new());
+            embed::Model::given(&source, &given, &*watch)
+        };
+        let inner = desk.run(py, call, work).map_err(|failure: Failure| failure.raise(py))?;
+        let names = Names::new(py, inner.program());
+        Ok(Model { inner, names, constants, bounds })
+    }
+
+    fn name(&self) -> &str {
+        &self.inner.program().source.name
+    }
+}
+
+#[pymethods]
+impl Model {
+    /// Reads a model from a file: PRISM's language or JANI, told by its content.
+    ///
+    /// Args:
+    ///     path: The file.
+    ///     constants: Values for constants that the model leaves open, by name.
+    ///     bounds: (low, high) for integers of a JANI model that have no bounds, by name.
+    ///     timeout: Seconds after which reading ends with OutOfTime.
+    ///     progress: Called with a Progress now and then.
+    ///
+    /// Raises:
+    ///     InputError: What is wrong in the text, each with its place.
+    ///     OSError: The file cannot be read.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, constants=None, bounds=None, timeout=None, progress=None))]
+    fn from_file(
+        py: Python<'_>,
+        path: PathBuf,
+        constants: Option<&Bound<'_, PyDict>>,
+        bounds: Option<&Bound<'_, PyDict>>,
+        timeout: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let given = (values::constants_text(constants)?, values::bounds_text(bounds)?);
+        Model::read(py, files::open(py, &path)?, given, &Call::new(timeout, progress)?)
+    }
+
+    /// Reads a model from a string, as `from_file` does from a file. `name` is what messages call it.
+    #[staticmethod]
+    #[pyo3(signature = (text, *, constants=None, bounds=None, name="model", timeout=None, progress=None))]
+    fn from_string(
+        py: Python<'_>,
+        text: String,
+        constants: Option<&Bound<'_, PyDict>>,
+        bounds: Option<&Bound<'_, PyDict>>,
+        name: &str,
+        timeout: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let given = (values::constants_text(constants)?, values::bounds_text(bounds)?);
+        Model::read(py, SourceFile::new(name, text), given, &Call::new(timeout, progress)?)
+    }
+
+    #[staticmethod]
+    fn _restore(
+        py: Python<'_>,
+        name: &str,
+        text: String,
+        constants: String,
+        bounds: String,
+    ) -> PyResult<Self> {
+        Model::read(py, SourceFile::new(name, text), (constants, bounds), &Call::plain())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let restore = py.get_type::<Model>().getattr("_restore")?;
+        let source = &self.inner.program().source;
+        let arguments = (&source.name, source.original(), &self.constants, &self.bounds);
+        (restore, arguments).into_pyobject(py)
+    }
+
+    /// What messages call it: the path of the file.
+    #[getter(name)]
+    fn get_name(&self) -> &str {
+        self.name()
+    }
+
+    /// The text.
+    #[getter]
+    fn text(&self) -> &str {
+        self.inner.program().source.original()
+    }
+
+    /// `"mdp"` or `"dtmc"`.
+    #[getter]
+    fn kind(&self) -> &'static str {
+        match self.inner.kind() {
+            ModelKind::Mdp => "mdp",
+            ModelKind::Dtmc => "dtmc",
+        }
+    }
+
+    /// The variables by name, in the order of declaration.
+    #[getter]
+    fn variables<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for v in &self.inner.program().variables {
+            let initial = v.initial.map(|i| values::shown(py, v, i).map(Bound::unbind)).transpose()?;
+            let variable = Variable {
+                name: v.name.clone(),
+                r#type: if v.ty == Type::Bool { "bool" } else { "int" },
+                low: v.low,
+                high: v.high,
+                initial,
+                values: v.values.clone(),
+            };
+            all.set_item(&v.name, Py::new(py, variable)?)?;
+        }
+        Ok(all)
+    }
+
+    /// All constants with their values, in the order of declaration.
+    #[getter]
+    fn constants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (name, value) in &self.inner.program().constants {
+            all.set_item(name, values::constant(py, *value)?)?;
+        }
+        Ok(all)
+    }
+
+    /// The names of the action labels.
+    #[getter]
+    fn actions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        PyList::new(py, &self.inner.program().actions)
+    }
+
+    /// The names of the labels.
+    #[getter]
+    fn labels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        PyList::new(py, self.inner.program().labels.iter().map(|(name, _)| name))
+    }
+
+    /// What is suspicious in the text, but no error: each with its place, as text.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.inner.warnings().iter().map(|w| render(std::slice::from_ref(w), false)).collect()
+    }
+
+    /// A state as a dictionary: the values given, and the initial values of all other variables.
+    ///
+    /// Raises:
+    ///     UsageError: An unknown variable, a value of the wrong type or out of range, or a variable that is not
+    ///         given and has no single initial value.
+    #[pyo3(signature = (**values))]
+    fn state<'py>(
+        &self,
+        py: Python<'py>,
+        values: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let program = self.inner.program();
+        let mut state: Vec<Option<i64>> = program.variables.iter().map(|v| v.initial).collect();
+        for (id, value) in values.map_or(Ok(Vec::new()), |v| self.names.fixed(v))? {
+            let variable = &program.variables[id.index()];
+            if !(variable.low..=variable.high).contains(&value) {
+                let (low, high) = (variable.low, variable.high);
+                let message = format!("{}={value} is outside of its range {low}..{high}", variable.name);
+                return Err(crate::errors::usage(message));
+            }
+            state[id.index()] = Some(value);
+        }
+        let mut complete = Vec::with_capacity(state.len());
+        for (variable, value) in program.variables.iter().zip(state) {
+            complete.push(value.ok_or_else(|| {
+                crate::errors::usage(format!(
+                    "no value for `{}`, and it has no single initial value",
+                    variable.name
+                ))
+            })?);
+        }
+        self.names.dict(py, &complete)
+    }
+
+    /// Explores the states of the scope: what `check` does first, to be done once for many questions.
+    ///
+    /// Args:
+    ///     scope: Which valuations are states: "reachable" from the initial states, or "all".
+    ///     engine: How states are stored: "symbolic" as decision diagrams, or "explicit" one by one.
+    ///     memory: Bytes for the tables of the engine, or a text such as "2GiB"; half of the machine's memory
+    ///         where it is None.
+    ///     order: Of the bits in diagrams: "auto", "declared", or names of variables or bits from the root down.
+    ///     threads: Threads that work on diagrams, at most.
+    ///     timeout: Seconds after which the work ends with OutOfTime.
+    ///     progress: Called with a Progress now and then, from the calling thread; what it raises ends the work.
+    ///
+    /// Raises:
+    ///     InputError: What has no meaning in some state, with an example.
+    ///     LimitError: A limit was hit.
+    #[pyo3(signature = (*, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn explore(
+        slf: &Bound<'_, Self>,
+        scope: &str,
+        engine: &str,
+        memory: Option<&Bound<'_, PyAny>>,
+        order: Option<&Bound<'_, PyAny>>,
+        threads: u32,
+        timeout: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Exploration> {
+        let asked = Asked { scope, engine, memory, order, threads };
+        Exploration::explore(slf, &asked, &Call::new(timeout, progress)?)
+    }
+
+    /// From where, and how often, can a play improve? Explores the model and finds outcomes, classes, the
+    /// improvement MDP and the levels of SASI and SPI.
+    ///
+    /// Args:
+    ///     preferences: A Preferences, or the path of a preference file.
+    ///     safety: What is kept of a choice that may weaken: "action", "transition" (the paper's definition to the
+    ///         letter) or "prefix".
+    ///     max_level: The search for levels ends after so many.
+    ///     scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+    ///
+    /// Raises:
+    ///     InputError: What is wrong in the preferences, each with its place.
+    ///     LimitError: A limit was hit; its `analysis` is what is known.
+    #[pyo3(signature = (preferences, *, scope="reachable", safety="action", engine="symbolic", max_level=None, memory=None, order=None, threads=1, timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn check(
+        slf: &Bound<'_, Self>,
+        preferences: &Bound<'_, PyAny>,
+        scope: &str,
+        safety: &str,
+        engine: &str,
+        max_level: Option<usize>,
+        memory: Option<&Bound<'_, PyAny>>,
+        order: Option<&Bound<'_, PyAny>>,
+        threads: u32,
+        timeout: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Analysis> {
+        let py = slf.py();
+        let asked = Asked { scope, engine, memory, order, threads };
+        let options = options::planning(safety, max_level)?;
+        let call = Call::new(timeout, progress)?;
+        let preferences: Py<Preferences> = preferences::given(py, preferences)?;
+        Analysis::check(slf, preferences, &asked, options, &call)
+    }
+
+    /// The four qualitative regions of a target: `explore` and `Exploration.reach` in one.
+    ///
+    /// Args:
+    ///     target: A condition in the model's language, such as 'x = 3 & "goal"'.
+    ///     scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+    #[pyo3(signature = (target, *, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn reach(
+        slf: &Bound<'_, Self>,
+        target: &str,
+        scope: &str,
+        engine: &str,
+        memory: Option<&Bound<'_, PyAny>>,
+        order: Option<&Bound<'_, PyAny>>,
+        threads: u32,
+        timeout: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<crate::exploration::Reachability> {
+        let asked = Asked { scope, engine, memory, order, threads };
+        let call = Call::new(timeout, progress)?;
+        Exploration::explore(slf, &asked, &call)?.reach_condition(slf.py(), target.to_owned(), &call)
+    }
+
+    fn __repr__(&self) -> String {
+        let variables = self.inner.program().variables.len();
+        format!("<Model {:?}: {}, {variables} variables>", self.name(), self.kind())
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        display::html(slf.as_any(), "model")
+    }
+}

@@ -1,0 +1,124 @@
+//! Options by their names in Python.
+
+use std::sync::Arc;
+
+use meliora::embed::Exploration;
+use meliora::engine::symbolic::Order;
+use meliora::planning::{Kind, Options, Picks};
+use meliora::{Safety, Scope, Settings, SourceFile, Storage};
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PyString};
+
+use crate::desk::Desk;
+use crate::errors::usage;
+use crate::size;
+
+/// The one of some values that has a name.
+fn named<T: Copy>(what: &str, given: &str, known: &[(&str, T)]) -> PyResult<T> {
+    let found = known.iter().find(|(name, _)| *name == given).map(|(_, value)| *value);
+    found.ok_or_else(|| {
+        let names: Vec<String> = known.iter().map(|(name, _)| format!("{name:?}")).collect();
+        usage(format!("{what}={given:?}: it is one of {}", names.join(", ")))
+    })
+}
+
+pub(crate) fn scope(name: &str) -> PyResult<Scope> {
+    named("scope", name, &[Scope::Reachable, Scope::All].map(|s| (s.name(), s)))
+}
+
+pub(crate) fn engine(name: &str) -> PyResult<Storage> {
+    named("engine", name, &[Storage::Symbolic, Storage::Explicit].map(|s| (s.name(), s)))
+}
+
+pub(crate) fn kind(name: &str) -> PyResult<Kind> {
+    named("kind", name, &Kind::ALL.map(|k| (k.name(), k)))
+}
+
+pub(crate) fn picks(name: &str) -> PyResult<Picks> {
+    named("picks", name, &[Picks::Permissive, Picks::Progress].map(|p| (p.name(), p)))
+}
+
+/// What an analysis computes.
+///
+/// # Errors
+/// `UsageError` where the name is unknown or the level is 0.
+pub(crate) fn planning(safety: &str, max_level: Option<usize>) -> PyResult<Options> {
+    let all = [Safety::Action, Safety::Transition, Safety::Prefix];
+    let safety = named("safety", safety, &all.map(|s| (s.name(), s)))?;
+    if max_level == Some(0) {
+        return Err(usage("max_level=0: levels are counted from 1"));
+    }
+    Ok(Options { safety, max_level })
+}
+
+/// What of an exploration is asked for by name.
+pub(crate) struct Asked<'a, 'py> {
+    pub(crate) scope: &'a str,
+    pub(crate) engine: &'a str,
+    pub(crate) memory: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) order: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) threads: u32,
+}
+
+impl Asked<'_, '_> {
+    /// Settings for the library, with a desk to work at.
+    ///
+    /// # Errors
+    /// `UsageError` where something is unknown or does not fit together.
+    pub(crate) fn settings(&self) -> PyResult<(Settings, Arc<Desk>)> {
+        let storage = engine(self.engine)?;
+        let order = order(self.order)?;
+        if storage == Storage::Explicit && order != Order::Auto {
+            return Err(usage("`order` orders bits of diagrams: the engine \"explicit\" has none"));
+        }
+        if self.threads == 0 {
+            return Err(usage("threads=0: one thread at least does the work"));
+        }
+        let most = std::thread::available_parallelism().map_or(1, usize::from);
+        let memory = self.memory.map_or_else(|| Ok(size::default_memory()), memory)?;
+        let desk = Desk::new(memory);
+        let settings = Settings {
+            scope: scope(self.scope)?,
+            storage,
+            memory,
+            order,
+            threads: self.threads.min(u32::try_from(most).unwrap_or(u32::MAX)),
+            observer: Arc::clone(&desk.watch) as _,
+            ..Settings::default()
+        };
+        Ok((settings, desk))
+    }
+}
+
+/// Bytes: an int, or a text such as `2GiB`.
+fn memory(given: &Bound<'_, PyAny>) -> PyResult<u64> {
+    if let Ok(text) = given.extract::<String>() {
+        return size::parse(&text).map_err(|wrong| usage(format!("memory={text:?}: {wrong}")));
+    }
+    let bytes = given.extract::<u64>().ok().filter(|&bytes| bytes > 0);
+    bytes.ok_or_else(|| usage(format!("memory={given}: a number of bytes, or a text such as \"2GiB\"")))
+}
+
+/// `"auto"`, `"declared"`, or the names of variables or bits from the root down.
+fn order(given: Option<&Bound<'_, PyAny>>) -> PyResult<Order> {
+    let Some(given) = given else { return Ok(Order::Auto) };
+    if given.is_instance_of::<PyString>() {
+        let auto = (Order::Auto, Order::Declared);
+        return match given.extract::<String>()?.as_str() {
+            "auto" => Ok(auto.0),
+            "declared" => Ok(auto.1),
+            other => Err(usage(format!("order={other:?}: \"auto\", \"declared\" or a list of names"))),
+        };
+    }
+    let names: Vec<String> = given.extract()?;
+    Ok(Order::Text(SourceFile::new("order", names.join("\n") + "\n")))
+}
+
+/// The names of the bits in the order of an exploration's diagrams; none of the explicit engine.
+pub(crate) fn bit_names<'py>(
+    py: Python<'py>,
+    exploration: &Exploration,
+) -> PyResult<Option<Bound<'py, PyList>>> {
+    let engine = exploration.engine().symbolic();
+    engine.map(|engine| PyList::new(py, engine.encoding().names())).transpose()
+}

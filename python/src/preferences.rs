@@ -1,0 +1,190 @@
+//! Preferences.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use meliora::SourceFile;
+use meliora::lang;
+use meliora::model::preference::{Comparison, Empty, History, Outline};
+use meliora::output::page;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString, PyTuple};
+
+use crate::errors::{Failure, usage};
+use crate::{display, files};
+
+/// Objectives with a partial order on them: a preference file, read without a model.
+///
+/// Whether the formulas fit a model is seen when they meet one, in `Model.check`. Preferences are values:
+/// they can be compared, pickled, and used by several threads.
+///
+/// Args:
+///     objectives: The formula of each objective by its name, such as "F (x = 3)" or 'F "goal"'.
+///     prefer: Statements such as "D, E > A >= B", or pairs (better, worse).
+///     empty: What it is worth to be sure of nothing: "bottom", "gain" or "incomparable".
+///     history: "state", "play", or None for what the formulas suggest.
+///
+/// Raises:
+///     InputError: What is wrong, each with its place in the text that this makes; see `text`.
+#[pyclass(frozen, module = "meliora")]
+pub(crate) struct Preferences {
+    pub(crate) source: Arc<SourceFile>,
+    outline: Outline,
+}
+
+impl Preferences {
+    fn read(py: Python<'_>, source: Arc<SourceFile>) -> PyResult<Self> {
+        let outline = lang::outline_preferences(&source).map_err(|error| Failure::of(error).raise(py))?;
+        Ok(Preferences { source, outline })
+    }
+
+    fn position(&self, name: &str) -> PyResult<usize> {
+        let found = self.outline.objectives.iter().position(|(own, _)| own == name);
+        found.ok_or_else(|| usage(format!("there is no objective `{name}`")))
+    }
+}
+
+/// The preferences that an argument means.
+///
+/// # Errors
+/// Those of reading a file.
+pub(crate) fn given(py: Python<'_>, argument: &Bound<'_, PyAny>) -> PyResult<Py<Preferences>> {
+    if let Ok(preferences) = argument.cast::<Preferences>() {
+        return Ok(preferences.clone().unbind());
+    }
+    let path: PathBuf = argument
+        .extract()
+        .map_err(|_| usage(format!("preferences are a Preferences or the path of a file, not {argument}")))?;
+    Py::new(py, Preferences::read(py, files::open(py, &path)?)?)
+}
+
+#[pymethods]
+impl Preferences {
+    #[new]
+    #[pyo3(signature = (objectives, prefer=None, *, empty="bottom", history=None))]
+    fn new(
+        py: Python<'_>,
+        objectives: &Bound<'_, PyDict>,
+        prefer: Option<Vec<Bound<'_, PyAny>>>,
+        empty: &str,
+        history: Option<&str>,
+    ) -> PyResult<Self> {
+        let mut text = String::new();
+        for (name, formula) in objectives {
+            text.push_str(&format!("objective {name} = {formula};\n"));
+        }
+        for statement in prefer.unwrap_or_default() {
+            if statement.is_instance_of::<PyString>() {
+                text.push_str(&format!("prefer {statement};\n"));
+            } else {
+                let (better, worse): (String, String) = statement
+                    .extract()
+                    .map_err(|_| usage(format!("a text or a pair (better, worse), not {statement}")))?;
+                text.push_str(&format!("prefer {better} > {worse};\n"));
+            }
+        }
+        text.push_str(&format!("empty = {empty};\n"));
+        if let Some(history) = history {
+            text.push_str(&format!("history = {history};\n"));
+        }
+        Preferences::read(py, SourceFile::new("preferences", text))
+    }
+
+    /// Reads a preference file.
+    ///
+    /// Raises:
+    ///     InputError: What is wrong in the text, each with its place.
+    ///     OSError: The file cannot be read.
+    #[staticmethod]
+    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        Preferences::read(py, files::open(py, &path)?)
+    }
+
+    /// Reads the text of a preference file. `name` is what messages call it.
+    #[staticmethod]
+    #[pyo3(signature = (text, *, name="preferences"))]
+    fn from_string(py: Python<'_>, text: String, name: &str) -> PyResult<Self> {
+        Preferences::read(py, SourceFile::new(name, text))
+    }
+
+    #[staticmethod]
+    fn _restore(py: Python<'_>, name: &str, text: String) -> PyResult<Self> {
+        Preferences::read(py, SourceFile::new(name, text))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let restore = py.get_type::<Preferences>().getattr("_restore")?;
+        (restore, (&self.source.name, self.source.original())).into_pyobject(py)
+    }
+
+    /// What messages call them: the path of the file.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.source.name
+    }
+
+    /// The text.
+    #[getter]
+    fn text(&self) -> &str {
+        self.source.original()
+    }
+
+    /// The formula of each objective by its name, in the order of declaration.
+    #[getter]
+    fn objectives<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (name, formula) in &self.outline.objectives {
+            all.set_item(name, formula)?;
+        }
+        Ok(all)
+    }
+
+    /// What it is worth to be sure of nothing: `"bottom"`, `"gain"` or `"incomparable"`.
+    #[getter]
+    fn empty(&self) -> &'static str {
+        Empty::name(self.outline.empty)
+    }
+
+    /// Which part of a play counts: `"state"` or `"play"`.
+    #[getter]
+    fn history(&self) -> &'static str {
+        History::name(self.outline.history)
+    }
+
+    /// How two objectives compare: `">"` where the first is strictly preferred, `"<"`, `"~"`, or None where they
+    /// do not compare.
+    fn compare(&self, first: &str, second: &str) -> PyResult<Option<&'static str>> {
+        let (x, y) = (self.position(first)?, self.position(second)?);
+        Ok(match self.outline.order.compare(x, y) {
+            Comparison::Preferred => Some(">"),
+            Comparison::Dispreferred => Some("<"),
+            Comparison::Indifferent => Some("~"),
+            Comparison::Incomparable => None,
+        })
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Preferences>().is_ok_and(|other| self.source.text == other.get().source.text)
+    }
+
+    fn __hash__(&self) -> u64 {
+        use std::hash::{DefaultHasher, Hash, Hasher};
+        let mut hasher = DefaultHasher::new();
+        self.source.text.hash(&mut hasher);
+        hasher.finish()
+    }
+
+    fn __repr__(&self) -> String {
+        let names: Vec<&str> = self.outline.objectives.iter().map(|(name, _)| name.as_str()).collect();
+        format!("<Preferences {:?}: {}>", self.source.name, names.join(", "))
+    }
+
+    /// The order as a Hasse diagram.
+    fn _repr_svg_(&self) -> String {
+        page::order_svg(&self.outline)
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        display::html(slf.as_any(), "preferences")
+    }
+}

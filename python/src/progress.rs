@@ -1,0 +1,63 @@
+//! Progress of long calls.
+
+use std::time::{Duration, Instant};
+
+use pyo3::prelude::*;
+
+use crate::watch::Position;
+
+/// How far a long call is: what a `progress` callback gets.
+#[pyclass(frozen, get_all, module = "meliora")]
+pub(crate) struct Progress {
+    /// What is being done: `"model"`, `"states"`, `"counts"`, `"outcomes"`, `"improvement"`, `"sasi"`,
+    /// `"spi"`, `"strategy"` or `"plays"`.
+    phase: &'static str,
+    /// Which part of it, in words; may be empty.
+    detail: String,
+    /// Seconds since the call began.
+    elapsed: f64,
+}
+
+impl Progress {
+    fn new(position: &Position, elapsed: Duration) -> Self {
+        Progress { phase: position.phase, detail: position.words(), elapsed: elapsed.as_secs_f64() }
+    }
+}
+
+#[pymethods]
+impl Progress {
+    fn __repr__(&self) -> String {
+        format!("Progress(phase={:?}, detail={:?}, elapsed={:.3})", self.phase, self.detail, self.elapsed)
+    }
+
+    fn __str__(&self) -> String {
+        match self.detail.as_str() {
+            "" => format!("{:.1} s: {}", self.elapsed, self.phase),
+            detail => format!("{:.1} s: {}: {detail}", self.elapsed, self.phase),
+        }
+    }
+}
+
+/// Who hears how far a call is.
+pub(crate) struct Listener {
+    callback: Option<Py<PyAny>>,
+    started: Instant,
+}
+
+impl Listener {
+    pub(crate) fn new(callback: Option<Py<PyAny>>) -> Self {
+        Listener { callback, started: Instant::now() }
+    }
+
+    /// Tells it, once there is something to tell.
+    ///
+    /// # Errors
+    /// What the callback raises.
+    pub(crate) fn hear(&self, py: Python<'_>, position: &Position) -> PyResult<()> {
+        let Some(callback) = &self.callback else { return Ok(()) };
+        if position.phase.is_empty() {
+            return Ok(());
+        }
+        callback.call1(py, (Progress::new(position, self.started.elapsed()),)).map(drop)
+    }
+}

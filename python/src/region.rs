@@ -1,0 +1,337 @@
+//! Sets of states as values.
+
+use std::sync::{Arc, Mutex};
+
+use meliora::atlas::Plane;
+use meliora::embed::{Listing, Raster, States};
+use meliora::model::VarId;
+use meliora::{Error, embed};
+use num_bigint::BigUint;
+use pyo3::basic::CompareOp;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+use crate::desk::Desk;
+use crate::errors::{unpicklable, usage};
+use crate::values::{Names, as_dict};
+use crate::watch::lock;
+use crate::{arrays, display, region_export};
+
+/// Where sets of states are from: the desk at which work on them is done, and the names of their variables.
+#[derive(Clone)]
+pub(crate) struct Space {
+    pub(crate) desk: Arc<Desk>,
+    pub(crate) names: Arc<Names>,
+}
+
+impl Space {
+    pub(crate) fn region(&self, states: States) -> Region {
+        Region { states, space: self.clone() }
+    }
+
+    /// A region of a tuple's or dictionary's worth of them.
+    pub(crate) fn regions<'py>(&self, py: Python<'py>, all: Vec<States>) -> PyResult<Bound<'py, PyTuple>> {
+        let all: Vec<Py<Region>> =
+            all.into_iter().map(|states| Py::new(py, self.region(states))).collect::<PyResult<_>>()?;
+        PyTuple::new(py, all)
+    }
+
+    /// Work on sets, at once where they are `small`.
+    ///
+    /// # Errors
+    /// Those of the work; `KeyboardInterrupt`, or what else a signal handler raises.
+    fn work<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        small: bool,
+        work: impl FnOnce() -> Result<T, Error> + Send + 'static,
+    ) -> PyResult<T> {
+        if small { self.desk.quick(py, work) } else { self.desk.long(py, work) }
+    }
+
+    /// The plane that names of variables span, and what fixes other variables.
+    ///
+    /// # Errors
+    /// `UsageError` where a variable is unknown, named twice or fixed although it spans the plane.
+    pub(crate) fn view(
+        &self,
+        row: Option<&str>,
+        column: &str,
+        fixed: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<View> {
+        let column_id = self.names.variable(column)?;
+        let row_id = row.map(|row| self.names.variable(row)).transpose()?;
+        if row_id == Some(column_id) {
+            return Err(usage(format!("`{column}` cannot be both row and column")));
+        }
+        let fixed = match fixed {
+            Some(values) => self.names.fixed(&as_dict(values)?)?,
+            None => Vec::new(),
+        };
+        if let Some(&(id, _)) = fixed.iter().find(|(id, _)| Some(*id) == row_id || *id == column_id) {
+            let name = &self.names.program.variables[id.index()].name;
+            return Err(usage(format!("`{name}` spans the picture: `where` cannot fix it")));
+        }
+        Ok(View { plane: Plane { row: row_id, column: column_id }, fixed })
+    }
+}
+
+/// A plane through a space.
+pub(crate) struct View {
+    pub(crate) plane: Plane,
+    pub(crate) fixed: Vec<(VarId, i64)>,
+}
+
+/// The shape of an array over a plane: of two dimensions where there are rows.
+pub(crate) fn shape(plane: Plane, raster: &Raster) -> Vec<usize> {
+    match plane.row {
+        Some(_) => vec![raster.rows, raster.columns],
+        None => vec![raster.columns],
+    }
+}
+
+/// A set of states, as a value: regions never change, and cost no more than their diagram, however many
+/// states they have.
+///
+/// `a & b`, `a | b`, `a - b`, `a ^ b` and `~a` make new ones, `a <= b` is inclusion, `state in a` membership of a
+/// dictionary with a value for every variable, `bool(a)` says whether there is a state, and iteration goes through
+/// them in the order of their values, first variable first. Regions of one exploration go together, whatever
+/// analysis they are from; those of different explorations are never equal, and operators refuse them.
+#[pyclass(frozen, module = "meliora")]
+pub(crate) struct Region {
+    pub(crate) states: States,
+    pub(crate) space: Space,
+}
+
+/// An operation on two sets.
+type Operation = fn(&States, &States) -> Result<States, Error>;
+
+impl Region {
+    fn with(&self, py: Python<'_>, other: &Region, operation: Operation) -> PyResult<Region> {
+        if !self.states.engine().shares(other.states.engine()) {
+            return Err(usage("the regions are of different explorations"));
+        }
+        let (x, y) = (self.states.clone(), other.states.clone());
+        let small = x.is_small() && y.is_small();
+        Ok(self.space.region(self.space.work(py, small, move || operation(&x, &y))?))
+    }
+
+    fn is_subset(&self, py: Python<'_>, other: &Region) -> PyResult<bool> {
+        Ok(self.with(py, other, States::difference)?.states.is_empty())
+    }
+
+    fn members<'py>(&self, py: Python<'py>, states: &[Vec<i64>]) -> PyResult<Bound<'py, PyList>> {
+        let dicts = states.iter().map(|state| self.space.names.dict(py, state));
+        PyList::new(py, dicts.collect::<PyResult<Vec<_>>>()?)
+    }
+}
+
+#[pymethods]
+impl Region {
+    fn __and__(&self, py: Python<'_>, other: &Bound<'_, Region>) -> PyResult<Region> {
+        self.with(py, other.get(), States::intersection)
+    }
+
+    fn __or__(&self, py: Python<'_>, other: &Bound<'_, Region>) -> PyResult<Region> {
+        self.with(py, other.get(), States::union)
+    }
+
+    fn __sub__(&self, py: Python<'_>, other: &Bound<'_, Region>) -> PyResult<Region> {
+        self.with(py, other.get(), States::difference)
+    }
+
+    fn __xor__(&self, py: Python<'_>, other: &Bound<'_, Region>) -> PyResult<Region> {
+        self.with(py, other.get(), States::symmetric_difference)
+    }
+
+    /// All other states of the scope.
+    fn __invert__(&self, py: Python<'_>) -> PyResult<Region> {
+        let x = self.states.clone();
+        Ok(self.space.region(self.space.desk.long(py, move || x.complement())?))
+    }
+
+    fn __richcmp__<'py>(
+        &self,
+        py: Python<'py>,
+        other: &Bound<'py, PyAny>,
+        operator: CompareOp,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let Ok(other) = other.cast::<Region>() else { return Ok(py.NotImplemented().into_bound(py)) };
+        let other = other.get();
+        let answer = match operator {
+            CompareOp::Eq => self.states == other.states,
+            CompareOp::Ne => self.states != other.states,
+            CompareOp::Le => self.is_subset(py, other)?,
+            CompareOp::Ge => other.is_subset(py, self)?,
+            CompareOp::Lt => self.is_subset(py, other)? && self.states != other.states,
+            CompareOp::Gt => other.is_subset(py, self)? && self.states != other.states,
+        };
+        Ok(answer.into_pyobject(py)?.to_owned().into_any())
+    }
+
+    fn __bool__(&self) -> bool {
+        !self.states.is_empty()
+    }
+
+    fn __contains__(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let state = self.space.names.state(state)?;
+        self.space.desk.quick(py, || Ok(self.states.contains(&state)))
+    }
+
+    /// How many states there are, exactly. (`len` cannot say it: it ends at 2**63 - 1.)
+    pub(crate) fn count(&self, py: Python<'_>) -> PyResult<BigUint> {
+        let x = self.states.clone();
+        self.space.work(py, x.is_small(), move || x.count())
+    }
+
+    /// Up to `limit` states as dictionaries, in the order of their values, first variable first.
+    #[pyo3(signature = (limit=1000))]
+    fn states<'py>(&self, py: Python<'py>, limit: usize) -> PyResult<Bound<'py, PyList>> {
+        let x = self.states.clone();
+        let small = x.is_small() && limit <= 100;
+        let found = self.space.work(py, small, move || x.list(limit))?;
+        self.members(py, &found)
+    }
+
+    fn __iter__(&self, py: Python<'_>) -> PyResult<RegionIterator> {
+        let x = self.states.clone();
+        let listing = self.space.desk.long(py, move || x.listing())?;
+        Ok(RegionIterator { rest: Mutex::new(listing), space: self.space.clone() })
+    }
+
+    /// `size` different states, drawn uniformly: each choice of so many is as likely as any other.
+    ///
+    /// The same seed draws the same states with the same engine and order of bits.
+    ///
+    /// Raises:
+    ///     UsageError: There are not so many states.
+    #[pyo3(signature = (size=1, seed=0))]
+    fn sample<'py>(&self, py: Python<'py>, size: usize, seed: u64) -> PyResult<Bound<'py, PyList>> {
+        let x = self.states.clone();
+        let found = self.space.desk.long(py, move || x.sample(size, seed))?;
+        self.members(py, &found)
+    }
+
+    /// The states in which some variables have these values: `region.where(b=8, d=True)`.
+    #[pyo3(name = "where", signature = (**values))]
+    fn restricted(&self, py: Python<'_>, values: Option<&Bound<'_, PyDict>>) -> PyResult<Region> {
+        let fixed = values.map_or(Ok(Vec::new()), |values| self.space.names.fixed(values))?;
+        let x = self.states.clone();
+        Ok(self.space.region(self.space.desk.long(py, move || x.slice(&fixed))?))
+    }
+
+    /// The region as a picture over one or two integer variables: a Boolean array of shape (rows, columns), or
+    /// (columns,) where `row` is None, from the smallest values on. A cell is True where the region has a state there
+    /// in which the variables of `where` have their values, and all others any.
+    ///
+    /// No state is enumerated by the symbolic engine. Needs NumPy.
+    #[pyo3(signature = (row, column, r#where=None))]
+    fn to_numpy<'py>(
+        &self,
+        py: Python<'py>,
+        row: Option<&str>,
+        column: &str,
+        r#where: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let View { plane, fixed } = self.space.view(row, column, r#where)?;
+        let x = self.states.clone();
+        let raster = self.space.desk.long(py, move || x.raster(plane, &fixed))?;
+        arrays::bools(py, &raster.cells, &shape(plane, &raster))
+    }
+
+    /// The region as a function of the package `dd`, over variables named by bits: `x.2` for bit 2 of x.
+    ///
+    /// Args:
+    ///     manager: A BDD manager of `dd`, which gets the bits that it does not know; a new one of `dd.autoref`
+    ///         where it is None. The function's `bdd` is the manager.
+    ///
+    /// Raises:
+    ///     UsageError: The region is of the explicit engine, which has no diagrams.
+    #[pyo3(signature = (manager=None))]
+    fn to_dd<'py>(&self, py: Python<'py>, manager: Option<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        region_export::to_dd(py, &self.diagram(py)?, manager)
+    }
+
+    /// The region as a diagram in DDDMP 2.0 text, as CUDD and `dd` read it, over the names of the bits.
+    fn to_dddmp(&self, py: Python<'_>) -> PyResult<String> {
+        region_export::to_dddmp(&self.diagram(py)?)
+    }
+
+    /// The region as a picture of its diagram in the language DOT.
+    fn to_dot(&self, py: Python<'_>) -> PyResult<String> {
+        region_export::to_dot(&self.diagram(py)?)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let count = self.count(py)?;
+        let states = if count == BigUint::from(1u8) { "state" } else { "states" };
+        Ok(format!("<Region of {count} {states}>"))
+    }
+
+    fn __str__(&self, py: Python<'_>) -> PyResult<String> {
+        let x = self.states.clone();
+        self.space.desk.long(py, move || Ok(x.to_string()))
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        display::html(slf.as_any(), "region")
+    }
+
+    /// The variables that look like rows and columns, and the picture of the region over them as rows of text;
+    /// None where there are none.
+    fn _picture(&self, py: Python<'_>) -> PyResult<Option<(Option<String>, String, Vec<Vec<bool>>)>> {
+        let program = &self.space.names.program;
+        let Some(plane) = Plane::guess(program) else { return Ok(None) };
+        let x = self.states.clone();
+        let raster = self.space.desk.long(py, move || x.raster(plane, &[]))?;
+        let name = |v: VarId| program.variables[v.index()].name.clone();
+        let rows = raster.cells.chunks(raster.columns).map(<[bool]>::to_vec).collect();
+        Ok(Some((plane.row.map(name), name(plane.column), rows)))
+    }
+
+    fn __reduce__(&self) -> PyResult<Py<PyAny>> {
+        Err(unpicklable("a Region", "`list(region)` and `to_dddmp()` can be pickled"))
+    }
+}
+
+impl Region {
+    fn diagram(&self, py: Python<'_>) -> PyResult<meliora::dump::Diagram> {
+        let x = self.states.clone();
+        self.space.desk.long(py, move || region_export::diagram(&x))
+    }
+}
+
+/// Goes through the states of a region.
+#[pyclass(frozen, module = "meliora")]
+pub(crate) struct RegionIterator {
+    rest: Mutex<Listing>,
+    space: Space,
+}
+
+#[pymethods]
+impl RegionIterator {
+    fn __iter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let next = self.space.desk.quick(py, || lock(&self.rest).next().transpose())?;
+        next.map(|state| self.space.names.dict(py, &state)).transpose()
+    }
+}
+
+/// Regions by name.
+pub(crate) fn by_name<'py>(
+    py: Python<'py>,
+    space: &Space,
+    planning: &embed::Planning,
+    name: impl Fn(&str) -> String,
+) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    for objective in &planning.preferences().objectives {
+        if let Some(states) = planning.region(&name(&objective.name)) {
+            all.set_item(&objective.name, Py::new(py, space.region(states))?)?;
+        }
+    }
+    Ok(all)
+}

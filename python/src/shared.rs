@@ -1,0 +1,67 @@
+//! A planning at work.
+
+use std::sync::Mutex;
+
+use meliora::Result;
+use meliora::embed::Planning;
+use meliora::planning::{AnalysisResult, Event, Kind, Phase};
+
+use crate::desk::Teller;
+use crate::watch::lock;
+
+/// A planning, and what is known of it while it is at work.
+pub(crate) struct Shared {
+    pub(crate) planning: Mutex<Planning>,
+    pub(crate) known: Mutex<AnalysisResult>,
+}
+
+impl Shared {
+    /// Computes what is left; `known` has it at once.
+    pub(crate) fn run(&self, teller: &Teller<'_>) -> Result<()> {
+        let mut planning = lock(&self.planning);
+        let objectives = planning.preferences().objectives.len();
+        for phase in Phase::ALL {
+            let found = {
+                let known = lock(&self.known).objectives.len();
+                let mut hear = |event: Event<'_>| self.hear(event, teller, known, objectives);
+                planning.run_phase(phase, &mut hear)
+            };
+            *lock(&self.known) = planning.result().clone();
+            found?;
+        }
+        Ok(())
+    }
+
+    fn hear(&self, event: Event<'_>, teller: &Teller<'_>, known: usize, objectives: usize) {
+        match event {
+            Event::Started(phase) => {
+                let part = match phase {
+                    Phase::Outcomes => format!("objective {} of {objectives}", known + 1),
+                    Phase::Sasi | Phase::Spi => "level 1".to_owned(),
+                    Phase::Counts | Phase::Improvement => String::new(),
+                };
+                teller.turn_to(phase.name(), part);
+            }
+            Event::Objective(counts) => {
+                let mut result = lock(&self.known);
+                result.objectives.push(counts.clone());
+                let done = result.objectives.len();
+                drop(result);
+                if done < objectives {
+                    teller.turn_to(Phase::Outcomes.name(), format!("objective {} of {objectives}", done + 1));
+                }
+            }
+            Event::Level(kind, number, count) => {
+                let mut result = lock(&self.known);
+                let levels = match kind {
+                    Kind::Sasi => &mut result.sasi,
+                    Kind::Spi => &mut result.spi,
+                };
+                levels.levels.push(count.clone());
+                drop(result);
+                teller.turn_to(kind.name(), format!("level {}", number + 1));
+            }
+            Event::Finished(..) => {}
+        }
+    }
+}

@@ -1,0 +1,375 @@
+//! Strategies, and plays under them.
+
+use std::sync::{Arc, Mutex};
+
+use meliora::embed;
+use meliora::planning::explain::Explanation as Explained;
+use meliora::planning::{Kind, Memory, Rank, Setup};
+use meliora::{Error, output};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::desk::{Call, Teller};
+use crate::errors::{unpicklable, usage};
+use crate::explanation::Explanation;
+use crate::levels::rank_of;
+use crate::region::Space;
+use crate::shared::Shared;
+use crate::simulation::{Recorder, Simulation};
+use crate::watch::lock;
+use crate::{arrays, options};
+
+/// What to do in each state: the strategies of all levels of one kind.
+///
+/// Actions are named by their labels; an unlabelled command is `module#k`, and where a label has several choices in
+/// a state, the names tell them apart: `label(m1#2,m2#1)`.
+#[pyclass(frozen, module = "meliora")]
+pub(crate) struct Strategy {
+    desk: Desk,
+}
+
+/// What a strategy and its plays share.
+#[derive(Clone)]
+pub(crate) struct Desk {
+    kind: Kind,
+    book: Arc<Mutex<embed::Strategy>>,
+    pub(crate) space: Space,
+}
+
+/// Which actions are meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Which {
+    Permitted,
+    Progress,
+    Kept,
+}
+
+impl Which {
+    fn named(name: &str) -> PyResult<Self> {
+        match name {
+            "permitted" => Ok(Which::Permitted),
+            "progress" => Ok(Which::Progress),
+            "kept" => Ok(Which::Kept),
+            _ => Err(usage(format!("which={name:?}: it is one of \"permitted\", \"progress\", \"kept\""))),
+        }
+    }
+
+    fn names(self, at: &Explained) -> Vec<String> {
+        let actions = at.actions.iter().enumerate().filter(|(index, action)| match self {
+            Which::Permitted => action.permitted,
+            Which::Progress => at.pick == Some(*index),
+            Which::Kept => action.kept,
+        });
+        actions.map(|(_, action)| action.name.clone()).collect()
+    }
+}
+
+impl Desk {
+    /// Explains a state; on a thread of its own where a strategy must be computed first.
+    fn explain(&self, py: Python<'_>, state: Vec<i64>, memory: Option<Memory>) -> PyResult<Explained> {
+        let known = self.space.desk.quick(py, || {
+            let mut book = lock(&self.book);
+            let book = book.book();
+            let memory = memory.unwrap_or_else(|| book.start(&state));
+            Ok(book.knows(memory).then(|| book.explain(&state, memory)).transpose()?)
+        })?;
+        if let Some(found) = known {
+            return Ok(found);
+        }
+        let book = Arc::clone(&self.book);
+        let work = move |teller: &Teller<'_>| {
+            teller.turn_to("strategy", String::new());
+            let mut book = lock(&book);
+            let book = book.book();
+            let memory = memory.unwrap_or_else(|| book.start(&state));
+            book.explain(&state, memory)
+        };
+        self.space.desk.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
+    }
+
+    /// A state of the scope.
+    fn state(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {
+        let state = self.space.names.state(state)?;
+        let inside = self.space.desk.quick(py, || Ok(lock(&self.book).book().is_state(&state)))?;
+        if inside {
+            return Ok(state);
+        }
+        let shown = self.space.names.program.show_state(&state);
+        Err(usage(format!("{shown} is no state of the scope")))
+    }
+
+    /// For each action whether one with its label is meant.
+    fn mask<'py>(
+        &self,
+        py: Python<'py>,
+        at: &Explained,
+        actions: Option<Vec<String>>,
+        which: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let actions = actions.unwrap_or_else(|| self.space.names.program.actions.clone());
+        let names = Which::named(which)?.names(at);
+        // One of several choices of a label is called `label(…)`.
+        let label = |name: &str, action: &str| {
+            name.strip_prefix(action).is_some_and(|rest| rest.is_empty() || rest.starts_with('('))
+        };
+        let mask: Vec<bool> =
+            actions.iter().map(|action| names.iter().any(|name| label(name, action))).collect();
+        arrays::bools(py, &mask, &[mask.len()])
+    }
+
+    fn explanation(&self, py: Python<'_>, at: &Explained) -> PyResult<Explanation> {
+        let rank = self.space.desk.quick(py, || Ok(lock(&self.book).book().rank(&at.state)))?;
+        let mut book = lock(&self.book);
+        let book = book.book();
+        let report = output::strategy::StateReport::new(
+            &self.space.names.program,
+            book.preferences(),
+            self.kind,
+            at,
+            [rank, rank],
+        );
+        Explanation::new(py, &self.space.names, at, rank, report)
+    }
+}
+
+impl Strategy {
+    pub(crate) fn new(py: Python<'_>, shared: &Shared, space: &Space, kind: Kind) -> PyResult<Self> {
+        let book = space.desk.quick(py, || {
+            lock(&shared.planning).strategy(kind).map_err(|_| {
+                let name = kind.name().to_uppercase();
+                Error::Usage(format!("the levels of {name} are not known: `resume` the analysis first"))
+            })
+        })?;
+        let desk = Desk { kind, book: Arc::new(Mutex::new(book)), space: space.clone() };
+        Ok(Strategy { desk })
+    }
+}
+
+#[pymethods]
+impl Strategy {
+    /// `"sasi"` or `"spi"`.
+    #[getter]
+    fn kind(&self) -> &'static str {
+        self.desk.kind.name()
+    }
+
+    /// The actions of a state in which planning starts: those permitted, the one that makes progress, or those that
+    /// are safe to take, whether or not they lead to an improvement.
+    ///
+    /// Args:
+    ///     state: A dictionary with a value for every variable.
+    ///     which: "permitted", "progress" or "kept".
+    ///
+    /// Raises:
+    ///     UsageError: It is no state of the scope.
+    #[pyo3(signature = (state, which="permitted"))]
+    fn actions(&self, py: Python<'_>, state: &Bound<'_, PyAny>, which: &str) -> PyResult<Vec<String>> {
+        let which = Which::named(which)?;
+        let state = self.desk.state(py, state)?;
+        Ok(which.names(&self.desk.explain(py, state, None)?))
+    }
+
+    /// Where the enabled actions of a state lead: for each action a list of pairs (probability, state).
+    fn successors<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+        let state = self.desk.state(py, state)?;
+        let at = self.desk.explain(py, state, None)?;
+        let all = PyDict::new(py);
+        for action in &at.actions {
+            let successors = action
+                .successors
+                .iter()
+                .map(|s| Ok((s.probability, self.desk.space.names.dict(py, &s.state)?)));
+            all.set_item(&action.name, PyList::new(py, successors.collect::<PyResult<Vec<_>>>()?)?)?;
+        }
+        Ok(all)
+    }
+
+    /// Every enabled action of a state in which planning starts: whether it is permitted, where it leads, and why.
+    fn explain(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Explanation> {
+        let state = self.desk.state(py, state)?;
+        let at = self.desk.explain(py, state, None)?;
+        self.desk.explanation(py, &at)
+    }
+
+    /// An action mask, as environments for reinforcement learning take them: a Boolean array with an entry for each
+    /// of `actions`, labels of the model in the order of `Model.actions` where it is None. Needs NumPy.
+    ///
+    /// For a state in which planning starts; `play` goes on from there.
+    #[pyo3(signature = (state, actions=None, which="permitted"))]
+    fn mask<'py>(
+        &self,
+        py: Python<'py>,
+        state: &Bound<'py, PyAny>,
+        actions: Option<Vec<String>>,
+        which: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let state = self.desk.state(py, state)?;
+        let at = self.desk.explain(py, state, None)?;
+        self.desk.mask(py, &at, actions, which)
+    }
+
+    /// A play that starts in a state: it remembers what the strategy must know of the past.
+    fn play(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Play> {
+        let state = self.desk.state(py, state)?;
+        let memory = self.desk.space.desk.quick(py, || Ok(lock(&self.desk.book).book().start(&state)))?;
+        let at = Moment { state, memory, improvements: 0 };
+        Ok(Play { desk: self.desk.clone(), at: Mutex::new(at) })
+    }
+
+    /// Random plays from a state, as arrays. The same seed gives the same plays, with any engine, on any machine.
+    ///
+    /// Args:
+    ///     state: Where the plays start.
+    ///     runs: How many plays.
+    ///     steps: A play is given up after so many steps.
+    ///     seed: From 0.
+    ///     picks: "permissive" takes every permitted action, each as likely as the others; "progress" the first that
+    ///         makes progress.
+    ///     timeout, progress: As in `Model.explore`.
+    #[pyo3(signature = (state, *, runs=1, steps=1000, seed=0, picks="permissive", timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn simulate(
+        &self,
+        py: Python<'_>,
+        state: &Bound<'_, PyAny>,
+        runs: u64,
+        steps: u64,
+        seed: u64,
+        picks: &str,
+        timeout: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Simulation> {
+        let setup = Setup { picks: options::picks(picks)?, runs, steps, seed };
+        let call = Call::new(timeout, progress)?;
+        let start = self.desk.state(py, state)?;
+        let book = Arc::clone(&self.desk.book);
+        let work = move |teller: &Teller<'_>| {
+            teller.turn_to("plays", format!("{runs} plays"));
+            Recorder::record(&mut lock(&book), setup, &start)
+        };
+        let desk = &self.desk.space.desk;
+        let (tally, record) = desk.run(py, &call, work).map_err(|failure| failure.raise(py))?;
+        Simulation::new(py, &self.desk.space.names, &tally, record)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Strategy of {}>", self.desk.kind.name())
+    }
+
+    fn __reduce__(&self) -> PyResult<Py<PyAny>> {
+        Err(unpicklable("a Strategy", "explanations as text and arrays can be pickled"))
+    }
+}
+
+/// Where a play is.
+struct Moment {
+    state: Vec<i64>,
+    memory: Memory,
+    improvements: u64,
+}
+
+/// A play under a strategy, step by step: the caller, or an environment, says what happens.
+///
+/// Not to be used by several threads at once.
+#[pyclass(frozen, module = "meliora")]
+pub(crate) struct Play {
+    desk: Desk,
+    at: Mutex<Moment>,
+}
+
+impl Play {
+    fn explained(&self, py: Python<'_>) -> PyResult<Explained> {
+        let (state, memory) = {
+            let at = lock(&self.at);
+            (at.state.clone(), at.memory)
+        };
+        self.desk.explain(py, state, Some(memory))
+    }
+}
+
+#[pymethods]
+impl Play {
+    /// The present state.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let state = lock(&self.at).state.clone();
+        self.desk.space.names.dict(py, &state)
+    }
+
+    /// How many improvements the strategy still aims for: an int, or `math.inf`; 0 where the play is over.
+    #[getter]
+    fn ahead<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let memory = lock(&self.at).memory;
+        rank_of(py, memory.level)
+    }
+
+    /// How many improvements there were.
+    #[getter]
+    fn improvements(&self) -> u64 {
+        lock(&self.at).improvements
+    }
+
+    /// Whether nothing is left to improve: no action is permitted then.
+    #[getter]
+    fn over(&self) -> bool {
+        lock(&self.at).memory.level == Rank::Finite(0)
+    }
+
+    /// As `Strategy.actions`, at this point of the play.
+    #[pyo3(signature = (which="permitted"))]
+    fn actions(&self, py: Python<'_>, which: &str) -> PyResult<Vec<String>> {
+        let which = Which::named(which)?;
+        Ok(which.names(&self.explained(py)?))
+    }
+
+    /// As `Strategy.mask`, at this point of the play.
+    #[pyo3(signature = (actions=None, which="permitted"))]
+    fn mask<'py>(
+        &self,
+        py: Python<'py>,
+        actions: Option<Vec<String>>,
+        which: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.desk.mask(py, &self.explained(py)?, actions, which)
+    }
+
+    /// As `Strategy.explain`, at this point of the play.
+    fn explain(&self, py: Python<'_>) -> PyResult<Explanation> {
+        self.desk.explanation(py, &self.explained(py)?)
+    }
+
+    /// A step was taken, and this is the state it led to. Returns whether it was an improvement.
+    ///
+    /// Raises:
+    ///     UsageError: It is no state of the scope, or no enabled action leads there.
+    fn step(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let state = self.desk.state(py, state)?;
+        let (from, memory) = {
+            let at = lock(&self.at);
+            (at.state.clone(), at.memory)
+        };
+        let program = &self.desk.space.names.program;
+        let improved = self.desk.space.desk.quick(py, || {
+            let steps = program.steps(&from).map_err(|f| meliora::model::fault::error(program, &f, &from))?;
+            if !steps.iter().any(|step| step.successors.iter().any(|(to, _)| *to == state)) {
+                let (from, to) = (program.show_state(&from), program.show_state(&state));
+                return Err(Error::Usage(format!("no enabled action leads from {from} to {to}")));
+            }
+            Ok(lock(&self.desk.book).book().after(memory, &from, &state))
+        });
+        let (memory, is_improvement) = improved?;
+        let mut at = lock(&self.at);
+        let improvements = at.improvements + u64::from(is_improvement);
+        *at = Moment { state, memory, improvements };
+        Ok(is_improvement)
+    }
+
+    fn __repr__(&self) -> String {
+        let at = lock(&self.at);
+        format!("<Play at {}>", self.desk.space.names.program.show_state(&at.state))
+    }
+
+    fn __reduce__(&self) -> PyResult<Py<PyAny>> {
+        Err(unpicklable("a Play", "its `state` can be"))
+    }
+}

@@ -1,0 +1,157 @@
+"""Analyses: regions, classes, levels, ranks, reports."""
+
+from __future__ import annotations
+
+import math
+import pickle
+
+import pytest
+
+import meliora
+from conftest import MODELS
+
+np = pytest.importorskip("numpy")
+
+
+def test_the_robot_of_the_paper(found: meliora.Analysis, robot: meliora.Model, engine: str) -> None:
+    assert found.sasi.counts == [768, 98] and found.spi.counts == [1946, 1477, 1165, 1010, 1004]
+    assert found.counts == {"states": 3600, "choices": 13888, "transitions": 18496, "deadlocks": 0, "initial": 1}
+    assert found.improvement == {"states": 7200, "transitions": 35524, "dropped": 734}
+    assert (found.engine, found.scope, found.safety, found.complete) == (engine, "all", "transition", True)
+    assert found.model.name == robot.name and list(found.preferences.objectives) == list("ABCDEF")
+    start = robot.state()
+    assert (found.sasi.rank(start), found.spi.rank(start)) == (2, math.inf)
+    assert found.most_preferred(start) == ()
+    assert repr(found) == "<Analysis: SASI [768, 98], SPI [1946, 1477, 1165, 1010, 1004]>"
+    assert set(found.usage) == {"peak_nodes", "bytes", "peak_rss_bytes"} and found.usage["bytes"] > 0
+
+
+def test_objectives_have_regions(found: meliora.Analysis) -> None:
+    for regions, counts in [
+        (found.target, [144, 144, 144, 72, 72, 72]),
+        (found.almost_sure, [624, 752, 512, 760, 256, 1204]),
+        (found.positive, [2504, 2656, 2552, 1552, 1532, 1744]),
+    ]:
+        assert list(regions) == list("ABCDEF") and [region.count() for region in regions.values()] == counts
+    assert found.target["A"] <= found.almost_sure["A"] <= found.positive["A"]
+
+
+def test_classes_divide_the_states(found: meliora.Analysis, robot: meliora.Model) -> None:
+    classes = found.classes
+    assert len(classes) == 17 and classes[()].count() == 1057 and classes["D", "E", "F"].count() == 25
+    assert sum(region.count() for region in classes.values()) == 3600
+    both = classes["B", "C"].sample(3, seed=1)
+    assert all(found.most_preferred(state) == ("B", "C") for state in both)
+    # Who is in the class is sure of both.
+    assert classes["B", "C"] <= found.almost_sure["B"] & found.almost_sure["C"]
+
+
+def test_regions_have_names(found: meliora.Analysis) -> None:
+    assert found.region("sasi:1") == found.sasi.regions[0] and found.region("class:nothing") == found.classes[()]
+    assert found.region("almost-sure:A") == found.almost_sure["A"] and "spi:unbounded" in found.region_names
+    with pytest.raises(meliora.UsageError, match="no region"):
+        found.region("sasi:9")
+
+
+def test_levels_and_ranks_fit(found: meliora.Analysis) -> None:
+    sasi, spi = found.sasi, found.spi
+    assert (sasi.kind, len(sasi), len(spi), sasi.complete) == ("sasi", 2, 5, True)
+    everything = found.exploration.states
+    assert sasi.at_least(0) == everything and sasi.at_least(1) == sasi.regions[0] and not sasi.at_least(3)
+    assert spi.at_least(5) == spi.at_least(99) == spi.unbounded and spi.exactly(math.inf) == spi.unbounded
+    assert sasi.unbounded is not None and sasi.unbounded.count() == 0
+    ranks = [sasi.exactly(k) for k in range(3)]
+    assert [region.count() for region in ranks] == [3600 - 768, 768 - 98, 98]
+    assert not spi.exactly(5) and spi.exactly(4).count() == 6
+    for k, region in enumerate(ranks):
+        assert all(sasi.rank(state) == k for state in region.sample(5, seed=k))
+    assert all(spi.rank(state) == math.inf for state in spi.exactly(math.inf).sample(5))
+    for wrong in (-1, 0.5):
+        with pytest.raises(meliora.UsageError):
+            sasi.exactly(wrong)
+    with pytest.raises(meliora.UsageError):
+        sasi.at_least(-1)
+    assert repr(sasi) == "<Levels of sasi: [768, 98]>"
+
+
+def test_arrays_of_ranks(found: meliora.Analysis) -> None:
+    for levels in (found.sasi, found.spi):
+        expected = np.full((5, 5), np.nan)
+        for state in found.exploration.states:
+            cell = state["r"], state["c"]
+            expected[cell] = np.fmax(expected[cell], levels.rank(state))
+        ranks = levels.to_numpy("r", "c")
+        assert ranks.shape == (5, 5) and ranks.dtype == float and np.array_equal(ranks, expected)
+    full = found.sasi.to_numpy("r", "c", {"b": 8, "d": False, "e": False, "f": False, "ch": False})
+    assert full[2, 2] == 2
+    assert found.sasi.to_numpy(None, "b").shape == (9,)
+    assert np.isnan(found.sasi.to_numpy("r", "c", {"b": 99})).all()
+
+
+def test_reachable_states_are_the_scope_by_default(robot: meliora.Model, wishes: meliora.Preferences, engine: str) -> None:
+    found = robot.check(wishes, safety="transition", engine=engine)
+    assert found.scope == "reachable" and found.counts is not None and found.counts["states"] == 294
+    assert found.sasi.counts == [63, 3] and found.spi.counts == [114, 75, 53, 51]
+    obstacle = robot.state(r=0, c=2)
+    assert obstacle not in found.exploration.states and found.sasi.rank(obstacle) == 0
+    assert np.isnan(found.sasi.to_numpy("r", "c")[0, 2])
+
+
+def test_safety_and_levels_can_be_chosen(robot: meliora.Model, engine: str) -> None:
+    path = MODELS / "robot5x5.pref"
+    explored = robot.explore(scope="all", engine=engine)
+    assert explored.check(path).sasi.counts == [760, 96]
+    prefix = explored.check(path, safety="prefix")
+    assert prefix.spi.counts == [955, 246] and prefix.improvement is None
+    cut = explored.check(path, safety="transition", max_level=1)
+    assert cut.sasi.counts == [768] and not cut.sasi.complete and cut.complete
+    assert cut.sasi.unbounded is None and cut.sasi.rank(robot.state()) == 1
+    with pytest.raises(meliora.UsageError, match="not searched"):
+        cut.sasi.at_least(2)
+    # One exploration: their regions go together.
+    assert cut.sasi.regions[0] >= explored.check(path).sasi.regions[0]
+    for wrong in ({"safety": "none"}, {"max_level": 0}):
+        with pytest.raises(meliora.UsageError):
+            explored.check(path, **wrong)
+
+
+def test_whole_plays_have_observers(toy: meliora.Model, engine: str) -> None:
+    wishes = meliora.Preferences({"Both": "F (s=5 & F s=1)", "Third": "F s=3"}, ["Third > Both"])
+    assert wishes.history == "play"
+    found = toy.check(wishes, engine=engine)
+    state = found.exploration.initial.states()[0]
+    assert len(state) > len(toy.variables) and state["s"] == 0
+    assert found.counts is not None and found.counts["model_states"] == 6
+    # Some play goes through 5 to 1, but no strategy is sure of it.
+    assert found.positive["Both"].count() > found.almost_sure["Both"].count()
+    assert found.strategy("spi").explain(state).actions
+
+
+def test_reports_in_many_forms(found: meliora.Analysis, engine: str) -> None:
+    report = found.to_dict()
+    assert report["schema"] == "meliora.check/1" and report["sasi"]["levels"] == ["768", "98"]
+    assert report["initial"][0]["sasi_actions"] == ["N"] and report["engine"] == engine
+    assert "SASI" in found.to_text() and found.to_svg().startswith("<svg")
+    if engine == "explicit":
+        with pytest.raises(meliora.UsageError, match="decision diagrams"):
+            found.to_svg("sasi")
+        return
+    assert found.to_svg("sasi", grid=("r", "c")).startswith("<svg") and "|" in found.to_markdown()
+    assert found.to_html(grid=["r", "c"]).lower().startswith("<!doctype html")
+    for wrong in ({"picture": "photo"}, {"grid": ["z"]}, {"grid": ["r", "c", "b"]}):
+        with pytest.raises(meliora.UsageError):
+            found.to_svg(**wrong)
+
+
+def test_analyses_and_levels_are_not_pickled(found: meliora.Analysis) -> None:
+    for thing in (found, found.sasi, found.strategy("sasi"), found.strategy("spi").play(found.model.state())):
+        with pytest.raises(TypeError, match="cannot be pickled"):
+            pickle.dumps(thing)
+    assert pickle.loads(pickle.dumps(found.to_dict())) == found.to_dict()
+
+
+def test_both_engines_agree_on_everything(robot: meliora.Model, wishes: meliora.Preferences) -> None:
+    one, other = (robot.check(wishes, scope="all", engine=engine) for engine in ("symbolic", "explicit"))
+    assert one.region_names == other.region_names
+    for name in one.region_names:
+        assert list(one.region(name)) == list(other.region(name)), name

@@ -1,0 +1,224 @@
+"""Long calls: progress, time, memory, Ctrl-C, threads, processes."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+import meliora
+from conftest import MODELS
+
+
+def test_progress_is_told(robot: meliora.Model, wishes: meliora.Preferences, engine: str) -> None:
+    heard: list[meliora.Progress] = []
+    robot.check(wishes, engine=engine, progress=heard.append)
+    phases = [step.phase for step in heard]
+    assert [phase for i, phase in enumerate(phases) if phase not in phases[:i]] == [
+        "states",
+        "preferences",
+        "counts",
+        "outcomes",
+        "improvement",
+        "sasi",
+        "spi",
+    ]
+    assert any(step.detail.startswith("objective 3 of 6") for step in heard)
+    times = [step.elapsed for step in heard]
+    assert times == sorted(times) and times[0] >= 0
+    assert "phase=" in repr(heard[0]) and "states" in str(heard[0])
+
+
+def test_what_a_callback_raises_ends_the_work(endless: meliora.Model, engine: str) -> None:
+    def complain(step: meliora.Progress) -> None:
+        if step.elapsed > 0.2:
+            raise RuntimeError("enough")
+
+    start = time.monotonic()
+    with pytest.raises(RuntimeError, match="enough"):
+        endless.explore(engine=engine, progress=complain)
+    assert time.monotonic() - start < 2
+
+
+def test_a_callback_cannot_use_what_is_at_work(robot: meliora.Model, wishes: meliora.Preferences) -> None:
+    explored = robot.explore()
+    with pytest.raises(RuntimeError, match="cannot use what it interrupts"):
+        explored.check(wishes, progress=lambda step: explored.states.count())
+    assert explored.states.count() == 294
+
+
+def test_time_runs_out(endless: meliora.Model, engine: str) -> None:
+    start = time.monotonic()
+    with pytest.raises(meliora.OutOfTime, match="out of time after 0.3 s") as caught:
+        endless.explore(engine=engine, timeout=0.3)
+    assert 0.3 <= time.monotonic() - start < 1.0
+    error = caught.value
+    assert isinstance(error, TimeoutError) and isinstance(error, meliora.LimitError)
+    assert error.phase == "states" and error.analysis is None and error.known is None
+    assert "`timeout`" in str(error) and "--timeout" not in str(error)
+    for wrong in (-1.0, float("nan")):
+        with pytest.raises(meliora.UsageError, match="timeout"):
+            endless.explore(timeout=wrong)
+
+
+def test_what_is_known_stays_when_time_runs_out(engine: str) -> None:
+    model = meliora.Model.from_file(MODELS / "patrol.prism", constants={"N": 40 if engine == "symbolic" else 14})
+    wishes = meliora.Preferences.from_file(MODELS / "patrol.pref")
+    caught = None
+    timeout = 0.02
+    while caught is None or caught.analysis is None:
+        assert timeout < 60, "no timeout ends within the analysis"
+        try:
+            model.check(wishes, engine=engine, timeout=timeout)
+            pytest.fail("the analysis came to its end before it was ever stopped")
+        except meliora.OutOfTime as error:
+            caught = error
+        timeout *= 1.3
+    known, analysis = caught.known, caught.analysis
+    assert known is not None and known["complete"] is False and caught.phase is not None
+    assert known["counts"] is None or int(known["counts"]["states"]) > 0
+    assert not analysis.complete and "unfinished" in repr(analysis)
+    if known["spi"] is None:
+        with pytest.raises(meliora.UsageError, match="resume"):
+            analysis.strategy("spi")
+    again = pickle.loads(pickle.dumps(caught))
+    assert (again.known, again.analysis, str(again)) == (known, None, str(caught))
+    with pytest.raises(meliora.OutOfTime):
+        analysis.resume(timeout=0)
+    analysis.resume()
+    assert analysis.complete and analysis.spi.counts == model.check(wishes, engine=engine).spi.counts
+    analysis.resume()
+
+
+def test_memory_runs_out(endless: meliora.Model, engine: str) -> None:
+    with pytest.raises(meliora.OutOfMemory) as caught:
+        endless.explore(engine=engine, memory="2MiB" if engine == "symbolic" else "32MiB", timeout=60)
+    assert isinstance(caught.value, MemoryError) and "`memory`" in str(caught.value)
+    for wrong in (0, -1, "many", "3 apples", 1.5):
+        with pytest.raises(meliora.UsageError, match="memory"):
+            endless.explore(memory=wrong)
+
+
+def test_other_limits_have_their_exception() -> None:
+    model = meliora.Model.from_string("mdp module m x : [0..100000]; y : [0..100000]; [] true -> (x'=y); endmodule")
+    with pytest.raises(meliora.TooLarge, match="cells"):
+        model.explore().states.to_numpy("x", "y")
+
+
+def interrupted(after: float) -> threading.Timer:
+    timer = threading.Timer(after, os.kill, [os.getpid(), signal.SIGINT])
+    timer.start()
+    return timer
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
+def test_ctrl_c_ends_long_work(endless: meliora.Model, engine: str) -> None:
+    start = time.monotonic()
+    timer = interrupted(0.3)
+    with pytest.raises(KeyboardInterrupt):
+        endless.explore(engine=engine)
+    assert time.monotonic() - start < 0.3 + 0.5
+    timer.join()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
+def test_an_analysis_goes_on_after_ctrl_c(engine: str) -> None:
+    model = meliora.Model.from_file(MODELS / "patrol.prism", constants={"N": 40 if engine == "symbolic" else 24})
+    explored = model.explore(engine=engine)
+    timer = interrupted(0.2)
+    with pytest.raises(KeyboardInterrupt):
+        explored.check(MODELS / "patrol.pref")
+    timer.join()
+    assert explored.states.count() > 0
+
+
+def test_other_threads_run_meanwhile(endless: meliora.Model) -> None:
+    turns = 0
+    stop = threading.Event()
+
+    def count() -> None:
+        nonlocal turns
+        while not stop.is_set():
+            turns += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    with pytest.raises(meliora.OutOfTime):
+        endless.explore(timeout=0.5)
+    stop.set()
+    thread.join()
+    assert turns > 50
+
+
+def test_threads_take_turns_at_an_analysis(found: meliora.Analysis, robot: meliora.Model) -> None:
+    explored = found.exploration
+    start, low = robot.state(), explored.where("r < 2")
+    strategy = found.strategy("spi")
+    failures: list[BaseException] = []
+
+    def work(number: int) -> None:
+        try:
+            for round in range(5):
+                assert found.sasi.rank(start) == 2
+                assert (low | found.sasi.regions[0]).count() == (found.sasi.regions[0] | low).count()
+                assert strategy.actions(start) == ["N", "S"]
+                assert explored.reach({"r": number}).target.count() == 720
+                assert len(list(low.where(c=number, b=round))) == 32
+                assert len(low.sample(3, seed=number)) == 3
+        except BaseException as failure:
+            failures.append(failure)
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+def test_a_forked_process_is_told_to_explore_anew() -> None:
+    script = f"""
+import os, meliora
+model = meliora.Model.from_file({str(MODELS / "robot5x5.prism")!r})
+explored = model.explore()
+child = os.fork()
+if child == 0:
+    try:
+        explored.states.count()
+        os._exit(1)
+    except RuntimeError as error:
+        os._exit(0 if "forked" in str(error) and model.explore().states.count() == 294 else 2)
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+assert explored.states.count() == 294
+"""
+    subprocess.run([sys.executable, "-W", "ignore", "-c", script], check=True, timeout=60)
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="the size of the process is told by Linux")
+def test_a_thousand_analyses_leave_nothing_behind(toy: meliora.Model, toy_wishes: meliora.Preferences, engine: str) -> None:
+    def resident() -> int:
+        with open("/proc/self/statm") as statm:
+            return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+    start = toy.state()
+
+    def analyse() -> None:
+        found = toy.check(toy_wishes, engine=engine, memory="64MiB", progress=lambda step: None)
+        assert found.sasi.rank(start) == 1 and found.strategy("sasi").actions(start) == ["b", "c"]
+        assert len(list(found.sasi.regions[0])) == 1
+
+    for _ in range(100):
+        analyse()
+    before = resident()
+    for _ in range(1000):
+        analyse()
+    grown = resident() - before
+    assert grown < 8 << 20, f"{grown / 1000:.0f} bytes an analysis"

@@ -1,0 +1,146 @@
+"""Models and preferences: reading, what they say of themselves, errors, pickling."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import pytest
+
+import meliora
+from conftest import MODELS, TOY, WISHES
+
+
+def test_a_model_says_what_it_has(robot: meliora.Model) -> None:
+    assert robot.kind == "mdp"
+    assert robot.name.endswith("robot5x5.prism") and "module robot" in robot.text
+    assert list(robot.variables) == ["r", "c", "b", "d", "e", "f", "ch"]
+    row, flag = robot.variables["r"], robot.variables["d"]
+    assert (row.name, row.type, row.low, row.high, row.initial, row.values) == ("r", "int", 0, 4, 2, [])
+    assert (flag.type, flag.initial) == ("bool", False)
+    assert repr(row) == 'Variable("r", 0..4)' and repr(flag) == 'Variable("d", bool)'
+    assert robot.constants == {"full": 8}
+    assert robot.actions == ["N", "S", "E", "W"]
+    assert robot.labels == [] and robot.warnings == []
+    assert "7 variables" in repr(robot)
+
+
+def test_constants_are_given_by_name(toy: meliora.Model) -> None:
+    assert toy.constants == {"last": 5} and toy.labels == ["middle"]
+    text = "mdp const double p; const bool on; const int n; module m x : [0..n]; [] on -> p: (x'=0) + 1-p: (x'=n); endmodule"
+    model = meliora.Model.from_string(text, constants={"p": 0.25, "on": True, "n": 3})
+    assert model.constants == {"p": 0.25, "on": True, "n": 3}
+    with pytest.raises(meliora.UsageError, match="constants are bools, ints and floats"):
+        meliora.Model.from_string(text, constants={"p": "x"})  # type: ignore[dict-item]
+
+
+def test_jani_models_take_bounds() -> None:
+    model = meliora.Model.from_file(MODELS / "workshop.jani", constants={"N": 2})
+    assert model.kind == "mdp" and model.variables
+    with pytest.raises(meliora.InputError, match="JANI"):
+        meliora.Model.from_string(TOY, constants={"last": 5}, bounds={"s": (0, 3)})
+    with pytest.raises(meliora.UsageError, match="pairs"):
+        meliora.Model.from_string(TOY, bounds={"s": 3})  # type: ignore[dict-item]
+
+
+def test_a_state_is_a_dictionary(robot: meliora.Model) -> None:
+    state = robot.state(r=4, d=True)
+    assert state == {"r": 4, "c": 2, "b": 8, "d": True, "e": False, "f": False, "ch": False}
+    for wrong, values in [("no variable `z`", {"z": 1}), ("outside", {"r": 5}), ("int", {"r": True}), ("bool", {"d": 2})]:
+        with pytest.raises(meliora.UsageError, match=wrong):
+            robot.state(**values)
+
+
+def test_mistakes_are_shown_where_they_are() -> None:
+    with pytest.raises(meliora.InputError) as caught:
+        meliora.Model.from_string("mdp\nmodule m\n  x : [0..3];\n  [] y=0 -> (x'=1);\n  [] x=z -> true;\nendmodule", name="bad.prism")
+    error = caught.value
+    assert (error.file, error.line, error.column) == ("bad.prism", 4, 6)
+    assert [problem.line for problem in error.problems] == [4, 5]
+    first = error.problems[0]
+    assert "`y`" in first.message and "[] y=0" in first.shown and "--> bad.prism:4:6" in str(error)
+    assert isinstance(error, ValueError) and isinstance(error, meliora.Error)
+    again = pickle.loads(pickle.dumps(error))
+    assert (again.problems, str(again)) == (error.problems, str(error))
+
+
+def test_advice_is_in_terms_of_python() -> None:
+    with pytest.raises(meliora.InputError) as caught:
+        meliora.Model.from_string(TOY)
+    assert caught.value.problems[0].help == "give values with `constants last=…`"
+    with pytest.raises(meliora.InputError) as caught:
+        meliora.Model.from_string(TOY, constants={"last": 5, "first": 1})
+    assert caught.value.file == "constants" and "--" not in str(caught.value).replace("-->", "")
+    for text in (WISHES, "Pmax=? [ F x=1 ]"):
+        with pytest.raises(meliora.InputError, match="not a model") as caught:
+            meliora.Model.from_string(text)
+        assert caught.value.problems[0].help is None and "meliora check" not in str(caught.value)
+
+
+def test_files_that_are_not_there_are_errors_of_the_system(tmp_path: Path) -> None:
+    missing = tmp_path / "no.prism"
+    with pytest.raises(FileNotFoundError) as caught:
+        meliora.Model.from_file(missing)
+    assert caught.value.filename == str(missing)
+    with pytest.raises(FileNotFoundError):
+        meliora.Preferences.from_file(missing)
+    binary = tmp_path / "binary"
+    binary.write_bytes(b"\xff\xfe")
+    with pytest.raises(OSError, match="UTF-8"):
+        meliora.Model.from_file(binary)
+
+
+def test_models_and_preferences_are_pickled_by_their_texts(toy: meliora.Model, toy_wishes: meliora.Preferences) -> None:
+    model, wishes = pickle.loads(pickle.dumps((toy, toy_wishes)))
+    assert (model.text, model.constants, model.name) == (toy.text, toy.constants, toy.name)
+    assert wishes == toy_wishes and hash(wishes) == hash(toy_wishes)
+    assert model.check(wishes).sasi.counts == toy.check(toy_wishes).sasi.counts
+
+
+def test_preferences_say_what_they_have(wishes: meliora.Preferences) -> None:
+    assert list(wishes.objectives) == list("ABCDEF")
+    assert wishes.objectives["A"] == "F (r=0 & c=0)"
+    assert (wishes.empty, wishes.history) == ("gain", "state")
+    assert wishes.name.endswith("robot5x5.pref") and "prefer" in wishes.text
+    assert [wishes.compare(*pair) for pair in ("DA", "AD", "DE", "AA")] == [">", "<", None, "~"]
+    with pytest.raises(meliora.UsageError, match="no objective `Z`"):
+        wishes.compare("A", "Z")
+    assert "A, B, C" in repr(wishes)
+
+
+def test_preferences_can_be_put_together(toy: meliora.Model) -> None:
+    formulas = {"First": "F (s=1 | s=5)", "Second": "F (s=2 | s=4)", "Third": "F (s=3)"}
+    made = meliora.Preferences(formulas, [("Second", "First"), "Third > First"], empty="gain")
+    assert made.objectives == formulas and made.empty == "gain"
+    assert made.compare("Third", "First") == ">"
+    assert made != meliora.Preferences(formulas) and made == meliora.Preferences.from_string(made.text)
+    assert made != "text"
+    assert toy.check(made).sasi.rank(toy.state()) == 1
+    played = meliora.Preferences({"Twice": "F (s=1 & F s=3)"}, history="play")
+    assert played.history == "play" == meliora.Preferences({"Twice": "F (s=1 & F s=3)"}).history
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        ("prefer A > B;", "no objective"),
+        ("objective A = F x=1; objective A = F x=2;", "declared twice"),
+        ("objective A = F x=1; prefer A > B;", "there is no objective `B`"),
+        ("objective A = F x=1; objective B = F x=2; prefer A > B > A;", "contradict"),
+        ("objective A = ;", "expected"),
+    ],
+)
+def test_wrong_preferences_need_no_model(text: str, wrong: str) -> None:
+    with pytest.raises(meliora.InputError, match=wrong) as caught:
+        meliora.Preferences.from_string(text, name="w.pref")
+    assert caught.value.file == "w.pref"
+
+
+def test_what_preferences_say_of_a_model_is_seen_when_they_meet(toy: meliora.Model, tmp_path: Path) -> None:
+    file = tmp_path / "toy.pref"
+    file.write_text(WISHES.replace("s=3", "t=3"))
+    with pytest.raises(meliora.InputError, match="unknown name `t`") as caught:
+        toy.check(file)
+    assert (caught.value.file, caught.value.line) == (str(file), 3)
+    with pytest.raises(meliora.UsageError, match="Preferences or the path"):
+        toy.check(3)  # type: ignore[arg-type]

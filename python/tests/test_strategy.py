@@ -1,0 +1,106 @@
+"""Strategies, plays and simulations."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import meliora
+
+np = pytest.importorskip("numpy")
+
+
+def test_a_strategy_says_what_to_do_and_why(found: meliora.Analysis, robot: meliora.Model) -> None:
+    strategy, start = found.strategy("sasi"), robot.state()
+    assert strategy.kind == "sasi" and strategy.actions(start) == ["N"]
+    assert strategy.actions(start, "progress") == ["N"] and strategy.actions(start, which="kept") == ["N", "S"]
+    assert found.strategy("spi").actions(start) == ["N", "S"]
+    assert strategy.successors(start)["N"] == [(1.0, robot.state(r=3, b=7))]
+    why = strategy.explain(start)
+    assert (why.state, why.most_preferred, why.rank, why.progress_action) == (start, (), 2, "N")
+    north, south = why.actions
+    assert (north.name, north.kept, north.permitted, north.progress, north.verdict) == ("N", True, True, True, "approaches")
+    assert south.verdict == "strays" and "2 improvements are not sure" in south.reason
+    there = north.successors[0]
+    assert (there.state, there.probability, there.rank) == (robot.state(r=3, b=7), 1.0, 2)
+    assert (there.change, there.gained, there.lost, there.dropped, there.goal) == ("lateral", (), (), False, False)
+    assert "* N" in str(why) and "permitted N" in repr(why) and "not permitted" in repr(south)
+    assert math.isinf(found.spi.strategy().explain(start).rank)
+
+
+def test_masks_are_in_the_order_of_actions(found: meliora.Analysis, robot: meliora.Model) -> None:
+    strategy, start = found.strategy("sasi"), robot.state()
+    mask = strategy.mask(start)
+    assert mask.dtype == bool and mask.tolist() == [True, False, False, False]
+    assert strategy.mask(start, ["S", "N"], which="kept").tolist() == [True, True]
+    assert strategy.mask(start, actions=["nowhere"]).tolist() == [False]
+    with pytest.raises(meliora.UsageError, match="which"):
+        strategy.mask(start, which="best")
+
+
+def test_states_outside_of_the_scope_are_refused(toy: meliora.Model, toy_wishes: meliora.Preferences, engine: str) -> None:
+    strategy = toy.check(toy_wishes, engine=engine).strategy("sasi")
+    assert strategy.actions(toy.state()) == ["b", "c"]
+    for method in (strategy.actions, strategy.successors, strategy.explain, strategy.mask, strategy.play, strategy.simulate):
+        with pytest.raises(meliora.UsageError, match="no state of the scope"):
+            method(toy.state(lost=True))
+    with pytest.raises(meliora.UsageError, match="kind"):
+        toy.check(toy_wishes).strategy("best")  # type: ignore[arg-type]
+
+
+def test_a_play_remembers_what_counts(found: meliora.Analysis, robot: meliora.Model) -> None:
+    play = found.strategy("sasi").play(robot.state())
+    assert (play.state, play.ahead, play.improvements, play.over) == (robot.state(), 2, 0, False)
+    assert play.actions() == ["N"] and play.mask().tolist() == [True, False, False, False]
+    with pytest.raises(meliora.UsageError, match="no enabled action leads"):
+        play.step(robot.state(r=4, c=4))
+    steps = 0
+    while not play.over:
+        action = play.actions("progress")[0]
+        successors = next(a.successors for a in play.explain().actions if a.name == action)
+        play.step(successors[steps % len(successors)].state)
+        steps += 1
+        assert steps < 100
+    # Two improvements were promised, whatever happens.
+    assert play.improvements >= 2 and play.actions() == [] and not play.mask().any() and play.ahead == 0
+    assert "Play at" in repr(play)
+
+
+def test_plays_are_arrays(found: meliora.Analysis, robot: meliora.Model) -> None:
+    strategy = found.strategy("sasi")
+    plays = strategy.simulate(robot.state(), runs=40, seed=1)
+    longest = int(plays.lengths.max())
+    assert len(plays) == 40 and plays.rank == 2 and plays.variables == list(robot.variables)
+    assert plays.states.shape == (40, longest + 1, 7) and plays.states.dtype == np.int64
+    assert plays.actions.shape == plays.improves.shape == (40, longest)
+    assert (plays.states[:, 0] == list(robot.state().values())).all()
+    assert sum(plays.improvements.values()) == 40 and min(plays.improvements) >= 2
+    assert (plays.improves.sum(axis=1) >= 2).all() and plays.settled == 40
+    for run, length in enumerate(plays.lengths):
+        assert (plays.actions[run, :length] >= 0).all() and (plays.actions[run, length:] == -1).all()
+        assert (plays.states[run, length:] == plays.states[run, length]).all()
+        for step in range(length):
+            state = {name: type(robot.state()[name])(value) for name, value in zip(plays.variables, plays.states[run, step])}
+            after = dict(zip(plays.variables, plays.states[run, step + 1]))
+            reached = strategy.successors(state)[plays.action_names[plays.actions[run, step]]]
+            assert after in [successor for _, successor in reached]
+    # The paper's definition leaves branches that weaken out of account; the robot may take them.
+    assert plays.weakened_step > 0 and plays.weakened_start == 0
+    assert "40 plays" in repr(plays)
+
+
+def test_what_is_safe_never_weakens(robot: meliora.Model, wishes: meliora.Preferences, engine: str) -> None:
+    plays = robot.check(wishes, engine=engine).strategy("spi").simulate(robot.state(), runs=100, steps=50)
+    assert (plays.weakened_step, plays.weakened_start) == (0, 0)
+
+
+def test_a_seed_means_the_same_plays(robot: meliora.Model, wishes: meliora.Preferences) -> None:
+    one, other = (robot.check(wishes, engine=engine).strategy("spi") for engine in ("symbolic", "explicit"))
+    start = robot.state()
+    plays = [s.simulate(start, runs=5, steps=20, seed=7, picks="progress") for s in (one, one, other)]
+    assert all((plays[0].states == p.states).all() for p in plays[1:])
+    assert plays[0].states.shape != (c := one.simulate(start, runs=5, steps=20, seed=8)).states.shape or (plays[0].states != c.states).any()
+    assert one.simulate(start, runs=0).states.shape == (0, 1, 7)
+    with pytest.raises(meliora.UsageError, match="picks"):
+        one.simulate(start, picks="best")  # type: ignore[arg-type]

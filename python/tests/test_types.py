@@ -1,0 +1,24 @@
+"""The type stubs: they are right, and what the tests do fits them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip("mypy")
+pytest.importorskip("numpy")
+
+
+def run(*arguments: str) -> None:
+    done = subprocess.run([sys.executable, "-m", *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_stubs_are_what_the_module_has() -> None:
+    run("mypy.stubtest", "meliora", "--ignore-disjoint-bases")
+
+
+def test_the_package_is_typed() -> None:
+    run("mypy", "--strict", "-p", "meliora")
