@@ -189,8 +189,7 @@ impl Program {
                 text.push(',');
             }
             text.push_str(&variable.name);
-            let watches = self.observers.as_ref().is_some_and(|o| variable.module == Some(o.module));
-            text.push_str(if watches { ": " } else { "=" });
+            text.push('=');
             text.push_str(&variable.show(value));
         }
         text
