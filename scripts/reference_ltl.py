@@ -115,6 +115,8 @@ def holds(f, word, back):
 def observer(f):
     """`(atoms, steps)`: for each state, the first one first, where each letter leads."""
     names = atoms(f)
+    if len(names) > 3:
+        raise InputError(f"{len(names)} conditions in one leaf are too many to learn from all short words")
     letters = [dict(zip(names, signs)) for signs in itertools.product((False, True), repeat=len(names))]
     pairs = [list(itertools.product(letters, repeat=n)) for n in range(3)]
     endings = [(stem, loop) for stem in sum(pairs, []) for loop in pairs[1] + pairs[2]]

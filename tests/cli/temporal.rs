@@ -174,6 +174,25 @@ fn states_of_observers_are_named_in_words() {
     let arguments = ["strategy", "models/courier.prism", "models/courier.pref", "--kind", "spi", "--at", at];
     let shown = Finished::of(meliora().args(arguments)).expect(0);
     assert!(shown.stdout.contains("Deliver=waiting for door"), "{}", shown.stdout);
+    let drawn = Finished::of(meliora().args(arguments).arg("--dot")).expect(0);
+    assert!(drawn.stdout.contains("Deliver=waiting for door, Clean=kept so far"), "{}", drawn.stdout);
+}
+
+#[test]
+fn many_leaves_are_many_small_observers() {
+    let model = "mdp module m x:[0..25] init 0; [up] x<25 -> (x'=x+1); [down] x>0 -> (x'=x-1); endmodule";
+    let scratch = Scratch::new(&[("m.prism", model)]);
+    let leaves = |form: &str| (1..=25).map(|k| form.replace('k', &k.to_string())).collect::<Vec<_>>();
+    for (property, sure) in [
+        (leaves("(F x=k)").join(" & "), "26"),
+        (format!("!({})", leaves("(F x=k)").join(" & ")), "26"),
+        (leaves("(G x!=k)").join(" & "), "0"),
+    ] {
+        let property = format!("P>=1 [ {property} ]");
+        let arguments = ["reach", &scratch.show("m.prism"), "--property", &property, "--json"];
+        let found = Finished::of(meliora().args(arguments)).expect(1).json();
+        assert_eq!(found["pmax_one"], json!(sure), "{property}");
+    }
 }
 
 #[test]
