@@ -93,7 +93,7 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// Where three or more copies of a module advance their clocks together: what stands before the
 /// clocks first, and the clocks and what follows them side by side.
 ///
-/// Observers stand where [`beside_observers`] says.
+/// A few observers stand on top of all of it, many below.
 pub fn from_structure(program: &Program) -> Ordered {
     if program.observers.is_some() {
         let Ordered { bits, why } = from_structure(&program.unobserved());
