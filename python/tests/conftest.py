@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
 import meliora
+
+Engine = Literal["symbolic", "explicit"]
+ENGINES: tuple[Engine, Engine] = ("symbolic", "explicit")
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = ROOT / "models"
@@ -33,9 +37,10 @@ prefer Second, Third > First;
 """
 
 
-@pytest.fixture(scope="session", params=["symbolic", "explicit"])
-def engine(request: pytest.FixtureRequest) -> str:
-    return str(request.param)
+@pytest.fixture(scope="session", params=ENGINES)
+def engine(request: pytest.FixtureRequest) -> Engine:
+    found: Engine = request.param
+    return found
 
 
 @pytest.fixture(scope="session")
@@ -49,7 +54,7 @@ def wishes() -> meliora.Preferences:
 
 
 @pytest.fixture(scope="session")
-def found(robot: meliora.Model, wishes: meliora.Preferences, engine: str) -> meliora.Analysis:
+def found(robot: meliora.Model, wishes: meliora.Preferences, engine: Engine) -> meliora.Analysis:
     """The robot, analysed as in the paper."""
     return robot.check(wishes, scope="all", safety="transition", engine=engine)
 

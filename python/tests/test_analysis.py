@@ -8,12 +8,12 @@ import pickle
 import pytest
 
 import meliora
-from conftest import MODELS
+from conftest import ENGINES, MODELS, Engine
 
 np = pytest.importorskip("numpy")
 
 
-def test_the_robot_of_the_paper(found: meliora.Analysis, robot: meliora.Model, engine: str) -> None:
+def test_the_robot_of_the_paper(found: meliora.Analysis, robot: meliora.Model, engine: Engine) -> None:
     assert found.sasi.counts == [768, 98] and found.spi.counts == [1946, 1477, 1165, 1010, 1004]
     assert found.counts == {"states": 3600, "choices": 13888, "transitions": 18496, "deadlocks": 0, "initial": 1}
     assert found.improvement == {"states": 7200, "transitions": 35524, "dropped": 734}
@@ -88,7 +88,7 @@ def test_arrays_of_ranks(found: meliora.Analysis) -> None:
     assert np.isnan(found.sasi.to_numpy("r", "c", {"b": 99})).all()
 
 
-def test_reachable_states_are_the_scope_by_default(robot: meliora.Model, wishes: meliora.Preferences, engine: str) -> None:
+def test_reachable_states_are_the_scope_by_default(robot: meliora.Model, wishes: meliora.Preferences, engine: Engine) -> None:
     found = robot.check(wishes, safety="transition", engine=engine)
     assert found.scope == "reachable" and found.counts is not None and found.counts["states"] == 294
     assert found.sasi.counts == [63, 3] and found.spi.counts == [114, 75, 53, 51]
@@ -97,7 +97,7 @@ def test_reachable_states_are_the_scope_by_default(robot: meliora.Model, wishes:
     assert np.isnan(found.sasi.to_numpy("r", "c")[0, 2])
 
 
-def test_safety_and_levels_can_be_chosen(robot: meliora.Model, engine: str) -> None:
+def test_safety_and_levels_can_be_chosen(robot: meliora.Model, engine: Engine) -> None:
     path = MODELS / "robot5x5.pref"
     explored = robot.explore(scope="all", engine=engine)
     assert explored.check(path).sasi.counts == [760, 96]
@@ -115,7 +115,7 @@ def test_safety_and_levels_can_be_chosen(robot: meliora.Model, engine: str) -> N
             explored.check(path, **wrong)
 
 
-def test_whole_plays_have_observers(toy: meliora.Model, engine: str) -> None:
+def test_whole_plays_have_observers(toy: meliora.Model, engine: Engine) -> None:
     wishes = meliora.Preferences({"Both": "F (s=5 & F s=1)", "Third": "F s=3"}, ["Third > Both"])
     assert wishes.history == "play"
     found = toy.check(wishes, engine=engine)
@@ -127,7 +127,7 @@ def test_whole_plays_have_observers(toy: meliora.Model, engine: str) -> None:
     assert found.strategy("spi").explain(state).actions
 
 
-def test_reports_in_many_forms(found: meliora.Analysis, engine: str) -> None:
+def test_reports_in_many_forms(found: meliora.Analysis, engine: Engine) -> None:
     report = found.to_dict()
     assert report["schema"] == "meliora.check/1" and report["sasi"]["levels"] == ["768", "98"]
     assert report["initial"][0]["sasi_actions"] == ["N"] and report["engine"] == engine
@@ -151,7 +151,7 @@ def test_analyses_and_levels_are_not_pickled(found: meliora.Analysis) -> None:
 
 
 def test_both_engines_agree_on_everything(robot: meliora.Model, wishes: meliora.Preferences) -> None:
-    one, other = (robot.check(wishes, scope="all", engine=engine) for engine in ("symbolic", "explicit"))
+    one, other = (robot.check(wishes, scope="all", engine=engine) for engine in ENGINES)
     assert one.region_names == other.region_names
     for name in one.region_names:
         assert list(one.region(name)) == list(other.region(name)), name

@@ -13,10 +13,10 @@ import time
 import pytest
 
 import meliora
-from conftest import MODELS
+from conftest import MODELS, Engine
 
 
-def test_progress_is_told(robot: meliora.Model, wishes: meliora.Preferences, engine: str) -> None:
+def test_progress_is_told(robot: meliora.Model, wishes: meliora.Preferences, engine: Engine) -> None:
     heard: list[meliora.Progress] = []
     robot.check(wishes, engine=engine, progress=heard.append)
     phases = [step.phase for step in heard]
@@ -35,7 +35,7 @@ def test_progress_is_told(robot: meliora.Model, wishes: meliora.Preferences, eng
     assert "phase=" in repr(heard[0]) and "states" in str(heard[0])
 
 
-def test_what_a_callback_raises_ends_the_work(endless: meliora.Model, engine: str) -> None:
+def test_what_a_callback_raises_ends_the_work(endless: meliora.Model, engine: Engine) -> None:
     def complain(step: meliora.Progress) -> None:
         if step.elapsed > 0.2:
             raise RuntimeError("enough")
@@ -53,7 +53,7 @@ def test_a_callback_cannot_use_what_is_at_work(robot: meliora.Model, wishes: mel
     assert explored.states.count() == 294
 
 
-def test_time_runs_out(endless: meliora.Model, engine: str) -> None:
+def test_time_runs_out(endless: meliora.Model, engine: Engine) -> None:
     start = time.monotonic()
     with pytest.raises(meliora.OutOfTime, match="out of time after 0.3 s") as caught:
         endless.explore(engine=engine, timeout=0.3)
@@ -67,7 +67,7 @@ def test_time_runs_out(endless: meliora.Model, engine: str) -> None:
             endless.explore(timeout=wrong)
 
 
-def test_what_is_known_stays_when_time_runs_out(engine: str) -> None:
+def test_what_is_known_stays_when_time_runs_out(engine: Engine) -> None:
     model = meliora.Model.from_file(MODELS / "patrol.prism", constants={"N": 40 if engine == "symbolic" else 14})
     wishes = meliora.Preferences.from_file(MODELS / "patrol.pref")
     caught = None
@@ -96,13 +96,13 @@ def test_what_is_known_stays_when_time_runs_out(engine: str) -> None:
     analysis.resume()
 
 
-def test_memory_runs_out(endless: meliora.Model, engine: str) -> None:
+def test_memory_runs_out(endless: meliora.Model, engine: Engine) -> None:
     with pytest.raises(meliora.OutOfMemory) as caught:
         endless.explore(engine=engine, memory="2MiB" if engine == "symbolic" else "32MiB", timeout=60)
     assert isinstance(caught.value, MemoryError) and "`memory`" in str(caught.value)
     for wrong in (0, -1, "many", "3 apples", 1.5):
         with pytest.raises(meliora.UsageError, match="memory"):
-            endless.explore(memory=wrong)
+            endless.explore(memory=wrong)  # type: ignore[arg-type]
 
 
 def test_other_limits_have_their_exception() -> None:
@@ -118,7 +118,7 @@ def interrupted(after: float) -> threading.Timer:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
-def test_ctrl_c_ends_long_work(endless: meliora.Model, engine: str) -> None:
+def test_ctrl_c_ends_long_work(endless: meliora.Model, engine: Engine) -> None:
     start = time.monotonic()
     timer = interrupted(0.3)
     with pytest.raises(KeyboardInterrupt):
@@ -128,7 +128,7 @@ def test_ctrl_c_ends_long_work(endless: meliora.Model, engine: str) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
-def test_an_analysis_goes_on_after_ctrl_c(engine: str) -> None:
+def test_an_analysis_goes_on_after_ctrl_c(engine: Engine) -> None:
     model = meliora.Model.from_file(MODELS / "patrol.prism", constants={"N": 40 if engine == "symbolic" else 24})
     explored = model.explore(engine=engine)
     timer = interrupted(0.2)
@@ -203,7 +203,7 @@ assert explored.states.count() == 294
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="the size of the process is told by Linux")
-def test_a_thousand_analyses_leave_nothing_behind(toy: meliora.Model, toy_wishes: meliora.Preferences, engine: str) -> None:
+def test_a_thousand_analyses_leave_nothing_behind(toy: meliora.Model, toy_wishes: meliora.Preferences, engine: Engine) -> None:
     def resident() -> int:
         with open("/proc/self/statm") as statm:
             return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")

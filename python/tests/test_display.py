@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 import meliora
+from conftest import Engine
 
 
 class Balanced(HTMLParser):
@@ -52,13 +53,13 @@ def test_preferences_show_their_order(wishes: meliora.Preferences) -> None:
     assert "img" in page.seen and "F (r=0 & c=0)" in page.text
 
 
-def test_analyses_show_levels_and_maps(found: meliora.Analysis, engine: str) -> None:
+def test_analyses_show_levels_and_maps(found: meliora.Analysis, engine: Engine) -> None:
     page = read(found._repr_html_())
     assert "1,946" in page.text and "1,204" in page.text
     assert page.seen.count("img") == (2 if engine == "symbolic" else 1)
 
 
-def test_regions_show_where_they_are(found: meliora.Analysis, toy: meliora.Model, engine: str) -> None:
+def test_regions_show_where_they_are(found: meliora.Analysis, toy: meliora.Model, engine: Engine) -> None:
     region = found.sasi.regions[0]
     page = read(region._repr_html_())
     assert "768 states" in page.text and "763 more" in page.text and "img" in page.seen

@@ -46,7 +46,8 @@ def test_jani_models_take_bounds() -> None:
 def test_a_state_is_a_dictionary(robot: meliora.Model) -> None:
     state = robot.state(r=4, d=True)
     assert state == {"r": 4, "c": 2, "b": 8, "d": True, "e": False, "f": False, "ch": False}
-    for wrong, values in [("no variable `z`", {"z": 1}), ("outside", {"r": 5}), ("int", {"r": True}), ("bool", {"d": 2})]:
+    mistakes: list[tuple[str, dict[str, int]]] = [("no variable `z`", {"z": 1}), ("outside", {"r": 5}), ("int", {"r": True}), ("bool", {"d": 2})]
+    for wrong, values in mistakes:
         with pytest.raises(meliora.UsageError, match=wrong):
             robot.state(**values)
 

@@ -7,17 +7,17 @@ import pickle
 import pytest
 
 import meliora
-from conftest import MODELS
+from conftest import MODELS, Engine
 
 np = pytest.importorskip("numpy")
 
 
 @pytest.fixture(scope="module")
-def explored(robot: meliora.Model, engine: str) -> meliora.Exploration:
+def explored(robot: meliora.Model, engine: Engine) -> meliora.Exploration:
     return robot.explore(scope="all", engine=engine)
 
 
-def test_an_exploration_knows_its_states(robot: meliora.Model, explored: meliora.Exploration, engine: str) -> None:
+def test_an_exploration_knows_its_states(robot: meliora.Model, explored: meliora.Exploration, engine: Engine) -> None:
     assert explored.counts == {"states": 3600, "choices": 13888, "transitions": 18496, "deadlocks": 0, "initial": 1}
     assert (explored.engine, explored.scope, explored.model.name) == (engine, "all", robot.name)
     assert explored.states.count() == 3600 and not explored.deadlocks
@@ -108,10 +108,10 @@ def test_arrays_show_where_a_region_is(explored: meliora.Exploration) -> None:
     picture[0, 0] = not picture[0, 0]
     for wrong, arguments in [("no variable", ("r", "z")), ("both row", ("r", "r")), ("cannot fix", ("r", "c", {"r": 1}))]:
         with pytest.raises(meliora.UsageError, match=wrong):
-            region.to_numpy(*arguments)
+            region.to_numpy(*arguments)  # type: ignore[arg-type]
 
 
-def test_other_packages_read_diagrams(explored: meliora.Exploration, engine: str) -> None:
+def test_other_packages_read_diagrams(explored: meliora.Exploration, engine: Engine) -> None:
     region = explored.where("r < 2 & (d | b = 3)")
     if engine == "explicit":
         for export in (region.to_dddmp, region.to_dot, region.to_dd):
@@ -139,7 +139,7 @@ def test_regions_of_different_explorations_do_not_go_together(robot: meliora.Mod
         explored.reach(other.states)
 
 
-def test_targets_are_reached(robot: meliora.Model, explored: meliora.Exploration, engine: str) -> None:
+def test_targets_are_reached(robot: meliora.Model, explored: meliora.Exploration, engine: Engine) -> None:
     found = explored.reach("r=2 & c=4 & d")
     regions = found.target, found.pmax_one, found.pmax_positive, found.pmin_one, found.pmin_positive
     assert [region.count() for region in regions] == [72, 760, 1552, 72, 72]

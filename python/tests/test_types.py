@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -22,3 +23,8 @@ def test_stubs_are_what_the_module_has() -> None:
 
 def test_the_package_is_typed() -> None:
     run("mypy", "--strict", "-p", "meliora")
+
+
+def test_what_programs_do_with_it_is_typed() -> None:
+    here = Path(__file__).resolve().parent
+    run("mypy", "--strict", str(here), str(here.parent / "examples"))
