@@ -12,7 +12,9 @@ use pyo3::types::{PyDict, PyTuple};
 use crate::watch::Position;
 
 /// Why a call failed, and how far it was.
-pub(crate) struct Failure {
+pub(crate) struct Failure(Box<Reason>);
+
+struct Reason {
     cause: Cause,
     position: Position,
 }
@@ -26,13 +28,17 @@ enum Cause {
 
 impl From<PyErr> for Failure {
     fn from(raised: PyErr) -> Self {
-        Failure { cause: Cause::Raised(raised), position: Position::default() }
+        Failure::new(Cause::Raised(raised), Position::default())
     }
 }
 
 impl Failure {
+    fn new(cause: Cause, position: Position) -> Self {
+        Failure(Box::new(Reason { cause, position }))
+    }
+
     pub(crate) fn of(error: Error) -> Self {
-        Failure { cause: Cause::Library(error), position: Position::default() }
+        Failure::new(Cause::Library(error), Position::default())
     }
 
     /// A mistake of this program.
@@ -41,12 +47,12 @@ impl Failure {
     }
 
     pub(crate) fn at(self, position: Position) -> Self {
-        Failure { position, ..self }
+        Failure::new(self.0.cause, position)
     }
 
     /// Whether it was raised in Python.
     pub(crate) fn is_raised(&self) -> bool {
-        matches!(self.cause, Cause::Raised(_))
+        matches!(self.0.cause, Cause::Raised(_))
     }
 
     /// The exception.
@@ -60,11 +66,12 @@ impl Failure {
         py: Python<'_>,
         known: impl FnOnce(&Limit) -> PyResult<(Py<PyAny>, Py<PyAny>)>,
     ) -> PyErr {
-        let made = match self.cause {
+        let Reason { cause, position } = *self.0;
+        let made = match cause {
             Cause::Raised(raised) => return raised,
             Cause::Library(Error::Input(wrong)) => input(py, &wrong),
             Cause::Library(Error::Limit(reached)) => {
-                known(&reached).and_then(|known| limit(py, &reached, &self.position, known))
+                known(&reached).and_then(|known| limit(py, &reached, &position, known))
             }
             Cause::Library(Error::Io { path, message }) => {
                 return PyOSError::new_err(format!("{path}: {message}"));

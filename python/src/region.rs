@@ -103,6 +103,9 @@ pub(crate) struct Region {
     pub(crate) space: Space,
 }
 
+/// The row, where there is one, the column, and the rows of a picture.
+type Picture = (Option<String>, String, Vec<Vec<bool>>);
+
 /// An operation on two sets.
 type Operation = fn(&States, &States) -> Result<States, Error>;
 
@@ -279,7 +282,7 @@ impl Region {
 
     /// The variables that look like rows and columns, and the picture of the region over them as rows of text;
     /// None where there are none.
-    fn _picture(&self, py: Python<'_>) -> PyResult<Option<(Option<String>, String, Vec<Vec<bool>>)>> {
+    fn _picture(&self, py: Python<'_>) -> PyResult<Option<Picture>> {
         let program = &self.space.names.program;
         let Some(plane) = Plane::guess(program) else { return Ok(None) };
         let x = self.states.clone();

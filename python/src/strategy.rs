@@ -71,7 +71,7 @@ impl Desk {
             let mut book = lock(&self.book);
             let book = book.book();
             let memory = memory.unwrap_or_else(|| book.start(&state));
-            Ok(book.knows(memory).then(|| book.explain(&state, memory)).transpose()?)
+            book.knows(memory).then(|| book.explain(&state, memory)).transpose()
         })?;
         if let Some(found) = known {
             return Ok(found);
