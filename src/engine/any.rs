@@ -265,14 +265,6 @@ impl Engine for AnyEngine {
         on!(self, e => Ok(e.without_choices(c.of(e), d.of(e))?.into()))
     }
 
-    fn has_no_choices(&self, c: &AnyChoices) -> bool {
-        on!(self, e => e.has_no_choices(c.of(e)))
-    }
-
-    fn same_choices(&self, c: &AnyChoices, d: &AnyChoices) -> bool {
-        on!(self, e => e.same_choices(c.of(e), d.of(e)))
-    }
-
     fn choices_in(&self, c: &AnyChoices, x: &AnyStates) -> Result<AnyChoices> {
         on!(self, e => Ok(e.choices_in(c.of(e), x.of(e))?.into()))
     }
@@ -346,12 +338,8 @@ impl Engine for AnyEngine {
         on!(self, e => e.count_states(x.of(e)))
     }
 
-    fn count_unobserved(&self, x: &AnyStates) -> Result<Count> {
+    fn count_unobserved(&self, x: &AnyStates) -> Result<Option<Count>> {
         on!(self, e => e.count_unobserved(x.of(e)))
-    }
-
-    fn is_watched(&self) -> bool {
-        self.program.observers.is_some()
     }
 
     fn count_choices(&self, c: &AnyChoices) -> Result<Count> {

@@ -185,10 +185,6 @@ pub trait Engine: Send + Sync {
     fn common_choices(&self, c: &Self::Choices, d: &Self::Choices) -> Result<Self::Choices>;
     /// C \ D
     fn without_choices(&self, c: &Self::Choices, d: &Self::Choices) -> Result<Self::Choices>;
-    /// C = ∅
-    fn has_no_choices(&self, c: &Self::Choices) -> bool;
-    /// C = D
-    fn same_choices(&self, c: &Self::Choices, d: &Self::Choices) -> bool;
     /// { (s,a) ∈ C : s ∈ X }
     fn choices_in(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
     /// { s : (s,a) ∈ C for some a }
@@ -298,12 +294,8 @@ pub trait Engine: Send + Sync {
 
     /// |X|
     fn count_states(&self, x: &Self::States) -> Result<Count>;
-    /// How many states of the model X has, whatever observers saw.
-    fn count_unobserved(&self, x: &Self::States) -> Result<Count>;
-    /// Whether observers are part of the states.
-    fn is_watched(&self) -> bool {
-        false
-    }
+    /// How many states of the model X has, whatever observers saw; none without observers.
+    fn count_unobserved(&self, x: &Self::States) -> Result<Option<Count>>;
     /// |C|
     fn count_choices(&self, c: &Self::Choices) -> Result<Count>;
     /// The number of triples (s, a, s') with (s,a) ∈ C and s' ∈ succ(s,a) ∩ X.

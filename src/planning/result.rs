@@ -48,10 +48,9 @@ impl ModelCounts {
     /// A limit of the engine. Cost: no image.
     pub fn of<E: Engine>(engine: &E) -> Result<Self> {
         let (states, choices) = (engine.all_states(), engine.all_choices());
-        let (count, model_states) = (engine.count_states(&states)?, engine.count_unobserved(&states)?);
         Ok(ModelCounts {
-            model_states: engine.is_watched().then_some(model_states),
-            states: count,
+            model_states: engine.count_unobserved(&states)?,
+            states: engine.count_states(&states)?,
             choices: engine.count_choices(&choices)?,
             transitions: engine.count_transitions(&choices, &states)?,
             deadlocks: engine.count_states(&engine.deadlock_states())?,

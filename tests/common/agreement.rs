@@ -61,7 +61,6 @@ impl<E: Engine> Both<'_, E> {
             assert_eq!(found, expected.contains(&number), "choices: {what}: {state:?} {:?}", pair.choice);
         }
         assert_eq!(engine.count_choices(c).unwrap(), expected.len().into(), "choices: {what}");
-        assert_eq!(engine.has_no_choices(c), expected.is_empty(), "choices: {what}");
         self.states(what, &engine.sources(c).unwrap(), &brute.sources(expected));
         self.states(what, &engine.successors(c).unwrap(), &brute.successors(expected));
         let all = (engine.all_states(), brute.all_states());
@@ -95,7 +94,6 @@ impl<E: Engine> Both<'_, E> {
         self.choices("union", &within, &brute_within);
         self.choices("common", &engine.common_choices(&c, &d).unwrap(), &(&brute_c & &brute_d));
         self.choices("without", &engine.without_choices(&c, &d).unwrap(), &(&brute_c - &brute_d));
-        assert_eq!(engine.same_choices(&c, &d), brute_c == brute_d);
         for (pairs, brute_pairs) in [(&within, &brute_within), (&d, &brute_d)] {
             let entering = engine.entering(pairs, x).unwrap();
             self.choices("entering", &entering, &(&brute.some_successor_in(brute_x) & brute_pairs));

@@ -116,12 +116,6 @@ impl Engine for Tiny {
     fn without_choices(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
         Ok(self.choices_where(|s, a| c[s][a] && !d[s][a]))
     }
-    fn has_no_choices(&self, c: &Pairs) -> bool {
-        !c.iter().flatten().any(|&b| b)
-    }
-    fn same_choices(&self, c: &Pairs, d: &Pairs) -> bool {
-        c == d
-    }
     fn choices_in(&self, c: &Pairs, x: &Bits) -> Result<Pairs> {
         Ok(self.choices_where(|s, a| c[s][a] && x[s]))
     }
@@ -165,8 +159,8 @@ impl Engine for Tiny {
     fn count_states(&self, x: &Bits) -> Result<Count> {
         Ok(Count::from(x.iter().filter(|&&b| b).count()))
     }
-    fn count_unobserved(&self, x: &Bits) -> Result<Count> {
-        self.count_states(x)
+    fn count_unobserved(&self, _x: &Bits) -> Result<Option<Count>> {
+        Ok(None)
     }
     fn count_choices(&self, c: &Pairs) -> Result<Count> {
         Ok(Count::from(c.iter().flatten().filter(|&&b| b).count()))

@@ -92,60 +92,63 @@ impl Task<'_> {
     }
 
     fn explore<const W: usize>(&self) -> Result<Explored> {
-        let mut space = match self.layout.valuations() {
+        let mut run = self.start::<W>()?;
+        // So does one in which many guards are to be looked at.
+        let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
+        let mut state = 0;
+        while state < run.space.len() {
+            // A state with many successors takes as long as many states.
+            if state % interval == 0 || run.stepper.steps.len() >= PATIENCE {
+                // In the scope `all` nothing need be reached: what counts is what was looked at.
+                let reached = if matches!(run.space, Space::Every(_)) { state } else { run.space.len() };
+                self.report(state, reached)?;
+            }
+            let code = run.space.code::<W>(state);
+            self.look(&mut run, state, &code)?;
+            run.add(state, &code)?;
+            state += 1;
+        }
+        Ok(self.finish(run))
+    }
+
+    fn start<const W: usize>(&self) -> Result<Run<'_, W>> {
+        let space = match self.layout.valuations() {
             Some(n) => Space::Every(n as usize),
             None => Space::Met(self.initial_states::<W>()?),
         };
-        let started = space.len();
-        let mut stepper = Stepper::<W>::new(self.prepared);
-        let mut graph = Graph::new(self.meter)?;
-        let (mut deadlocks, mut initial, mut rounded) = (Vec::new(), Vec::new(), None);
         let begin = self.program.observers.as_ref().map(|o| o.begin);
-        let restarts = begin == Some(Begin::Everywhere) && matches!(space, Space::Met(_));
-        let mut state = 0;
-        // So does one in which many guards are to be looked at.
-        let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
-        while state < space.len() {
-            // A state with many successors takes as long as many states.
-            if state % interval == 0 || stepper.steps.len() >= PATIENCE {
-                // In the scope `all` nothing need be reached: what counts is what was looked at.
-                let reached = if matches!(space, Space::Every(_)) { state } else { space.len() };
-                self.report(state, reached)?;
+        Ok(Run {
+            restarts: begin == Some(Begin::Everywhere) && matches!(space, Space::Met(_)),
+            started: space.len(),
+            space,
+            stepper: Stepper::new(self.prepared),
+            graph: Graph::new(self.meter)?,
+            initial: Vec::new(),
+            deadlocks: Vec::new(),
+            rounded: None,
+        })
+    }
+
+    /// Finds the steps from a state, and whether it is an initial one.
+    #[inline]
+    fn look<const W: usize>(&self, run: &mut Run<'_, W>, state: usize, code: &[u64; W]) -> Result<()> {
+        run.stepper.enter(self.layout, code);
+        let tests = self.settings.scope == Scope::All && state < run.started;
+        if tests || self.prepared.initial_is_partial {
+            let holds = run.stepper.is_initial().map_err(|_| self.fault(code))?;
+            if holds && tests {
+                run.initial.push(state);
             }
-            let code = space.code::<W>(state);
-            stepper.enter(self.layout, &code);
-            let tests = self.settings.scope == Scope::All && (state < started);
-            if tests || self.prepared.initial_is_partial {
-                let holds = stepper.is_initial().map_err(|_| self.fault(&code))?;
-                if holds && tests {
-                    initial.push(state);
-                }
-            }
-            stepper.expand().map_err(|broken| self.broken(broken, &code))?;
-            if stepper.rounded {
-                rounded.get_or_insert_with(|| self.values(&code));
-            }
-            if stepper.ends.is_empty() || stepper.steps_alone() {
-                deadlocks.push(state);
-            }
-            if stepper.ends.is_empty() {
-                graph.add(state as u32)?;
-                graph.end_choice()?;
-            }
-            let mut at = 0;
-            for &end in &stepper.ends {
-                for step in &stepper.steps[at..end as usize] {
-                    graph.add(space.number(&sum(&code, step))?)?;
-                }
-                graph.end_choice()?;
-                at = end as usize;
-            }
-            graph.end_state()?;
-            if restarts {
-                space.number(&sum(&code, &stepper.restart()))?;
-            }
-            state += 1;
         }
+        run.stepper.expand().map_err(|broken| self.broken(broken, code))?;
+        if run.stepper.rounded {
+            run.rounded.get_or_insert_with(|| self.values(code));
+        }
+        Ok(())
+    }
+
+    fn finish<const W: usize>(&self, run: Run<'_, W>) -> Explored {
+        let Run { mut space, mut graph, mut initial, deadlocks, rounded, started, .. } = run;
         if let Space::Met(index) = &mut space {
             index.shrink();
             if self.settings.scope == Scope::Reachable {
@@ -154,11 +157,12 @@ impl Task<'_> {
         }
         graph.shrink();
         let bits = |states: Vec<usize>| {
-            let mut bits = Bits::empty(self.meter, state);
+            let mut bits = Bits::empty(self.meter, space.len());
             states.into_iter().for_each(|s| set::set(bits.words_mut(), s));
             bits
         };
-        Ok(Explored { initial: bits(initial), deadlocks: bits(deadlocks), rounded, space, graph })
+        let (initial, deadlocks) = (bits(initial), bits(deadlocks));
+        Explored { initial, deadlocks, rounded, space, graph }
     }
 
     fn initial_states<const W: usize>(&self) -> Result<Index> {
@@ -202,6 +206,47 @@ impl Task<'_> {
         let mut values = vec![0; self.program.variables.len()];
         self.layout.decode(code, &mut values);
         values
+    }
+}
+
+/// An exploration under way.
+struct Run<'a, const W: usize> {
+    space: Space,
+    /// How many states there were before the first step.
+    started: usize,
+    /// Whether observers may begin in every state that is met.
+    restarts: bool,
+    stepper: Stepper<'a, W>,
+    graph: Graph,
+    initial: Vec<usize>,
+    deadlocks: Vec<usize>,
+    rounded: Option<State>,
+}
+
+impl<const W: usize> Run<'_, W> {
+    /// Adds the steps from a state, and what they lead to.
+    #[inline]
+    fn add(&mut self, state: usize, code: &[u64; W]) -> Result<()> {
+        if self.stepper.ends.is_empty() || self.stepper.steps_alone() {
+            self.deadlocks.push(state);
+        }
+        if self.stepper.ends.is_empty() {
+            self.graph.add(state as u32)?;
+            self.graph.end_choice()?;
+        }
+        let mut at = 0;
+        for &end in &self.stepper.ends {
+            for step in &self.stepper.steps[at..end as usize] {
+                self.graph.add(self.space.number(&sum(code, step))?)?;
+            }
+            self.graph.end_choice()?;
+            at = end as usize;
+        }
+        self.graph.end_state()?;
+        if self.restarts {
+            self.space.number(&sum(code, &self.stepper.restart()))?;
+        }
+        Ok(())
     }
 }
 

@@ -83,14 +83,6 @@ impl Engine for ExplicitEngine {
         Ok(ChoiceSet(c.0.zip(&d.0, |a, b| a & !b)?))
     }
 
-    fn has_no_choices(&self, c: &ChoiceSet) -> bool {
-        c.0.is_empty()
-    }
-
-    fn same_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> bool {
-        c.0.same(&d.0)
-    }
-
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         Ok(ChoiceSet(self.choices_of_states(&c.0, &x.0)?))
     }
@@ -174,8 +166,8 @@ impl Engine for ExplicitEngine {
         Ok(x.0.count().into())
     }
 
-    fn count_unobserved(&self, x: &StateSet) -> Result<Count> {
-        let Some(observers) = &self.program.observers else { return self.count_states(x) };
+    fn count_unobserved(&self, x: &StateSet) -> Result<Option<Count>> {
+        let Some(observers) = &self.program.observers else { return Ok(None) };
         let mut met = ahash::AHashSet::new();
         for state in x.0.iter() {
             self.tick()?;
@@ -188,11 +180,7 @@ impl Engine for ExplicitEngine {
             }
             met.insert(code);
         }
-        Ok(met.len().into())
-    }
-
-    fn is_watched(&self) -> bool {
-        self.program.observers.is_some()
+        Ok(Some(met.len().into()))
     }
 
     fn count_choices(&self, c: &ChoiceSet) -> Result<Count> {

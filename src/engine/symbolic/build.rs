@@ -29,10 +29,7 @@ pub(super) fn build(
     settings: Settings,
     given: Option<&Given<'_>>,
 ) -> Result<SymbolicEngine> {
-    if order.len() > MOST_BITS {
-        let what = format!("states of {} bits for the symbolic engine, which takes {MOST_BITS}", order.len());
-        return Err(Limit::Size { what }.into());
-    }
+    check_width(order.len())?;
     let encoding = Encoding::new(&program, order);
     let mut store = Store::new(encoding.width(), settings.threads, &settings)?;
     let mut domain = encoding.domain(&store)?;
@@ -46,8 +43,7 @@ pub(super) fn build(
     };
     let bad = store.and(&store.or(&transitions.bad, &initial_fails)?, &states)?;
     if !store.is_zero(&bad) {
-        let state = pick::first(&store, &encoding, &bad)?;
-        return Err(fault::in_state(&program, &state));
+        return Err(fault::in_state(&program, &pick::first(&store, &encoding, &bad)?));
     }
     let rounded = pick::list(&store, &encoding, &store.and(&rounded, &states)?, 1)?.pop();
     if let Some(larger) = store.larger(&states, settings.threads, &settings) {
@@ -56,12 +52,12 @@ pub(super) fn build(
         clusters.relist(&larger)?;
         store = larger;
     }
-    let (enabled, mut deadlocks) = enabled(&store, &transitions, &states)?;
-    if let Some(deadlock) = program.observers.as_ref().and_then(|o| o.deadlock) {
+    let (enabled, looping) = enabled(&store, &transitions, &states)?;
+    let deadlocks = match program.observers.as_ref().and_then(|o| o.deadlock) {
         // Observers step there: for the engine it is a choice like any other.
-        deadlocks =
-            store.and(&Translator::new(&program, &encoding, &store).condition(deadlock)?.0, &states)?;
-    }
+        Some(e) => store.and(&Translator::new(&program, &encoding, &store).condition(e)?.0, &states)?,
+        None => looping,
+    };
     if program.kind == ModelKind::Dtmc {
         transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;
     }
@@ -84,6 +80,14 @@ pub(super) fn build(
     })
 }
 
+fn check_width(bits: usize) -> Result<()> {
+    if bits > MOST_BITS {
+        let what = format!("states of {bits} bits for the symbolic engine, which takes {MOST_BITS}");
+        return Err(Limit::Size { what }.into());
+    }
+    Ok(())
+}
+
 /// What the exploration of a scope works with.
 struct Explore<'a> {
     program: &'a Program,
@@ -103,12 +107,7 @@ impl Explore<'_> {
         let met = self.clusters.forward(store, &start, domain)?;
         match &self.program.observers {
             Some(o) if o.begin == Begin::Everywhere => {
-                let mut bits = store.one();
-                for &variable in &o.variables {
-                    for &position in self.encoding.positions(variable) {
-                        bits = store.and(&bits, &store.literal(2 * position, true)?)?;
-                    }
-                }
+                let bits = self.encoding.bits_of(store, &o.variables)?;
                 store.and(&store.exists(&met, &bits)?, domain)
             }
             _ => Ok(met),

@@ -69,6 +69,15 @@ impl Encoding {
         &self.positions[variable.index()]
     }
 
+    /// The conjunction of the bits of some variables, to be quantified over.
+    pub(super) fn bits_of(&self, store: &Store, variables: &[VarId]) -> Result<Bdd> {
+        let mut bits = store.one();
+        for &position in variables.iter().flat_map(|v| self.positions(*v)) {
+            bits = store.and(&bits, &store.literal(2 * position, true)?)?;
+        }
+        Ok(bits)
+    }
+
     /// The touched set of some variables.
     pub(super) fn touch(&self, variables: &[VarId]) -> Touched {
         let bits = variables.iter().flat_map(|v| self.positions[v.index()].iter().copied());

@@ -272,14 +272,6 @@ impl Engine for SymbolicEngine {
         self.zip(c, d, |f, g| self.store.minus(f, g))
     }
 
-    fn has_no_choices(&self, c: &ChoiceSet) -> bool {
-        c.0.iter().all(|f| self.store.is_zero(f))
-    }
-
-    fn same_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> bool {
-        c.0 == d.0
-    }
-
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let within = c.0.iter().map(|f| self.store.and(f, &x.0));
         Ok(ChoiceSet(Arc::new(within.collect::<Result<_>>()?)))
@@ -367,21 +359,11 @@ impl Engine for SymbolicEngine {
         self.store.count(&x.0, self.encoding.width() as u32)
     }
 
-    fn count_unobserved(&self, x: &StateSet) -> Result<Count> {
-        let Some(observers) = &self.program.observers else { return self.count_states(x) };
-        let (mut bits, mut count) = (self.store.one(), 0);
-        for &variable in &observers.variables {
-            for &position in self.encoding.positions(variable) {
-                bits = self.store.and(&bits, &self.store.literal(2 * position, true)?)?;
-                count += 1;
-            }
-        }
-        let plain = self.store.exists(&x.0, &bits)?;
-        self.store.count(&plain, (self.encoding.width() + count) as u32)
-    }
-
-    fn is_watched(&self) -> bool {
-        self.program.observers.is_some()
+    fn count_unobserved(&self, x: &StateSet) -> Result<Option<Count>> {
+        let Some(observers) = &self.program.observers else { return Ok(None) };
+        let plain = self.store.exists(&x.0, &self.encoding.bits_of(&self.store, &observers.variables)?)?;
+        let unseen = observers.variables.iter().map(|&v| self.encoding.positions(v).len());
+        self.store.count(&plain, (self.encoding.width() + unseen.sum::<usize>()) as u32).map(Some)
     }
 
     fn count_choices(&self, c: &ChoiceSet) -> Result<Count> {

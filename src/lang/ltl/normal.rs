@@ -187,12 +187,8 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
     /// # Errors
     /// What is wrong with a state formula or a bound; the normal form is too large.
     pub(super) fn build(&mut self, f: &Formula, positive: bool) -> Result<Normal> {
-        self.parts += 1;
         let span = f.span;
-        if self.parts > MOST_PARTS {
-            let message = format!("the formula has more than {MOST_PARTS} parts when `<=>` is written out");
-            return Err(Diagnostic::new(self.meaning.source(), span.range(), message).into());
-        }
+        self.count(span)?;
         match &f.kind {
             FormulaKind::State(e) => {
                 let e = self.meaning.state(e)?;
@@ -208,11 +204,10 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
                 Ok(self.join(!positive, parts, span))
             }
             FormulaKind::Iff(a, b) => {
-                let (one, other) = (self.build(a, true)?, self.build(b, positive)?);
-                let both = self.join(true, vec![one, other], span);
-                let (one, other) = (self.build(a, false)?, self.build(b, !positive)?);
-                let neither = self.join(true, vec![one, other], span);
-                Ok(self.join(false, vec![both, neither], span))
+                let both = vec![self.build(a, true)?, self.build(b, positive)?];
+                let neither = vec![self.build(a, false)?, self.build(b, !positive)?];
+                let cases = vec![self.join(true, both, span), self.join(true, neither, span)];
+                Ok(self.join(false, cases, span))
             }
             FormulaKind::Next(a) => Ok(self.build(a, positive)?.next(span)),
             FormulaKind::Eventually(steps, a) => {
@@ -238,6 +233,15 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
                 Ok(until(!positive, Window::ALWAYS, first, right, span))
             }
         }
+    }
+
+    fn count(&mut self, span: Span) -> Result<()> {
+        self.parts += 1;
+        if self.parts > MOST_PARTS {
+            let message = format!("the formula has more than {MOST_PARTS} parts when `<=>` is written out");
+            return Err(Diagnostic::new(self.meaning.source(), span.range(), message).into());
+        }
+        Ok(())
     }
 
     /// The parts joined, those over one state to one.
