@@ -147,6 +147,12 @@ impl Engine for ExplicitEngine {
     ) -> Result<Region<StateSet, ChoiceSet>> {
         let outside = self.every_state.zip(&target.0, |all, t| all & !t)?;
         let choices = self.choices_of_states(&within.0, &outside)?;
+        // States without a pair are lost: one pass over the rows takes out what may step there.
+        let alive = self.union(&self.sources(within)?, target)?;
+        let choices = match self.same_states(&alive, &self.all_states()) {
+            true => choices,
+            false => choices.zip(&self.every_successor_in(&alive)?.0, |own, stays| own & stays)?,
+        };
         let Region { states, choices } = self.pursue(&outside, choices, &Entering(&target.0))?;
         let states = states.zip(&target.0, |x, t| x | t)?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
