@@ -192,7 +192,8 @@ impl Store {
     ///
     /// By the recursion over all relations, mostly better by far, or by saturation, which is where parts
     /// that read much of each other go through many rounds. Where the way that was best last time takes
-    /// long, the other one gets a chance.
+    /// long, the other one gets a chance, and more steps: where saturation is better it is so by ten times,
+    /// where recursion is, by two or three.
     pub(super) fn reach(
         &self,
         (direction, phase): (Direction, &'static str),
@@ -203,7 +204,7 @@ impl Store {
         self.progress(phase);
         let saturates = &self.saturates[usize::from(direction == Direction::Backward)];
         let (first, trial) = (saturates.load(Relaxed), self.thresholds.trial_steps);
-        for (by_saturation, steps) in [(first, trial), (!first, 2 * trial), (first, u64::MAX)] {
+        for (by_saturation, steps) in [(first, trial), (!first, 4 * trial), (first, u64::MAX)] {
             let found = self.fixpoint(by_saturation, (direction, Some(phase)), steps, list, (x, bound))?;
             if let Some(found) = found {
                 saturates.store(by_saturation, Relaxed);
