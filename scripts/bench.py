@@ -200,19 +200,24 @@ def cell(point: Point | None, given: argparse.Namespace) -> str:
     return f"more than {given.timeout:g} s" if point.runs[-1].seconds >= given.timeout else f"more than {given.memory}"
 
 
+def done(point: Point | None) -> Point | None:
+    """The point, if the engine came to an end there."""
+    return point if point is not None and point.status == "done" else None
+
+
 def ahead(rows: dict[Member, dict[str, Point]]) -> list[str]:
     """For each series a sentence: from how many states on the symbolic engine is never slower."""
     said = []
     for series in dict.fromkeys(member.series for member in rows):
         first: int | None = None
         for member in (member for member in rows if member.series == series):
-            symbolic, explicit = (rows[member].get(engine) for engine in ENGINES)
-            if symbolic is None or symbolic.status != "done":
+            symbolic, explicit = (done(rows[member].get(engine)) for engine in ENGINES)
+            if symbolic is None and explicit is None:
+                continue
+            if symbolic is None or (explicit is not None and explicit.seconds < symbolic.seconds):
                 first = None
-            elif explicit is None or explicit.status != "done" or symbolic.seconds <= explicit.seconds:
-                first = symbolic.states if first is None else first
-            else:
-                first = None
+            elif first is None:
+                first = symbolic.states
         said.append(f"- {series}: " + (f"symbolic is ahead from {first:,} states on" if first else "explicit is ahead throughout"))
     return said
 
