@@ -128,14 +128,16 @@ def test_ctrl_c_ends_long_work(endless: meliora.Model, engine: Engine) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
-def test_an_analysis_goes_on_after_ctrl_c(engine: Engine) -> None:
-    model = meliora.Model.from_file(MODELS / "patrol.prism", constants={"N": 40 if engine == "symbolic" else 24})
-    explored = model.explore(engine=engine)
-    timer = interrupted(0.2)
+def test_an_exploration_is_of_use_after_ctrl_c(robot: meliora.Model, wishes: meliora.Preferences, engine: Engine) -> None:
+    def interrupt(step: meliora.Progress) -> None:
+        if step.phase == "outcomes":
+            os.kill(os.getpid(), signal.SIGINT)
+
+    explored = robot.explore(engine=engine)
     with pytest.raises(KeyboardInterrupt):
-        explored.check(MODELS / "patrol.pref")
-    timer.join()
-    assert explored.states.count() > 0
+        explored.check(wishes, progress=interrupt)
+    assert explored.states.count() == 294
+    assert explored.check(wishes).sasi.counts == robot.check(wishes).sasi.counts
 
 
 def test_other_threads_run_meanwhile(endless: meliora.Model) -> None:
