@@ -53,11 +53,7 @@ pub(super) fn build(
         store = larger;
     }
     let (enabled, looping) = enabled(&store, &transitions, &states)?;
-    let deadlocks = match program.observers.as_ref().and_then(|o| o.deadlock) {
-        // Observers step there: for the engine it is a choice like any other.
-        Some(e) => store.and(&Translator::new(&program, &encoding, &store).condition(e)?.0, &states)?,
-        None => looping,
-    };
+    let deadlocks = deadlocks(&program, &encoding, &store, &states)?.unwrap_or(looping);
     if program.kind == ModelKind::Dtmc {
         transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;
     }
@@ -163,6 +159,13 @@ fn enabled(store: &Store, transitions: &Transitions, states: &Bdd) -> Result<(Ve
     let deadlocks = store.minus(states, &store.any(enabled.iter().cloned())?)?;
     enabled.push(deadlocks.clone());
     Ok((enabled, deadlocks))
+}
+
+/// The deadlocks of the model, where observers step there: for the engine it is a choice like any other.
+fn deadlocks(program: &Program, encoding: &Encoding, store: &Store, states: &Bdd) -> Result<Option<Bdd>> {
+    let Some(deadlock) = program.observers.as_ref().and_then(|o| o.deadlock) else { return Ok(None) };
+    let (holds, _) = Translator::new(program, encoding, store).condition(deadlock)?;
+    store.and(&holds, states).map(Some)
 }
 
 /// Unites pieces that move the same state, so that no transition is counted twice.
