@@ -64,6 +64,7 @@ pub(super) fn build(
         encoding,
         transitions,
         groups,
+        few_parts: Default::default(),
         clusters,
         domain,
         states: StateSet(states),

@@ -6,30 +6,15 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
-use ahash::AHashMap;
 use oxidd::Function;
 
 use super::SymbolicEngine;
 use super::lists::List;
-use super::parts::{self, Operands, Part};
+use super::parts::{self, Known, Part};
 use super::store::{Bdd, Store};
 use super::walk::{Halt, Walk};
 use crate::engine::Dropped;
 use crate::error::Result;
-
-/// What a recursion found on the way, of a set and the parts that can move.
-pub(super) struct Reached {
-    found: AHashMap<(Bdd, Operands), Bdd>,
-    /// The recursion gives up when it has found so much.
-    most: usize,
-}
-
-impl Reached {
-    /// Nothing yet.
-    pub(super) fn new(most: usize) -> Self {
-        Reached { found: AHashMap::new(), most }
-    }
-}
 
 /// One value of a bit: what can move there, and what was reached.
 struct Half {
@@ -43,7 +28,7 @@ struct Half {
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// μY. X ∪ { s : some part allows s and has a step from s into Y that counts }
-    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], known: &mut Reached) -> Result<Bdd, Halt> {
+    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], known: &mut Known<Bdd>) -> Result<Bdd, Halt> {
         let parts = Vec::from_iter(parts.iter().filter(|p| p.moves(self.store)).cloned());
         if self.store.is_zero(x) || parts.is_empty() {
             return Ok(x.clone());
@@ -54,9 +39,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
             return Ok(found.clone());
         }
         self.tick()?;
-        if known.found.len() >= known.most {
-            return Err(Halt::Spent);
-        }
+        known.check()?;
         let found = self.reach_by_across(self.first_bit(x, &parts), x, &parts, known)?;
         known.found.insert(key, found.clone());
         // What is closed stays as it is.
@@ -65,7 +48,13 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     }
 
     /// The same by halves of a bit.
-    fn reach_by_across(&self, bit: u32, x: &Bdd, parts: &[Part], known: &mut Reached) -> Result<Bdd, Halt> {
+    fn reach_by_across(
+        &self,
+        bit: u32,
+        x: &Bdd,
+        parts: &[Part],
+        known: &mut Known<Bdd>,
+    ) -> Result<Bdd, Halt> {
         let half = |value| {
             let (parts, reached) = (self.half(bit, value, parts)?, self.side(x, bit, value));
             Ok::<_, Halt>(Half { parts, reached, open: true, crossed: self.store.zero() })

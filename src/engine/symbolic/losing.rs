@@ -9,11 +9,10 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
-use ahash::AHashMap;
 use oxidd::Function;
 
 use super::lists::List;
-use super::parts::{self, Operands, Part};
+use super::parts::{self, Known, Part};
 use super::store::{Bdd, Store};
 use super::walk::{Halt, Walk};
 use super::{ChoiceSet, StateSet, SymbolicEngine};
@@ -29,26 +28,12 @@ pub(super) struct Loss {
     pub(super) allowed: Arc<[Bdd]>,
 }
 
-/// What a recursion found on the way, of what is new and its parts.
-pub(super) struct Known {
-    found: AHashMap<(Bdd, Operands), Loss>,
-    /// The recursion gives up when it has found so much.
-    most: usize,
-}
-
-impl Known {
-    /// Nothing yet.
-    pub(super) fn new(most: usize) -> Self {
-        Known { found: AHashMap::new(), most }
-    }
-}
-
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// The least set L with `new` ⊆ L in which every state has no part that allows it and whose steps
     /// all avoid L or do not count.
     ///
     /// No part may allow a state of `new`; those of which nothing can step lose nothing.
-    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], known: &mut Known) -> Result<Loss, Halt> {
+    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], known: &mut Known<Loss>) -> Result<Loss, Halt> {
         let same = || parts.iter().map(|p| p.allowed.clone()).collect();
         if self.store.is_zero(new) || !parts.iter().any(|p| p.moves(self.store)) {
             return Ok(Loss { lost: new.clone(), allowed: same() });
@@ -58,16 +43,20 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
             return Ok(found.clone());
         }
         self.tick()?;
-        if known.found.len() >= known.most {
-            return Err(Halt::Spent);
-        }
+        known.check()?;
         let found = self.lose_across(self.first_bit(new, parts), new, parts, known)?;
         known.found.insert(key, found.clone());
         Ok(found)
     }
 
     /// The same by halves of a bit.
-    fn lose_across(&self, bit: u32, new: &Bdd, parts: &[Part], known: &mut Known) -> Result<Loss, Halt> {
+    fn lose_across(
+        &self,
+        bit: u32,
+        new: &Bdd,
+        parts: &[Part],
+        known: &mut Known<Loss>,
+    ) -> Result<Loss, Halt> {
         let half =
             |value| Ok::<_, Halt>(Half { parts: self.half(bit, value, parts)?, lost: self.store.zero() });
         let mut halves = [half(false)?, half(true)?];
@@ -102,7 +91,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     }
 
     /// Adds to a half what is lost in it by `new`.
-    fn lose_in(&self, half: &mut Half, new: &Bdd, known: &mut Known) -> Result<(), Halt> {
+    fn lose_in(&self, half: &mut Half, new: &Bdd, known: &mut Known<Loss>) -> Result<(), Halt> {
         let Loss { lost, allowed } = self.lose(new, &half.parts, known)?;
         half.lost = self.own(|w| w.or(half.lost.as_edge(w.m), lost.as_edge(w.m)))?;
         half.parts.iter_mut().zip(allowed.iter()).for_each(|(part, left)| part.allowed = left.clone());

@@ -34,7 +34,7 @@ mod translate;
 mod walk;
 
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use oxidd::BooleanFunction;
 
@@ -72,6 +72,8 @@ pub struct SymbolicEngine {
     transitions: Transitions,
     /// For each group its relations.
     groups: Vec<Arc<List>>,
+    /// [`parts::are_few`] of them, once it was asked.
+    few_parts: OnceLock<bool>,
     clusters: Clusters,
     domain: Bdd,
     states: StateSet,

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use ahash::AHashMap;
 use oxidd::Function;
 
 use super::SymbolicEngine;
@@ -26,7 +27,25 @@ pub(super) struct Part {
 }
 
 /// What a recursion is asked of parts, beside a set: their bounds, and the numbers of their lists.
-pub(super) type Operands = Vec<(Bdd, Bdd, u32)>;
+type Operands = Vec<(Bdd, Bdd, u32)>;
+
+/// What a recursion over parts found on the way, of a set and operands.
+pub(super) struct Known<T> {
+    pub(super) found: AHashMap<(Bdd, Operands), T>,
+    most: usize,
+}
+
+impl<T> Known<T> {
+    /// Nothing yet; the recursion gives up when it has found so much.
+    pub(super) fn new(most: usize) -> Self {
+        Known { found: AHashMap::new(), most }
+    }
+
+    /// Whether there may be more.
+    pub(super) fn check(&self) -> Result<(), Halt> {
+        if self.found.len() >= self.most { Err(Halt::Spent) } else { Ok(()) }
+    }
+}
 
 /// The operands of some parts.
 pub(super) fn operands(parts: &[Part]) -> Operands {
@@ -35,9 +54,15 @@ pub(super) fn operands(parts: &[Part]) -> Operands {
 
 /// Whether a recursion over parts is worth beginning: where steps that keep the first bits leave many
 /// different relations behind, as in products of modules, there are too many cases to tell apart.
+///
+/// It depends on the relations alone, so it is asked of them once.
 pub(super) fn are_few(engine: &SymbolicEngine) -> Result<bool> {
+    if let Some(&few) = engine.few_parts.get() {
+        return Ok(few);
+    }
     let most = engine.store.thresholds().relations_a_bit * engine.encoding.width();
-    engine.store.lists.stay_few(&engine.store, &engine.groups, most)
+    let few = engine.store.lists.stay_few(&engine.store, &engine.groups, most)?;
+    Ok(*engine.few_parts.get_or_init(|| few))
 }
 
 /// How many results a recursion over parts may find before it gives up.

@@ -16,11 +16,10 @@ use oxidd::util::num::Natural;
 use oxidd::util::{AllocResult, FxHasher, SatCountCache};
 use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, InnerNode, Manager, ManagerRef, Node};
 
-use super::confined::Reached;
 use super::diagram::ManagerOf;
 use super::lists::{List, Lists};
-use super::losing::{Known, Loss};
-use super::parts::Part;
+use super::losing::Loss;
+use super::parts::{Known, Part};
 use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
 use super::thresholds::{Thresholds, Work};
 use super::touched::Touched;
@@ -242,7 +241,7 @@ impl Store {
     /// [`Walk::reach_by`].
     pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], most: usize) -> Result<Option<Bdd>> {
         let how = (Direction::Backward, Some("backward reachability"));
-        self.walk(how, u64::MAX, |walk| walk.reach_by(x, parts, &mut Reached::new(most)))
+        self.walk(how, u64::MAX, |walk| walk.reach_by(x, parts, &mut Known::new(most)))
     }
 
     /// X over the next state: the touched variables primed.
