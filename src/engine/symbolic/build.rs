@@ -5,8 +5,9 @@ use std::sync::Arc;
 use super::clusters::Clusters;
 use super::command::CommandBuilder;
 use super::encoding::{Bit, Encoding};
+use super::local::Local;
 use super::store::{Bdd, Store};
-use super::transitions::{Builder, Piece, Transitions, frame};
+use super::transitions::{Builder, Piece, Transitions};
 use super::translate::Translator;
 use super::walk::Direction;
 use super::{StateSet, SymbolicEngine, pick};
@@ -35,7 +36,7 @@ pub(super) fn build(
     let mut domain = encoding.domain(&store)?;
     let Translated { mut transitions, mut initial, initial_fails, rounded } =
         translate(&program, &encoding, &store, &domain)?;
-    let mut clusters = Clusters::new(&store, &encoding, &transitions.pieces)?;
+    let mut clusters = Clusters::new(&store, &transitions.pieces)?;
     let mut states = match given {
         Some(given) => store.and(&given(&store)?, &domain)?,
         None => Explore { program: &program, encoding: &encoding, store: &store, clusters: &clusters }
@@ -55,7 +56,7 @@ pub(super) fn build(
     let (enabled, looping) = enabled(&store, &transitions, &states)?;
     let deadlocks = deadlocks(&program, &encoding, &store, &states)?.unwrap_or(looping);
     if program.kind == ModelKind::Dtmc {
-        transitions.pieces = disjoint(&store, &encoding, std::mem::take(&mut transitions.pieces), &states)?;
+        transitions.pieces = disjoint(&store, std::mem::take(&mut transitions.pieces), &states)?;
     }
     let groups = transitions.lists(&store)?;
     Ok(SymbolicEngine {
@@ -143,7 +144,7 @@ struct Translated {
 fn translate(program: &Program, encoding: &Encoding, store: &Store, domain: &Bdd) -> Result<Translated> {
     let translator = Translator::new(program, encoding, store);
     let commands = CommandBuilder { store, encoding, translator: &translator, rounded: store.zero().into() };
-    let transitions = Builder::build(program, store, encoding, &commands)?;
+    let transitions = Builder::build(program, store, &commands)?;
     let (initial, fails) = translator.condition(program.initial)?;
     // Where the expression has no value, its diagram may say anything.
     let initial = store.minus(&store.and(&initial, domain)?, &fails)?;
@@ -170,10 +171,10 @@ fn deadlocks(program: &Program, encoding: &Encoding, store: &Store, states: &Bdd
 }
 
 /// Unites pieces that move the same state, so that no transition is counted twice.
-fn disjoint(store: &Store, encoding: &Encoding, pieces: Vec<Piece>, states: &Bdd) -> Result<Vec<Piece>> {
+fn disjoint(store: &Store, pieces: Vec<Piece>, states: &Bdd) -> Result<Vec<Piece>> {
     let mut done: Vec<(Bdd, Piece)> = Vec::new();
     for mut piece in pieces {
-        let list = store.lists.of(store, vec![piece.entry()])?;
+        let list = store.lists.of(store, vec![piece.steps.clone()])?;
         let mut sources = store.step(Direction::Backward, &list, &store.one(), states)?;
         let (mut apart, mut together) = (Vec::new(), Vec::new());
         for (theirs, other) in done {
@@ -181,22 +182,11 @@ fn disjoint(store: &Store, encoding: &Encoding, pieces: Vec<Piece>, states: &Bdd
             (if overlap { &mut together } else { &mut apart }).push((theirs, other));
         }
         for (theirs, other) in together {
-            piece = united(store, encoding, &piece, &other)?;
+            piece.steps = Local::union(store, &[&piece.steps, &other.steps])?;
             sources = store.or(&sources, &theirs)?;
         }
         apart.push((sources, piece));
         done = apart;
     }
     Ok(done.into_iter().map(|(_, piece)| piece).collect())
-}
-
-fn united(store: &Store, encoding: &Encoding, a: &Piece, b: &Piece) -> Result<Piece> {
-    let mut writes = a.writes.clone();
-    writes.extend(&b.writes);
-    writes.sort_unstable();
-    writes.dedup();
-    let own = frame(store, encoding, &a.relation, &a.writes, &writes)?;
-    let theirs = frame(store, encoding, &b.relation, &b.writes, &writes)?;
-    let touched = encoding.touch(&writes);
-    Ok(Piece { group: a.group, relation: store.or(&own, &theirs)?, writes, touched })
 }

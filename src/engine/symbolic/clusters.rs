@@ -5,33 +5,23 @@
 
 use std::sync::Arc;
 
-use oxidd::Function;
-
-use super::diagram::Diagram;
-use super::encoding::Encoding;
-use super::lists::{Entry, List};
+use super::lists::List;
+use super::local::Local;
 use super::store::{Bdd, Store};
 use super::touched::Touched;
-use super::transitions::{Piece, frame};
+use super::transitions::Piece;
 use super::walk::Direction;
 use crate::engine::Dropped;
 use crate::error::Result;
-use crate::model::VarId;
 
 /// Some pieces as one relation.
 struct Cluster {
-    /// The parts, each over the touched bits of the cluster.
-    parts: Vec<Part>,
-    entry: Entry,
+    /// The pieces, each over the touched bits of the cluster.
+    pieces: Vec<Piece>,
+    /// All their steps.
+    steps: Local,
     /// The first bit that the relation depends on or touches.
     top: u32,
-    /// The variables that are touched, sorted.
-    writes: Vec<VarId>,
-}
-
-struct Part {
-    group: usize,
-    relation: Bdd,
 }
 
 /// All clusters.
@@ -43,20 +33,19 @@ pub(super) struct Clusters {
 
 impl Clusters {
     /// Unites the pieces.
-    pub(super) fn new(store: &Store, encoding: &Encoding, pieces: &[Piece]) -> Result<Self> {
+    pub(super) fn new(store: &Store, pieces: &[Piece]) -> Result<Self> {
         let mut clusters: Vec<Cluster> = Vec::new();
         for piece in pieces {
-            let top = first_bit(store, &piece.relation, &piece.touched);
+            let top = store.shared(|m| piece.steps.top(m));
             let mut joined = false;
-            for cluster in &mut clusters {
-                if cluster.top == top && join(store, encoding, cluster, piece)? {
+            for cluster in clusters.iter_mut().filter(|c| c.top == top) {
+                if join(store, cluster, piece)? {
                     joined = true;
                     break;
                 }
             }
             if !joined {
-                let parts = vec![Part { group: piece.group, relation: piece.relation.clone() }];
-                clusters.push(Cluster { parts, entry: piece.entry(), top, writes: piece.writes.clone() });
+                clusters.push(Cluster { pieces: vec![piece.clone()], steps: piece.steps.clone(), top });
             }
         }
         let mut all = Clusters { clusters, list: store.lists.of(store, Vec::new())? };
@@ -65,17 +54,16 @@ impl Clusters {
     }
 
     /// All diagrams; once they are others, the list is to be made anew.
-    pub(super) fn diagrams(&mut self) -> impl Iterator<Item = &mut Bdd> {
-        fn of(c: &mut Cluster) -> Vec<&mut Bdd> {
-            let parts = c.parts.iter_mut().map(|p| &mut p.relation);
-            parts.chain([&mut c.entry.relation]).collect()
-        }
+    pub(super) fn diagrams<'a>(&'a mut self) -> impl Iterator<Item = &'a mut Bdd> {
+        let of = |c: &'a mut Cluster| {
+            c.pieces.iter_mut().map(|p| &mut p.steps.relation).chain([&mut c.steps.relation])
+        };
         self.clusters.iter_mut().flat_map(of)
     }
 
     /// Makes the list of all clusters.
     pub(super) fn relist(&mut self, store: &Store) -> Result<()> {
-        self.list = store.lists.of(store, self.clusters.iter().map(|c| c.entry.clone()).collect())?;
+        self.list = store.lists.of(store, self.clusters.iter().map(|c| c.steps.clone()).collect())?;
         Ok(())
     }
 
@@ -87,24 +75,23 @@ impl Clusters {
         allowed: &[Option<Bdd>],
         dropped: &Dropped<Bdd>,
     ) -> Result<Arc<List>> {
-        let free = |c: &Cluster| c.parts.iter().all(|p| allowed[p.group].is_none());
+        let free = |c: &Cluster| c.pieces.iter().all(|p| allowed[p.group].is_none());
         if dropped.is_empty() && self.clusters.iter().all(free) {
             return Ok(self.list.clone());
         }
         let mut entries = Vec::new();
         for cluster in &self.clusters {
-            let touched = &cluster.entry.touched;
+            let Local { touched, relation } = cluster.steps.clone();
             let relation = if free(cluster) {
-                cluster.entry.relation.clone()
+                relation
             } else {
-                let confined = cluster.parts.iter().map(|part| match &allowed[part.group] {
-                    None => Ok(part.relation.clone()),
-                    Some(states) => store.and(&part.relation, states),
+                let confined = cluster.pieces.iter().map(|piece| match &allowed[piece.group] {
+                    None => Ok(piece.steps.relation.clone()),
+                    Some(states) => store.and(&piece.steps.relation, states),
                 });
                 store.any(confined.collect::<Result<Vec<_>>>()?)?
             };
-            let relation = without(store, relation, touched, dropped)?;
-            entries.push(Entry { relation, touched: touched.clone() });
+            entries.push(Local { relation: without(store, relation, &touched, dropped)?, touched });
         }
         store.lists.of(store, entries)
     }
@@ -132,35 +119,17 @@ fn without(store: &Store, mut relation: Bdd, touched: &Touched, dropped: &Droppe
     Ok(relation)
 }
 
-/// The first bit that a relation depends on or touches.
-fn first_bit(store: &Store, relation: &Bdd, touched: &Touched) -> u32 {
-    store.shared(|m| m.level_of(relation.as_edge(m)) / 2).min(touched.top())
-}
-
 /// Puts the piece into the cluster unless that makes the relation much larger than the two.
-fn join(store: &Store, encoding: &Encoding, cluster: &mut Cluster, piece: &Piece) -> Result<bool> {
-    let mut all = cluster.writes.clone();
-    all.extend(&piece.writes);
-    all.sort_unstable();
-    all.dedup();
-    let own = frame(store, encoding, &piece.relation, &piece.writes, &all)?;
-    let theirs = frame(store, encoding, &cluster.entry.relation, &cluster.writes, &all)?;
-    let union = store.or(&own, &theirs)?;
-    let bound = store
-        .thresholds()
-        .small_union
-        .max(2 * (store.size(&piece.relation) + store.size(&cluster.entry.relation)));
-    if store.size(&union) > bound {
+fn join(store: &Store, cluster: &mut Cluster, piece: &Piece) -> Result<bool> {
+    let steps = Local::union(store, &[&piece.steps, &cluster.steps])?;
+    let sizes = store.size(&piece.steps.relation) + store.size(&cluster.steps.relation);
+    if store.size(&steps.relation) > store.thresholds().small_union.max(2 * sizes) {
         return Ok(false);
     }
-    for part in &mut cluster.parts {
-        part.relation = frame(store, encoding, &part.relation, &cluster.writes, &all)?;
+    cluster.pieces.push(piece.clone());
+    for own in &mut cluster.pieces {
+        own.steps = own.steps.over(store, &steps.touched)?;
     }
-    cluster.parts.push(Part { group: piece.group, relation: own });
-    if all != cluster.writes {
-        cluster.entry.touched = encoding.touch(&all);
-        cluster.writes = all;
-    }
-    cluster.entry.relation = union;
+    cluster.steps = steps;
     Ok(true)
 }

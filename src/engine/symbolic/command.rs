@@ -4,6 +4,7 @@ use std::cell::RefCell;
 
 use super::bits::Bits;
 use super::encoding::Encoding;
+use super::local::Local;
 use super::partition::Partition;
 use super::store::{Bdd, Store};
 use super::translate::Translator;
@@ -16,10 +17,8 @@ use crate::model::{Branch, Command, VarId};
 pub(super) struct CommandRelation {
     /// Where it is enabled.
     pub(super) guard: Bdd,
-    /// The variables that some branch writes, sorted.
-    pub(super) writes: Vec<VarId>,
-    /// guard ∧ the effect of some branch of positive probability, on the written variables.
-    pub(super) relation: Bdd,
+    /// guard ∧ the effect of some branch of positive probability, on the variables that some branch writes.
+    pub(super) steps: Local,
     /// States of the guard in which an update leaves its range or has no value.
     pub(super) bad_update: Bdd,
 }
@@ -53,9 +52,9 @@ impl CommandBuilder<'_> {
             relations.push(relation);
             bad.push(bad_states);
         }
-        let (relation, bad_update) = (self.store.any(relations)?, self.store.any(bad)?);
-        let bad = self.store.or(&fails, &wrong)?;
-        Ok((CommandRelation { guard, writes, relation, bad_update }, bad))
+        let steps = Local { touched: self.encoding.touch(&writes), relation: self.store.any(relations)? };
+        let bad_update = self.store.any(bad)?;
+        Ok((CommandRelation { guard, steps, bad_update }, self.store.or(&fails, &wrong)?))
     }
 
     /// The patterns of all variables that the command reads which are values. Not those of the

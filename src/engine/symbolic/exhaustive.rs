@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 
-use super::lists::Entry;
+use super::local::Local;
 use super::parts::Part;
 use super::store::{Bdd, Store};
 use super::thresholds::Thresholds;
@@ -47,7 +47,7 @@ type Edges = Vec<(usize, usize)>;
 
 /// A relation and its edges.
 struct Relation {
-    entry: Entry,
+    steps: Local,
     edges: Edges,
 }
 
@@ -72,7 +72,7 @@ impl Relation {
             }
         }
         let touched = Touched::new(after.iter().map(|&b| b as u32));
-        Relation { entry: Entry { relation: function(store, &levels, table), touched }, edges }
+        Relation { steps: Local { relation: function(store, &levels, table), touched }, edges }
     }
 }
 
@@ -99,7 +99,7 @@ fn reached(edges: &[(usize, usize)], direction: Direction, x: Table, bound: Tabl
 
 fn check(store: &Store, width: usize, relations: &[Relation], x: Table, bound: Table) {
     let edges = Vec::from_iter(relations.iter().flat_map(|r| r.edges.iter().copied()));
-    let list = store.lists.of(store, relations.iter().map(|r| r.entry.clone()).collect()).unwrap();
+    let list = store.lists.of(store, relations.iter().map(|r| r.steps.clone()).collect()).unwrap();
     let (from, within) = (set(store, width, x), set(store, width, bound));
     let start = store.and(&from, &within).unwrap();
     for direction in [Direction::Forward, Direction::Backward] {
@@ -213,7 +213,7 @@ proptest! {
         for ((touched, table), allowed, safe) in parts {
             let relation = Relation::new(&store, 3, touched, table);
             let (allowed, safe) = (Table::from(allowed) & !new, Table::from(safe));
-            let list = store.lists.of(&store, vec![relation.entry]).unwrap();
+            let list = store.lists.of(&store, vec![relation.steps]).unwrap();
             given.push(Part { allowed: set(&store, 3, allowed), except: set(&store, 3, safe), list });
             expected.push((relation.edges, allowed, safe));
         }

@@ -10,44 +10,10 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use ahash::AHashSet;
-use oxidd::Function;
 
-use super::diagram::{Diagram, ManagerOf};
+use super::local::Local;
 use super::store::{Bdd, Store};
-use super::touched::Touched;
 use crate::error::Result;
-
-/// A local relation: the bits that it does not touch keep their value and have no next copy in it.
-#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) struct Entry {
-    pub(super) touched: Touched,
-    pub(super) relation: Bdd,
-}
-
-impl Entry {
-    /// The first bit that the relation reads or touches; `u32::MAX` for none.
-    fn top(&self, m: &ManagerOf<'_>) -> u32 {
-        (m.level_of(self.relation.as_edge(m)) / 2).min(self.touched.top())
-    }
-
-    /// What is left below `bit` of the steps on which it has the value `from` before and `to` after;
-    /// none where the relation does not touch it and the values differ. No earlier bit may matter.
-    fn below(&self, m: &ManagerOf<'_>, bit: u32, from: bool, to: bool) -> Option<Entry> {
-        let touches = self.touched.top() == bit;
-        if !touches && from != to {
-            return None;
-        }
-        let side = |f, level, value: bool| {
-            let (set, clear) = m.children(f, level);
-            if value { set } else { clear }
-        };
-        let mut relation = side(self.relation.as_edge(m), 2 * bit, from);
-        if touches {
-            relation = side(relation, 2 * bit + 1, to);
-        }
-        Some(Entry { relation: m.handle(relation), touched: self.touched.below(bit) })
-    }
-}
 
 /// Relations of which any may take a step.
 pub(super) struct List {
@@ -59,7 +25,7 @@ pub(super) struct List {
     quarters: OnceLock<Quarters>,
     // What most lists do not need stands apart, so that those in use stand closer together.
     layers: OnceLock<Box<Layers>>,
-    entries: Vec<Entry>,
+    entries: Vec<Local>,
 }
 
 /// What the steps of a list can do.
@@ -76,7 +42,7 @@ pub(super) enum ListKind {
 }
 
 impl ListKind {
-    fn of(entries: &[Entry]) -> Self {
+    fn of(entries: &[Local]) -> Self {
         match entries {
             [] => ListKind::Empty,
             several if several.iter().any(|e| !e.touched.is_empty()) => ListKind::Moves,
@@ -109,8 +75,8 @@ impl List {
 /// Lists are known by their entries.
 struct Named(Arc<List>);
 
-impl Borrow<[Entry]> for Named {
-    fn borrow(&self) -> &[Entry] {
+impl Borrow<[Local]> for Named {
+    fn borrow(&self) -> &[Local] {
         &self.0.entries
     }
 }
@@ -153,7 +119,7 @@ pub(super) struct Lists {
 
 impl Lists {
     /// The list of some relations.
-    pub(super) fn of(&self, store: &Store, entries: Vec<Entry>) -> Result<Arc<List>> {
+    pub(super) fn of(&self, store: &Store, entries: Vec<Local>) -> Result<Arc<List>> {
         let entries = united(store, entries)?;
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(Named(list)) = known.get(entries.as_slice()) {
@@ -183,7 +149,7 @@ impl Lists {
             return Ok(found);
         }
         let quarter = |from, to| {
-            let below = |e: &Entry| store.shared(|m| e.below(m, list.top, from, to));
+            let below = |e: &Local| store.shared(|m| e.below(m, list.top, from, to));
             self.of(store, list.entries.iter().filter_map(below).collect())
         };
         let clear = [quarter(false, false)?, quarter(false, true)?];
@@ -235,8 +201,8 @@ impl Lists {
         if let Some(found) = list.layers.get() {
             return Ok(found);
         }
-        let is_here = |e: &&Entry| store.shared(|m| e.top(m)) == list.top;
-        let (here, below): (Vec<&Entry>, Vec<&Entry>) = list.entries.iter().partition(is_here);
+        let is_here = |e: &&Local| store.shared(|m| e.top(m)) == list.top;
+        let (here, below): (Vec<&Local>, Vec<&Local>) = list.entries.iter().partition(is_here);
         let below = self.of(store, below.into_iter().cloned().collect())?;
         let here = here.into_iter().map(|e| self.of(store, vec![e.clone()])).collect::<Result<_>>()?;
         Ok(list.layers.get_or_init(|| Box::new(Layers { below, here })))
@@ -244,20 +210,20 @@ impl Lists {
 }
 
 /// The relations that can step, sorted; small ones that touch the same bits are made one.
-fn united(store: &Store, mut entries: Vec<Entry>) -> Result<Vec<Entry>> {
+fn united(store: &Store, mut entries: Vec<Local>) -> Result<Vec<Local>> {
     entries.retain(|e| !store.is_zero(&e.relation));
     entries.sort_unstable();
     entries.dedup();
     let is_small = |f: &Bdd| !store.has_nodes(f, store.thresholds().small_relation);
-    let mut all: Vec<Entry> = Vec::with_capacity(entries.len());
+    let mut all: Vec<Local> = Vec::with_capacity(entries.len());
     for same in entries.chunk_by(|a, b| a.touched == b.touched) {
         if let [only] = same {
             all.push(only.clone());
             continue;
         }
-        let (small, large): (Vec<&Entry>, Vec<&Entry>) = same.iter().partition(|e| is_small(&e.relation));
+        let (small, large): (Vec<&Local>, Vec<&Local>) = same.iter().partition(|e| is_small(&e.relation));
         all.extend(large.into_iter().cloned());
-        let mut gathered: Option<Entry> = None;
+        let mut gathered: Option<Local> = None;
         for entry in small {
             let Some(union) = &mut gathered else {
                 gathered = Some(entry.clone());

@@ -18,6 +18,7 @@ mod encoding;
 #[cfg(test)]
 mod exhaustive;
 mod lists;
+mod local;
 mod losing;
 pub mod order;
 mod partition;
@@ -51,6 +52,7 @@ use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
 use clusters::Clusters;
 use lists::List;
+use local::Local;
 use store::{Bdd, Store};
 use transitions::{Piece, Transitions};
 use translate::Translator;
@@ -130,7 +132,7 @@ impl SymbolicEngine {
     /// How large the diagrams are.
     pub fn sizes(&self) -> Sizes {
         Sizes {
-            transition: self.transitions.pieces.iter().map(|p| self.store.size(&p.relation)).sum(),
+            transition: self.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation)).sum(),
             states: self.store.size(&self.states.0),
             clusters: self.clusters.len(),
             groups: self.transitions.guards.len(),
@@ -198,11 +200,12 @@ impl SymbolicEngine {
 
     /// Triples of one piece with source in C and target in X (`None`: anywhere).
     fn count_piece(&self, piece: &Piece, c: &Bdd, x: Option<&Bdd>) -> Result<Count> {
-        let mut relation = self.store.and(&piece.relation, c)?;
+        let Local { relation, touched } = &piece.steps;
+        let mut relation = self.store.and(relation, c)?;
         if let Some(x) = x {
-            relation = self.store.and(&relation, &self.store.primed(&piece.touched, x)?)?;
+            relation = self.store.and(&relation, &self.store.primed(touched, x)?)?;
         }
-        self.store.count(&relation, (self.encoding.width() - piece.touched.len()) as u32)
+        self.store.count(&relation, (self.encoding.width() - touched.len()) as u32)
     }
 }
 

@@ -43,6 +43,11 @@ impl Touched {
         Touched { bits: self.bits.clone(), passed }
     }
 
+    /// The bits of either.
+    pub(super) fn union(&self, other: &Self) -> Self {
+        Touched::new(self.bits().iter().chain(other.bits()).copied())
+    }
+
     /// Whether nothing is touched.
     pub(super) fn is_empty(&self) -> bool {
         self.bits().is_empty()

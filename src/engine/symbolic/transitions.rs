@@ -10,13 +10,13 @@ use ahash::AHashMap;
 
 use super::command::{CommandBuilder, CommandRelation};
 use super::dump::Numbered;
-use super::encoding::Encoding;
-use super::lists::{Entry, List};
+use super::lists::List;
+use super::local::Local;
 use super::store::{Bdd, Store};
 use super::touched::Touched;
 use crate::error::{Error, Limit, Result};
 use crate::model::step::Choice;
-use crate::model::{CommandId, ModelKind, Program, VarId};
+use crate::model::{CommandId, ModelKind, Program};
 
 /// More groups than this are refused: the product of overlapping alternatives is too large.
 const MOST_GROUPS: usize = 1 << 14;
@@ -26,19 +26,7 @@ const MOST_GROUPS: usize = 1 << 14;
 pub(super) struct Piece {
     /// Whose choices it moves.
     pub(super) group: usize,
-    /// Over the present and the touched next bits.
-    pub(super) relation: Bdd,
-    /// The variables it writes, sorted.
-    pub(super) writes: Vec<VarId>,
-    /// Their bits.
-    pub(super) touched: Touched,
-}
-
-impl Piece {
-    /// What it does, whoever's choice it is.
-    pub(super) fn entry(&self) -> Entry {
-        Entry { relation: self.relation.clone(), touched: self.touched.clone() }
-    }
+    pub(super) steps: Local,
 }
 
 /// All relations of a program, before it is known which states there are.
@@ -68,9 +56,7 @@ struct Alternative {
 
 pub(super) struct Builder<'a> {
     store: &'a Store,
-    encoding: &'a Encoding,
     commands: Vec<CommandRelation>,
-    touched: AHashMap<Vec<VarId>, Touched>,
     /// The command of the observers, which takes part in every synchronisation.
     watching: Option<CommandId>,
 }
@@ -80,7 +66,6 @@ impl<'a> Builder<'a> {
     pub(super) fn build(
         program: &'a Program,
         store: &'a Store,
-        encoding: &'a Encoding,
         commands: &CommandBuilder<'_>,
     ) -> Result<Transitions> {
         let (mut relations, mut bad) = (Vec::new(), Vec::new());
@@ -90,8 +75,7 @@ impl<'a> Builder<'a> {
             bad.push(wrong);
         }
         let watching = program.observers.as_ref().map(|o| CommandId(o.command as u32));
-        let mut builder =
-            Builder { store, encoding, commands: relations, touched: AHashMap::new(), watching };
+        let builder = Builder { store, commands: relations, watching };
         let uniform = program.kind == ModelKind::Dtmc;
         let mut all =
             Transitions { guards: vec![], pieces: vec![], bad: store.any(bad)?, colours: vec![], uniform };
@@ -106,7 +90,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds the groups and pieces of one synchronisation.
-    fn synchronise(&mut self, factors: &[Vec<CommandId>], all: &mut Transitions) -> Result<()> {
+    fn synchronise(&self, factors: &[Vec<CommandId>], all: &mut Transitions) -> Result<()> {
         let mut alternatives = Vec::new();
         let mut colourings = Vec::new();
         for factor in factors {
@@ -175,7 +159,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds one group: a combination of one colour a factor.
-    fn group(&mut self, combination: &[&Alternative], all: &mut Transitions) -> Result<()> {
+    fn group(&self, combination: &[&Alternative], all: &mut Transitions) -> Result<()> {
         let group = all.guards.len();
         let mut guard = self.store.one();
         for alternative in combination {
@@ -194,74 +178,45 @@ impl<'a> Builder<'a> {
 
     /// Pieces of one participant: commands with the same top-most written bit stand together.
     fn single(
-        &mut self,
+        &self,
         group: usize,
         alternative: &Alternative,
         watching: Option<CommandId>,
         all: &mut Transitions,
     ) -> Result<()> {
-        let mut by_top: Vec<(u32, Vec<CommandId>)> = Vec::new();
-        for &id in &alternative.members {
-            let writes = self.commands[id.index()].writes.clone();
-            let top = self.touched(&writes).top();
+        let mut by_top: Vec<(u32, Vec<&Local>)> = Vec::new();
+        for steps in alternative.members.iter().map(|id| self.steps(*id)) {
+            let top = steps.touched.top();
             match by_top.iter_mut().find(|(t, _)| *t == top) {
-                Some((_, ids)) => ids.push(id),
-                None => by_top.push((top, vec![id])),
+                Some((_, several)) => several.push(steps),
+                None => by_top.push((top, vec![steps])),
             }
         }
-        for (_, ids) in by_top {
-            let mut writes = self.writes(&ids);
-            let mut relation = self.union(&ids, &writes)?;
-            if let Some(command) = watching.map(|w| &self.commands[w.index()]) {
-                relation = self.store.and(&relation, &command.relation)?;
-                writes.extend(&command.writes);
-                writes.sort_unstable();
+        for (_, several) in by_top {
+            let mut steps = Local::union(self.store, &several)?;
+            if let Some(command) = watching {
+                steps = steps.beside(self.store, self.steps(command))?;
             }
-            let touched = self.touched(&writes);
-            all.pieces.push(Piece { group, relation, writes, touched });
+            all.pieces.push(Piece { group, steps });
         }
         Ok(())
     }
 
-    /// The piece of several participants: the conjunction of their relations.
-    fn several(&mut self, group: usize, combination: &[&Alternative], all: &mut Transitions) -> Result<()> {
-        let (mut relation, mut writes) = (self.store.one(), Vec::new());
+    /// The piece of several participants: what they do at once.
+    fn several(&self, group: usize, combination: &[&Alternative], all: &mut Transitions) -> Result<()> {
+        let mut steps = Local { touched: Touched::new([]), relation: self.store.one() };
         for alternative in combination {
-            let own = self.writes(&alternative.members);
-            relation = self.store.and(&relation, &self.union(&alternative.members, &own)?)?;
-            writes.extend(own);
+            let own = Vec::from_iter(alternative.members.iter().map(|id| self.steps(*id)));
+            steps = steps.beside(self.store, &Local::union(self.store, &own)?)?;
         }
-        writes.sort_unstable();
-        writes.dedup();
-        if !self.store.is_zero(&relation) {
-            let touched = self.touched(&writes);
-            all.pieces.push(Piece { group, relation, writes, touched });
+        if !self.store.is_zero(&steps.relation) {
+            all.pieces.push(Piece { group, steps });
         }
         Ok(())
     }
 
-    /// The disjunction of commands over a common set of written variables.
-    fn union(&self, ids: &[CommandId], writes: &[VarId]) -> Result<Bdd> {
-        let mut framed = Vec::new();
-        for id in ids {
-            let command = &self.commands[id.index()];
-            framed.push(frame(self.store, self.encoding, &command.relation, &command.writes, writes)?);
-        }
-        self.store.any(framed)
-    }
-
-    fn writes(&self, ids: &[CommandId]) -> Vec<VarId> {
-        let mut writes: Vec<VarId> =
-            ids.iter().flat_map(|c| self.commands[c.index()].writes.clone()).collect();
-        writes.sort_unstable();
-        writes.dedup();
-        writes
-    }
-
-    /// One set for equal variables, so that the operation cache sees equal calls as equal.
-    fn touched(&mut self, writes: &[VarId]) -> Touched {
-        let touch = || self.encoding.touch(writes);
-        self.touched.entry(writes.to_vec()).or_insert_with(touch).clone()
+    fn steps(&self, command: CommandId) -> &Local {
+        &self.commands[command.index()].steps
     }
 }
 
@@ -270,35 +225,19 @@ fn too_many() -> Error {
     Limit::Size { what }.into()
 }
 
-/// The relation on more variables: those of `to` that are not in `from` keep their value.
-pub(super) fn frame(
-    store: &Store,
-    encoding: &Encoding,
-    relation: &Bdd,
-    from: &[VarId],
-    to: &[VarId],
-) -> Result<Bdd> {
-    let missing = to.iter().filter(|v| !from.contains(v));
-    let mut positions: Vec<u32> = missing.flat_map(|&v| encoding.positions(v).iter().copied()).collect();
-    positions.sort_unstable_by_key(|p| std::cmp::Reverse(*p));
-    let mut same = store.one();
-    for p in positions {
-        let kept = store.iff(&store.literal(2 * p, true)?, &store.literal(2 * p + 1, true)?)?;
-        same = store.and(&kept, &same)?;
-    }
-    store.and(relation, &same)
-}
-
 impl Transitions {
     /// All diagrams.
     pub(super) fn diagrams(&mut self) -> impl Iterator<Item = &mut Bdd> {
-        self.guards.iter_mut().chain(self.pieces.iter_mut().map(|p| &mut p.relation)).chain([&mut self.bad])
+        self.guards
+            .iter_mut()
+            .chain(self.pieces.iter_mut().map(|p| &mut p.steps.relation))
+            .chain([&mut self.bad])
     }
 
     /// For each group the list of its pieces.
     pub(super) fn lists(&self, store: &Store) -> Result<Vec<Arc<List>>> {
         let mut entries = vec![Vec::new(); self.guards.len()];
-        self.pieces.iter().for_each(|p| entries[p.group].push(p.entry()));
+        self.pieces.iter().for_each(|p| entries[p.group].push(p.steps.clone()));
         entries.into_iter().map(|e| store.lists.of(store, e)).collect()
     }
 
