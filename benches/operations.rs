@@ -45,7 +45,7 @@ fn operations(c: &mut Criterion) {
         fresh(c, case, "image", states, |engine| engine.successors(&engine.all_choices()).unwrap());
         fresh(c, case, "inner fixpoint", states, |engine| {
             let target = engine.states_where(target).unwrap();
-            engine.can_reach(&target, &engine.all_choices(), &Vec::new()).unwrap()
+            engine.can_reach(&target, &engine.all_choices(), &[]).unwrap()
         });
         fresh(c, case, "losing states", states, |engine| {
             let outside = engine.difference(&engine.all_states(), &engine.states_where(target).unwrap());

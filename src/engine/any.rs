@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::explicit::{self, ExplicitEngine};
 use super::symbolic::{self, SymbolicEngine};
-use super::{Count, Dropped, Engine, Moves, Region, Settings, Storage, Usage};
+use super::{Count, Engine, Moves, Region, Settings, Storage, Usage};
 use crate::error::{Error, Result};
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -183,14 +183,6 @@ where
     moves.iter().map(|m| Moves { from: of(&m.from), goal: of(&m.goal), dropped: of(&m.dropped) }).collect()
 }
 
-/// Dropped edges, for one of the engines.
-fn dropped_of<E: Engine>(engine: &E, dropped: &Dropped<AnyStates>) -> Dropped<E::States>
-where
-    AnyStates: Of<E, Set = E::States>,
-{
-    dropped.iter().map(|(from, into)| (from.of(engine).clone(), into.of(engine).clone())).collect()
-}
-
 // Each method goes to the engine itself, those with a body in the trait too: it may have a better one.
 #[deny(clippy::missing_trait_methods, reason = "a default body would bypass the engine's own")]
 impl Engine for AnyEngine {
@@ -293,9 +285,9 @@ impl Engine for AnyEngine {
         &self,
         target: &AnyStates,
         within: &AnyChoices,
-        dropped: &Dropped<AnyStates>,
+        moves: &[Moves<AnyStates>],
     ) -> Result<AnyStates> {
-        on!(self, e => Ok(e.can_reach(target.of(e), within.of(e), &dropped_of(e, dropped))?.into()))
+        on!(self, e => Ok(e.can_reach(target.of(e), within.of(e), &moves_of(e, moves))?.into()))
     }
 
     fn lose(

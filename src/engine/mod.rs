@@ -126,10 +126,6 @@ pub struct Region<S, C> {
     pub choices: C,
 }
 
-/// Edges that a game does not have: for each pair, those from a state of the first set into one of
-/// the second. The first sets are disjoint.
-pub type Dropped<S> = Vec<(S, S)>;
-
 /// Sets of states and sets of choices of one model, and the operators on them.
 ///
 /// Every operation may run out of memory or time and then returns [`crate::error::Error::Limit`].
@@ -201,12 +197,12 @@ pub trait Engine: Send + Sync {
     /// { s' : s' ∈ succ(s,a) for some (s,a) ∈ C }
     fn successors(&self, c: &Self::Choices) -> Result<Self::States>;
 
-    /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }
+    /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is there }
     fn can_reach(
         &self,
         target: &Self::States,
         within: &Self::Choices,
-        dropped: &Dropped<Self::States>,
+        moves: &[Moves<Self::States>],
     ) -> Result<Self::States>;
 
     /// The least L ⊇ `lost` in which every state outside `won` has only pairs of C with an edge into L
@@ -266,7 +262,7 @@ pub trait Engine: Send + Sync {
             if !self.is_empty(&lost) {
                 moves::lose(self, &mut states, &mut choices, (within, target), &[], lost)?;
             }
-            let reaching = self.can_reach(target, &choices, &Vec::new())?;
+            let reaching = self.can_reach(target, &choices, &[])?;
             lost = self.difference(&states, &reaching)?;
             states = self.intersection(&states, &reaching)?;
             if self.is_empty(&lost) {

@@ -1,6 +1,6 @@
 //! Games over edges: some edges win, some are not there.
 
-use super::{Dropped, Engine, Region};
+use super::{Engine, Region};
 use crate::error::Result;
 
 /// What the edges from some states are worth.
@@ -14,6 +14,58 @@ pub struct Moves<S> {
     pub dropped: S,
 }
 
+/// Edges by where they come from and where they go.
+type Edges<S> = Vec<(S, S)>;
+
+/// { (s,a) ∈ C : some edge wins }
+///
+/// # Errors
+/// A limit of the engine. Cost: one pre-image a distinct goal.
+pub(crate) fn winning<E: Engine>(
+    engine: &E,
+    choices: &E::Choices,
+    moves: &[Moves<E::States>],
+) -> Result<E::Choices> {
+    pairs_into(engine, choices, moves.iter().map(|m| (m.from.clone(), m.goal.clone())).collect())
+}
+
+/// { (s,a) ∈ C : some edge that is there enters X }
+///
+/// # Errors
+/// A limit of the engine. Cost: one pre-image a distinct X \ dropped.
+pub(crate) fn keeping<E: Engine>(
+    engine: &E,
+    choices: &E::Choices,
+    moves: &[Moves<E::States>],
+    x: &E::States,
+) -> Result<E::Choices> {
+    let edges = moves.iter().map(|m| Ok((m.from.clone(), engine.difference(x, &m.dropped)?)));
+    pairs_into(engine, choices, edges.collect::<Result<_>>()?)
+}
+
+/// { (s,a) ∈ C : some edge that is there and does not win enters X }
+///
+/// # Errors
+/// A limit of the engine. Cost: one pre-image a distinct X \ goal \ dropped.
+pub(crate) fn leaning<E: Engine>(
+    engine: &E,
+    choices: &E::Choices,
+    moves: &[Moves<E::States>],
+    x: &E::States,
+) -> Result<E::Choices> {
+    let into = |m: &Moves<E::States>| engine.difference(&engine.difference(x, &m.goal)?, &m.dropped);
+    let edges = moves.iter().map(|m| Ok((m.from.clone(), into(m)?)));
+    pairs_into(engine, choices, edges.collect::<Result<_>>()?)
+}
+
+/// The edges that are not there, grouped by where they would go.
+///
+/// # Errors
+/// A limit of the engine. Cost: no image.
+pub(crate) fn dropped<E: Engine>(engine: &E, moves: &[Moves<E::States>]) -> Result<Edges<E::States>> {
+    grouped(engine, moves.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect())
+}
+
 /// ⋃ over (X, Y) of { (s,a) ∈ C : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }.
 ///
 /// # Errors
@@ -21,7 +73,7 @@ pub struct Moves<S> {
 pub(crate) fn pairs_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
-    pairs: Dropped<E::States>,
+    pairs: Edges<E::States>,
 ) -> Result<E::Choices> {
     let mut union = engine.no_choices();
     for (from, into) in grouped(engine, pairs)? {
@@ -35,8 +87,8 @@ pub(crate) fn pairs_into<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine. Cost: no image.
-pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Dropped<E::States>) -> Result<Dropped<E::States>> {
-    let mut groups: Dropped<E::States> = Vec::new();
+pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E::States>> {
+    let mut groups: Edges<E::States> = Vec::new();
     for (from, into) in pairs {
         if engine.is_empty(&from) || engine.is_empty(&into) {
             continue;
@@ -99,15 +151,12 @@ pub(super) fn almost_surely_win<E: Engine>(
     start: Region<E::States, E::Choices>,
     moves: &[Moves<E::States>],
 ) -> Result<Region<E::States, E::Choices>> {
-    let goals = moves.iter().map(|m| (m.from.clone(), m.goal.clone())).collect();
-    let winning = pairs_into(engine, &start.choices, goals)?;
-    let dropped = moves.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect();
-    let dropped = grouped(engine, dropped)?;
+    let winning = winning(engine, &start.choices, moves)?;
     let Region { mut states, choices: within } = start;
     let mut choices = within.clone();
     loop {
         let seeds = engine.sources(&engine.common_choices(&choices, &winning)?)?;
-        let reaching = engine.can_reach(&seeds, &choices, &dropped)?;
+        let reaching = engine.can_reach(&seeds, &choices, moves)?;
         let lost = engine.difference(&states, &reaching)?;
         states = engine.intersection(&states, &reaching)?;
         if engine.is_empty(&lost) {
@@ -144,28 +193,13 @@ pub(super) fn lose<E: Engine>(
         let stuck = if moves.is_empty() {
             withdraw(engine, choices, within, &lost, states)?
         } else {
-            let gone = losing(engine, choices, moves, &lost)?;
+            let gone = leaning(engine, choices, moves, &lost)?;
             disallow(engine, choices, &gone)?
         };
         lost = engine.intersection(&engine.difference(&stuck, won)?, states)?;
         *states = engine.difference(states, &lost)?;
     }
     Ok(())
-}
-
-/// The pairs of a set with an edge into a lost state that is there and does not win.
-fn losing<E: Engine>(
-    engine: &E,
-    choices: &E::Choices,
-    moves: &[Moves<E::States>],
-    lost: &E::States,
-) -> Result<E::Choices> {
-    let mut edges = Vec::with_capacity(moves.len());
-    for m in moves {
-        let into = engine.difference(&engine.difference(lost, &m.goal)?, &m.dropped)?;
-        edges.push((m.from.clone(), into));
-    }
-    pairs_into(engine, choices, edges)
 }
 
 #[cfg(test)]

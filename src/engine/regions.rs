@@ -21,7 +21,7 @@ pub struct Regions<S> {
 /// # Errors
 /// A limit. Cost: one backward fixpoint.
 pub fn pmax_positive<E: Engine>(engine: &E, target: &E::States) -> Result<E::States> {
-    engine.can_reach(target, &engine.all_choices(), &Vec::new())
+    engine.can_reach(target, &engine.all_choices(), &[])
 }
 
 /// { s : Pmax(◇T) = 1 } = νY. μX. T ∪ { s : some a has succ(s,a) ⊆ Y and succ(s,a) ∩ X ≠ ∅ }
@@ -52,7 +52,7 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
     let avoiding = engine.difference(&engine.all_states(), positive)?;
     let outside = engine.difference(&engine.all_states(), target)?;
     let choices = engine.choices_in(&engine.all_choices(), &outside)?;
-    let losing = engine.can_reach(&avoiding, &choices, &Vec::new())?;
+    let losing = engine.can_reach(&avoiding, &choices, &[])?;
     engine.difference(&engine.all_states(), &losing)
 }
 

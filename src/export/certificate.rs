@@ -5,13 +5,13 @@
 use super::Named;
 use super::plays::Secured;
 use super::regions::{class_name, numbered};
-use crate::engine::Engine;
-use crate::engine::moves::pairs_into;
+use crate::engine::moves::{leaning, winning};
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::engine::{Engine, Moves};
 use crate::error::Result;
 use crate::names;
 use crate::planning::improvement::Arena;
-use crate::planning::levels::{End, Level, goal_choices};
+use crate::planning::levels::{End, entering};
 use crate::planning::outcomes::Outcome;
 use crate::planning::{Analysis, Kind, Safety, strategy};
 
@@ -150,7 +150,7 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
             }
             layers(named, &name, &strategy.layers);
             if kind == Kind::Sasi {
-                rounds(named, &name, &level_rounds(engine, arena, &game.goals, &before)?);
+                rounds(named, &name, &level_rounds(engine, arena, &game.moves, &before)?);
                 before = game.states.clone();
             }
         }
@@ -173,17 +173,18 @@ fn last_level(
 ) -> Result<()> {
     let found = &analysis.levels(kind).found;
     let name = name_in(analysis, arena, kind, found.len() + 1);
-    let goals = next_goals(engine, arena, found.last())?;
+    let entered = found.last().map_or_else(|| engine.all_states(), |level| level.states.clone());
+    let moves = entering(engine, arena, &entered)?;
     let left = match kind {
         Kind::Sasi => {
-            let lost = level_rounds(engine, arena, &goals, before)?;
+            let lost = level_rounds(engine, arena, &moves, before)?;
             rounds(named, &name, &lost);
             lost.iter().try_fold(before.clone(), |x, lost| engine.difference(&x, lost))?
         }
         Kind::Spi => {
-            let winning = goal_choices(engine, arena, &goals)?;
+            let winning = winning(engine, &engine.all_choices(), &moves)?;
             let seeds = engine.sources(&engine.common_choices(&arena.choices, &winning)?)?;
-            engine.can_reach(&seeds, &arena.choices, &arena.dropped)?
+            engine.can_reach(&seeds, &arena.choices, &moves)?
         }
     };
     if arena.reference.is_some() {
@@ -206,38 +207,23 @@ fn name_in(
     }
 }
 
-/// The goals of the level after the last one.
-fn next_goals(
-    engine: &SymbolicEngine,
-    arena: &Arena<SymbolicEngine>,
-    last: Option<&Level<SymbolicEngine>>,
-) -> Result<Vec<StateSet>> {
-    let entered = last.map_or_else(|| engine.all_states(), |level| level.states.clone());
-    arena.parts.iter().map(|part| engine.intersection(&part.better, &entered)).collect()
-}
-
 /// The states of `before` that do not win a SASI level, in the rounds in which they are lost; what is
 /// outside of `before` is lost already.
 fn level_rounds(
     engine: &SymbolicEngine,
     arena: &Arena<SymbolicEngine>,
-    goals: &[StateSet],
+    moves: &[Moves<StateSet>],
     before: &StateSet,
 ) -> Result<Vec<StateSet>> {
-    let winning = goal_choices(engine, arena, goals)?;
+    let winning = winning(engine, &engine.all_choices(), moves)?;
     let (mut left, mut rounds) = (before.clone(), Vec::new());
     let mut lost = engine.difference(&engine.all_states(), before)?;
     let mut choices = arena.choices.clone();
     loop {
-        let mut edges = Vec::new();
-        for (part, goal) in arena.parts.iter().zip(goals) {
-            let into = engine.difference(&engine.difference(&lost, goal)?, &part.dropped)?;
-            edges.push((part.from.clone(), into));
-        }
-        choices = engine.without_choices(&choices, &pairs_into(engine, &choices, edges)?)?;
+        choices = engine.without_choices(&choices, &leaning(engine, &choices, moves, &lost)?)?;
         choices = engine.choices_in(&choices, &left)?;
         let seeds = engine.sources(&engine.common_choices(&choices, &winning)?)?;
-        let reaching = engine.can_reach(&seeds, &choices, &arena.dropped)?;
+        let reaching = engine.can_reach(&seeds, &choices, moves)?;
         lost = engine.difference(&left, &reaching)?;
         if engine.is_empty(&lost) {
             return Ok(rounds);

@@ -78,7 +78,7 @@ fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<State
         }
         unchanged += 1;
         let moving = engine.intersection(mark, &engine.sources(&choices)?)?;
-        lost = engine.difference(&left, &engine.can_reach(&moving, &choices, &Vec::new())?)?;
+        lost = engine.difference(&left, &engine.can_reach(&moving, &choices, &[])?)?;
     }
     Ok(rounds)
 }

@@ -159,8 +159,8 @@ impl<E: Engine> Playbook<'_, E> {
         let most_preferred = self.most_preferred(&to);
         let change = self.preferences.change(reference, &most_preferred);
         let (next, improves) = self.after(memory, from, &to);
-        let (goal, stays) = self.game(memory).map_or((false, false), |(arena, game)| {
-            let goal = super::strategy::is_goal(&*self.engine, arena, game, from, &to);
+        let (goal, stays) = self.game(memory).map_or((false, false), |game| {
+            let goal = super::strategy::is_goal(&*self.engine, game, from, &to);
             (goal, self.engine.contains(&game.states, &to))
         });
         Successor {

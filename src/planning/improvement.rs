@@ -7,8 +7,8 @@
 use std::fmt;
 
 use super::classes::{Class, Classes};
-use crate::engine::moves::{grouped, pairs_into};
-use crate::engine::{Count, Dropped, Engine};
+use crate::engine::moves::{dropped, grouped, pairs_into};
+use crate::engine::{Count, Engine, Moves, Region};
 use crate::error::Result;
 
 /// What is kept: `--safety`.
@@ -49,16 +49,6 @@ impl fmt::Display for Safety {
     }
 }
 
-/// States that share what improves on them and what is dropped from them.
-pub struct Part<E: Engine> {
-    /// The states; those of different parts of an arena are disjoint.
-    pub from: E::States,
-    /// A step from `from` into these improves.
-    pub better: E::States,
-    /// A step from `from` into these is dropped; empty but under [`Safety::Transition`].
-    pub dropped: E::States,
-}
-
 /// Where plays go on: the safe choices over S, with the edges that improve.
 pub struct Arena<E: Engine> {
     /// The class that improvements are measured against, by its position in [`Classes::list`];
@@ -68,10 +58,9 @@ pub struct Arena<E: Engine> {
     pub states: E::States,
     /// The kept choices of these states; each has a successor left.
     pub choices: E::Choices,
-    /// Which edges improve and which are dropped; together they cover `states`.
-    pub parts: Vec<Part<E>>,
-    /// The dropped edges once more, in the form the engine takes.
-    pub dropped: Dropped<E::States>,
+    /// Which edges improve, those into `goal`; and which are dropped, none but under [`Safety::Transition`].
+    /// Together they cover `states`.
+    pub moves: Vec<Moves<E::States>>,
 }
 
 /// The size of the improvement MDP.
@@ -119,7 +108,7 @@ impl<E: Engine> Improvement<E> {
         let all = engine.all_states();
         let total = engine.count_transitions(&engine.all_choices(), &all)?;
         let mut kept = engine.count_transitions(&arena.choices, &all)?;
-        for (from, into) in &arena.dropped {
+        for (from, into) in &dropped(engine, &arena.moves)? {
             // What a kept choice loses; choices that lose everything are not in `arena.choices`.
             kept -= engine.count_transitions(&engine.choices_in(&arena.choices, from)?, into)?;
         }
@@ -135,22 +124,20 @@ fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
         reference: None,
         states: engine.all_states(),
         choices: engine.without_choices(&engine.all_choices(), &weakening)?,
-        parts: parts(engine, classes, |_| engine.no_states())?,
-        dropped: Vec::new(),
+        moves: moves(engine, classes, |_| engine.no_states())?,
     })
 }
 
 /// Kept: all enabled choices minus ⋃ over c of [c] ∩ every_successor_in(Worse(c)), without the
 /// edges from [c] into Worse(c).
 fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
-    let dropped = grouped(engine, by_worse(classes))?;
     let mut choices = engine.all_choices();
-    for (from, worse) in &dropped {
+    for (from, worse) in &grouped(engine, by_worse(classes))? {
         let emptied = engine.choices_in(&engine.every_successor_in(worse)?, from)?;
         choices = engine.without_choices(&choices, &emptied)?;
     }
-    let parts = parts(engine, classes, |c| c.worse.clone())?;
-    Ok(Arena { reference: None, states: engine.all_states(), choices, parts, dropped })
+    let moves = moves(engine, classes, |c| c.worse.clone())?;
+    Ok(Arena { reference: None, states: engine.all_states(), choices, moves })
 }
 
 /// For each class c: Safe_c = νZ. S \ Worse(c) ∩ { s : some choice has all successors in Z }.
@@ -162,15 +149,10 @@ fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> 
         if engine.is_empty(&engine.intersection(&safe.states, &class.states)?) {
             continue;
         }
-        let better = engine.intersection(&class.better, &safe.states)?;
-        let parts = vec![Part { from: safe.states.clone(), better, dropped: engine.no_states() }];
-        arenas.push(Arena {
-            reference: Some(reference),
-            states: safe.states,
-            choices: safe.choices,
-            parts,
-            dropped: Vec::new(),
-        });
+        let goal = engine.intersection(&class.better, &safe.states)?;
+        let moves = vec![Moves { from: safe.states.clone(), goal, dropped: engine.no_states() }];
+        let Region { states, choices } = safe;
+        arenas.push(Arena { reference: Some(reference), states, choices, moves });
     }
     Ok(arenas)
 }
@@ -179,25 +161,25 @@ fn by_worse<E: Engine>(classes: &Classes<E>) -> Vec<(E::States, E::States)> {
     classes.list.iter().map(|c| (c.states.clone(), c.worse.clone())).collect()
 }
 
-/// The classes as parts; those with the same Better(c) and the same dropped set are one.
-fn parts<E: Engine>(
+/// What the edges from each class are worth; classes with the same Better(c) and the same dropped set are one.
+fn moves<E: Engine>(
     engine: &E,
     classes: &Classes<E>,
     dropped: impl Fn(&Class<E>) -> E::States,
-) -> Result<Vec<Part<E>>> {
-    let mut parts: Vec<Part<E>> = Vec::new();
+) -> Result<Vec<Moves<E::States>>> {
+    let mut moves: Vec<Moves<E::States>> = Vec::new();
     for class in &classes.list {
         let lost = dropped(class);
-        let same = |p: &&mut Part<E>| {
-            engine.same_states(&p.better, &class.better) && engine.same_states(&p.dropped, &lost)
+        let same = |m: &&mut Moves<E::States>| {
+            engine.same_states(&m.goal, &class.better) && engine.same_states(&m.dropped, &lost)
         };
-        match parts.iter_mut().find(same) {
-            Some(part) => part.from = engine.union(&part.from, &class.states)?,
+        match moves.iter_mut().find(same) {
+            Some(m) => m.from = engine.union(&m.from, &class.states)?,
             None => {
-                let (from, better) = (class.states.clone(), class.better.clone());
-                parts.push(Part { from, better, dropped: lost });
+                let (from, goal) = (class.states.clone(), class.better.clone());
+                moves.push(Moves { from, goal, dropped: lost });
             }
         }
     }
-    Ok(parts)
+    Ok(moves)
 }

@@ -9,8 +9,8 @@ use std::fmt;
 use serde::{Serialize, Serializer};
 
 use super::classes::Classes;
-use super::improvement::{Arena, Improvement, Part, Safety};
-use crate::engine::moves::pairs_into;
+use super::improvement::{Arena, Improvement, Safety};
+use crate::engine::moves::{pairs_into, winning};
 use crate::engine::{Engine, Moves, Region};
 use crate::error::Result;
 
@@ -74,8 +74,8 @@ impl Serialize for Rank {
 
 /// What is won in one arena at one level.
 pub struct Game<E: Engine> {
-    /// For each part of the arena, the states that its improving steps must enter: Better ∩ W_{k-1}.
-    pub goals: Vec<E::States>,
+    /// Those of the arena, where improving steps must enter W_{k-1} to win.
+    pub moves: Vec<Moves<E::States>>,
     /// The winning states.
     pub states: E::States,
     /// Of the kept choices of the winning states: for SASI those whose kept edges all are goal edges
@@ -85,7 +85,7 @@ pub struct Game<E: Engine> {
 
 impl<E: Engine> Clone for Game<E> {
     fn clone(&self) -> Self {
-        Game { goals: self.goals.clone(), states: self.states.clone(), choices: self.choices.clone() }
+        Game { moves: self.moves.clone(), states: self.states.clone(), choices: self.choices.clone() }
     }
 }
 
@@ -225,43 +225,29 @@ fn play<E: Engine>(
     entered: &E::States,
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
-    let goal = |part: &Part<E>| engine.intersection(&part.better, entered);
-    let goals = arena.parts.iter().map(goal).collect::<Result<Vec<_>>>()?;
+    let moves = entering(engine, arena, entered)?;
     match before {
-        Some(game) if game.goals.iter().zip(&goals).all(|(x, y)| engine.same_states(x, y)) => {
+        Some(game) if game.moves.iter().zip(&moves).all(|(x, y)| engine.same_states(&x.goal, &y.goal)) => {
             Ok(game.clone())
         }
         _ => match kind {
-            Kind::Sasi => almost_surely(engine, arena, goals, before),
-            Kind::Spi => positively(engine, arena, goals, before),
+            Kind::Sasi => almost_surely(engine, arena, moves, before),
+            Kind::Spi => positively(engine, arena, moves, before),
         },
     }
 }
 
-/// { (s,a) : s in a part, succ(s,a) meets the part's goal }, kept or not.
-///
-/// A goal edge is never a dropped one: Better(c) and Worse(c) are disjoint.
+/// The moves of an arena, of which improving steps must enter X to win.
 ///
 /// # Errors
-/// A limit of the engine. Cost: one pre-image a part.
-pub(crate) fn goal_choices<E: Engine>(
+/// A limit of the engine. Cost: no image.
+pub(crate) fn entering<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
-    goals: &[E::States],
-) -> Result<E::Choices> {
-    let edges = arena.parts.iter().zip(goals);
-    let edges = edges.map(|(part, goal)| (part.from.clone(), goal.clone()));
-    pairs_into(engine, &engine.all_choices(), edges.collect())
-}
-
-/// { (s,a) : some edge that is not dropped enters X }, kept or not.
-///
-/// # Errors
-/// A limit of the engine. Cost: one pre-image a distinct X \ dropped.
-pub(crate) fn edges_into<E: Engine>(engine: &E, arena: &Arena<E>, x: &E::States) -> Result<E::Choices> {
-    let edge = |part: &Part<E>| Ok((part.from.clone(), engine.difference(x, &part.dropped)?));
-    let edges = arena.parts.iter().map(edge).collect::<Result<Vec<_>>>()?;
-    pairs_into(engine, &engine.all_choices(), edges)
+    x: &E::States,
+) -> Result<Vec<Moves<E::States>>> {
+    let within = |m: &Moves<E::States>| Ok(Moves { goal: engine.intersection(&m.goal, x)?, ..m.clone() });
+    arena.moves.iter().map(within).collect()
 }
 
 /// μX. { s : some kept choice has a goal edge or a kept edge into X }.
@@ -270,14 +256,15 @@ pub(crate) fn edges_into<E: Engine>(engine: &E, arena: &Arena<E>, x: &E::States)
 fn positively<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
-    goals: Vec<E::States>,
+    moves: Vec<Moves<E::States>>,
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
     let within = before.map_or(&arena.choices, |game| &game.choices);
-    let seeds = engine.sources(&engine.common_choices(within, &goal_choices(engine, arena, &goals)?)?)?;
-    let states = engine.can_reach(&seeds, within, &arena.dropped)?;
+    let goals = winning(engine, &engine.all_choices(), &moves)?;
+    let seeds = engine.sources(&engine.common_choices(within, &goals)?)?;
+    let states = engine.can_reach(&seeds, within, &moves)?;
     let choices = engine.choices_in(within, &states)?;
-    Ok(Game { goals, states, choices })
+    Ok(Game { moves, states, choices })
 }
 
 /// νY. μX. { s : some kept choice has every kept edge in Y or a goal edge, and one in X or a goal
@@ -285,24 +272,18 @@ fn positively<E: Engine>(
 fn almost_surely<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
-    goals: Vec<E::States>,
+    moves: Vec<Moves<E::States>>,
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
     let start = match before {
         Some(game) => {
-            let choices = still_good(engine, arena, &goals, game)?;
+            let choices = still_good(engine, &moves, game)?;
             Region { states: game.states.clone(), choices }
         }
         None => Region { states: arena.states.clone(), choices: arena.choices.clone() },
     };
-    let edges = |(part, goal): (&Part<E>, &E::States)| Moves {
-        from: part.from.clone(),
-        goal: goal.clone(),
-        dropped: part.dropped.clone(),
-    };
-    let moves: Vec<Moves<E::States>> = arena.parts.iter().zip(&goals).map(edges).collect();
     let Region { states, choices } = engine.almost_surely_win(start, &moves)?;
-    Ok(Game { goals, states, choices })
+    Ok(Game { moves, states, choices })
 }
 
 /// The choices of the last level's game that are not lost at once at the next level.
@@ -310,16 +291,11 @@ fn almost_surely<E: Engine>(
 /// A choice that was lost stays lost: its bad edge left W_k and was no goal edge, and now both the
 /// winning states and the goals are fewer. Of the others, those are lost that have an edge which was
 /// a goal edge, is none any more and ends outside of W_k.
-fn still_good<E: Engine>(
-    engine: &E,
-    arena: &Arena<E>,
-    goals: &[E::States],
-    before: &Game<E>,
-) -> Result<E::Choices> {
-    let mut edges = Vec::with_capacity(arena.parts.len());
-    for ((part, goal), old) in arena.parts.iter().zip(goals).zip(&before.goals) {
-        let gone = engine.difference(&engine.difference(old, goal)?, &before.states)?;
-        edges.push((engine.intersection(&part.from, &before.states)?, gone));
+fn still_good<E: Engine>(engine: &E, moves: &[Moves<E::States>], before: &Game<E>) -> Result<E::Choices> {
+    let mut edges = Vec::with_capacity(moves.len());
+    for (new, old) in moves.iter().zip(&before.moves) {
+        let gone = engine.difference(&engine.difference(&old.goal, &new.goal)?, &before.states)?;
+        edges.push((engine.intersection(&new.from, &before.states)?, gone));
     }
     engine.without_choices(&before.choices, &pairs_into(engine, &before.choices, edges)?)
 }

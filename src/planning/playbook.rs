@@ -134,9 +134,9 @@ impl<'a, E: Engine> Playbook<'a, E> {
     pub fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> (Memory, bool) {
         let improves = self.change(memory, from, to) == Change::Improving;
         match self.game(memory) {
-            Some((arena, game)) => {
+            Some(game) => {
                 let stays = self.engine.contains(&game.states, to);
-                let goal = improves && strategy::is_goal(&*self.engine, arena, game, from, to);
+                let goal = improves && strategy::is_goal(&*self.engine, game, from, to);
                 match (goal, stays, improves) {
                     (true, _, _) | (_, false, true) => (self.start(to), true),
                     (false, true, _) => (memory, false),
@@ -175,9 +175,8 @@ impl<'a, E: Engine> Playbook<'a, E> {
     }
 
     /// The game of a memory; none where nothing can be improved.
-    pub(super) fn game(&self, memory: Memory) -> Option<(&Arena<E>, &Game<E>)> {
-        let game = self.levels.level(memory.level)?.games.get(memory.arena?)?;
-        Some((self.arena(memory)?, game))
+    pub(super) fn game(&self, memory: Memory) -> Option<&Game<E>> {
+        self.levels.level(memory.level)?.games.get(memory.arena?)
     }
 
     /// Whether [`Playbook::strategy`] has nothing left to compute for a memory.
@@ -191,7 +190,10 @@ impl<'a, E: Engine> Playbook<'a, E> {
     /// # Errors
     /// A limit of the engine. Cost: that of [`strategy::strategy`] once a level and arena.
     pub fn strategy(&mut self, memory: Memory) -> Result<Option<&Strategy<E>>> {
-        let (Some((arena, game)), Some(index)) = (self.game(memory), memory.arena) else { return Ok(None) };
+        let (Some(arena), Some(game), Some(index)) = (self.arena(memory), self.game(memory), memory.arena)
+        else {
+            return Ok(None);
+        };
         let key = (key(memory.level), index);
         if !self.strategies.contains_key(&key) {
             let found = strategy::strategy(&*self.engine, self.levels.kind, arena, game)?;

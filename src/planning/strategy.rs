@@ -7,8 +7,9 @@
 
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
-use super::levels::{Game, Kind, Level, edges_into, goal_choices};
+use super::levels::{Game, Kind, Level};
 use crate::engine::Engine;
+use crate::engine::moves::{keeping, winning};
 use crate::error::Result;
 
 /// The two strategies of one level in one arena.
@@ -36,12 +37,13 @@ pub struct Strategy<E: Engine> {
 ///
 /// # Errors
 /// A limit of the engine. Cost: none for SASI; for SPI two pre-images a part.
-pub fn permissive<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<E::Choices> {
+pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
     match kind {
         Kind::Sasi => Ok(game.choices.clone()),
         Kind::Spi => {
-            let staying = edges_into(engine, arena, &game.states)?;
-            let ahead = engine.union_choices(&staying, &goal_choices(engine, arena, &game.goals)?)?;
+            let all = engine.all_choices();
+            let staying = keeping(engine, &all, &game.moves, &game.states)?;
+            let ahead = engine.union_choices(&staying, &winning(engine, &all, &game.moves)?)?;
             engine.common_choices(&game.choices, &ahead)
         }
     }
@@ -52,9 +54,8 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Ga
 /// # Errors
 /// A limit of the engine. Cost: one pre-image a layer and part.
 pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
-    let permissive = permissive(engine, kind, arena, game)?;
-    let goals = goal_choices(engine, arena, &game.goals)?;
-    let mut progress = engine.common_choices(&permissive, &goals)?;
+    let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
+    let mut progress = engine.common_choices(&permissive, &winning(engine, &all, &game.moves)?)?;
     let mut layer = engine.sources(&progress)?;
     let mut open = engine.difference(&game.states, &layer)?;
     let mut layers = Vec::new();
@@ -62,7 +63,7 @@ pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game
         if let Some(limit) = engine.settings().observer.stop() {
             return Err(limit.into());
         }
-        let closer = engine.common_choices(&permissive, &edges_into(engine, arena, &layer)?)?;
+        let closer = engine.common_choices(&permissive, &keeping(engine, &all, &game.moves, &layer)?)?;
         let closer = engine.choices_in(&closer, &open)?;
         progress = engine.union_choices(&progress, &closer)?;
         layers.push(layer);
@@ -100,7 +101,7 @@ pub fn permitted_at_start<E: Engine>(
 ) -> Result<E::Choices> {
     let mut all = engine.no_choices();
     for (arena, game) in improvement.arenas.iter().zip(&level.games) {
-        let permitted = permissive(engine, kind, arena, game)?;
+        let permitted = permissive(engine, kind, game)?;
         let permitted = match arena.reference.and_then(|c| classes.list.get(c)) {
             Some(class) => engine.choices_in(&permitted, &class.states)?,
             None => permitted,
@@ -110,9 +111,9 @@ pub fn permitted_at_start<E: Engine>(
     Ok(all)
 }
 
-/// Whether a step between two states is a goal edge of a level in one arena: it improves and enters
+/// Whether a step between two states is a goal edge of a game: it improves and enters
 /// the level below.
-pub fn is_goal<E: Engine>(engine: &E, arena: &Arena<E>, game: &Game<E>, from: &[i64], to: &[i64]) -> bool {
+pub fn is_goal<E: Engine>(engine: &E, game: &Game<E>, from: &[i64], to: &[i64]) -> bool {
     let holds = |x: &E::States, state: &[i64]| engine.contains(x, state);
-    arena.parts.iter().zip(&game.goals).any(|(part, goal)| holds(&part.from, from) && holds(goal, to))
+    game.moves.iter().any(|m| holds(&m.from, from) && holds(&m.goal, to))
 }

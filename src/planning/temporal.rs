@@ -57,7 +57,7 @@ pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
             break;
         }
         let here = engine.intersection(mark, &states)?;
-        let reaching = engine.can_reach(&here, &choices, &Vec::new())?;
+        let reaching = engine.can_reach(&here, &choices, &[])?;
         let left = engine.intersection(&states, &reaching)?;
         if engine.same_states(&left, &states) {
             unchanged += 1;

@@ -1,6 +1,6 @@
 //! Every operation of an engine against the same one by the book.
 
-use meliora::engine::Engine;
+use meliora::engine::{Engine, Moves};
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
 
@@ -112,10 +112,16 @@ impl<E: Engine> Both<'_, E> {
         let (engine, brute) = (self.engine, self.brute);
         let rest = engine.difference(&engine.all_states(), y).unwrap();
         let brute_rest = &brute.all_states() - brute_y;
-        let dropped = vec![(y.clone(), x.clone()), (rest, y.clone())];
+        let none = engine.no_states();
+        let dropping = |from: &E::States, into: &E::States| Moves {
+            from: from.clone(),
+            goal: none.clone(),
+            dropped: into.clone(),
+        };
+        let dropped = [dropping(y, x), dropping(&rest, y)];
         let brute_dropped = [(brute_y.clone(), brute_x.clone()), (brute_rest, brute_y.clone())];
         for (c, brute_c) in [(within, brute_within), (&engine.all_choices(), &brute.all_choices())] {
-            let reach = engine.can_reach(x, c, &Vec::new()).unwrap();
+            let reach = engine.can_reach(x, c, &[]).unwrap();
             self.states("can reach", &reach, &brute.can_reach(brute_x, brute_c, &[]));
             let reach = engine.can_reach(x, c, &dropped).unwrap();
             self.states("can reach, dropped", &reach, &brute.can_reach(brute_x, brute_c, &brute_dropped));

@@ -157,7 +157,7 @@ fn answers<E: Engine>(engine: &E, predicates: &[ExprId]) -> Vec<Vec<Vec<i64>>> {
         }
     }
     for x in &sets {
-        found.push(engine.can_reach(x, &engine.all_choices(), &Vec::new()).unwrap());
+        found.push(engine.can_reach(x, &engine.all_choices(), &[]).unwrap());
         found.push(engine.almost_surely_reach(x, &engine.all_choices()).unwrap().states);
         found.push(engine.stay_within(x, &engine.all_choices()).unwrap().states);
     }

@@ -85,10 +85,11 @@ fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
     let moving = engine.choices_in(&choices, &others).unwrap();
     let none = engine.no_states();
     let moves = |goal: &E::States| Moves { from: others.clone(), goal: goal.clone(), dropped: none.clone() };
+    let dropping = [Moves { from: last.clone(), goal: none.clone(), dropped: others.clone() }];
     let game = || Region { states: others.clone(), choices: moving.clone() };
     observer.allowed.store(0, Relaxed);
-    stopped("can_reach", engine.can_reach(&last, &choices, &Vec::new()));
-    stopped("can_reach", engine.can_reach(&last, &choices, &vec![(last.clone(), others.clone())]));
+    stopped("can_reach", engine.can_reach(&last, &choices, &[]));
+    stopped("can_reach", engine.can_reach(&last, &choices, &dropping));
     stopped("stay_within", engine.stay_within(&others, &choices));
     stopped("almost_surely_reach", engine.almost_surely_reach(&last, &choices));
     stopped("almost_surely_win", engine.almost_surely_win(game(), &[moves(&last)]));

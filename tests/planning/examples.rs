@@ -98,8 +98,8 @@ fn a_fixpoint_strategy_stays_in_the_fixpoint() {
     assert_eq!(rank, Rank::Unbounded);
     let fixpoint = spi.level(rank).unwrap();
     for game in &fixpoint.games {
-        for goal in &game.goals {
-            assert!(goal.iter().zip(&fixpoint.states).all(|(goal, inside)| !goal || *inside));
+        for m in &game.moves {
+            assert!(m.goal.iter().zip(&fixpoint.states).all(|(goal, inside)| !goal || *inside));
         }
     }
 }

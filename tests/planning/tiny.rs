@@ -1,6 +1,6 @@
 //! An engine of plain vectors, each operator word by word as the trait states it.
 
-use meliora::engine::{Count, Dropped, Engine, Settings, Usage};
+use meliora::engine::{Count, Engine, Moves, Settings, Usage};
 use meliora::error::Result;
 use meliora::model::State;
 use meliora::model::expr::{ExprId, ExprPool};
@@ -139,8 +139,8 @@ impl Engine for Tiny {
         Ok(entered)
     }
 
-    fn can_reach(&self, target: &Bits, within: &Pairs, dropped: &Dropped<Bits>) -> Result<Bits> {
-        let is_dropped = |s: usize, t: usize| dropped.iter().any(|(from, into)| from[s] && into[t]);
+    fn can_reach(&self, target: &Bits, within: &Pairs, moves: &[Moves<Bits>]) -> Result<Bits> {
+        let is_dropped = |s: usize, t: usize| moves.iter().any(|m| m.from[s] && m.dropped[t]);
         let mut reached = target.clone();
         loop {
             let enters = |s: usize, a: usize| {

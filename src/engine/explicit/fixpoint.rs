@@ -5,54 +5,17 @@ use std::sync::atomic::Ordering::Relaxed;
 use super::ExplicitEngine;
 use super::graph::Predecessors;
 use super::meter::Array;
+use super::pursuit::Rules;
 use super::set::{Bits, clear, set, test};
-use crate::engine::{Dropped, Region};
+use crate::engine::Region;
 use crate::error::Result;
 
 /// How many states are taken from a work list between two looks at the observer.
 const PATIENCE: usize = 1 << 14;
 
-/// For each state which entry of the list of dropped edges it is a source of.
-struct DroppedEdges<'a> {
-    entry: Array<u32>,
-    into: Vec<&'a [u64]>,
-}
-
-/// No entry has this number.
-const NONE: u32 = u32::MAX;
-
-impl DroppedEdges<'_> {
-    #[inline]
-    fn has(&self, from: usize, to: usize) -> bool {
-        let entry = self.entry[from];
-        entry != NONE && test(self.into[entry as usize], to)
-    }
-}
-
 impl ExplicitEngine {
-    /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }
-    pub(super) fn attract(&self, target: &Bits, within: &Bits, dropped: &Dropped<Bits>) -> Result<Bits> {
-        match dropped.is_empty() {
-            true => self.backward(target, within, |_, _| true),
-            false => {
-                let edges = self.dropped_edges(dropped)?;
-                self.backward(target, within, |from, to| !edges.has(from, to))
-            }
-        }
-    }
-
-    fn dropped_edges<'a>(&self, dropped: &'a Dropped<Bits>) -> Result<DroppedEdges<'a>> {
-        let mut entry = Array::filled(&self.meter, self.graph.states(), NONE)?;
-        let mut into = Vec::new();
-        for (from, to) in dropped {
-            let number = into.len() as u32;
-            from.iter().for_each(|s| entry[s] = number);
-            into.push(to.words());
-        }
-        Ok(DroppedEdges { entry, into })
-    }
-
-    fn backward(&self, target: &Bits, within: &Bits, keeps: impl Fn(usize, usize) -> bool) -> Result<Bits> {
+    /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is there }
+    pub(super) fn attract(&self, target: &Bits, within: &Bits, rules: &impl Rules) -> Result<Bits> {
         let graph = self.graph.predecessors()?;
         let mut found = target.copy()?;
         let (x, within) = (found.words_mut(), within.words());
@@ -65,7 +28,7 @@ impl ExplicitEngine {
                 self.tick()?;
                 for &choice in graph.of(state as usize) {
                     let from = graph.owner(choice) as usize;
-                    if !test(x, from) && test(within, choice as usize) && keeps(from, state as usize) {
+                    if !test(x, from) && test(within, choice as usize) && rules.keeps(from, state as usize) {
                         set(x, from);
                         work.push(from as u32)?;
                     }

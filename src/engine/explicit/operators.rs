@@ -8,7 +8,7 @@ use super::pursuit::{Entering, Table};
 use super::set::{Bits, set, test};
 use super::stepper::Stepper;
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
-use crate::engine::{Count, Dropped, Engine, Moves, Region, Settings, Usage};
+use crate::engine::{Count, Engine, Moves, Region, Settings, Usage};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -129,10 +129,13 @@ impl Engine for ExplicitEngine {
         &self,
         target: &StateSet,
         within: &ChoiceSet,
-        dropped: &Dropped<StateSet>,
+        moves: &[Moves<StateSet>],
     ) -> Result<StateSet> {
-        let dropped = dropped.iter().map(|(from, into)| (from.0.clone(), into.0.clone())).collect();
-        Ok(StateSet(self.attract(&target.0, &within.0, &dropped)?))
+        let found = match moves.iter().all(|m| m.dropped.0.is_empty()) {
+            true => self.attract(&target.0, &within.0, &Entering(&target.0))?,
+            false => self.attract(&target.0, &within.0, &Table::new(self, moves)?)?,
+        };
+        Ok(StateSet(found))
     }
 
     fn stay_within(&self, x: &StateSet, within: &ChoiceSet) -> Result<Region<StateSet, ChoiceSet>> {

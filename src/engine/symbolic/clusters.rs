@@ -11,7 +11,6 @@ use super::store::{Bdd, Store};
 use super::touched::Touched;
 use super::transitions::Piece;
 use super::walk::Direction;
-use crate::engine::Dropped;
 use crate::error::Result;
 
 /// Some pieces as one relation.
@@ -73,7 +72,7 @@ impl Clusters {
         &self,
         store: &Store,
         allowed: &[Option<Bdd>],
-        dropped: &Dropped<Bdd>,
+        dropped: &[(Bdd, Bdd)],
     ) -> Result<Arc<List>> {
         let free = |c: &Cluster| c.pieces.iter().all(|p| allowed[p.group].is_none());
         if dropped.is_empty() && self.clusters.iter().all(free) {
@@ -108,7 +107,7 @@ impl Clusters {
 }
 
 /// A relation without the dropped edges.
-fn without(store: &Store, mut relation: Bdd, touched: &Touched, dropped: &Dropped<Bdd>) -> Result<Bdd> {
+fn without(store: &Store, mut relation: Bdd, touched: &Touched, dropped: &[(Bdd, Bdd)]) -> Result<Bdd> {
     for (from, to) in dropped {
         let sources = store.and(&relation, from)?;
         if !store.is_zero(&sources) {

@@ -11,9 +11,8 @@ use oxidd::Function;
 use super::SymbolicEngine;
 use super::lists::List;
 use super::parts::{self, Known, Part};
-use super::store::{Bdd, Store};
+use super::store::Bdd;
 use super::walk::{Halt, Walk};
-use crate::engine::Dropped;
 use crate::error::Result;
 
 /// One value of a bit: what can move there, and what was reached.
@@ -99,14 +98,14 @@ pub(super) fn can_reach(
     engine: &SymbolicEngine,
     target: &Bdd,
     allowed: &[Bdd],
-    dropped: &Dropped<Bdd>,
+    dropped: &[(Bdd, Bdd)],
 ) -> Result<Option<Bdd>> {
     if !parts::are_few(engine)? {
         return Ok(None);
     }
     let mut parts = Vec::new();
     for (list, allowed) in engine.groups.iter().zip(allowed) {
-        for (allowed, except) in by_exception(&engine.store, allowed, dropped)? {
+        for (allowed, except) in parts::by_exception(&engine.store, allowed, dropped)? {
             parts.push(Part { allowed, except, list: list.clone() });
         }
     }
@@ -114,19 +113,4 @@ pub(super) fn can_reach(
     let found = engine.store.reach_by(target, &parts, most)?;
     engine.store.work.confined[usize::from(found.is_some())].fetch_add(1, Relaxed);
     Ok(found)
-}
-
-/// Some states by what is dropped there: disjoint sets, each with the states into which its steps do
-/// not count.
-fn by_exception(store: &Store, states: &Bdd, dropped: &Dropped<Bdd>) -> Result<Vec<(Bdd, Bdd)>> {
-    let mut sets = vec![(states.clone(), store.zero())];
-    for (from, into) in dropped {
-        let mut finer = Vec::with_capacity(sets.len() + 1);
-        for (states, except) in sets {
-            finer.push((store.and(&states, from)?, store.or(&except, into)?));
-            finer.push((store.minus(&states, from)?, except));
-        }
-        sets = finer.into_iter().filter(|(states, _)| !store.is_zero(states)).collect();
-    }
-    Ok(sets)
 }

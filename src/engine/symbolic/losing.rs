@@ -170,31 +170,22 @@ impl Game {
     ) -> Result<Self> {
         let store = &engine.store;
         let nothing = store.lists.of(store, Vec::new())?;
+        let safe = moves.iter().map(|m| Ok((m.from.0.clone(), store.or(&m.goal.0, &m.dropped.0)?)));
+        let safe = safe.collect::<Result<Vec<_>>>()?;
         let mut game = Game { parts: Vec::new(), groups: Vec::new() };
         // The self-loops of deadlocks lead nowhere else.
         for (group, list) in engine.groups.iter().chain([&nothing]).enumerate() {
             let left = store.minus(&within.0[group], &lost.0)?;
-            if moves.is_empty() {
-                game.add(store, group, left, store.zero(), list);
-                continue;
-            }
-            for m in moves {
-                game.add(
-                    store,
-                    group,
-                    store.and(&left, &m.from.0)?,
-                    store.or(&m.goal.0, &m.dropped.0)?,
-                    list,
-                );
-            }
+            game.add(group, parts::by_exception(store, &left, &safe)?, list);
         }
         // What has won stays, as if it had a choice that leads nowhere.
-        game.add(store, within.0.len(), store.minus(&won.0, &lost.0)?, store.zero(), &nothing);
+        let won = store.minus(&won.0, &lost.0)?;
+        game.add(within.0.len(), parts::by_exception(store, &won, &[])?, &nothing);
         Ok(game)
     }
 
-    fn add(&mut self, store: &Store, group: usize, allowed: Bdd, except: Bdd, list: &Arc<List>) {
-        if !store.is_zero(&allowed) {
+    fn add(&mut self, group: usize, choices: Vec<(Bdd, Bdd)>, list: &Arc<List>) {
+        for (allowed, except) in choices {
             self.parts.push(Part { allowed, except, list: list.clone() });
             self.groups.push(group);
         }

@@ -45,7 +45,7 @@ pub use order::Order;
 pub use pick::Listing;
 pub use thresholds::{Thresholds, Ways};
 
-use super::{Count, Dropped, Engine, Moves, Settings, Usage};
+use super::{Count, Engine, Moves, Settings, Usage, moves};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -325,14 +325,15 @@ impl Engine for SymbolicEngine {
         &self,
         target: &StateSet,
         within: &ChoiceSet,
-        dropped: &Dropped<StateSet>,
+        moves: &[Moves<StateSet>],
     ) -> Result<StateSet> {
+        let dropped: Vec<(Bdd, Bdd)> =
+            moves::dropped(self, moves)?.into_iter().map(|(from, into)| (from.0, into.0)).collect();
         let confinement = self.confinement(within);
         let free = dropped.is_empty() && confinement.iter().all(Option::is_none);
         if let (true, Some(found)) = (free, self.recall(target)) {
             return Ok(found);
         }
-        let dropped: Vec<(Bdd, Bdd)> = dropped.iter().map(|(f, t)| (f.0.clone(), t.0.clone())).collect();
         let by_parts = if free { None } else { confined::can_reach(self, &target.0, &within.0, &dropped)? };
         let found = StateSet(match by_parts {
             Some(found) => found,

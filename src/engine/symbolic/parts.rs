@@ -52,6 +52,23 @@ pub(super) fn operands(parts: &[Part]) -> Operands {
     parts.iter().map(|p| (p.allowed.clone(), p.except.clone(), p.list.number)).collect()
 }
 
+/// Some states by exceptions that disjoint sets have: those of each, and last those of none, with the states
+/// into which their steps do not count. None of the sets is empty.
+pub(super) fn by_exception(
+    store: &Store,
+    states: &Bdd,
+    exceptions: &[(Bdd, Bdd)],
+) -> Result<Vec<(Bdd, Bdd)>> {
+    let (mut sets, mut rest) = (Vec::with_capacity(exceptions.len() + 1), states.clone());
+    for (from, except) in exceptions {
+        sets.push((store.and(&rest, from)?, except.clone()));
+        rest = store.minus(&rest, from)?;
+    }
+    sets.push((rest, store.zero()));
+    sets.retain(|(states, _)| !store.is_zero(states));
+    Ok(sets)
+}
+
 /// Whether a recursion over parts is worth beginning: where steps that keep the first bits leave many
 /// different relations behind, as in products of modules, there are too many cases to tell apart.
 ///
