@@ -4,7 +4,7 @@ mod common;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use meliora::engine::symbolic::SymbolicEngine;
-use meliora::engine::{Engine, Scope};
+use meliora::engine::{Algebra, Engine, Scope};
 
 use common::Case;
 

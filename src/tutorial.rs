@@ -83,7 +83,7 @@
 //! fn sizes<E: Engine>(engine: &E, target: ExprId) -> Result<[Count; 2]> {
 //!     let target = engine.states_where(target)?;
 //!     let (surely, possibly) = (pmax_one(engine, &target)?, pmax_positive(engine, &target)?);
-//!     Ok([engine.count_states(&surely)?, engine.count_states(&possibly)?])
+//!     Ok([engine.count(&surely)?, engine.count(&possibly)?])
 //! }
 //!
 //! # fn main() -> Result<(), Error> {

@@ -9,7 +9,7 @@ use std::time::Duration;
 use criterion::Criterion;
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::SymbolicEngine;
-use meliora::engine::{Engine, Scope, Settings};
+use meliora::engine::{Algebra, Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::generate::{self, Choices, Parameters};
 use meliora::lang;
@@ -76,7 +76,7 @@ impl Case {
         let (symbolic, explicit) = (self.symbolic(), self.explicit());
         self.analysis(&symbolic).run(&mut |_| ()).unwrap();
         self.analysis(&explicit).run(&mut |_| ()).unwrap();
-        let states = explicit.count_states(&explicit.all_states()).unwrap();
+        let states = explicit.count(&explicit.all_states()).unwrap();
         let (left, right) = (symbolic.usage(), explicit.usage());
         println!(
             "{}: {states} states; at most, symbolic: {} nodes, {} bytes; explicit: {} bytes",

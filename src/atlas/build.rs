@@ -167,7 +167,7 @@ fn permitted<E: Dumpable>(analysis: &Analysis<'_, E>, program: &Program, kind: K
     for (rank, level) in found.chain(levels.unbounded().map(|level| (None, level))) {
         let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
         let here = engine.choices_in(&permitted, &book.states_of_rank(rank)?)?;
-        all = engine.union_choices(&all, &here)?;
+        all = engine.union(&all, &here)?;
     }
     Ok(engine.choices_diagram(&all).clone())
 }

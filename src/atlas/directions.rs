@@ -1,8 +1,8 @@
 //! Where in the plane a choice leads, judged from samples: the average over their successors.
 
 use super::{Direction, Plane};
-use crate::engine::Engine;
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::engine::{Algebra, Engine};
 use crate::error::Result;
 use crate::model::{Program, State, VarId, fault};
 

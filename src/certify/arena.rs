@@ -3,8 +3,8 @@
 use super::checker::{Check, Checker, Stop};
 use super::outcomes::Class;
 use super::sets::Sets;
-use crate::engine::Engine;
 use crate::engine::symbolic::{ChoiceSet, StateSet};
+use crate::engine::{Algebra, Engine};
 use crate::model::preference::Change;
 use crate::names;
 
@@ -80,7 +80,7 @@ fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Arena> 
         } else {
             engine.some_successor_in(&class.worse)?
         };
-        kept = engine.without_choices(&kept, &engine.choices_in(&refused, &class.states)?)?;
+        kept = engine.difference(&kept, &engine.choices_in(&refused, &class.states)?)?;
         let dropped = if drops { class.worse } else { engine.no_states() };
         parts.push(Part { from: class.states, better: class.better, dropped });
     }
@@ -147,7 +147,7 @@ impl Arena {
         let mut all = engine.no_choices();
         for (index, part) in self.parts.iter().enumerate() {
             let entering = engine.some_successor_in(&target(index, part)?)?;
-            all = engine.union_choices(&all, &engine.choices_in(&entering, &part.from)?)?;
+            all = engine.union(&all, &engine.choices_in(&entering, &part.from)?)?;
         }
         Ok(all)
     }

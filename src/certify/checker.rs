@@ -7,7 +7,7 @@ use super::{Checked, Violation};
 use crate::dump::manifest::RootKind;
 use crate::dump::{Dump, Edge, Manifest};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
-use crate::engine::{Engine, Settings};
+use crate::engine::{Algebra, Engine, Settings};
 use crate::error::Error;
 use crate::model::preference::Preferences;
 use crate::model::{Program, State};
@@ -103,7 +103,7 @@ impl<'a> Checker<'a> {
         condition: impl Fn() -> String,
     ) -> Check {
         for (more, less) in [(c, d), (d, c)] {
-            let bad = self.engine.sources(&self.engine.without_choices(more, less)?)?;
+            let bad = self.engine.sources(&self.engine.difference(more, less)?)?;
             self.subset(&bad, &self.engine.no_states(), &condition)?;
         }
         Ok(())

@@ -3,8 +3,8 @@
 use super::arena::{Arena, arenas};
 use super::checker::{Check, Checker, Stop};
 use super::outcomes::Class;
-use crate::engine::Engine;
 use crate::engine::symbolic::{ChoiceSet, StateSet};
+use crate::engine::{Algebra, Engine};
 use crate::names;
 
 /// Checks the levels of both kinds.
@@ -37,7 +37,7 @@ fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> Check<usiz
         let level = Level { kind, name: names::level(kind, k), entered, below };
         let states = checker.regions.states(&level.name)?;
         let condition = || format!("`{}` has a state, and fewer than the level below", level.name);
-        if checker.engine.is_empty(&states) || checker.engine.same_states(&states, &level.entered) && k > 1 {
+        if checker.engine.is_empty(&states) || checker.engine.same(&states, &level.entered) && k > 1 {
             return Err(Stop::violated(condition(), None));
         }
         checker.subset(&states, &level.entered, || {
@@ -104,7 +104,7 @@ fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states:
         outside(checker, arena, level, &region)?;
         let engine = &checker.engine;
         won = engine.union(&won, &engine.intersection(&region, &arena.start)?)?;
-        permitted = engine.union_choices(&permitted, &engine.choices_in(&strategy, &arena.start)?)?;
+        permitted = engine.union(&permitted, &engine.choices_in(&strategy, &arena.start)?)?;
     }
     checker.equal(states, &won, || format!("`{name}` is what its reference classes win"))?;
     let strategy = names::strategy(name);
@@ -150,17 +150,17 @@ fn inside(
     let goals = level.goals(checker, arena)?;
     let expected = if level.kind == "sasi" {
         let out = engine.difference(&engine.all_states(), region)?;
-        engine.without_choices(&kept, &level.straying(checker, arena, &out)?)?
+        engine.difference(&kept, &level.straying(checker, arena, &out)?)?
     } else {
-        let ahead = engine.union_choices(&goals, &moving(checker, arena, region)?)?;
-        engine.common_choices(&kept, &ahead)?
+        let ahead = engine.union(&goals, &moving(checker, arena, region)?)?;
+        engine.intersection(&kept, &ahead)?
     };
     let condition = || format!("`strategy:{name}` are the kept choices that keep winning");
     checker.equal_choices(strategy, &expected, condition)?;
-    let start = engine.sources(&engine.common_choices(strategy, &goals)?)?;
+    let start = engine.sources(&engine.intersection(strategy, &goals)?)?;
     let step = |layer: &StateSet| {
         let entering = moving(checker, arena, layer)?;
-        Ok(engine.sources(&engine.common_choices(strategy, &entering)?)?)
+        Ok(engine.sources(&engine.intersection(strategy, &entering)?)?)
     };
     checker.layers(name, region, &start, step)
 }
@@ -172,8 +172,8 @@ fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &Sta
     let name = arena.name(&level.name);
     let goals = level.goals(checker, arena)?;
     if level.kind == "spi" {
-        let ahead = engine.union_choices(&goals, &moving(checker, arena, region)?)?;
-        let entering = engine.sources(&engine.common_choices(&arena.kept, &ahead)?)?;
+        let ahead = engine.union(&goals, &moving(checker, arena, region)?)?;
+        let entering = engine.sources(&engine.intersection(&arena.kept, &ahead)?)?;
         return checker
             .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
     }
@@ -184,9 +184,9 @@ fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &Sta
     let left = checker.rounds(&name, &below, |j, lost, left, rest| {
         let gone = engine.difference(&engine.all_states(), left)?;
         let safe = engine.choices_in(&arena.kept, lost)?;
-        let safe = engine.without_choices(&safe, &level.straying(checker, arena, &gone)?)?;
-        let ahead = engine.union_choices(&goals, &moving(checker, arena, rest)?)?;
-        let saved = engine.sources(&engine.common_choices(&safe, &ahead)?)?;
+        let safe = engine.difference(&safe, &level.straying(checker, arena, &gone)?)?;
+        let ahead = engine.union(&goals, &moving(checker, arena, rest)?)?;
+        let saved = engine.sources(&engine.intersection(&safe, &ahead)?)?;
         let condition = || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
         checker.subset(&saved, &engine.no_states(), condition)
     })?;

@@ -2,8 +2,8 @@
 
 use super::checker::{Check, Checker};
 use super::plays;
-use crate::engine::Engine;
 use crate::engine::symbolic::StateSet;
+use crate::engine::{Algebra, Engine};
 use crate::model::preference::{Goal, ObjectiveSet};
 use crate::names;
 

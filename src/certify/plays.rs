@@ -12,8 +12,8 @@
 //! first to be kept to: its plays would never come to R_di. Without an R_di all states count as one.
 
 use super::checker::{Check, Checker, Stop};
-use crate::engine::Engine;
 use crate::engine::symbolic::{ChoiceSet, StateSet};
+use crate::engine::{Algebra, Engine};
 use crate::model::temporal::{Condition, Disjunct};
 use crate::names;
 

@@ -8,7 +8,7 @@ use super::checker::{Check, Stop};
 use crate::dump::manifest::{File, Root, RootKind};
 use crate::dump::{Diagram, Edge};
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Count, Engine};
+use crate::engine::{Algebra, Count};
 
 /// The sets of a file by their names.
 #[derive(Default)]
@@ -61,8 +61,8 @@ impl Sets {
     pub(super) fn count(&self, engine: &SymbolicEngine, root: &Root) -> Check<Count> {
         let name = &root.name;
         match (root.kind, self.states.get(name), self.choices.get(name)) {
-            (RootKind::States, Some(x), _) => Ok(engine.count_states(x)?),
-            (RootKind::Choices, _, Some(c)) => Ok(engine.count_choices(c)?),
+            (RootKind::States, Some(x), _) => Ok(engine.count(x)?),
+            (RootKind::Choices, _, Some(c)) => Ok(engine.count(c)?),
             (RootKind::States, None, _) => Err(missing(name, "states")),
             (RootKind::Choices, _, None) => Err(missing(name, "choices")),
         }

@@ -326,7 +326,7 @@ pub(super) fn warn_of_states<E: Engine>(
         watch.warn_of(&[fault::rounded(program, command, sum, state)]);
     }
     let Some(overlap) = overlap else { return Ok(()) };
-    let states = engine.count_states(&engine.states_where(overlap)?)?;
+    let states = engine.count(&engine.states_where(overlap)?)?;
     if states != Count::ZERO {
         let (count, plural) = counted(&states);
         let what = if plural { "states" } else { "state" };

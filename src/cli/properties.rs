@@ -161,7 +161,7 @@ fn answer<E: Engine>(
             }
         };
         let found = desk.timed("regions", find, |_, _| ())?;
-        let size = |x: &E::States| engine.count_states(x).map(|n| Some(n.into()));
+        let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));
         let (pmax_one, pmax_positive) = (size(&found.pmax_one)?, size(&found.pmax_positive)?);
         let (pmin_one, pmin_positive) = (size(&found.pmin_one)?, size(&found.pmin_positive)?);
         let truth = |asks: (Strategies, Bound)| {

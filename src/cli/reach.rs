@@ -192,7 +192,7 @@ impl<E: Engine> Search<'_, E> {
     fn target(&self, target: ExprId) -> Result<Regions<E::States>, Error> {
         let engine = self.engine;
         let states = engine.states_where(target)?;
-        let size = engine.count_states(&states)?;
+        let size = engine.count(&states)?;
         if size == Count::ZERO {
             self.desk.watch.warn("no state satisfies the target");
         }
@@ -234,7 +234,7 @@ impl<E: Engine> Search<'_, E> {
     ) -> Result<E::States, Error> {
         let work = || self.engine.intersection(&work()?, &self.judged);
         let states = self.desk.timed(slot.name, work, |r, s| *(slot.time)(&mut r.time) = Some(s))?;
-        let size = self.engine.count_states(&states)?;
+        let size = self.engine.count(&states)?;
         let share = self.share(&states)?;
         self.desk.update(|r| {
             *(slot.size)(r) = Some(size.into());
@@ -249,7 +249,7 @@ impl<E: Engine> Search<'_, E> {
         let initial = self.engine.initial_states();
         let inside = self.engine.intersection(&initial, states)?;
         Ok(match () {
-            () if self.engine.same_states(&inside, &initial) => Share::All,
+            () if self.engine.same(&inside, &initial) => Share::All,
             () if self.engine.is_empty(&inside) => Share::None,
             () => Share::Some,
         })

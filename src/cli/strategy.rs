@@ -167,7 +167,7 @@ impl<E: Engine> Run<'_, '_, E> {
             Some(Asked::Unbounded) => self.book.states_of_rank(None)?,
             Some(Asked::Exactly(k)) => self.book.states_of_rank(Some(k))?,
         };
-        let count = engine.count_states(&set)?;
+        let count = engine.count(&set)?;
         let states = engine.list_states(&set, self.args.limit as usize)?;
         if count > meliora::engine::Count::from(states.len()) {
             let (listed, all) = (states.len(), Number(count.clone()).grouped());

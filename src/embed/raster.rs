@@ -2,7 +2,7 @@
 
 use super::{Exploration, States};
 use crate::atlas::Plane;
-use crate::engine::Engine;
+use crate::engine::Algebra;
 use crate::engine::any::AnyStates;
 use crate::engine::symbolic::{Set, StateSet, SymbolicEngine};
 use crate::error::{Error, Limit, Result};

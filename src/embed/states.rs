@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::engine::any::AnyStates;
-use crate::engine::{AnyEngine, Count, Engine};
+use crate::engine::{Algebra, AnyEngine, Count, Engine};
 use crate::error::{Error, Result};
 use crate::model::State;
 
@@ -52,7 +52,7 @@ impl States {
     /// # Errors
     /// A limit.
     pub fn count(&self) -> Result<Count> {
-        self.engine.count_states(&self.set)
+        self.engine.count(&self.set)
     }
 
     /// X = ∅
@@ -135,7 +135,7 @@ impl States {
 
 impl PartialEq for States {
     fn eq(&self, other: &Self) -> bool {
-        self.engine.shares(&other.engine) && self.engine.same_states(&self.set, &other.set)
+        self.engine.shares(&other.engine) && self.engine.same(&self.set, &other.set)
     }
 }
 

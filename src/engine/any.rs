@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::explicit::{self, ExplicitEngine};
 use super::symbolic::{self, SymbolicEngine};
-use super::{Count, Engine, Moves, Region, Settings, Storage, Usage};
+use super::{Algebra, Count, Engine, Moves, Region, Settings, Storage, Usage};
 use crate::error::{Error, Result};
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -174,6 +174,15 @@ fn region<S: Into<AnyStates>, C: Into<AnyChoices>>(found: Region<S, C>) -> Regio
     Region { states: found.states.into(), choices: found.choices.into() }
 }
 
+/// A region, for one of the engines.
+fn region_of<E: Engine>(engine: &E, region: &Region<AnyStates, AnyChoices>) -> Region<E::States, E::Choices>
+where
+    AnyStates: Of<E, Set = E::States>,
+    AnyChoices: Of<E, Set = E::Choices>,
+{
+    Region { states: region.states.of(engine).clone(), choices: region.choices.of(engine).clone() }
+}
+
 /// What edges are worth, for one of the engines.
 fn moves_of<E: Engine>(engine: &E, moves: &[Moves<AnyStates>]) -> Vec<Moves<E::States>>
 where
@@ -182,6 +191,39 @@ where
     let of = |set: &AnyStates| set.of(engine).clone();
     moves.iter().map(|m| Moves { from: of(&m.from), goal: of(&m.goal), dropped: of(&m.dropped) }).collect()
 }
+
+macro_rules! algebra_of {
+    ($any:ident) => {
+        impl Algebra<$any> for AnyEngine {
+            fn union(&self, x: &$any, y: &$any) -> Result<$any> {
+                on!(self, e => Ok(e.union(x.of(e), y.of(e))?.into()))
+            }
+
+            fn intersection(&self, x: &$any, y: &$any) -> Result<$any> {
+                on!(self, e => Ok(e.intersection(x.of(e), y.of(e))?.into()))
+            }
+
+            fn difference(&self, x: &$any, y: &$any) -> Result<$any> {
+                on!(self, e => Ok(e.difference(x.of(e), y.of(e))?.into()))
+            }
+
+            fn is_empty(&self, x: &$any) -> bool {
+                on!(self, e => e.is_empty(x.of(e)))
+            }
+
+            fn same(&self, x: &$any, y: &$any) -> bool {
+                on!(self, e => e.same(x.of(e), y.of(e)))
+            }
+
+            fn count(&self, x: &$any) -> Result<Count> {
+                on!(self, e => e.count(x.of(e)))
+            }
+        }
+    };
+}
+
+algebra_of!(AnyStates);
+algebra_of!(AnyChoices);
 
 // Each method goes to the engine itself, those with a body in the trait too: it may have a better one.
 #[deny(clippy::missing_trait_methods, reason = "a default body would bypass the engine's own")]
@@ -221,42 +263,6 @@ impl Engine for AnyEngine {
         on!(self, e => e.no_choices().into())
     }
 
-    fn union(&self, x: &AnyStates, y: &AnyStates) -> Result<AnyStates> {
-        on!(self, e => Ok(e.union(x.of(e), y.of(e))?.into()))
-    }
-
-    fn intersection(&self, x: &AnyStates, y: &AnyStates) -> Result<AnyStates> {
-        on!(self, e => Ok(e.intersection(x.of(e), y.of(e))?.into()))
-    }
-
-    fn difference(&self, x: &AnyStates, y: &AnyStates) -> Result<AnyStates> {
-        on!(self, e => Ok(e.difference(x.of(e), y.of(e))?.into()))
-    }
-
-    fn is_simpler(&self, x: &AnyStates, y: &AnyStates) -> bool {
-        on!(self, e => e.is_simpler(x.of(e), y.of(e)))
-    }
-
-    fn is_empty(&self, x: &AnyStates) -> bool {
-        on!(self, e => e.is_empty(x.of(e)))
-    }
-
-    fn same_states(&self, x: &AnyStates, y: &AnyStates) -> bool {
-        on!(self, e => e.same_states(x.of(e), y.of(e)))
-    }
-
-    fn union_choices(&self, c: &AnyChoices, d: &AnyChoices) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.union_choices(c.of(e), d.of(e))?.into()))
-    }
-
-    fn common_choices(&self, c: &AnyChoices, d: &AnyChoices) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.common_choices(c.of(e), d.of(e))?.into()))
-    }
-
-    fn without_choices(&self, c: &AnyChoices, d: &AnyChoices) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.without_choices(c.of(e), d.of(e))?.into()))
-    }
-
     fn choices_in(&self, c: &AnyChoices, x: &AnyStates) -> Result<AnyChoices> {
         on!(self, e => Ok(e.choices_in(c.of(e), x.of(e))?.into()))
     }
@@ -292,14 +298,15 @@ impl Engine for AnyEngine {
 
     fn lose(
         &self,
-        lost: &AnyStates,
-        won: &AnyStates,
-        within: &AnyChoices,
+        left: Region<AnyStates, AnyChoices>,
+        (within, won): (&AnyChoices, &AnyStates),
         moves: &[Moves<AnyStates>],
-    ) -> Result<Option<(AnyStates, AnyChoices)>> {
+        lost: AnyStates,
+    ) -> Result<Region<AnyStates, AnyChoices>> {
         on!(self, e => {
-            let found = e.lose(lost.of(e), won.of(e), within.of(e), &moves_of(e, moves))?;
-            Ok(found.map(|(lost, left)| (lost.into(), left.into())))
+            let (within, won) = (within.of(e), won.of(e));
+            let lost = lost.of(e).clone();
+            Ok(region(e.lose(region_of(e, &left), (within, won), &moves_of(e, moves), lost)?))
         })
     }
 
@@ -320,22 +327,11 @@ impl Engine for AnyEngine {
         start: Region<AnyStates, AnyChoices>,
         moves: &[Moves<AnyStates>],
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => {
-            let start = Region { states: start.states.of(e).clone(), choices: start.choices.of(e).clone() };
-            Ok(region(e.almost_surely_win(start, &moves_of(e, moves))?))
-        })
-    }
-
-    fn count_states(&self, x: &AnyStates) -> Result<Count> {
-        on!(self, e => e.count_states(x.of(e)))
+        on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start), &moves_of(e, moves))?)))
     }
 
     fn count_unobserved(&self, x: &AnyStates) -> Result<Option<Count>> {
         on!(self, e => e.count_unobserved(x.of(e)))
-    }
-
-    fn count_choices(&self, c: &AnyChoices) -> Result<Count> {
-        on!(self, e => e.count_choices(c.of(e)))
     }
 
     fn count_transitions(&self, c: &AnyChoices, x: &AnyStates) -> Result<Count> {

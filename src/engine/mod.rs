@@ -126,11 +126,30 @@ pub struct Region<S, C> {
     pub choices: C,
 }
 
-/// Sets of states and sets of choices of one model, and the operators on them.
+/// The Boolean algebra of one sort of sets.
+pub trait Algebra<X> {
+    /// X ∪ Y
+    fn union(&self, x: &X, y: &X) -> Result<X>;
+    /// X ∩ Y
+    fn intersection(&self, x: &X, y: &X) -> Result<X>;
+    /// X \ Y
+    fn difference(&self, x: &X, y: &X) -> Result<X>;
+    /// X = ∅
+    fn is_empty(&self, x: &X) -> bool;
+    /// X = Y
+    fn same(&self, x: &X, y: &X) -> bool;
+    /// |X|
+    fn count(&self, x: &X) -> Result<Count>;
+}
+
+/// Sets of states and sets of choices of one model, and the operators on them; those of each sort by itself
+/// are its [`Algebra`].
 ///
 /// Every operation may run out of memory or time and then returns [`crate::error::Error::Limit`].
 /// Arguments must come from the same engine. Engines and sets may go from one thread to another.
-pub trait Engine: Send + Sync {
+pub trait Engine:
+    Algebra<<Self as Engine>::States> + Algebra<<Self as Engine>::Choices> + Send + Sync
+{
     /// A set of states of the scope.
     type States: Clone + Send + Sync;
     /// A set of pairs of a state of the scope and a choice enabled there.
@@ -159,28 +178,6 @@ pub trait Engine: Send + Sync {
     /// No choice.
     fn no_choices(&self) -> Self::Choices;
 
-    /// X ∪ Y
-    fn union(&self, x: &Self::States, y: &Self::States) -> Result<Self::States>;
-    /// X ∩ Y
-    fn intersection(&self, x: &Self::States, y: &Self::States) -> Result<Self::States>;
-    /// X \ Y
-    fn difference(&self, x: &Self::States, y: &Self::States) -> Result<Self::States>;
-    /// Whether work on X costs less than on Y, however many states they have: no, where an engine
-    /// cannot tell.
-    fn is_simpler(&self, _x: &Self::States, _y: &Self::States) -> bool {
-        false
-    }
-    /// X = ∅
-    fn is_empty(&self, x: &Self::States) -> bool;
-    /// X = Y
-    fn same_states(&self, x: &Self::States, y: &Self::States) -> bool;
-
-    /// C ∪ D
-    fn union_choices(&self, c: &Self::Choices, d: &Self::Choices) -> Result<Self::Choices>;
-    /// C ∩ D
-    fn common_choices(&self, c: &Self::Choices, d: &Self::Choices) -> Result<Self::Choices>;
-    /// C \ D
-    fn without_choices(&self, c: &Self::Choices, d: &Self::Choices) -> Result<Self::Choices>;
     /// { (s,a) ∈ C : s ∈ X }
     fn choices_in(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
     /// { s : (s,a) ∈ C for some a }
@@ -193,7 +190,10 @@ pub trait Engine: Send + Sync {
         self.entering(&self.all_choices(), x)
     }
     /// { (s,a) enabled : succ(s,a) ⊆ Y }; no disabled pair is ever in it.
-    fn every_successor_in(&self, y: &Self::States) -> Result<Self::Choices>;
+    fn every_successor_in(&self, y: &Self::States) -> Result<Self::Choices> {
+        let outside = self.difference(&self.all_states(), y)?;
+        self.difference(&self.all_choices(), &self.some_successor_in(&outside)?)
+    }
     /// { s' : s' ∈ succ(s,a) for some (s,a) ∈ C }
     fn successors(&self, c: &Self::Choices) -> Result<Self::States>;
 
@@ -205,18 +205,24 @@ pub trait Engine: Send + Sync {
         moves: &[Moves<Self::States>],
     ) -> Result<Self::States>;
 
-    /// The least L ⊇ `lost` in which every state outside `won` has only pairs of C with an edge into L
-    /// that is not safe, with the pairs of C outside L that have no such edge; none where an engine
-    /// has no better way than layer by layer. Edges are safe as `moves` say, of which every state of a
-    /// pair has one.
+    /// Takes lost states out of what is left of a game, and all its pairs that may step into them other than
+    /// by a safe edge; states that have no pair left then, and have not won, are lost too, and so on.
+    ///
+    /// The pairs of `left` are what is left of `within`, and none of a state lost before leads to what can
+    /// still win. Edges are safe as `moves` say, of which every state of a pair has one, or none at all.
+    ///
+    /// Cost: a pre-image for each set of moves and each layer of states that are lost.
     fn lose(
         &self,
-        _lost: &Self::States,
-        _won: &Self::States,
-        _within: &Self::Choices,
-        _moves: &[Moves<Self::States>],
-    ) -> Result<Option<(Self::States, Self::Choices)>> {
-        Ok(None)
+        left: Region<Self::States, Self::Choices>,
+        (within, won): (&Self::Choices, &Self::States),
+        moves: &[Moves<Self::States>],
+        lost: Self::States,
+    ) -> Result<Region<Self::States, Self::Choices>>
+    where
+        Self: Sized,
+    {
+        moves::lose(self, left, (within, won), moves, lost, |_, _| false)
     }
 
     /// The greatest Z ⊆ X in which every state has a pair of C with all successors in Z, with those
@@ -231,10 +237,10 @@ pub trait Engine: Send + Sync {
     where
         Self: Sized,
     {
-        let mut choices = within.clone();
-        let mut states = self.intersection(x, &self.sources(within)?)?;
+        let states = self.intersection(x, &self.sources(within)?)?;
         let removed = self.difference(&self.all_states(), &states)?;
-        moves::lose(self, &mut states, &mut choices, (within, &self.no_states()), &[], removed)?;
+        let left = Region { states, choices: within.clone() };
+        let Region { states, choices } = self.lose(left, (within, &self.no_states()), &[], removed)?;
         Ok(Region { choices: self.choices_in(&choices, &states)?, states })
     }
 
@@ -255,19 +261,19 @@ pub trait Engine: Send + Sync {
     where
         Self: Sized,
     {
-        let mut choices = within.clone();
-        let mut states = self.union(&self.sources(within)?, target)?;
-        let mut lost = self.difference(&self.all_states(), &states)?;
+        let mut left =
+            Region { states: self.union(&self.sources(within)?, target)?, choices: within.clone() };
+        let mut lost = self.difference(&self.all_states(), &left.states)?;
         loop {
             if !self.is_empty(&lost) {
-                moves::lose(self, &mut states, &mut choices, (within, target), &[], lost)?;
+                left = self.lose(left, (within, target), &[], lost)?;
             }
-            let reaching = self.can_reach(target, &choices, &[])?;
-            lost = self.difference(&states, &reaching)?;
-            states = self.intersection(&states, &reaching)?;
+            let reaching = self.can_reach(target, &left.choices, &[])?;
+            lost = self.difference(&left.states, &reaching)?;
+            left.states = self.intersection(&left.states, &reaching)?;
             if self.is_empty(&lost) {
-                let choices = self.choices_in(&choices, &self.difference(&states, target)?)?;
-                return Ok(Region { states, choices });
+                left.choices = self.choices_in(&left.choices, &self.difference(&left.states, target)?)?;
+                return Ok(left);
             }
         }
     }
@@ -288,12 +294,8 @@ pub trait Engine: Send + Sync {
         moves::almost_surely_win(self, start, moves)
     }
 
-    /// |X|
-    fn count_states(&self, x: &Self::States) -> Result<Count>;
     /// How many states of the model X has, whatever observers saw; none without observers.
     fn count_unobserved(&self, x: &Self::States) -> Result<Option<Count>>;
-    /// |C|
-    fn count_choices(&self, c: &Self::Choices) -> Result<Count>;
     /// The number of triples (s, a, s') with (s,a) ∈ C and s' ∈ succ(s,a) ∩ X.
     fn count_transitions(&self, c: &Self::Choices, x: &Self::States) -> Result<Count>;
 

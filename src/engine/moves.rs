@@ -78,7 +78,7 @@ pub(crate) fn pairs_into<E: Engine>(
     let mut union = engine.no_choices();
     for (from, into) in grouped(engine, pairs)? {
         let entering = engine.entering(&engine.choices_in(choices, &from)?, &into)?;
-        union = engine.union_choices(&union, &entering)?;
+        union = engine.union(&union, &entering)?;
     }
     Ok(union)
 }
@@ -93,7 +93,7 @@ pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<
         if engine.is_empty(&from) || engine.is_empty(&into) {
             continue;
         }
-        match groups.iter_mut().find(|(_, same)| engine.same_states(same, &into)) {
+        match groups.iter_mut().find(|(_, same)| engine.same(same, &into)) {
             Some((union, _)) => *union = engine.union(union, &from)?,
             None => groups.push((from, into)),
         }
@@ -108,7 +108,7 @@ pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<
 /// # Errors
 /// A limit of the engine. Cost: no image.
 fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) -> Result<E::States> {
-    *choices = engine.without_choices(choices, gone)?;
+    *choices = engine.difference(choices, gone)?;
     let hit = engine.sources(gone)?;
     let alive = engine.sources(&engine.choices_in(choices, &hit)?)?;
     engine.difference(&hit, &alive)
@@ -125,20 +125,20 @@ fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) 
 /// A limit of the engine. Cost: one pre-image.
 fn withdraw<E: Engine>(
     engine: &E,
-    choices: &mut E::Choices,
+    left: &mut Region<E::States, E::Choices>,
     within: &E::Choices,
     lost: &E::States,
-    left: &E::States,
+    is_simpler: impl Fn(&E::States, &E::States) -> bool,
 ) -> Result<E::States> {
-    if engine.is_simpler(left, lost) {
-        let outside = engine.difference(&engine.all_states(), left)?;
-        if engine.is_simpler(&outside, lost) {
-            *choices = engine.without_choices(within, &engine.entering(within, &outside)?)?;
-            return engine.difference(left, &engine.sources(choices)?);
+    if is_simpler(&left.states, lost) {
+        let outside = engine.difference(&engine.all_states(), &left.states)?;
+        if is_simpler(&outside, lost) {
+            left.choices = engine.difference(within, &engine.entering(within, &outside)?)?;
+            return engine.difference(&left.states, &engine.sources(&left.choices)?);
         }
     }
-    let gone = engine.entering(choices, lost)?;
-    disallow(engine, choices, &gone)
+    let gone = engine.entering(&left.choices, lost)?;
+    disallow(engine, &mut left.choices, &gone)
 }
 
 /// [`Engine::almost_surely_win`] by sets.
@@ -152,54 +152,42 @@ pub(super) fn almost_surely_win<E: Engine>(
     moves: &[Moves<E::States>],
 ) -> Result<Region<E::States, E::Choices>> {
     let winning = winning(engine, &start.choices, moves)?;
-    let Region { mut states, choices: within } = start;
-    let mut choices = within.clone();
+    let within = start.choices.clone();
+    let mut left = start;
     loop {
-        let seeds = engine.sources(&engine.common_choices(&choices, &winning)?)?;
-        let reaching = engine.can_reach(&seeds, &choices, moves)?;
-        let lost = engine.difference(&states, &reaching)?;
-        states = engine.intersection(&states, &reaching)?;
+        let seeds = engine.sources(&engine.intersection(&left.choices, &winning)?)?;
+        let reaching = engine.can_reach(&seeds, &left.choices, moves)?;
+        let lost = engine.difference(&left.states, &reaching)?;
+        left.states = engine.intersection(&left.states, &reaching)?;
         if engine.is_empty(&lost) {
-            choices = engine.choices_in(&choices, &states)?;
-            return Ok(Region { states, choices });
+            left.choices = engine.choices_in(&left.choices, &left.states)?;
+            return Ok(left);
         }
-        lose(engine, &mut states, &mut choices, (&within, &engine.no_states()), moves, lost)?;
+        left = engine.lose(left, (&within, &engine.no_states()), moves, lost)?;
     }
 }
 
-/// Takes lost states out of `states`, and out of `choices` all pairs that may step into them other than
-/// by a safe edge; states that have none left then, and have not won, are lost too, and so on.
-///
-/// `choices` is what is left of `within`, and none of a state lost before leads to what can still win.
-///
-/// # Errors
-/// A limit of the engine. Cost: what [`Engine::lose`] costs, or a pre-image for each set of moves and
-/// each layer of states that are lost.
+/// [`Engine::lose`] layer by layer. `is_simpler` says whether work on a set costs less than on another, however
+/// many states they have: never, where an engine cannot tell.
 pub(super) fn lose<E: Engine>(
     engine: &E,
-    states: &mut E::States,
-    choices: &mut E::Choices,
+    mut left: Region<E::States, E::Choices>,
     (within, won): (&E::Choices, &E::States),
     moves: &[Moves<E::States>],
-    lost: E::States,
-) -> Result<()> {
-    if let Some((all, left)) = engine.lose(&lost, won, choices, moves)? {
-        *states = engine.difference(states, &all)?;
-        *choices = left;
-        return Ok(());
-    }
-    let mut lost = lost;
+    mut lost: E::States,
+    is_simpler: impl Fn(&E::States, &E::States) -> bool,
+) -> Result<Region<E::States, E::Choices>> {
     while !engine.is_empty(&lost) {
         let stuck = if moves.is_empty() {
-            withdraw(engine, choices, within, &lost, states)?
+            withdraw(engine, &mut left, within, &lost, &is_simpler)?
         } else {
-            let gone = leaning(engine, choices, moves, &lost)?;
-            disallow(engine, choices, &gone)?
+            let gone = leaning(engine, &left.choices, moves, &lost)?;
+            disallow(engine, &mut left.choices, &gone)?
         };
-        lost = engine.intersection(&engine.difference(&stuck, won)?, states)?;
-        *states = engine.difference(states, &lost)?;
+        lost = engine.intersection(&engine.difference(&stuck, won)?, &left.states)?;
+        left.states = engine.difference(&left.states, &lost)?;
     }
-    Ok(())
+    Ok(left)
 }
 
 #[cfg(test)]

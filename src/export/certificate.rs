@@ -7,7 +7,7 @@ use super::plays::Secured;
 use super::regions::{class_name, numbered};
 use crate::engine::moves::{leaning, winning};
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Engine, Moves};
+use crate::engine::{Algebra, Engine, Moves};
 use crate::error::Result;
 use crate::names;
 use crate::planning::improvement::Arena;
@@ -109,7 +109,7 @@ fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSe
         if engine.is_empty(&lost) {
             return Ok(rounds);
         }
-        choices = engine.without_choices(&choices, &engine.entering(&choices, &lost)?)?;
+        choices = engine.difference(&choices, &engine.entering(&choices, &lost)?)?;
         left = engine.difference(&left, &lost)?;
         rounds.push(lost);
     }
@@ -122,8 +122,8 @@ fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Name
         let mut lost = vec![class.worse.clone()];
         let mut left = engine.difference(&engine.all_states(), &class.worse)?;
         let mut choices = engine.all_choices();
-        while let Some(last) = lost.last().filter(|last| !engine.is_empty(last)) {
-            choices = engine.without_choices(&choices, &engine.entering(&choices, last)?)?;
+        while let Some(last) = lost.last().filter(|&last| !engine.is_empty(last)) {
+            choices = engine.difference(&choices, &engine.entering(&choices, last)?)?;
             let next = engine.difference(&left, &engine.sources(&choices)?)?;
             left = engine.difference(&left, &next)?;
             lost.push(next);
@@ -183,7 +183,7 @@ fn last_level(
         }
         Kind::Spi => {
             let winning = winning(engine, &engine.all_choices(), &moves)?;
-            let seeds = engine.sources(&engine.common_choices(&arena.choices, &winning)?)?;
+            let seeds = engine.sources(&engine.intersection(&arena.choices, &winning)?)?;
             engine.can_reach(&seeds, &arena.choices, &moves)?
         }
     };
@@ -220,9 +220,9 @@ fn level_rounds(
     let mut lost = engine.difference(&engine.all_states(), before)?;
     let mut choices = arena.choices.clone();
     loop {
-        choices = engine.without_choices(&choices, &leaning(engine, &choices, moves, &lost)?)?;
+        choices = engine.difference(&choices, &leaning(engine, &choices, moves, &lost)?)?;
         choices = engine.choices_in(&choices, &left)?;
-        let seeds = engine.sources(&engine.common_choices(&choices, &winning)?)?;
+        let seeds = engine.sources(&engine.intersection(&choices, &winning)?)?;
         let reaching = engine.can_reach(&seeds, &choices, moves)?;
         lost = engine.difference(&left, &reaching)?;
         if engine.is_empty(&lost) {

@@ -16,8 +16,8 @@ mod regions;
 
 use crate::dump::manifest::{self, File, Root, RootKind};
 use crate::dump::{Diagram, Dump};
-use crate::engine::Engine;
 use crate::engine::symbolic::{Set, SymbolicEngine};
+use crate::engine::{Algebra, Engine};
 use crate::error::{Error, Result};
 use crate::names;
 use crate::planning::levels::End;
@@ -122,8 +122,8 @@ fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -
     let mut roots = Vec::with_capacity(named.len());
     for (position, (named, edge)) in named.iter().zip(&diagram.roots).enumerate() {
         let (kind, count) = match &named.set {
-            Set::States(x) => (RootKind::States, engine.count_states(x)?),
-            Set::Choices(c) => (RootKind::Choices, engine.count_choices(c)?),
+            Set::States(x) => (RootKind::States, engine.count(x)?),
+            Set::Choices(c) => (RootKind::Choices, engine.count(c)?),
         };
         roots.push(Root {
             name: named.name.clone(),

@@ -5,8 +5,8 @@
 
 use super::Named;
 use super::certificate::{backward, layers, rounds};
-use crate::engine::Engine;
 use crate::engine::symbolic::{StateSet, SymbolicEngine};
+use crate::engine::{Algebra, Engine};
 use crate::error::Result;
 use crate::model::preference::{Goal, Preferences};
 use crate::model::temporal::Disjunct;
@@ -69,7 +69,7 @@ fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<State
     for mark in marks.iter().cycle() {
         if !engine.is_empty(&lost) {
             unchanged = 0;
-            choices = engine.without_choices(&choices, &engine.entering(&choices, &lost)?)?;
+            choices = engine.difference(&choices, &engine.entering(&choices, &lost)?)?;
             left = engine.difference(&left, &lost)?;
             choices = engine.choices_in(&choices, &left)?;
             rounds.push(lost);

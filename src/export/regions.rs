@@ -2,8 +2,8 @@
 
 use super::Named;
 use super::plays::Secured;
-use crate::engine::Engine;
 use crate::engine::symbolic::SymbolicEngine;
+use crate::engine::{Algebra, Engine};
 use crate::error::Result;
 use crate::model::preference::{ObjectiveSet, Preferences};
 use crate::names;

@@ -232,12 +232,12 @@ impl Counts {
         let choices = engine.choices_in(&engine.all_choices(), states)?;
         let deadlocks = engine.intersection(&engine.deadlock_states(), states)?;
         Ok(Counts {
-            states: engine.count_states(states)?.into(),
+            states: engine.count(states)?.into(),
             model_states: None,
-            choices: engine.count_choices(&choices)?.into(),
+            choices: engine.count(&choices)?.into(),
             transitions: engine.count_transitions(&choices, &engine.all_states())?.into(),
-            deadlocks: engine.count_states(&deadlocks)?.into(),
-            initial: engine.count_states(&engine.initial_states())?.into(),
+            deadlocks: engine.count(&deadlocks)?.into(),
+            initial: engine.count(&engine.initial_states())?.into(),
         })
     }
 }

@@ -197,7 +197,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         };
         let classes = Classes::new(&*self.engine, &self.preferences, &almost_sure)?;
         let count = |c: &super::Class<E>| {
-            let states = self.engine.count_states(&c.states)?;
+            let states = self.engine.count(&c.states)?;
             Ok(ClassCount { most_preferred: c.most_preferred.clone(), states })
         };
         self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
@@ -219,9 +219,9 @@ impl<'a, E: Engine> Analysis<'a, E> {
         let Some(outcome) = outcomes.get(objective) else { return Ok(None) };
         Ok(Some(ObjectiveCounts {
             objective,
-            target: self.engine.count_states(&outcome.target)?,
-            almost_sure: self.engine.count_states(&outcome.almost_sure)?,
-            positive: self.engine.count_states(&outcome.positive)?,
+            target: self.engine.count(&outcome.target)?,
+            almost_sure: self.engine.count(&outcome.almost_sure)?,
+            positive: self.engine.count(&outcome.positive)?,
         }))
     }
 
@@ -253,7 +253,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
             None => LevelsEnd::Open,
             Some(End::Cut) => LevelsEnd::Cut,
             Some(End::Empty) => LevelsEnd::Empty,
-            Some(End::Unbounded(level)) => LevelsEnd::Unbounded(self.engine.count_states(&level.states)?),
+            Some(End::Unbounded(level)) => LevelsEnd::Unbounded(self.engine.count(&level.states)?),
         };
         Ok(())
     }
@@ -373,7 +373,7 @@ fn count_levels<E: Engine>(
     listener: &mut dyn FnMut(Event<'_>),
 ) -> Result<()> {
     for level in &levels.found[counts.levels.len()..] {
-        let count = engine.count_states(&level.states)?;
+        let count = engine.count(&level.states)?;
         listener(Event::Level(levels.kind, counts.levels.len() + 1, &count));
         counts.levels.push(count);
     }

@@ -112,7 +112,7 @@ impl<E: Engine> Improvement<E> {
             // What a kept choice loses; choices that lose everything are not in `arena.choices`.
             kept -= engine.count_transitions(&engine.choices_in(&arena.choices, from)?, into)?;
         }
-        let states = engine.count_states(&all)? * 2u32;
+        let states = engine.count(&all)? * 2u32;
         Ok(Some(Sizes { states, dropped: total - &kept, transitions: kept * 2u32 }))
     }
 }
@@ -123,7 +123,7 @@ fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     Ok(Arena {
         reference: None,
         states: engine.all_states(),
-        choices: engine.without_choices(&engine.all_choices(), &weakening)?,
+        choices: engine.difference(&engine.all_choices(), &weakening)?,
         moves: moves(engine, classes, |_| engine.no_states())?,
     })
 }
@@ -134,7 +134,7 @@ fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     let mut choices = engine.all_choices();
     for (from, worse) in &grouped(engine, by_worse(classes))? {
         let emptied = engine.choices_in(&engine.every_successor_in(worse)?, from)?;
-        choices = engine.without_choices(&choices, &emptied)?;
+        choices = engine.difference(&choices, &emptied)?;
     }
     let moves = moves(engine, classes, |c| c.worse.clone())?;
     Ok(Arena { reference: None, states: engine.all_states(), choices, moves })
@@ -170,9 +170,8 @@ fn moves<E: Engine>(
     let mut moves: Vec<Moves<E::States>> = Vec::new();
     for class in &classes.list {
         let lost = dropped(class);
-        let same = |m: &&mut Moves<E::States>| {
-            engine.same_states(&m.goal, &class.better) && engine.same_states(&m.dropped, &lost)
-        };
+        let same =
+            |m: &&mut Moves<E::States>| engine.same(&m.goal, &class.better) && engine.same(&m.dropped, &lost);
         match moves.iter_mut().find(same) {
             Some(m) => m.from = engine.union(&m.from, &class.states)?,
             None => {

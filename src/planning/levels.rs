@@ -146,7 +146,7 @@ impl<E: Engine> Levels<E> {
         let next = next_level(engine, classes, improvement, self.kind, last)?;
         if engine.is_empty(&next.states) {
             self.end = Some(End::Empty);
-        } else if last.is_some_and(|last| engine.same_states(&last.states, &next.states)) {
+        } else if last.is_some_and(|last| engine.same(&last.states, &next.states)) {
             self.end = Some(End::Unbounded(next));
         } else {
             self.found.push(next);
@@ -227,7 +227,7 @@ fn play<E: Engine>(
 ) -> Result<Game<E>> {
     let moves = entering(engine, arena, entered)?;
     match before {
-        Some(game) if game.moves.iter().zip(&moves).all(|(x, y)| engine.same_states(&x.goal, &y.goal)) => {
+        Some(game) if game.moves.iter().zip(&moves).all(|(x, y)| engine.same(&x.goal, &y.goal)) => {
             Ok(game.clone())
         }
         _ => match kind {
@@ -261,7 +261,7 @@ fn positively<E: Engine>(
 ) -> Result<Game<E>> {
     let within = before.map_or(&arena.choices, |game| &game.choices);
     let goals = winning(engine, &engine.all_choices(), &moves)?;
-    let seeds = engine.sources(&engine.common_choices(within, &goals)?)?;
+    let seeds = engine.sources(&engine.intersection(within, &goals)?)?;
     let states = engine.can_reach(&seeds, within, &moves)?;
     let choices = engine.choices_in(within, &states)?;
     Ok(Game { moves, states, choices })
@@ -297,5 +297,5 @@ fn still_good<E: Engine>(engine: &E, moves: &[Moves<E::States>], before: &Game<E
         let gone = engine.difference(&engine.difference(&old.goal, &new.goal)?, &before.states)?;
         edges.push((engine.intersection(&new.from, &before.states)?, gone));
     }
-    engine.without_choices(&before.choices, &pairs_into(engine, &before.choices, edges)?)
+    engine.difference(&before.choices, &pairs_into(engine, &before.choices, edges)?)
 }

@@ -41,7 +41,7 @@ impl<E: Engine> Outcomes<E> {
     /// # Errors
     /// A limit of the engine while it counts. Cost: no image.
     pub fn new(engine: &E, targets: Vec<E::States>) -> Result<Self> {
-        let sizes = targets.iter().map(|t| engine.count_states(t)).collect::<Result<Vec<Count>>>()?;
+        let sizes = targets.iter().map(|t| engine.count(t)).collect::<Result<Vec<Count>>>()?;
         let mut pending: Vec<usize> = (0..targets.len()).collect();
         pending.sort_by(|&i, &j| sizes[i].cmp(&sizes[j]).then(j.cmp(&i)));
         let known = targets.iter().map(|_| None).collect();
@@ -70,7 +70,7 @@ impl<E: Engine> Outcomes<E> {
     fn compute(&self, engine: &E, target: &E::States) -> Result<Outcome<E>> {
         let mut bound: Option<E::States> = None;
         for larger in self.known.iter().flatten() {
-            if engine.same_states(target, &larger.target) {
+            if engine.same(target, &larger.target) {
                 return Ok(larger.clone());
             }
             if engine.is_empty(&engine.difference(target, &larger.target)?) {
@@ -118,7 +118,7 @@ pub(super) fn almost_sure_within<E: Engine>(
     target: &E::States,
     bound: &E::States,
 ) -> Result<E::States> {
-    let within = if engine.same_states(bound, &engine.all_states()) {
+    let within = if engine.same(bound, &engine.all_states()) {
         engine.all_choices()
     } else {
         engine.choices_in(&engine.all_choices(), bound)?

@@ -50,11 +50,11 @@ impl ModelCounts {
         let (states, choices) = (engine.all_states(), engine.all_choices());
         Ok(ModelCounts {
             model_states: engine.count_unobserved(&states)?,
-            states: engine.count_states(&states)?,
-            choices: engine.count_choices(&choices)?,
+            states: engine.count(&states)?,
+            choices: engine.count(&choices)?,
             transitions: engine.count_transitions(&choices, &states)?,
-            deadlocks: engine.count_states(&engine.deadlock_states())?,
-            initial: engine.count_states(&engine.initial_states())?,
+            deadlocks: engine.count(&engine.deadlock_states())?,
+            initial: engine.count(&engine.initial_states())?,
         })
     }
 }

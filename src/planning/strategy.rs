@@ -43,8 +43,8 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
         Kind::Spi => {
             let all = engine.all_choices();
             let staying = keeping(engine, &all, &game.moves, &game.states)?;
-            let ahead = engine.union_choices(&staying, &winning(engine, &all, &game.moves)?)?;
-            engine.common_choices(&game.choices, &ahead)
+            let ahead = engine.union(&staying, &winning(engine, &all, &game.moves)?)?;
+            engine.intersection(&game.choices, &ahead)
         }
     }
 }
@@ -55,7 +55,7 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
 /// A limit of the engine. Cost: one pre-image a layer and part.
 pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
-    let mut progress = engine.common_choices(&permissive, &winning(engine, &all, &game.moves)?)?;
+    let mut progress = engine.intersection(&permissive, &winning(engine, &all, &game.moves)?)?;
     let mut layer = engine.sources(&progress)?;
     let mut open = engine.difference(&game.states, &layer)?;
     let mut layers = Vec::new();
@@ -63,9 +63,9 @@ pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game
         if let Some(limit) = engine.settings().observer.stop() {
             return Err(limit.into());
         }
-        let closer = engine.common_choices(&permissive, &keeping(engine, &all, &game.moves, &layer)?)?;
+        let closer = engine.intersection(&permissive, &keeping(engine, &all, &game.moves, &layer)?)?;
         let closer = engine.choices_in(&closer, &open)?;
-        progress = engine.union_choices(&progress, &closer)?;
+        progress = engine.union(&progress, &closer)?;
         layers.push(layer);
         layer = engine.sources(&closer)?;
         open = engine.difference(&open, &layer)?;
@@ -106,7 +106,7 @@ pub fn permitted_at_start<E: Engine>(
             Some(class) => engine.choices_in(&permitted, &class.states)?,
             None => permitted,
         };
-        all = engine.union_choices(&all, &permitted)?;
+        all = engine.union(&all, &permitted)?;
     }
     Ok(all)
 }

@@ -59,7 +59,7 @@ pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
         let here = engine.intersection(mark, &states)?;
         let reaching = engine.can_reach(&here, &choices, &[])?;
         let left = engine.intersection(&states, &reaching)?;
-        if engine.same_states(&left, &states) {
+        if engine.same(&left, &states) {
             unchanged += 1;
             continue;
         }

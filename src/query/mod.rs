@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::dump::manifest::{FILE, Root, RootKind};
 use crate::dump::{Dump, Edge, Manifest, read_directory};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
-use crate::engine::{Count, Engine, Settings};
+use crate::engine::{Algebra, Count, Engine, Settings};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang;
 use crate::model::expr::ExprId;
@@ -144,7 +144,7 @@ impl Archive {
     fn complement(&self, of: &Selected) -> Result<Selected> {
         Ok(match of {
             Selected::States(x) => Selected::States(self.engine.difference(&self.engine.all_states(), x)?),
-            Selected::Choices(c) => Selected::Choices(self.engine.without_choices(&self.enabled()?, c)?),
+            Selected::Choices(c) => Selected::Choices(self.engine.difference(&self.enabled()?, c)?),
         })
     }
 
@@ -155,7 +155,7 @@ impl Archive {
                 Selected::Choices(self.engine.choices_in(c, x)?)
             }
             (Selected::Choices(c), Selected::Choices(d)) => {
-                Selected::Choices(self.engine.common_choices(c, d)?)
+                Selected::Choices(self.engine.intersection(c, d)?)
             }
         })
     }
@@ -165,11 +165,9 @@ impl Archive {
             (Selected::States(x), Selected::States(y)) => Selected::States(self.engine.union(x, y)?),
             (Selected::Choices(c), Selected::States(x)) | (Selected::States(x), Selected::Choices(c)) => {
                 let all = self.engine.choices_in(&self.enabled()?, x)?;
-                Selected::Choices(self.engine.union_choices(c, &all)?)
+                Selected::Choices(self.engine.union(c, &all)?)
             }
-            (Selected::Choices(c), Selected::Choices(d)) => {
-                Selected::Choices(self.engine.union_choices(c, d)?)
-            }
+            (Selected::Choices(c), Selected::Choices(d)) => Selected::Choices(self.engine.union(c, d)?),
         })
     }
 
@@ -189,8 +187,8 @@ impl Archive {
     /// A limit.
     pub fn count(&self, selected: &Selected) -> Result<Count> {
         match selected {
-            Selected::States(x) => self.engine.count_states(x),
-            Selected::Choices(c) => self.engine.count_choices(c),
+            Selected::States(x) => self.engine.count(x),
+            Selected::Choices(c) => self.engine.count(c),
         }
     }
 

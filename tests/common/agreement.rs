@@ -40,7 +40,7 @@ impl<E: Engine> Both<'_, E> {
         assert_eq!(engine.list_states(x, usize::MAX).unwrap(), listed, "states: {what}");
         let some = listed.len() / 2;
         assert_eq!(engine.list_states(x, some).unwrap(), listed[..some], "first states: {what}");
-        assert_eq!(engine.count_states(x).unwrap(), expected.len().into(), "{what}");
+        assert_eq!(engine.count(x).unwrap(), expected.len().into(), "{what}");
         assert_eq!(engine.is_empty(x), expected.is_empty(), "{what}");
         let mut union = engine.no_states();
         for (number, state) in brute.states.iter().enumerate() {
@@ -50,7 +50,7 @@ impl<E: Engine> Both<'_, E> {
                 union = engine.union(&union, &engine.singleton(state).unwrap()).unwrap();
             }
         }
-        assert!(engine.same_states(x, &union), "{what}");
+        assert!(engine.same(x, &union), "{what}");
     }
 
     fn choices(&self, what: &str, c: &E::Choices, expected: &Set) {
@@ -60,7 +60,7 @@ impl<E: Engine> Both<'_, E> {
             let found = engine.contains_choice(c, state, &pair.choice);
             assert_eq!(found, expected.contains(&number), "choices: {what}: {state:?} {:?}", pair.choice);
         }
-        assert_eq!(engine.count_choices(c).unwrap(), expected.len().into(), "choices: {what}");
+        assert_eq!(engine.count(c).unwrap(), expected.len().into(), "choices: {what}");
         self.states(what, &engine.sources(c).unwrap(), &brute.sources(expected));
         self.states(what, &engine.successors(c).unwrap(), &brute.successors(expected));
         let all = (engine.all_states(), brute.all_states());
@@ -83,17 +83,17 @@ impl<E: Engine> Both<'_, E> {
         self.states("union", &engine.union(x, y).unwrap(), &(brute_x | brute_y));
         self.states("intersection", &engine.intersection(x, y).unwrap(), &(brute_x & brute_y));
         self.states("difference", &engine.difference(x, y).unwrap(), &(brute_x - brute_y));
-        assert_eq!(engine.same_states(x, y), brute_x == brute_y);
+        assert_eq!(engine.same(x, y), brute_x == brute_y);
         // Two sets of choices of some variety.
         let c = engine.some_successor_in(x).unwrap();
         let d = engine.choices_in(&engine.all_choices(), y).unwrap();
         let brute_c = brute.some_successor_in(brute_x);
         let brute_d = brute.choices_in(&brute.all_choices(), brute_y);
-        let within = engine.union_choices(&c, &d).unwrap();
+        let within = engine.union(&c, &d).unwrap();
         let brute_within = &brute_c | &brute_d;
         self.choices("union", &within, &brute_within);
-        self.choices("common", &engine.common_choices(&c, &d).unwrap(), &(&brute_c & &brute_d));
-        self.choices("without", &engine.without_choices(&c, &d).unwrap(), &(&brute_c - &brute_d));
+        self.choices("common", &engine.intersection(&c, &d).unwrap(), &(&brute_c & &brute_d));
+        self.choices("without", &engine.difference(&c, &d).unwrap(), &(&brute_c - &brute_d));
         for (pairs, brute_pairs) in [(&within, &brute_within), (&d, &brute_d)] {
             let entering = engine.entering(pairs, x).unwrap();
             self.choices("entering", &entering, &(&brute.some_successor_in(brute_x) & brute_pairs));

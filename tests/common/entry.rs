@@ -149,10 +149,10 @@ fn counts<E: Engine>(engine: Result<E, Error>) -> Result<[String; 4], Error> {
     let engine = engine?;
     let all = engine.all_choices();
     Ok([
-        engine.count_states(&engine.all_states())?.to_string(),
-        engine.count_choices(&all)?.to_string(),
+        engine.count(&engine.all_states())?.to_string(),
+        engine.count(&all)?.to_string(),
         engine.count_transitions(&all, &engine.all_states())?.to_string(),
-        engine.count_states(&engine.deadlock_states())?.to_string(),
+        engine.count(&engine.deadlock_states())?.to_string(),
     ])
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use meliora::engine::symbolic::SymbolicEngine;
-use meliora::engine::{Engine, Settings};
+use meliora::engine::{Algebra, Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
 
@@ -28,11 +28,11 @@ fn hundreds_of_bits_need_no_large_stack_of_the_caller() {
         let settings = Settings { memory: 64 << 20, ..Settings::default() };
         let engine = SymbolicEngine::new(program.clone(), settings).unwrap();
         let all = engine.all_states();
-        assert_eq!(engine.count_states(&all).unwrap(), 501u32.into());
+        assert_eq!(engine.count(&all).unwrap(), 501u32.into());
         let last = engine.deadlock_states();
-        assert_eq!(engine.count_states(&last).unwrap(), 1u32.into());
+        assert_eq!(engine.count(&last).unwrap(), 1u32.into());
         let found = engine.almost_surely_reach(&last, &engine.all_choices()).unwrap();
-        assert!(engine.same_states(&found.states, &all));
+        assert!(engine.same(&found.states, &all));
     };
     std::thread::Builder::new().stack_size(128 << 10).spawn(work).unwrap().join().unwrap();
 }

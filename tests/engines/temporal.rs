@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::SymbolicEngine;
-use meliora::engine::{Engine, Scope, Settings};
+use meliora::engine::{Algebra, Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang::load_preferences;
 use meliora::lang::ltl::{Watching, parse_formula};

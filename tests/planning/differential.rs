@@ -65,7 +65,7 @@ impl<E: Engine> Check<'_, E> {
         for (s, state) in self.reference.brute.states.iter().enumerate() {
             assert_eq!(engine.contains(x, state), expected.contains(&s), "{what}: {state:?}");
         }
-        assert_eq!(engine.count_states(x).unwrap(), expected.len().into(), "{what}");
+        assert_eq!(engine.count(x).unwrap(), expected.len().into(), "{what}");
     }
 
     fn choices(&self, what: &str, c: &E::Choices, expected: &[Vec<bool>]) {
@@ -77,7 +77,7 @@ impl<E: Engine> Check<'_, E> {
             assert_eq!(found, expected, "{what}: {state:?} {:?}", pair.choice);
         }
         let count = expected.iter().filter(|&&is_in| is_in).count();
-        assert_eq!(engine.count_choices(c).unwrap(), count.into(), "{what}");
+        assert_eq!(engine.count(c).unwrap(), count.into(), "{what}");
     }
 
     fn outcomes(&self) {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use meliora::atlas::Plane;
 use meliora::embed::Drawing;
-use meliora::engine::{Count, Engine};
+use meliora::engine::{Algebra, Count};
 use meliora::model::State;
 use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};

@@ -48,7 +48,7 @@ fn counts<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<String> {
     let target = engine.states_where(preferences.objectives[0].target().unwrap()).unwrap();
     let found = regions::regions(engine, &target).unwrap();
     let all = [found.pmax_one, found.pmax_positive, found.pmin_one, found.pmin_positive];
-    all.iter().map(|x| engine.count_states(x).unwrap().to_string()).collect()
+    all.iter().map(|x| engine.count(x).unwrap().to_string()).collect()
 }
 
 /// Thresholds that send small work each way.

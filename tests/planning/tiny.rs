@@ -1,6 +1,6 @@
 //! An engine of plain vectors, each operator word by word as the trait states it.
 
-use meliora::engine::{Count, Engine, Moves, Settings, Usage};
+use meliora::engine::{Algebra, Count, Engine, Moves, Settings, Usage};
 use meliora::error::Result;
 use meliora::model::State;
 use meliora::model::expr::{ExprId, ExprPool};
@@ -65,6 +65,48 @@ fn zip(x: &Bits, y: &Bits, op: impl Fn(bool, bool) -> bool) -> Bits {
     x.iter().zip(y).map(|(&x, &y)| op(x, y)).collect()
 }
 
+impl Algebra<Bits> for Tiny {
+    fn union(&self, x: &Bits, y: &Bits) -> Result<Bits> {
+        Ok(zip(x, y, |x, y| x || y))
+    }
+    fn intersection(&self, x: &Bits, y: &Bits) -> Result<Bits> {
+        Ok(zip(x, y, |x, y| x && y))
+    }
+    fn difference(&self, x: &Bits, y: &Bits) -> Result<Bits> {
+        Ok(zip(x, y, |x, y| x && !y))
+    }
+    fn is_empty(&self, x: &Bits) -> bool {
+        !x.contains(&true)
+    }
+    fn same(&self, x: &Bits, y: &Bits) -> bool {
+        x == y
+    }
+    fn count(&self, x: &Bits) -> Result<Count> {
+        Ok(Count::from(x.iter().filter(|&&b| b).count()))
+    }
+}
+
+impl Algebra<Pairs> for Tiny {
+    fn union(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
+        Ok(self.choices_where(|s, a| c[s][a] || d[s][a]))
+    }
+    fn intersection(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
+        Ok(self.choices_where(|s, a| c[s][a] && d[s][a]))
+    }
+    fn difference(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
+        Ok(self.choices_where(|s, a| c[s][a] && !d[s][a]))
+    }
+    fn is_empty(&self, c: &Pairs) -> bool {
+        !c.iter().flatten().any(|&b| b)
+    }
+    fn same(&self, c: &Pairs, d: &Pairs) -> bool {
+        c == d
+    }
+    fn count(&self, c: &Pairs) -> Result<Count> {
+        Ok(Count::from(c.iter().flatten().filter(|&&b| b).count()))
+    }
+}
+
 impl Engine for Tiny {
     type States = Bits;
     type Choices = Pairs;
@@ -91,31 +133,6 @@ impl Engine for Tiny {
         self.choices_where(|_, _| false)
     }
 
-    fn union(&self, x: &Bits, y: &Bits) -> Result<Bits> {
-        Ok(zip(x, y, |x, y| x || y))
-    }
-    fn intersection(&self, x: &Bits, y: &Bits) -> Result<Bits> {
-        Ok(zip(x, y, |x, y| x && y))
-    }
-    fn difference(&self, x: &Bits, y: &Bits) -> Result<Bits> {
-        Ok(zip(x, y, |x, y| x && !y))
-    }
-    fn is_empty(&self, x: &Bits) -> bool {
-        !x.contains(&true)
-    }
-    fn same_states(&self, x: &Bits, y: &Bits) -> bool {
-        x == y
-    }
-
-    fn union_choices(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| c[s][a] || d[s][a]))
-    }
-    fn common_choices(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| c[s][a] && d[s][a]))
-    }
-    fn without_choices(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| c[s][a] && !d[s][a]))
-    }
     fn choices_in(&self, c: &Pairs, x: &Bits) -> Result<Pairs> {
         Ok(self.choices_where(|s, a| c[s][a] && x[s]))
     }
@@ -156,14 +173,8 @@ impl Engine for Tiny {
         }
     }
 
-    fn count_states(&self, x: &Bits) -> Result<Count> {
-        Ok(Count::from(x.iter().filter(|&&b| b).count()))
-    }
     fn count_unobserved(&self, _x: &Bits) -> Result<Option<Count>> {
         Ok(None)
-    }
-    fn count_choices(&self, c: &Pairs) -> Result<Count> {
-        Ok(Count::from(c.iter().flatten().filter(|&&b| b).count()))
     }
     fn count_transitions(&self, c: &Pairs, x: &Bits) -> Result<Count> {
         let mut count = 0usize;

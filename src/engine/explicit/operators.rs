@@ -8,12 +8,45 @@ use super::pursuit::{Entering, Table};
 use super::set::{Bits, set, test};
 use super::stepper::Stepper;
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
-use crate::engine::{Count, Engine, Moves, Region, Settings, Usage};
+use crate::engine::{Algebra, Count, Engine, Moves, Region, Settings, Usage};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
 use crate::observer::Poll;
+
+macro_rules! algebra_of {
+    ($set:ident) => {
+        impl Algebra<$set> for ExplicitEngine {
+            fn union(&self, x: &$set, y: &$set) -> Result<$set> {
+                Ok($set(x.0.zip(&y.0, |a, b| a | b)?))
+            }
+
+            fn intersection(&self, x: &$set, y: &$set) -> Result<$set> {
+                Ok($set(x.0.zip(&y.0, |a, b| a & b)?))
+            }
+
+            fn difference(&self, x: &$set, y: &$set) -> Result<$set> {
+                Ok($set(x.0.zip(&y.0, |a, b| a & !b)?))
+            }
+
+            fn is_empty(&self, x: &$set) -> bool {
+                x.0.is_empty()
+            }
+
+            fn same(&self, x: &$set, y: &$set) -> bool {
+                x.0.same(&y.0)
+            }
+
+            fn count(&self, x: &$set) -> Result<Count> {
+                Ok(x.0.count().into())
+            }
+        }
+    };
+}
+
+algebra_of!(StateSet);
+algebra_of!(ChoiceSet);
 
 impl Engine for ExplicitEngine {
     type States = StateSet;
@@ -51,38 +84,6 @@ impl Engine for ExplicitEngine {
         ChoiceSet(Bits::empty(&self.meter, self.graph.choices()))
     }
 
-    fn union(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
-        Ok(StateSet(x.0.zip(&y.0, |a, b| a | b)?))
-    }
-
-    fn intersection(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
-        Ok(StateSet(x.0.zip(&y.0, |a, b| a & b)?))
-    }
-
-    fn difference(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
-        Ok(StateSet(x.0.zip(&y.0, |a, b| a & !b)?))
-    }
-
-    fn is_empty(&self, x: &StateSet) -> bool {
-        x.0.is_empty()
-    }
-
-    fn same_states(&self, x: &StateSet, y: &StateSet) -> bool {
-        x.0.same(&y.0)
-    }
-
-    fn union_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
-        Ok(ChoiceSet(c.0.zip(&d.0, |a, b| a | b)?))
-    }
-
-    fn common_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
-        Ok(ChoiceSet(c.0.zip(&d.0, |a, b| a & b)?))
-    }
-
-    fn without_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
-        Ok(ChoiceSet(c.0.zip(&d.0, |a, b| a & !b)?))
-    }
-
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         Ok(ChoiceSet(self.choices_of_states(&c.0, &x.0)?))
     }
@@ -103,14 +104,10 @@ impl Engine for ExplicitEngine {
 
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let into = self.choices_into(&x.0)?;
-        Ok(ChoiceSet(into.zip(&c.0, |into, c| into & c)?))
-    }
-
-    fn every_successor_in(&self, y: &StateSet) -> Result<ChoiceSet> {
-        // Every choice has a successor, so what never leaves Y stays in it.
-        let outside = self.every_state.zip(&y.0, |all, y| all & !y)?;
-        let leaving = self.choices_into(&outside)?;
-        Ok(ChoiceSet(self.every_choice.zip(&leaving, |all, c| all & !c)?))
+        Ok(ChoiceSet(match c.0.same(&self.every_choice) {
+            true => into,
+            false => into.zip(&c.0, |into, c| into & c)?,
+        }))
     }
 
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
@@ -152,7 +149,7 @@ impl Engine for ExplicitEngine {
         let choices = self.choices_of_states(&within.0, &outside)?;
         // States without a pair are lost: one pass over the rows takes out what may step there.
         let alive = self.union(&self.sources(within)?, target)?;
-        let choices = match self.same_states(&alive, &self.all_states()) {
+        let choices = match self.same(&alive, &self.all_states()) {
             true => choices,
             false => choices.zip(&self.every_successor_in(&alive)?.0, |own, stays| own & stays)?,
         };
@@ -171,10 +168,6 @@ impl Engine for ExplicitEngine {
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
 
-    fn count_states(&self, x: &StateSet) -> Result<Count> {
-        Ok(x.0.count().into())
-    }
-
     fn count_unobserved(&self, x: &StateSet) -> Result<Option<Count>> {
         let Some(observers) = &self.program.observers else { return Ok(None) };
         let mut met = ahash::AHashSet::new();
@@ -190,10 +183,6 @@ impl Engine for ExplicitEngine {
             met.insert(code);
         }
         Ok(Some(met.len().into()))
-    }
-
-    fn count_choices(&self, c: &ChoiceSet) -> Result<Count> {
-        Ok(c.0.count().into())
     }
 
     fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {

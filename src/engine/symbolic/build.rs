@@ -15,7 +15,7 @@ use crate::engine::{Scope, Settings};
 use crate::error::{Limit, Result};
 use crate::model::fault;
 use crate::model::temporal::Begin;
-use crate::model::{ModelKind, Program};
+use crate::model::{ModelKind, Program, State};
 
 /// Recursion over diagrams is as deep as states have bits.
 const MOST_BITS: usize = 1 << 16;
@@ -34,19 +34,15 @@ pub(super) fn build(
     let encoding = Encoding::new(&program, order);
     let mut store = Store::new(encoding.width(), settings.threads, &settings)?;
     let mut domain = encoding.domain(&store)?;
-    let Translated { mut transitions, mut initial, initial_fails, rounded } =
-        translate(&program, &encoding, &store, &domain)?;
-    let mut clusters = Clusters::new(&store, &transitions.pieces)?;
+    let translated = translate(&program, &encoding, &store, &domain)?;
+    let mut clusters = Clusters::new(&store, &translated.transitions.pieces)?;
     let mut states = match given {
         Some(given) => store.and(&given(&store)?, &domain)?,
         None => Explore { program: &program, encoding: &encoding, store: &store, clusters: &clusters }
-            .scope(settings.scope, &initial, &domain)?,
+            .scope(settings.scope, &translated.initial, &domain)?,
     };
-    let bad = store.and(&store.or(&transitions.bad, &initial_fails)?, &states)?;
-    if !store.is_zero(&bad) {
-        return Err(fault::in_state(&program, &pick::first(&store, &encoding, &bad)?));
-    }
-    let rounded = pick::list(&store, &encoding, &store.and(&rounded, &states)?, 1)?.pop();
+    let rounded = checked(&program, &encoding, &store, &translated, &states)?;
+    let Translated { mut transitions, mut initial, .. } = translated;
     if let Some(larger) = store.larger(&states, settings.threads, &settings) {
         let single = [&mut domain, &mut initial, &mut states].into_iter();
         larger.adopt_all(&store, single.chain(transitions.diagrams()).chain(clusters.diagrams()))?;
@@ -150,6 +146,24 @@ fn translate(program: &Program, encoding: &Encoding, store: &Store, domain: &Bdd
     let initial = store.minus(&store.and(&initial, domain)?, &fails)?;
     let initial_fails = store.and(&fails, domain)?;
     Ok(Translated { transitions, initial, initial_fails, rounded: commands.rounded.into_inner() })
+}
+
+/// A state in which an enabled command has probabilities that were rounded, where every state has a meaning.
+///
+/// # Errors
+/// A limit, or a state in which some part of the program has no meaning.
+fn checked(
+    program: &Program,
+    encoding: &Encoding,
+    store: &Store,
+    translated: &Translated,
+    states: &Bdd,
+) -> Result<Option<State>> {
+    let bad = store.and(&store.or(&translated.transitions.bad, &translated.initial_fails)?, states)?;
+    if !store.is_zero(&bad) {
+        return Err(fault::in_state(program, &pick::first(store, encoding, &bad)?));
+    }
+    Ok(pick::list(store, encoding, &store.and(&translated.rounded, states)?, 1)?.pop())
 }
 
 /// For each group, and last for the self-loops of deadlocks, where it is enabled; and the deadlocks.

@@ -7,6 +7,7 @@
 //! `saturation`); and, for each group of choices with a bound of its own (`parts`), what is reached by
 //! allowed choices (`confined`) and what is lost (`losing`).
 
+mod algebra;
 mod bits;
 mod build;
 mod clusters;
@@ -45,7 +46,7 @@ pub use order::Order;
 pub use pick::Listing;
 pub use thresholds::{Thresholds, Ways};
 
-use super::{Count, Engine, Moves, Settings, Usage, moves};
+use super::{Algebra, Count, Engine, Moves, Region, Settings, Usage, moves};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -186,12 +187,6 @@ impl SymbolicEngine {
         known.push((target.clone(), found.clone()));
     }
 
-    /// Applies `op` group by group.
-    fn zip(&self, c: &ChoiceSet, d: &ChoiceSet, op: impl Fn(&Bdd, &Bdd) -> Result<Bdd>) -> Result<ChoiceSet> {
-        let both = c.0.iter().zip(d.0.iter()).map(|(f, g)| op(f, g));
-        Ok(ChoiceSet(Arc::new(both.collect::<Result<_>>()?)))
-    }
-
     /// For each group `None` where `within` has all that is enabled, else what it has.
     fn confinement(&self, within: &ChoiceSet) -> Vec<Option<Bdd>> {
         let differs = |(own, all): (&Bdd, &Bdd)| (own != all).then(|| own.clone());
@@ -245,38 +240,6 @@ impl Engine for SymbolicEngine {
         ChoiceSet(Arc::new(vec![self.store.zero(); self.enabled.len()]))
     }
 
-    fn union(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
-        Ok(StateSet(self.store.or(&x.0, &y.0)?))
-    }
-
-    fn intersection(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
-        Ok(StateSet(self.store.and(&x.0, &y.0)?))
-    }
-
-    fn difference(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
-        Ok(StateSet(self.store.minus(&x.0, &y.0)?))
-    }
-
-    fn is_empty(&self, x: &StateSet) -> bool {
-        self.store.is_zero(&x.0)
-    }
-
-    fn same_states(&self, x: &StateSet, y: &StateSet) -> bool {
-        x.0 == y.0
-    }
-
-    fn union_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
-        self.zip(c, d, |f, g| self.store.or(f, g))
-    }
-
-    fn common_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
-        self.zip(c, d, |f, g| self.store.and(f, g))
-    }
-
-    fn without_choices(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
-        self.zip(c, d, |f, g| self.store.minus(f, g))
-    }
-
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let within = c.0.iter().map(|f| self.store.and(f, &x.0));
         Ok(ChoiceSet(Arc::new(within.collect::<Result<_>>()?)))
@@ -284,10 +247,6 @@ impl Engine for SymbolicEngine {
 
     fn sources(&self, c: &ChoiceSet) -> Result<StateSet> {
         Ok(StateSet(self.store.any(c.0.iter().cloned())?))
-    }
-
-    fn is_simpler(&self, x: &StateSet, y: &StateSet) -> bool {
-        self.store.is_smaller(&x.0, &y.0)
     }
 
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
@@ -303,12 +262,6 @@ impl Engine for SymbolicEngine {
         }
         found.push(store.and(&x.0, &c.0[self.groups.len()])?);
         Ok(ChoiceSet(Arc::new(found)))
-    }
-
-    fn every_successor_in(&self, y: &StateSet) -> Result<ChoiceSet> {
-        let outside = self.difference(&self.states, y)?;
-        let leaving = self.some_successor_in(&outside)?;
-        self.without_choices(&self.all_choices(), &leaving)
     }
 
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
@@ -349,20 +302,23 @@ impl Engine for SymbolicEngine {
         Ok(found)
     }
 
+    /// By recursion where that is worth it, else layer by layer.
     fn lose(
         &self,
-        lost: &StateSet,
-        won: &StateSet,
-        within: &ChoiceSet,
+        left: Region<StateSet, ChoiceSet>,
+        (within, won): (&ChoiceSet, &StateSet),
         moves: &[Moves<StateSet>],
-    ) -> Result<Option<(StateSet, ChoiceSet)>> {
-        let found = losing::lose(self, lost, won, within, moves)?;
+        lost: StateSet,
+    ) -> Result<Region<StateSet, ChoiceSet>> {
+        let found = losing::lose(self, &lost, won, &left.choices, moves)?;
         self.store.work.lost[usize::from(found.is_some())].fetch_add(1, Relaxed);
-        Ok(found)
-    }
-
-    fn count_states(&self, x: &StateSet) -> Result<Count> {
-        self.store.count(&x.0, self.encoding.width() as u32)
+        match found {
+            Some((lost, choices)) => Ok(Region { states: self.difference(&left.states, &lost)?, choices }),
+            None => {
+                let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
+                moves::lose(self, left, (within, won), moves, lost, is_simpler)
+            }
+        }
     }
 
     fn count_unobserved(&self, x: &StateSet) -> Result<Option<Count>> {
@@ -370,11 +326,6 @@ impl Engine for SymbolicEngine {
         let plain = self.store.exists(&x.0, &self.encoding.bits_of(&self.store, &observers.variables)?)?;
         let unseen = observers.variables.iter().map(|&v| self.encoding.positions(v).len());
         self.store.count(&plain, (self.encoding.width() + unseen.sum::<usize>()) as u32).map(Some)
-    }
-
-    fn count_choices(&self, c: &ChoiceSet) -> Result<Count> {
-        let width = self.encoding.width() as u32;
-        c.0.iter().map(|f| self.store.count(f, width)).sum()
     }
 
     fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {
