@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use meliora::certify;
-use meliora::dump::Dump;
-use meliora::dump::directory::{read_directory, read_manifest, sha256};
+use meliora::dump::directory::{read_directory, sha256};
 use meliora::dump::manifest::FILE;
+use meliora::dump::{Dump, Manifest};
 use meliora::engine::Scope;
 use meliora::error::{Error, SourceFile};
 use meliora::lang::Given;
@@ -58,7 +58,7 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
 
 fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     desk.watch.bound_memory(args.limits.memory());
-    let manifest = read_manifest(&args.directory)?;
+    let manifest = Manifest::read(&args.directory)?;
     let given = Given {
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),

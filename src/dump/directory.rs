@@ -1,19 +1,17 @@
 //! The directory of a dump: written whole or not at all.
 
 use std::fs;
-use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::io::{self, BufReader, BufWriter, Write};
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
 use super::manifest::{self, Manifest};
 use super::place::Place;
+use super::streams::{Hashing, Watched};
 use super::{Diagram, dddmp, dot};
-use crate::engine::Observer;
 use crate::error::{Error, Result};
-
-/// A manifest is never larger.
-const LARGEST_MANIFEST: u64 = 256 << 20;
+use crate::observer::Observer;
 
 /// A dump in memory.
 #[derive(Debug, Clone)]
@@ -94,86 +92,12 @@ fn fill(
     Ok(())
 }
 
-/// Ends where the observer wants it.
-pub(super) struct Watched<'o, T> {
-    pub(super) inner: T,
-    pub(super) observer: &'o dyn Observer,
-}
-
-impl<T> Watched<'_, T> {
-    fn go_on(&self) -> io::Result<()> {
-        if self.observer.stop().is_some() { Err(io::Error::other("stopped")) } else { Ok(()) }
-    }
-}
-
-impl<W: Write> Write for Watched<'_, W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.go_on()?;
-        self.inner.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.inner.flush()
-    }
-}
-
-impl<R: Read> Read for Watched<'_, R> {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.go_on()?;
-        self.inner.read(bytes)
-    }
-}
-
-/// Hashes what passes through.
-struct Hashing<T> {
-    inner: T,
-    hash: Sha256,
-}
-
-impl<W: Write> Write for Hashing<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.inner.write(bytes)?;
-        self.hash.update(&bytes[..written]);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.inner.flush()
-    }
-}
-
-impl<R: Read> Read for Hashing<R> {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        let read = self.inner.read(bytes)?;
-        self.hash.update(&bytes[..read]);
-        Ok(read)
-    }
-}
-
-/// Reads the manifest of a directory.
-///
-/// # Errors
-/// It cannot be read, or is no manifest.
-pub fn read_manifest(directory: &Path) -> Result<Manifest> {
-    let path = directory.join(manifest::FILE);
-    let name = path.display().to_string();
-    let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
-    let mut text = String::new();
-    let input = fs::File::open(&path).map_err(failed)?;
-    let length = input.take(LARGEST_MANIFEST + 1).read_to_string(&mut text).map_err(failed)?;
-    if length as u64 > LARGEST_MANIFEST {
-        let message = format!("the manifest is larger than {} MiB", LARGEST_MANIFEST >> 20);
-        return Err(Error::Dump { file: name, line: 0, message });
-    }
-    Manifest::parse(&name, &text)
-}
-
 /// Reads a dump: the manifest, the regions, and the certificate where asked for.
 ///
 /// # Errors
 /// A file cannot be read, is garbled, has another hash than the manifest says, or does not fit it.
 pub fn read_directory(directory: &Path, certificate: bool, observer: &dyn Observer) -> Result<Dump> {
-    let manifest = read_manifest(directory)?;
+    let manifest = Manifest::read(directory)?;
     let regions = read_file(directory, &manifest, &manifest.regions, observer)?;
     let certificate = match &manifest.certificate {
         Some(file) if certificate => Some(read_file(directory, &manifest, file, observer)?),

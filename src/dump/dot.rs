@@ -5,9 +5,9 @@ use std::fs;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
-use super::directory::Watched;
+use super::streams::Watched;
 use super::{Diagram, Edge, manifest};
-use crate::engine::Observer;
+use crate::observer::Observer;
 
 /// Writes one file a root into the directory and notes the names.
 ///

@@ -1,7 +1,9 @@
 //! `manifest.json`: what the roots of a dump are and how to read its variables.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
+use std::io::{self, Read};
+use std::path::Path;
+use std::{fmt, fs};
 
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -21,6 +23,8 @@ pub const REGIONS: &str = "regions.dddmp";
 pub const CERTIFICATE: &str = "certificate.dddmp";
 /// The name of the program that writes dumps.
 pub const TOOL: &str = "meliora";
+/// A manifest is never larger.
+const LARGEST: u64 = 256 << 20;
 /// Choices are numbered by at most so many bits.
 const MOST_CHOICE_BITS: u32 = 20;
 
@@ -302,6 +306,24 @@ impl File {
 }
 
 impl Manifest {
+    /// Reads the manifest of a directory.
+    ///
+    /// # Errors
+    /// It cannot be read, or is no manifest.
+    pub fn read(directory: &Path) -> Result<Self> {
+        let path = directory.join(FILE);
+        let name = path.display().to_string();
+        let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
+        let mut text = String::new();
+        let input = fs::File::open(&path).map_err(failed)?;
+        let length = input.take(LARGEST + 1).read_to_string(&mut text).map_err(failed)?;
+        if length as u64 > LARGEST {
+            let message = format!("the manifest is larger than {} MiB", LARGEST >> 20);
+            return Err(Error::Dump { file: name, line: 0, message });
+        }
+        Manifest::parse(&name, &text)
+    }
+
     /// Reads a manifest; whether it fits its files is checked by [`Manifest::check_file`].
     ///
     /// # Errors

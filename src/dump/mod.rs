@@ -14,6 +14,7 @@ pub mod dot;
 pub mod manifest;
 mod members;
 mod place;
+mod streams;
 
 pub use diagram::{Diagram, Edge, Node};
 pub use directory::{Dump, read_directory, write_directory};

@@ -8,8 +8,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::directory::read_manifest;
-use super::manifest::{CERTIFICATE, FILE, REGIONS};
+use super::manifest::{CERTIFICATE, FILE, Manifest, REGIONS};
 use crate::error::{Error, Result};
 
 /// A place that may be written.
@@ -52,7 +51,7 @@ impl Place {
         if there.is_empty() {
             return Ok(());
         }
-        let Ok(manifest) = read_manifest(&self.path) else {
+        let Ok(manifest) = Manifest::read(&self.path) else {
             return Err(self.refused("the directory exists and is neither empty nor a dump of this program"));
         };
         let mut own: BTreeSet<String> = [FILE, REGIONS, CERTIFICATE].map(str::to_owned).into();

@@ -7,6 +7,7 @@ use ahash::AHashMap;
 
 use super::VarId;
 use super::value::{self, EvalError, Type, Value};
+pub use super::value::{Binary, Unary};
 
 /// A node of an [`ExprPool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -17,56 +18,6 @@ impl ExprId {
     pub fn index(self) -> usize {
         self.0 as usize
     }
-}
-
-/// Operators with one operand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Unary {
-    /// Boolean negation.
-    Not,
-    /// Arithmetic negation.
-    Neg,
-    /// The largest integer below.
-    Floor,
-    /// The smallest integer above.
-    Ceil,
-    /// The nearest integer, halves up (Java's `Math.round`).
-    Round,
-    /// An integer as a real.
-    ToReal,
-}
-
-/// Operators with two operands. `>`, `>=`, `!=`, `=>` and `<=>` are expressed by these.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Binary {
-    /// Conjunction; the right side is not evaluated where the left one is false.
-    And,
-    /// Disjunction; the right side is not evaluated where the left one is true.
-    Or,
-    /// Equality of two Booleans, two integers or two reals.
-    Eq,
-    /// `<` of two integers or two reals.
-    Lt,
-    /// `<=` of two integers or two reals.
-    Le,
-    /// Addition of two integers or two reals.
-    Add,
-    /// Subtraction of two integers or two reals.
-    Sub,
-    /// Multiplication of two integers or two reals.
-    Mul,
-    /// Division of two reals.
-    Div,
-    /// The smaller of two integers or two reals.
-    Min,
-    /// The larger of two integers or two reals.
-    Max,
-    /// Power of two integers (exponent not negative) or two reals.
-    Pow,
-    /// `mod(i, n)` of two integers, never negative.
-    Mod,
-    /// `log(x, b)` of two reals.
-    Log,
 }
 
 /// A node: operands are ids of the same pool.

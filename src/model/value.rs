@@ -5,8 +5,6 @@
 use std::fmt;
 use std::hash::{Hash, Hasher};
 
-use super::expr::{Binary, Unary};
-
 /// The types of expressions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Type {
@@ -89,6 +87,56 @@ impl fmt::Display for Value {
             Value::Real(x) => write!(f, "{x:?}"),
         }
     }
+}
+
+/// Operators with one operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Unary {
+    /// Boolean negation.
+    Not,
+    /// Arithmetic negation.
+    Neg,
+    /// The largest integer below.
+    Floor,
+    /// The smallest integer above.
+    Ceil,
+    /// The nearest integer, halves up (Java's `Math.round`).
+    Round,
+    /// An integer as a real.
+    ToReal,
+}
+
+/// Operators with two operands. `>`, `>=`, `!=`, `=>` and `<=>` are expressed by these.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Binary {
+    /// Conjunction; the right side is not evaluated where the left one is false.
+    And,
+    /// Disjunction; the right side is not evaluated where the left one is true.
+    Or,
+    /// Equality of two Booleans, two integers or two reals.
+    Eq,
+    /// `<` of two integers or two reals.
+    Lt,
+    /// `<=` of two integers or two reals.
+    Le,
+    /// Addition of two integers or two reals.
+    Add,
+    /// Subtraction of two integers or two reals.
+    Sub,
+    /// Multiplication of two integers or two reals.
+    Mul,
+    /// Division of two reals.
+    Div,
+    /// The smaller of two integers or two reals.
+    Min,
+    /// The larger of two integers or two reals.
+    Max,
+    /// Power of two integers (exponent not negative) or two reals.
+    Pow,
+    /// `mod(i, n)` of two integers, never negative.
+    Mod,
+    /// `log(x, b)` of two reals.
+    Log,
 }
 
 /// Why an expression has no value.

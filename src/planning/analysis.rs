@@ -308,15 +308,6 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Ok(Some(Plan { rank, actions }))
     }
 
-    /// The strategies of one kind; none before its levels were searched.
-    pub(super) fn playbook(&self, program: Held<'a, Program>, kind: Kind) -> Option<Playbook<'a, E>> {
-        let levels = self.shared_levels(kind);
-        levels.end.as_ref()?;
-        let lent = (self.engine.clone(), self.preferences.clone());
-        let (classes, improvement) = (self.classes.clone()?, self.improvement.clone()?);
-        Some(Playbook::of(lent, program, classes, improvement, Arc::clone(levels)))
-    }
-
     /// The counts of all that is known.
     pub fn result(&self) -> &AnalysisResult {
         &self.result
@@ -362,6 +353,21 @@ impl<'a, E: Engine> Analysis<'a, E> {
             Kind::Sasi => &self.sasi,
             Kind::Spi => &self.spi,
         }
+    }
+}
+
+impl<'a, E: Engine> Playbook<'a, E> {
+    /// The playbook of an analysis; none before the levels of this kind were searched.
+    pub fn new(
+        analysis: &Analysis<'a, E>,
+        program: impl Into<Held<'a, Program>>,
+        kind: Kind,
+    ) -> Option<Self> {
+        let levels = analysis.shared_levels(kind);
+        levels.end.as_ref()?;
+        let lent = (analysis.engine.clone(), analysis.preferences.clone());
+        let (classes, improvement) = (analysis.classes.clone()?, analysis.improvement.clone()?);
+        Some(Playbook::of(lent, program.into(), classes, improvement, Arc::clone(levels)))
     }
 }
 

@@ -20,7 +20,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::analysis::Analysis;
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
@@ -53,15 +52,6 @@ pub struct Playbook<'a, E: Engine> {
 }
 
 impl<'a, E: Engine> Playbook<'a, E> {
-    /// The playbook of an analysis; none before the levels of this kind were searched.
-    pub fn new(
-        analysis: &Analysis<'a, E>,
-        program: impl Into<Held<'a, Program>>,
-        kind: Kind,
-    ) -> Option<Self> {
-        analysis.playbook(program.into(), kind)
-    }
-
     /// A playbook without a strategy yet.
     pub(super) fn of(
         (engine, preferences): (Held<'a, E>, Held<'a, Preferences>),

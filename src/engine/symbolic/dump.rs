@@ -8,11 +8,12 @@ use std::sync::Arc;
 
 use super::encoding::Encoding;
 use super::store::{Bdd, Store};
+use super::transitions::Numbered;
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build};
 use crate::dump::{Diagram, Edge};
 use crate::engine::{Engine, Observer, Settings};
 use crate::error::Result;
-use crate::model::{CommandId, ModelKind, Program, VarId};
+use crate::model::{ModelKind, Program, VarId};
 
 /// A set to be dumped.
 #[derive(Clone)]
@@ -21,22 +22,6 @@ pub enum Set {
     States(StateSet),
     /// Of choices.
     Choices(ChoiceSet),
-}
-
-/// The choices that have one number in a dump.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Numbered {
-    /// Combinations of a synchronisation: of each factor one of these commands.
-    Combinations {
-        /// The position in [`Program::synchronisations`].
-        synchronisation: usize,
-        /// For each factor the commands.
-        commands: Vec<Vec<CommandId>>,
-    },
-    /// The only choice of the states of a `dtmc`.
-    Uniform,
-    /// The self-loop of deadlock states.
-    Deadlock,
 }
 
 impl SymbolicEngine {

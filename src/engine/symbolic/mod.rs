@@ -40,11 +40,12 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use oxidd::BooleanFunction;
 
-pub use dump::{Numbered, Set};
+pub use dump::Set;
 pub use encoding::{Bit, Encoding};
 pub use order::Order;
 pub use pick::Listing;
 pub use thresholds::{Thresholds, Ways};
+pub use transitions::Numbered;
 
 use super::{Algebra, Count, Engine, Moves, Region, Settings, Usage, moves};
 use crate::error::Result;

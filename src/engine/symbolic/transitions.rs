@@ -9,7 +9,6 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::command::{CommandBuilder, CommandRelation};
-use super::dump::Numbered;
 use super::lists::List;
 use super::local::Local;
 use super::store::{Bdd, Store};
@@ -40,6 +39,22 @@ pub(super) struct Transitions {
     /// For each synchronisation its first group and, for each factor, the colour of each command.
     colours: Vec<(usize, Vec<Colouring>)>,
     uniform: bool,
+}
+
+/// The choices that have one number in a dump.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Numbered {
+    /// Combinations of a synchronisation: of each factor one of these commands.
+    Combinations {
+        /// The position in [`Program::synchronisations`].
+        synchronisation: usize,
+        /// For each factor the commands.
+        commands: Vec<Vec<CommandId>>,
+    },
+    /// The only choice of the states of a `dtmc`.
+    Uniform,
+    /// The self-loop of deadlock states.
+    Deadlock,
 }
 
 /// Commands of one factor by colour: those of one colour have disjoint guards.
