@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use meliora::engine::regions::{self, Regions};
+use meliora::engine::regions::{self, Regions, Which};
 use meliora::engine::{Count, Engine};
 use meliora::error::Error;
 use meliora::lang::property::{Bound, Strategies};
 use meliora::model::expr::ExprId;
-use meliora::model::temporal::Condition;
 use meliora::output::reach::{InitialShare, ReachTime, Share};
 use meliora::output::report::{Counts, ModelSummary};
 use meliora::output::{Number, ReachReport};
@@ -111,8 +110,15 @@ fn answer<E: Engine>(
     desk.update(|r| r.counts = Some(counts));
     let search = Search { desk, engine, judged };
     let found = match &asking.goal {
-        Goal::Target(target) => search.target(*target)?,
-        Goal::Formula(watched) => search.formula(&watched.condition)?,
+        Goal::Target(target) => {
+            let states = search.target(*target)?;
+            regions::regions_by(engine, &states, |which, find| search.region(which, find))?
+        }
+        Goal::Formula(watched) => {
+            let found =
+                temporal::regions_by(engine, &watched.condition, |which, find| search.region(which, find))?;
+            temporal::judged(engine, watched.fresh, found)?
+        }
     };
     if let Some(property) = asking.property {
         let holds = search.share(&satisfying(engine, property, found)?)? == Share::All;
@@ -155,30 +161,20 @@ struct Slot {
     time: fn(&mut ReachTime) -> &mut Option<f64>,
 }
 
-const PMAX_POSITIVE: Slot = Slot {
-    name: "Pmax > 0",
-    size: |r| &mut r.pmax_positive,
-    share: |i| &mut i.pmax_positive,
-    time: |t| &mut t.pmax_positive,
-};
-const PMAX_ONE: Slot = Slot {
-    name: "Pmax = 1",
-    size: |r| &mut r.pmax_one,
-    share: |i| &mut i.pmax_one,
-    time: |t| &mut t.pmax_one,
-};
-const PMIN_POSITIVE: Slot = Slot {
-    name: "Pmin > 0",
-    size: |r| &mut r.pmin_positive,
-    share: |i| &mut i.pmin_positive,
-    time: |t| &mut t.pmin_positive,
-};
-const PMIN_ONE: Slot = Slot {
-    name: "Pmin = 1",
-    size: |r| &mut r.pmin_one,
-    share: |i| &mut i.pmin_one,
-    time: |t| &mut t.pmin_one,
-};
+/// The slot of a region: the field of its name in each part of the report.
+fn slot(which: Which) -> Slot {
+    macro_rules! of {
+        ($name:literal, $field:ident) => {
+            Slot { name: $name, size: |r| &mut r.$field, share: |i| &mut i.$field, time: |t| &mut t.$field }
+        };
+    }
+    match which {
+        Which::PmaxPositive => of!("Pmax > 0", pmax_positive),
+        Which::PmaxOne => of!("Pmax = 1", pmax_one),
+        Which::PminPositive => of!("Pmin > 0", pmin_positive),
+        Which::PminOne => of!("Pmin = 1", pmin_one),
+    }
+}
 
 struct Search<'a, E: Engine> {
     desk: &'a Desk<ReachReport>,
@@ -188,54 +184,32 @@ struct Search<'a, E: Engine> {
 }
 
 impl<E: Engine> Search<'_, E> {
-    /// The regions of a target.
-    fn target(&self, target: ExprId) -> Result<Regions<E::States>, Error> {
-        let engine = self.engine;
-        let states = engine.states_where(target)?;
-        let size = engine.count(&states)?;
+    /// All states of a target, whose number is in the report.
+    fn target(&self, target: ExprId) -> Result<E::States, Error> {
+        let states = self.engine.states_where(target)?;
+        let size = self.engine.count(&states)?;
         if size == Count::ZERO {
             self.desk.watch.warn("no state satisfies the target");
         }
         self.desk.update(|r| r.target = Some(size.into()));
-        let pmax_positive = self.region(&PMAX_POSITIVE, || regions::pmax_positive(engine, &states))?;
-        let pmax_one = self.region(&PMAX_ONE, || regions::pmax_one(engine, &states))?;
-        let pmin_positive = self.region(&PMIN_POSITIVE, || regions::pmin_positive(engine, &states))?;
-        let pmin_one = self.region(&PMIN_ONE, || regions::pmin_one(engine, &states, &pmin_positive))?;
-        Ok(Regions { pmax_one, pmax_positive, pmin_one, pmin_positive })
+        Ok(states)
     }
 
-    /// The regions of what is asked of marks: what no strategy against it wins is won by every strategy.
-    fn formula(&self, condition: &Condition) -> Result<Regions<E::States>, Error> {
-        let (engine, all) = (self.engine, self.engine.all_states());
-        let mut own = (engine.no_states(), engine.no_states());
-        let pmax_positive = self.region(&PMAX_POSITIVE, || {
-            own.0 = temporal::secured(engine, condition)?;
-            own.1 = regions::pmax_positive(engine, &own.0)?;
-            Ok(own.1.clone())
-        })?;
-        let pmax_one = self.region(&PMAX_ONE, || temporal::almost_surely(engine, &own.0, &own.1))?;
-        let mut against = (engine.no_states(), engine.no_states());
-        let pmin_one = self.region(&PMIN_ONE, || {
-            against.0 = temporal::secured(engine, &condition.negated())?;
-            against.1 = regions::pmax_positive(engine, &against.0)?;
-            engine.difference(&all, &against.1)
-        })?;
-        let pmin_positive = self.region(&PMIN_POSITIVE, || {
-            engine.difference(&all, &temporal::almost_surely(engine, &against.0, &against.1)?)
-        })?;
-        Ok(Regions { pmax_one, pmax_positive, pmin_one, pmin_positive })
-    }
-
-    /// Computes a region and writes it into the report.
+    /// Computes a region and writes what of it is judged into the report.
     fn region(
         &self,
-        slot: &Slot,
-        work: impl FnOnce() -> Result<E::States, Error>,
+        which: Which,
+        find: &mut dyn FnMut() -> Result<E::States, Error>,
     ) -> Result<E::States, Error> {
-        let work = || self.engine.intersection(&work()?, &self.judged);
-        let states = self.desk.timed(slot.name, work, |r, s| *(slot.time)(&mut r.time) = Some(s))?;
-        let size = self.engine.count(&states)?;
-        let share = self.share(&states)?;
+        let slot = slot(which);
+        let work = || {
+            let states = find()?;
+            Ok((self.engine.intersection(&states, &self.judged)?, states))
+        };
+        let (judged, states) =
+            self.desk.timed(slot.name, work, |r, s| *(slot.time)(&mut r.time) = Some(s))?;
+        let size = self.engine.count(&judged)?;
+        let share = self.share(&judged)?;
         self.desk.update(|r| {
             *(slot.size)(r) = Some(size.into());
             *(slot.share)(&mut r.initial) = Some(share);

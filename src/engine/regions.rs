@@ -56,16 +56,39 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
     engine.difference(&engine.all_states(), &losing)
 }
 
-/// All four regions; Pmin > 0 is computed once for both of its uses.
+/// Which of the four regions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// Pmax > 0
+    PmaxPositive,
+    /// Pmax = 1
+    PmaxOne,
+    /// Pmin > 0
+    PminPositive,
+    /// Pmin = 1
+    PminOne,
+}
+
+/// All four regions.
 ///
 /// # Errors
 /// A limit. Cost: that of [`pmin_positive`], [`pmax_one`], [`pmax_positive`] and [`pmin_one`].
 pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::States>> {
-    let pmin_positive = pmin_positive(engine, target)?;
-    Ok(Regions {
-        pmax_one: pmax_one(engine, target)?,
-        pmax_positive: pmax_positive(engine, target)?,
-        pmin_one: pmin_one(engine, target, &pmin_positive)?,
-        pmin_positive,
-    })
+    regions_by(engine, target, |_, find| find())
+}
+
+/// All four regions, each found when `by` asks for it; Pmin > 0 is computed once for both of its uses.
+///
+/// # Errors
+/// Those of [`regions`], and of `by`.
+pub fn regions_by<E: Engine>(
+    engine: &E,
+    target: &E::States,
+    mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<E::States>) -> Result<E::States>,
+) -> Result<Regions<E::States>> {
+    let pmax_positive = by(Which::PmaxPositive, &mut || pmax_positive(engine, target))?;
+    let pmax_one = by(Which::PmaxOne, &mut || pmax_one(engine, target))?;
+    let pmin_positive = by(Which::PminPositive, &mut || pmin_positive(engine, target))?;
+    let pmin_one = by(Which::PminOne, &mut || pmin_one(engine, target, &pmin_positive))?;
+    Ok(Regions { pmax_one, pmax_positive, pmin_one, pmin_positive })
 }

@@ -4,7 +4,8 @@
 //! to for ever; a play that satisfies the condition almost surely comes to one of them (L. de Alfaro, *Formal
 //! verification of probabilistic systems*, 1997).
 
-use crate::engine::regions::{Regions, pmax_positive};
+use super::outcomes::almost_sure_within;
+use crate::engine::regions::{Regions, Which, pmax_positive};
 use crate::engine::{Engine, Region};
 use crate::error::Result;
 use crate::model::expr::ExprId;
@@ -84,40 +85,42 @@ pub fn secured<E: Engine>(engine: &E, condition: &Condition) -> Result<E::States
     Ok(all)
 }
 
-/// The four regions of a condition on the product; those for every strategy are what is left by those of the
-/// negation for some strategy.
+/// The four regions of a condition on the product.
 ///
 /// # Errors
 /// As [`kept`]. Cost: for the condition and its negation each that of [`secured`], a backward fixpoint and an
 /// almost sure one.
 pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E::States>> {
-    let (pmax_one, pmax_positive) = some_strategy(engine, condition)?;
-    let (against_one, against_positive) = some_strategy(engine, &condition.negated())?;
+    regions_by(engine, condition, |_, find| find())
+}
+
+/// The four regions, each found when `by` asks for it; what no strategy against the condition wins is won by
+/// every strategy.
+///
+/// # Errors
+/// Those of [`regions`], and of `by`.
+pub fn regions_by<E: Engine>(
+    engine: &E,
+    condition: &Condition,
+    mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<E::States>) -> Result<E::States>,
+) -> Result<Regions<E::States>> {
     let all = engine.all_states();
-    Ok(Regions {
-        pmax_one,
-        pmax_positive,
-        pmin_one: engine.difference(&all, &against_positive)?,
-        pmin_positive: engine.difference(&all, &against_one)?,
-    })
-}
-
-/// Pmax = 1 and Pmax > 0.
-///
-/// # Errors
-/// As [`regions`].
-pub fn some_strategy<E: Engine>(engine: &E, condition: &Condition) -> Result<(E::States, E::States)> {
-    let secured = secured(engine, condition)?;
-    let positive = pmax_positive(engine, &secured)?;
-    Ok((almost_surely(engine, &secured, &positive)?, positive))
-}
-
-/// From where what is secured is reached almost surely; `positive` is from where it can be reached.
-///
-/// # Errors
-/// A limit of the engine. Cost: that of an almost sure fixpoint.
-pub fn almost_surely<E: Engine>(engine: &E, secured: &E::States, positive: &E::States) -> Result<E::States> {
-    super::outcomes::almost_sure_within(engine, secured, positive)
+    let mut own = engine.no_states();
+    let positive = by(Which::PmaxPositive, &mut || {
+        own = secured(engine, condition)?;
+        pmax_positive(engine, &own)
+    })?;
+    let pmax_one = by(Which::PmaxOne, &mut || almost_sure_within(engine, &own, &positive))?;
+    let (mut against, mut threatened) = (engine.no_states(), engine.no_states());
+    let pmin_one = by(Which::PminOne, &mut || {
+        against = secured(engine, &condition.negated())?;
+        threatened = pmax_positive(engine, &against)?;
+        engine.difference(&all, &threatened)
+    })?;
+    let pmin_positive = by(Which::PminPositive, &mut || {
+        engine.difference(&all, &almost_sure_within(engine, &against, &threatened)?)
+    })?;
+    Ok(Regions { pmax_one, pmax_positive: positive, pmin_one, pmin_positive })
 }
 
 /// The states of a region in which observers are fresh: formulas are judged from there on.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::store::Bdd;
+use super::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Count};
 use crate::error::Result;

@@ -3,7 +3,8 @@
 //! Every integer carries bounds that hold in every state, so that no operation overflows: widths
 //! follow from the bounds.
 
-use super::store::{Bdd, Store};
+use super::diagram::Bdd;
+use super::store::Store;
 use crate::error::Result;
 
 /// Bounds past this are left to the partition of values, which knows overflow.

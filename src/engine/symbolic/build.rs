@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::clusters::Clusters;
 use super::command::CommandBuilder;
+use super::diagram::Bdd;
 use super::encoding::{Bit, Encoding};
 use super::local::Local;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::transitions::{Builder, Piece, Transitions};
 use super::translate::Translator;
 use super::walk::Direction;

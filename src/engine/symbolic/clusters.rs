@@ -5,9 +5,10 @@
 
 use std::sync::Arc;
 
+use super::diagram::Bdd;
 use super::lists::List;
 use super::local::Local;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::touched::Touched;
 use super::transitions::Piece;
 use super::walk::Direction;

@@ -3,10 +3,11 @@
 use std::cell::RefCell;
 
 use super::bits::Bits;
+use super::diagram::Bdd;
 use super::encoding::Encoding;
 use super::local::Local;
 use super::partition::Partition;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::translate::Translator;
 use crate::error::Result;
 use crate::model::rounding::Sum;

@@ -1,6 +1,6 @@
 //! Reachability by allowed choices, in one recursion over a set, bounds and relations.
 //!
-//! As [`Walk::reach`], but each group of choices has a bound of its own, and steps into some states
+//! As [`Walk::close`], but each group of choices has a bound of its own, and steps into some states
 //! may not count: neither needs a relation that was not there before.
 
 use std::sync::Arc;
@@ -9,9 +9,9 @@ use std::sync::atomic::Ordering::Relaxed;
 use oxidd::Function;
 
 use super::SymbolicEngine;
+use super::diagram::Bdd;
 use super::lists::List;
 use super::parts::{self, Known, Part};
-use super::store::Bdd;
 use super::walk::{Halt, Walk};
 use crate::error::Result;
 

@@ -4,6 +4,7 @@
 
 use std::borrow::Borrow;
 
+use oxidd::bdd::BDDFunction;
 use oxidd::util::AllocResult;
 use oxidd::{BooleanFunction, Function, HasLevel, InnerNode, LevelNo, Manager, Node};
 use oxidd_core::function::EdgeOfFunc;
@@ -11,8 +12,8 @@ use oxidd_core::util::{EdgeDropGuard, Ref};
 use oxidd_core::{ApplyCache, DiagramRules, HasApplyCache};
 use oxidd_rules_bdd::simple::{BDDOp, BDDTerminal};
 
-use super::store::Bdd;
-
+/// A Boolean function of the bits of the present and the next state.
+pub(super) type Bdd = BDDFunction;
 pub(super) type ManagerOf<'id> = <Bdd as Function>::Manager<'id>;
 /// A diagram that somebody else owns.
 pub(super) type Edge<'e, 'id> = Ref<'e, EdgeOfFunc<'id, Bdd>>;

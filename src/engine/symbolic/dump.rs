@@ -6,8 +6,9 @@ use oxidd_core::function::EdgeOfFunc;
 use oxidd_core::util::Ref;
 use std::sync::Arc;
 
+use super::diagram::Bdd;
 use super::encoding::Encoding;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::transitions::Numbered;
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build};
 use crate::dump::{Diagram, Edge};
@@ -345,7 +346,6 @@ impl Encoding {
         let known = Encoding::new(program, declared.clone()).names();
         let of: AHashMap<&String, Bit> = known.iter().zip(declared).collect();
         let order: Vec<Bit> = names.iter().map(|n| of.get(n).copied()).collect::<Option<_>>()?;
-        let each: AHashSet<Bit> = order.iter().copied().collect();
-        (each.len() == order.len() && order.len() == known.len()).then_some(order)
+        super::order::is_whole(program, &order).then_some(order)
     }
 }

@@ -1,7 +1,8 @@
 //! How states are bits: an integer as its distance from the smallest value, most significant bit
 //! nearest to the root.
 
-use super::store::{Bdd, Store};
+use super::diagram::Bdd;
+use super::store::Store;
 use super::touched::Touched;
 use crate::error::Result;
 use crate::model::value::Type;

@@ -3,9 +3,10 @@
 
 use proptest::prelude::*;
 
+use super::diagram::Bdd;
 use super::local::Local;
 use super::parts::Part;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::thresholds::Thresholds;
 use super::touched::Touched;
 use super::walk::Direction;

@@ -11,8 +11,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use ahash::AHashSet;
 
+use super::diagram::Bdd;
 use super::local::Local;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use crate::error::Result;
 
 /// Relations of which any may take a step.

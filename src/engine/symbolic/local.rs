@@ -2,8 +2,8 @@
 
 use oxidd::Function;
 
-use super::diagram::{Diagram, ManagerOf};
-use super::store::{Bdd, Store};
+use super::diagram::{Bdd, Diagram, ManagerOf};
+use super::store::Store;
 use super::touched::Touched;
 use crate::error::Result;
 

@@ -11,9 +11,10 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use oxidd::Function;
 
+use super::diagram::Bdd;
 use super::lists::List;
 use super::parts::{self, Known, Part};
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::walk::{Halt, Walk};
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::Moves;

@@ -54,20 +54,20 @@ impl Order {
             Order::Auto => Ok(auto(program)),
             Order::Declared => Ok(declared(program)),
             Order::Text(source) => parse(program, source),
-            Order::Bits(bits) => {
-                let each: AHashSet<Bit> = bits.iter().copied().collect();
-                let all = declared(program);
-                if each.len() != bits.len()
-                    || each.len() != all.len()
-                    || !all.iter().all(|b| each.contains(b))
-                {
-                    let message = "the order does not have every bit of the model once";
-                    return Err(Error::Usage(message.to_owned()));
-                }
-                Ok(bits.clone())
+            Order::Bits(bits) if is_whole(program, bits) => Ok(bits.clone()),
+            Order::Bits(_) => {
+                Err(Error::Usage("the order does not have every bit of the model once".to_owned()))
             }
         }
     }
+}
+
+/// Whether an order has every bit of the program once.
+pub(super) fn is_whole(program: &Program, bits: &[Bit]) -> bool {
+    let (mut own, mut all) = (bits.to_vec(), declared(program));
+    own.sort_unstable();
+    all.sort_unstable();
+    own == all
 }
 
 /// An order and the reason for it.

@@ -6,7 +6,8 @@
 use ahash::AHashMap;
 
 use super::bits::Bits;
-use super::store::{Bdd, Store};
+use super::diagram::Bdd;
+use super::store::Store;
 use crate::error::{Limit, Result};
 use crate::model::value::{EvalError, Value};
 

@@ -9,9 +9,9 @@ use ahash::AHashMap;
 use oxidd::Function;
 
 use super::SymbolicEngine;
-use super::diagram::Diagram;
+use super::diagram::{Bdd, Diagram};
 use super::lists::List;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::walk::{Halt, Walk};
 use crate::error::Result;
 

@@ -1,7 +1,8 @@
 //! Single states of a set.
 
+use super::diagram::Bdd;
 use super::encoding::Encoding;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::{StateSet, SymbolicEngine};
 use crate::error::Result;
 use crate::model::{State, VarId};

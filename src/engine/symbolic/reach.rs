@@ -10,9 +10,10 @@ use super::lists::List;
 use super::walk::{Halt, Walk};
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// μY. X ∪ { s ∈ B : one step of the list joins s and Y }, for X ⊆ B
-    pub(super) fn reach(
+    /// μY. X ∪ { s ∈ B : one step of the list joins s and Y }, for X ⊆ B, by saturation or in this recursion.
+    pub(super) fn close(
         &self,
+        by_saturation: bool,
         x: Edge<'_, 'id>,
         b: Edge<'_, 'id>,
         list: &List,
@@ -28,18 +29,21 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let bit = self.top(x).min(self.top(b)).min(list.top);
         let closed = if bit < list.top {
             let ([x0, x1], [b0, b1]) = (self.split(x, bit), self.split(b, bit));
-            self.node(bit, &self.reach(x1, b1, list)?, &self.reach(x0, b0, list)?)?
+            let set = self.close(by_saturation, x1, b1, list)?;
+            self.node(bit, &set, &self.close(by_saturation, x0, b0, list)?)?
+        } else if by_saturation {
+            self.fire(x, b, self.store.lists.layers(self.store, list)?)?
         } else {
             self.reach_across(bit, x, b, list)?
         };
         self.m.remember(Memo::Close, &[x, b], number, closed.borrowed());
-        if closed.borrowed() != x {
+        if !by_saturation && closed.borrowed() != x {
             self.m.remember(Memo::Close, &[closed.borrowed(), b], number, closed.borrowed());
         }
         Ok(closed)
     }
 
-    /// The same where the first bit matters to the list.
+    /// The same in this recursion, where the first bit matters to the list.
     fn reach_across(
         &self,
         bit: u32,
@@ -59,7 +63,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         while open[at] || closed[at].borrowed() != crossed[at].borrowed() {
             let to = 1 - at;
             if std::mem::take(&mut open[at]) {
-                closed[at] = self.reach(closed[at].borrowed(), b[at], stays[at])?;
+                closed[at] = self.close(false, closed[at].borrowed(), b[at], stays[at])?;
             }
             if !crosses[at].is_empty() {
                 let new = self.minus(closed[at].borrowed(), crossed[at].borrowed())?;

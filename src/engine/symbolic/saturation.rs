@@ -8,45 +8,24 @@
 //! constrained saturation, ATVA 2009), so that relations need not be confined to the reachable
 //! states, which would make every one depend on every bit.
 
-use super::diagram::{Diagram, Edge, Held, Memo};
-use super::lists::{Layers, List};
+use super::diagram::{Diagram, Edge, Held};
+use super::lists::Layers;
 use super::walk::{Halt, Walk};
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// μY. X ∪ { s ∈ B : one step of the list joins s and Y }, for X ⊆ B
-    pub(super) fn saturate(
+    /// [`Walk::close`] where relations act on the first bit: fires all that do, each on what is new to it,
+    /// and closes the lower parts in between.
+    pub(super) fn fire(
         &self,
         x: Edge<'_, 'id>,
         b: Edge<'_, 'id>,
-        list: &List,
+        layers: &Layers,
     ) -> Result<Held<'m, 'id>, Halt> {
-        if !list.moves() || x == b || self.m.is_zero(x) {
-            return Ok(self.m.held(x));
-        }
-        let number = self.number(list);
-        if let Some(found) = self.m.recall(Memo::Close, &[x, b], number) {
-            return Ok(found);
-        }
-        self.tick()?;
-        let bit = self.top(x).min(self.top(b)).min(list.top);
-        let closed = if bit < list.top {
-            let ([x0, x1], [b0, b1]) = (self.split(x, bit), self.split(b, bit));
-            self.node(bit, &self.saturate(x1, b1, list)?, &self.saturate(x0, b0, list)?)?
-        } else {
-            self.fire(x, b, self.store.lists.layers(self.store, list)?)?
-        };
-        self.m.remember(Memo::Close, &[x, b], number, closed.borrowed());
-        Ok(closed)
-    }
-
-    /// The same where relations act on the first bit: fires all that do, each on what is new to it,
-    /// and closes the lower parts in between.
-    fn fire(&self, x: Edge<'_, 'id>, b: Edge<'_, 'id>, layers: &Layers) -> Result<Held<'m, 'id>, Halt> {
         let mut fired = layers.here.iter().map(|_| self.zero()).collect::<Result<Vec<_>, _>>()?;
         let mut closed = self.m.held(x);
         loop {
             let before = self.m.held(closed.borrowed());
-            closed = self.saturate(closed.borrowed(), b, &layers.below)?;
+            closed = self.close(true, closed.borrowed(), b, &layers.below)?;
             for (relation, fired) in layers.here.iter().zip(&mut fired) {
                 let new = self.minus(closed.borrowed(), fired.borrowed())?;
                 *fired = self.m.held(closed.borrowed());

@@ -11,24 +11,17 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 use ahash::AHashSet;
 use num_bigint::BigUint;
-use oxidd::bdd::{BDDFunction, BDDManagerRef};
+use oxidd::bdd::BDDManagerRef;
 use oxidd::util::num::Natural;
 use oxidd::util::{AllocResult, FxHasher, SatCountCache};
 use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, InnerNode, Manager, ManagerRef, Node};
 
-use super::diagram::ManagerOf;
-use super::lists::{List, Lists};
-use super::losing::Loss;
-use super::parts::{Known, Part};
+use super::diagram::{Bdd, ManagerOf};
+use super::lists::Lists;
 use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
 use super::thresholds::{Thresholds, Work};
-use super::touched::Touched;
-use super::walk::{Direction, Halt, Walk};
 use crate::engine::{Count, Observer, Settings, Usage};
 use crate::error::{Error, Limit, Result};
-
-/// A Boolean function of the bits of the present and the next state.
-pub(super) type Bdd = BDDFunction;
 
 /// What a recursion takes of the stack for a bit of a state, those of OxiDD within ours.
 const STACK_PER_BIT: usize = 4 << 10;
@@ -50,7 +43,7 @@ pub(super) struct Store {
     pub(super) lists: Lists,
     pub(super) work: Work,
     /// Whether fixpoints are found by saturation first, forward and backward.
-    saturates: [AtomicBool; 2],
+    pub(super) saturates: [AtomicBool; 2],
     thresholds: Thresholds,
     /// The stack that a recursion needs.
     stack: usize,
@@ -181,100 +174,6 @@ impl Store {
         self.run(|| f.exists(variables))
     }
 
-    /// { s ∈ B : one step of the list, in a direction, joins s and X }
-    pub(super) fn step(&self, direction: Direction, list: &List, x: &Bdd, bound: &Bdd) -> Result<Bdd> {
-        let how = (direction, None);
-        self.walk_to_the_end(how, |walk| walk.own(|w| w.step(x.as_edge(w.m), bound.as_edge(w.m), list)))
-    }
-
-    /// μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y }, for X ⊆ B.
-    ///
-    /// By the recursion over all relations, mostly better by far, or by saturation, which is where parts
-    /// that read much of each other go through many rounds. Where the way that was best last time takes
-    /// long, the other one gets a chance, and more steps: where saturation is better it is so by ten times,
-    /// where recursion is, by two or three.
-    pub(super) fn reach(
-        &self,
-        (direction, phase): (Direction, &'static str),
-        list: &List,
-        x: &Bdd,
-        bound: &Bdd,
-    ) -> Result<Bdd> {
-        self.progress(phase);
-        let saturates = &self.saturates[usize::from(direction == Direction::Backward)];
-        let (first, trial) = (saturates.load(Relaxed), self.thresholds.trial_steps);
-        for (by_saturation, steps) in [(first, trial), (!first, 4 * trial), (first, u64::MAX)] {
-            let found = self.fixpoint(by_saturation, (direction, Some(phase)), steps, list, (x, bound))?;
-            if let Some(found) = found {
-                saturates.store(by_saturation, Relaxed);
-                self.work.reached[usize::from(by_saturation)].fetch_add(1, Relaxed);
-                return Ok(found);
-            }
-        }
-        Err(self.full())
-    }
-
-    /// [`Store::reach`] by one way; none where it takes more than so many steps.
-    pub(super) fn fixpoint(
-        &self,
-        by_saturation: bool,
-        how: (Direction, Option<&'static str>),
-        steps: u64,
-        list: &List,
-        (x, bound): (&Bdd, &Bdd),
-    ) -> Result<Option<Bdd>> {
-        self.walk(how, steps, |walk| {
-            walk.own(|w| match by_saturation {
-                false => w.reach(x.as_edge(w.m), bound.as_edge(w.m), list),
-                true => w.saturate(x.as_edge(w.m), bound.as_edge(w.m), list),
-            })
-        })
-    }
-
-    /// What is lost with `new`; none where that takes more than `most` results on the way. See [`Walk::lose`].
-    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], most: usize) -> Result<Option<Loss>> {
-        let how = (Direction::Backward, Some("losing states"));
-        self.walk(how, u64::MAX, |walk| walk.lose(new, parts, &mut Known::new(most)))
-    }
-
-    /// What can reach X by some parts; none where that takes more than `most` results on the way. See
-    /// [`Walk::reach_by`].
-    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], most: usize) -> Result<Option<Bdd>> {
-        let how = (Direction::Backward, Some("backward reachability"));
-        self.walk(how, u64::MAX, |walk| walk.reach_by(x, parts, &mut Known::new(most)))
-    }
-
-    /// X over the next state: the touched variables primed.
-    pub(super) fn primed(&self, touched: &Touched, x: &Bdd) -> Result<Bdd> {
-        let how = (Direction::Forward, None);
-        self.walk_to_the_end(how, |walk| walk.own(|w| w.primed(x.as_edge(w.m), touched)))
-    }
-
-    /// Runs a recursion over diagrams; none where it takes more than so many steps.
-    fn walk<T>(
-        &self,
-        (direction, phase): (Direction, Option<&'static str>),
-        steps: u64,
-        recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
-    ) -> Result<Option<T>> {
-        self.safe_point()?;
-        let halted = self.shared(|m| self.deep(|| recursion(&Walk::new(self, m, direction, phase, steps))));
-        match halted {
-            Ok(found) => Ok(Some(found)),
-            Err(Halt::Failed(error)) => Err(error),
-            Err(Halt::Spent) => Ok(None),
-        }
-    }
-
-    /// The same with more steps than any machine takes.
-    fn walk_to_the_end<T>(
-        &self,
-        how: (Direction, Option<&'static str>),
-        recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
-    ) -> Result<T> {
-        self.walk(how, u64::MAX, recursion)?.ok_or_else(|| self.full())
-    }
-
     /// Works on the manager itself.
     pub(super) fn shared<T>(&self, work: impl for<'id> FnOnce(&ManagerOf<'id>) -> T) -> T {
         self.manager.with_manager_shared(work)
@@ -355,7 +254,7 @@ impl Store {
         Limit::Memory { what }.into()
     }
 
-    fn safe_point(&self) -> Result<()> {
+    pub(super) fn safe_point(&self) -> Result<()> {
         self.shared(|m| self.safe_point_in(m))
     }
 

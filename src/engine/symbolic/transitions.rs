@@ -9,9 +9,10 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::command::{CommandBuilder, CommandRelation};
+use super::diagram::Bdd;
 use super::lists::List;
 use super::local::Local;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::touched::Touched;
 use crate::error::{Error, Limit, Result};
 use crate::model::step::Choice;

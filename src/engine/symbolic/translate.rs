@@ -5,9 +5,10 @@ use std::cell::RefCell;
 use ahash::AHashMap;
 
 use super::bits::Bits;
+use super::diagram::Bdd;
 use super::encoding::Encoding;
 use super::partition::Partition;
-use super::store::{Bdd, Store};
+use super::store::Store;
 use crate::error::Result;
 use crate::model::Program;
 use crate::model::expr::{Binary, ExprId, Node, Unary};

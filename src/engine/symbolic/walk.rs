@@ -6,9 +6,9 @@ use ahash::AHashMap;
 use oxidd::util::AllocResult;
 use oxidd::{Function, NodeID};
 
-use super::diagram::{Diagram, Edge, Held, ManagerOf, Memo};
+use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf, Memo};
 use super::lists::{List, Quarters};
-use super::store::{Bdd, Store};
+use super::store::Store;
 use super::touched::Touched;
 use crate::error::{Error, Result};
 

@@ -5,9 +5,9 @@ use std::sync::atomic::Ordering::Relaxed;
 use ahash::AHashMap;
 use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
 
-use super::super::diagram::Diagram;
+use super::super::diagram::{Bdd, Diagram};
 use super::super::tables::{cache_entries, cache_for_nodes};
-use super::{Bdd, Store};
+use super::Store;
 use crate::engine::Settings;
 use crate::error::Result;
 

@@ -1,0 +1,107 @@
+//! The recursions over diagrams and relations, run on a store.
+
+use std::sync::atomic::Ordering::Relaxed;
+
+use oxidd::Function;
+
+use super::diagram::Bdd;
+use super::lists::List;
+use super::losing::Loss;
+use super::parts::{Known, Part};
+use super::store::Store;
+use super::touched::Touched;
+use super::walk::{Direction, Halt, Walk};
+use crate::error::Result;
+
+impl Store {
+    /// { s ∈ B : one step of the list, in a direction, joins s and X }
+    pub(super) fn step(&self, direction: Direction, list: &List, x: &Bdd, bound: &Bdd) -> Result<Bdd> {
+        let how = (direction, None);
+        self.walk_to_the_end(how, |walk| walk.own(|w| w.step(x.as_edge(w.m), bound.as_edge(w.m), list)))
+    }
+
+    /// μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y }, for X ⊆ B.
+    ///
+    /// By the recursion over all relations, mostly better by far, or by saturation, which is where parts
+    /// that read much of each other go through many rounds. Where the way that was best last time takes
+    /// long, the other one gets a chance, and more steps: where saturation is better it is so by ten times,
+    /// where recursion is, by two or three.
+    pub(super) fn reach(
+        &self,
+        (direction, phase): (Direction, &'static str),
+        list: &List,
+        x: &Bdd,
+        bound: &Bdd,
+    ) -> Result<Bdd> {
+        self.progress(phase);
+        let saturates = &self.saturates[usize::from(direction == Direction::Backward)];
+        let (first, trial) = (saturates.load(Relaxed), self.thresholds().trial_steps);
+        for (by_saturation, steps) in [(first, trial), (!first, 4 * trial), (first, u64::MAX)] {
+            let found = self.fixpoint(by_saturation, (direction, Some(phase)), steps, list, (x, bound))?;
+            if let Some(found) = found {
+                saturates.store(by_saturation, Relaxed);
+                self.work.reached[usize::from(by_saturation)].fetch_add(1, Relaxed);
+                return Ok(found);
+            }
+        }
+        Err(self.full())
+    }
+
+    /// [`Store::reach`] by one way; none where it takes more than so many steps.
+    pub(super) fn fixpoint(
+        &self,
+        by_saturation: bool,
+        how: (Direction, Option<&'static str>),
+        steps: u64,
+        list: &List,
+        (x, bound): (&Bdd, &Bdd),
+    ) -> Result<Option<Bdd>> {
+        self.walk(how, steps, |walk| {
+            walk.own(|w| w.close(by_saturation, x.as_edge(w.m), bound.as_edge(w.m), list))
+        })
+    }
+
+    /// What is lost with `new`; none where that takes more than `most` results on the way. See [`Walk::lose`].
+    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], most: usize) -> Result<Option<Loss>> {
+        let how = (Direction::Backward, Some("losing states"));
+        self.walk(how, u64::MAX, |walk| walk.lose(new, parts, &mut Known::new(most)))
+    }
+
+    /// What can reach X by some parts; none where that takes more than `most` results on the way. See
+    /// [`Walk::reach_by`].
+    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], most: usize) -> Result<Option<Bdd>> {
+        let how = (Direction::Backward, Some("backward reachability"));
+        self.walk(how, u64::MAX, |walk| walk.reach_by(x, parts, &mut Known::new(most)))
+    }
+
+    /// X over the next state: the touched variables primed.
+    pub(super) fn primed(&self, touched: &Touched, x: &Bdd) -> Result<Bdd> {
+        let how = (Direction::Forward, None);
+        self.walk_to_the_end(how, |walk| walk.own(|w| w.primed(x.as_edge(w.m), touched)))
+    }
+
+    /// Runs a recursion over diagrams; none where it takes more than so many steps.
+    fn walk<T>(
+        &self,
+        (direction, phase): (Direction, Option<&'static str>),
+        steps: u64,
+        recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
+    ) -> Result<Option<T>> {
+        self.safe_point()?;
+        let halted = self.shared(|m| self.deep(|| recursion(&Walk::new(self, m, direction, phase, steps))));
+        match halted {
+            Ok(found) => Ok(Some(found)),
+            Err(Halt::Failed(error)) => Err(error),
+            Err(Halt::Spent) => Ok(None),
+        }
+    }
+
+    /// The same with more steps than any machine takes.
+    fn walk_to_the_end<T>(
+        &self,
+        how: (Direction, Option<&'static str>),
+        recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
+    ) -> Result<T> {
+        self.walk(how, u64::MAX, recursion)?.ok_or_else(|| self.full())
+    }
+}
