@@ -10,6 +10,8 @@ use crate::engine::Scope;
 
 /// With more columns than this, numbers and arrows in the cells would be too small to be seen.
 const READABLE: usize = 24;
+/// With more columns than this, the letters of targets would be too small beside numbers of the usual size.
+const ROOMY: usize = 12;
 
 /// What a drawing on its own needs to look like one in the page.
 pub(super) fn style() -> Markup {
@@ -200,8 +202,9 @@ fn axes(atlas: &Atlas, rows: &[i64], columns: &[i64]) -> Markup {
 
 fn cell(picture: Picture, paint: &Paint<'_>, (x, y): (usize, usize), found: &Found) -> Markup {
     let look = paint.look(picture, found);
+    let place = !found.letters.is_empty() && paint.atlas.columns().len() > ROOMY;
     html! {
-        g.cell.elsewhere[found.elsewhere] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
+        g.cell.elsewhere[found.elsewhere].place[place] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
             data-value=(if found.elsewhere { "" } else { &look.text }) {
             rect width=(SIDE) height=(SIDE) fill=(look.fill) {}
             @if !is_large(paint.atlas) {
@@ -210,7 +213,11 @@ fn cell(picture: Picture, paint: &Paint<'_>, (x, y): (usize, usize), found: &Fou
                     path.arrows fill=(look.ink) d=(paint.arrows(picture, found)) {}
                 }
                 @for (corner, letter) in found.letters.iter().enumerate() {
-                    (corner_letter(corner, letter, look.ink))
+                    @if place && found.letters.len() == 1 {
+                        text class="target only" x=(SIDE / 2) y="29" { (letter) }
+                    } @else {
+                        (corner_letter(corner, letter, if place { 17 } else { 12 }))
+                    }
                 }
             }
         }
@@ -218,14 +225,14 @@ fn cell(picture: Picture, paint: &Paint<'_>, (x, y): (usize, usize), found: &Fou
 }
 
 /// A letter in a corner, where no arrow points.
-fn corner_letter(corner: usize, letter: &str, ink: &str) -> Markup {
+fn corner_letter(corner: usize, letter: &str, top: usize) -> Markup {
     let (class, x) = match corner % 2 {
         _ if letter == "◆" => ("target sign", 2),
         0 => ("target", 2),
         _ => ("target end", SIDE - 2),
     };
-    let y = if corner < 2 { 12 } else { SIDE - 3 };
-    html! { text class=(class) x=(x) y=(y) fill=(ink) { (letter) } }
+    let y = if corner < 2 { top } else { SIDE - 3 };
+    html! { text class=(class) x=(x) y=(y) { (letter) } }
 }
 
 /// Long texts are smaller.

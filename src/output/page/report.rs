@@ -95,7 +95,7 @@ impl Report for PageReport {
                 let _ = write!(out, " out of {} nodes", text::group(&written.nodes.to_string()));
             }
             if written.projected {
-                let _ = write!(out, " (without sliders: `--nodes` allows more)");
+                let _ = write!(out, " (without sliders: more nodes than were allowed)");
             }
             out.push('\n');
         }
