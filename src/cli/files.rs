@@ -39,8 +39,8 @@ impl Target {
         let place = match fs::metadata(given) {
             _ if given.as_os_str() == STDOUT => Place::Stdout,
             Ok(old) if old.is_dir() => return Err(failed("this is a directory")),
-            Ok(old) if !old.is_file() => Place::Stream,
             Ok(old) if fs::metadata("/dev/stdout").is_ok_and(|out| is_same(&old, &out)) => Place::Stdout,
+            Ok(old) if !old.is_file() => Place::Stream,
             Ok(old) => {
                 let is_input = |input: &&&Path| fs::metadata(input).is_ok_and(|input| is_same(&old, &input));
                 if let Some(input) = inputs.iter().find(is_input) {
@@ -101,7 +101,7 @@ impl Target {
             if !copied {
                 return Ok(Ready::File { file, backup: None });
             }
-            let backup = Builder::new().make_in(folder(path), |copy| fs::copy(path, copy).map(drop))?;
+            let backup = hidden().make_in(folder(path), |copy| fs::copy(path, copy).map(drop))?;
             Ok(Ready::File { file, backup: Some(backup) })
         };
         written().map_err(|e| Error::writing(&self.given, &e))
@@ -186,9 +186,16 @@ fn end_of_links(given: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many symbolic links"))
 }
 
+/// What lies beside a place for a moment. Only a process that is killed leaves it behind: its name says whose.
+fn hidden() -> Builder<'static, 'static> {
+    let mut builder = Builder::new();
+    builder.prefix(".meliora-");
+    builder
+}
+
 /// New files have the mode of any other new file; a temporary one would be its owner's alone.
 fn usual() -> Builder<'static, 'static> {
-    let mut builder = Builder::new();
+    let mut builder = hidden();
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
