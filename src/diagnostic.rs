@@ -51,7 +51,7 @@ impl SourceFile {
         let name = path.display().to_string();
         match File::open(path) {
             Ok(file) => Self::read(name, file),
-            Err(e) => Err(Error::Io { path: name, message: e.to_string() }),
+            Err(e) => Err(Error::reading(path, &e)),
         }
     }
 
@@ -63,7 +63,9 @@ impl SourceFile {
         let name = name.into();
         let failed = |message: String| Error::Io { path: name.clone(), message };
         let mut bytes = Vec::new();
-        from.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| failed(e.to_string()))?;
+        from.take(LARGEST_FILE + 1)
+            .read_to_end(&mut bytes)
+            .map_err(|e| Error::reading(Path::new(&name), &e))?;
         if bytes.len() as u64 > LARGEST_FILE {
             let what = format!("{name} has more than {} MiB", LARGEST_FILE >> 20);
             return Err(Limit::Size { what }.into());
@@ -120,7 +122,7 @@ fn lines_ended(text: &str) -> Cow<'_, str> {
 
 /// What a diagnostic reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Kind {
+pub enum Severity {
     /// Something is wrong.
     #[default]
     Error,
@@ -134,7 +136,7 @@ pub enum Kind {
 #[derive(Debug, Clone)]
 pub struct Diagnostic {
     /// An error, something unsupported, or a warning.
-    pub kind: Kind,
+    pub severity: Severity,
     /// What is wrong.
     pub message: String,
     /// The text it points into.
@@ -155,7 +157,7 @@ impl Diagnostic {
     /// An error at a place.
     pub fn new(source: &Arc<SourceFile>, span: Range<usize>, message: impl Into<String>) -> Self {
         Diagnostic {
-            kind: Kind::Error,
+            severity: Severity::Error,
             message: message.into(),
             source: Arc::clone(source),
             span,
@@ -168,8 +170,8 @@ impl Diagnostic {
 
     /// Says what kind of message it is.
     #[must_use]
-    pub fn kind(mut self, kind: Kind) -> Self {
-        self.kind = kind;
+    pub fn severity(mut self, severity: Severity) -> Self {
+        self.severity = severity;
         self
     }
 
@@ -256,9 +258,9 @@ fn groups<'d>(diagnostic: &'d Diagnostic, path: &'d str, text: &'d str) -> [Grou
         let place = AnnotationKind::Context.span(source.clamp(span));
         snippet = snippet.annotation(place.label(label.as_str()));
     }
-    let level = match diagnostic.kind {
-        Kind::Warning => Level::WARNING,
-        Kind::Error | Kind::Unsupported => Level::ERROR,
+    let level = match diagnostic.severity {
+        Severity::Warning => Level::WARNING,
+        Severity::Error | Severity::Unsupported => Level::ERROR,
     };
     let mut group = level.primary_title(diagnostic.message.as_str()).element(snippet);
     for note in &diagnostic.notes {

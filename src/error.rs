@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 use std::{fmt, io};
 
-pub use crate::diagnostic::{Diagnostic, Kind, SourceFile, render};
+pub use crate::diagnostic::{Diagnostic, Severity, SourceFile, render};
 
 /// The result of every operation of the library that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -51,6 +51,11 @@ fn first_message(diagnostics: &[Diagnostic]) -> String {
 }
 
 impl Error {
+    /// What the system said of a file that is read.
+    pub fn reading(path: &Path, error: &io::Error) -> Self {
+        Error::Io { path: path.display().to_string(), message: said(error) }
+    }
+
     /// What the system said of a file that is written; a full disk is a limit. `path` is the user's: the
     /// error may know another one, of a temporary file.
     pub fn writing(path: &Path, error: &io::Error) -> Self {
@@ -67,6 +72,8 @@ impl Error {
 /// What the system said, without the path that was added to it on the way.
 fn said(error: &io::Error) -> String {
     match (error.raw_os_error(), error.kind()) {
+        (Some(_), io::ErrorKind::NotFound) => "there is no such file".to_owned(),
+        (Some(_), io::ErrorKind::IsADirectory) => "this is a directory".to_owned(),
         (Some(_), _) | (None, io::ErrorKind::Other) => error.to_string(),
         (None, kind) => kind.to_string(),
     }

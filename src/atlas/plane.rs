@@ -30,7 +30,7 @@ impl Plane {
     /// An unknown name, a Boolean, one variable twice, too many cells; with the place in the text.
     /// More than two names.
     pub fn named(program: &Program, text: &str) -> Result<Self> {
-        let source = SourceFile::new("--grid", text);
+        let source = SourceFile::new("the grid", text);
         let mut variables = Vec::new();
         let mut start = 0;
         for part in text.split(',') {
@@ -56,7 +56,7 @@ impl Plane {
         let plane = match variables[..] {
             [column] => Plane { row: None, column },
             [row, column] => Plane { row: Some(row), column },
-            _ => return Err(Error::Usage("`--grid` takes one or two variables: ROW,COLUMN".to_owned())),
+            _ => return Err(Error::Usage("a grid has one or two variables: ROW,COLUMN".to_owned())),
         };
         match plane.cells(program) {
             cells if cells > MOST_CELLS => {

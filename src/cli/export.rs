@@ -127,6 +127,14 @@ fn globs(patterns: &[String]) -> Result<GlobSet, Error> {
     set.build().map_err(|e| Error::Usage(format!("`--region`: {e}")))
 }
 
+/// Says which option has chosen nothing.
+fn unmatched(error: Error) -> Error {
+    match error {
+        Error::Usage(message) => Error::Usage(format!("{message}: `--region` matches none")),
+        other => other,
+    }
+}
+
 fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(), Error> {
     if args.out.as_os_str() == "-" {
         let message = "a dump is a directory of files: it cannot go to standard output";
@@ -147,7 +155,8 @@ fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result
     let all = args.region.is_empty();
     let wanted = |name: &str| all || globs.is_match(name);
     let selection = Selection { wanted: &wanted, certificate: all && !args.no_certificate };
-    let dump = desk.timed("dump", || export(&engine, &analysis, &inputs, &selection), |_, _| ())?;
+    let dump = || export(&engine, &analysis, &inputs, &selection).map_err(unmatched);
+    let dump = desk.timed("dump", dump, |_, _| ())?;
     let dot = args.format == Format::Dot;
     let write = || write_directory(dump, &args.out, dot, desk.watch.as_ref());
     let manifest = desk.timed("write", write, |_, _| ())?;

@@ -6,7 +6,7 @@ use clap::Args;
 use meliora::engine::symbolic::order;
 use meliora::engine::{Engine, Scope};
 use meliora::error::Error;
-use meliora::lang;
+use meliora::lang::flat::Flat;
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
 use meliora::output::InfoReport;
@@ -58,8 +58,8 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let args = args.clone();
     supervise(FlatReport::default(), timeout, &shown, move |desk| {
         let (program, _) = load::program(&args.model, &desk.watch)?;
-        let text = lang::flat(&program)?;
-        desk.update(|r| r.0 = text);
+        let flat = Flat::of(program)?;
+        desk.update(|r| r.flat = Some(flat));
         Ok(())
     })
 }

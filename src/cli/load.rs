@@ -5,9 +5,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use meliora::dump::manifest;
 use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
-use meliora::error::{Diagnostic, Error, Kind, SourceFile};
+use meliora::error::{Diagnostic, Error, Severity, SourceFile};
+use meliora::lang::ast::Span;
 use meliora::lang::ltl::{Formula, Watching};
 use meliora::lang::named::{self, Property};
 use meliora::lang::property::{Bound, Strategies};
@@ -231,10 +233,10 @@ pub(super) fn asked(
 pub(super) fn goal(
     program: &mut Program,
     source: &Arc<SourceFile>,
-    formula: &Formula,
+    formula: &Formula<Span>,
 ) -> Result<Goal, Error> {
     if let Some(target) = formula.reachability() {
-        return Ok(Goal::Target(lang::lower_target(program, source, target)?));
+        return Ok(Goal::Target(lang::lower_part(program, source, *target)?));
     }
     let mut watched = program.clone();
     let mut watching = Watching::new(&mut watched);
@@ -251,8 +253,27 @@ fn of_model(property: &Property) -> Result<named::Asked, Error> {
     property.asks.clone().map_err(|reason| {
         let source = SourceFile::new("--property", property.name.as_str());
         let message = format!("the property \"{}\" of the model cannot be answered: {reason}", property.name);
-        Diagnostic::new(&source, 0..property.name.len(), message).kind(Kind::Unsupported).into()
+        Diagnostic::new(&source, 0..property.name.len(), message).severity(Severity::Unsupported).into()
     })
+}
+
+/// The directory of a dump; what is none is told by its name, and not by a file that it lacks.
+///
+/// # Errors
+/// There is no such directory, or no dump in it.
+pub(super) fn dump(directory: &Path) -> Result<&Path, Error> {
+    let wrong =
+        |message: &str| Error::Io { path: directory.display().to_string(), message: message.to_owned() };
+    match std::fs::metadata(directory) {
+        Err(e) => Err(Error::reading(directory, &e)),
+        Ok(found) if !found.is_dir() => {
+            Err(wrong("this is no directory: a dump is one, as `meliora export` writes it"))
+        }
+        Ok(_) if !directory.join(manifest::FILE).exists() => {
+            Err(wrong("there is no dump in this directory: `meliora export` writes one"))
+        }
+        Ok(_) => Ok(directory),
+    }
 }
 
 /// What an engine is created with.

@@ -35,7 +35,9 @@ mod strategy;
 mod verify;
 
 use std::ffi::OsString;
+use std::path::Path;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use meliora::error::Error;
 
@@ -86,7 +88,7 @@ pub(crate) fn run(args: &[OsString]) -> Status {
     let parsed = command().try_get_matches_from(in_our_words(args));
     let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
-        Err(error) => return terminal::show_clap(&error, json),
+        Err(error) => return terminal::show_clap(&with_tip(error, args), json),
     };
     let outcome = match cli.command {
         Command::Check(args) => check::run(args),
@@ -107,6 +109,16 @@ pub(crate) fn run(args: &[OsString]) -> Status {
         Ok(status) => status,
         Err(error) => fail(&error, json),
     }
+}
+
+/// Says where a file belongs that stands in place of a command.
+fn with_tip(mut error: clap::Error, args: &[OsString]) -> clap::Error {
+    let is_file = args.get(1).is_some_and(|arg| Path::new(arg).is_file());
+    if error.kind() == ErrorKind::InvalidSubcommand && is_file {
+        let tip = "a file comes after a command, as in `meliora check MODEL PREFS`";
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    error
 }
 
 /// The one place where an error that ends the run without a report is shown.

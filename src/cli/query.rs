@@ -13,6 +13,7 @@ use meliora::output::report::json_state;
 use meliora::query::{Archive, Selected};
 
 use super::exit::Status;
+use super::load;
 use super::options::{self, ShownArgs};
 use super::size;
 use super::supervise::{Desk, supervise};
@@ -90,7 +91,7 @@ pub(super) fn run(args: QueryArgs) -> Result<Status, Error> {
 fn work(desk: &Desk<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
     desk.watch.bound_memory(args.limits.memory());
     let settings = args.limits.settings(Scope::All, desk);
-    let open = || Archive::open(&args.directory, args.condition.as_deref(), settings);
+    let open = || Archive::open(load::dump(&args.directory)?, args.condition.as_deref(), settings);
     let archive = desk.timed("load", open, |_, _| ())?;
     let selected = desk.timed("select", || archive.select(&args.region), |_, _| ())?;
     desk.update(|r| {

@@ -117,7 +117,7 @@ fn show(report: &impl Report, shown: &ShownArgs) -> Result<(), Error> {
     if shown.json {
         terminal::print_json(report)
     } else {
-        terminal::print(&report.text(terminal::stdout_style()))
+        terminal::print_report(report, terminal::stdout_style())
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use meliora::error::{Error, Limit, render};
 use meliora::escape;
-use meliora::output::{Failure, FailureKind, Style};
+use meliora::output::{Failure, FailureKind, Report, Style};
 use serde::Serialize;
 
 use super::advice;
@@ -51,6 +51,14 @@ pub(super) fn stderr_style() -> Style {
 /// Nothing more could be written, such as to a full disk.
 pub(super) fn print(text: &str) -> Result<(), Error> {
     print_by(|out| out.write_all(text.as_bytes()))
+}
+
+/// Writes a report for people.
+///
+/// # Errors
+/// Those of [`print`].
+pub(super) fn print_report(report: &impl Report, style: Style) -> Result<(), Error> {
+    print_by(|out| report.write(style, out))
 }
 
 fn print_by(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {

@@ -58,7 +58,7 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
 
 fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     desk.watch.bound_memory(args.limits.memory());
-    let manifest = Manifest::read(&args.directory)?;
+    let manifest = Manifest::read(load::dump(&args.directory)?)?;
     let given = Given {
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),

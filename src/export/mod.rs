@@ -75,7 +75,7 @@ pub fn export(
     let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
     named.retain(|n| always(&n.name) || (selection.wanted)(&n.name));
     if !named.iter().any(|n| (selection.wanted)(&n.name)) {
-        return Err(Error::Usage("no region has a name that `--region` matches".to_owned()));
+        return Err(Error::Usage("no region has a name that is wanted".to_owned()));
     }
     if named.iter().any(|n| names::is_strategy(&n.name)) {
         // What a strategy leaves out can only be told from all that is enabled.

@@ -209,7 +209,7 @@ impl Parameters {
                 format!("there can be at most {} forks, not {}", fork::DEEPEST, p.forks)
             }
             p if p.rows < rows || p.cols < cols => {
-                format!("{} forks (--forks) need {rows} rows and {cols} columns", p.forks)
+                format!("{} forks need {rows} rows and {cols} columns", p.forks)
             }
             p if p.items <= 2 * p.forks => {
                 format!(

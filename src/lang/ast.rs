@@ -3,38 +3,8 @@
 //! Chains of operators of one precedence level are flat lists, so that the height of a tree is
 //! bounded by the nesting that the parser allows and recursion over it is safe.
 
-use std::ops::Range;
-
 use crate::model::value::Type;
-
-/// A byte range of the text. Any two spans are equal, so that equality of trees is about content.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Span {
-    /// The first byte.
-    pub start: usize,
-    /// The byte after the last one.
-    pub end: usize,
-}
-
-impl Span {
-    /// The span as a range of bytes.
-    pub fn range(self) -> Range<usize> {
-        self.start..self.end
-    }
-
-    /// From the start of `self` to the end of `other`.
-    pub fn to(self, other: Span) -> Span {
-        Span { start: self.start, end: other.end }
-    }
-}
-
-impl PartialEq for Span {
-    fn eq(&self, _: &Span) -> bool {
-        true
-    }
-}
-
-impl Eq for Span {}
+pub use crate::span::Span;
 
 /// A name at a place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -168,36 +138,36 @@ pub enum ModelType {
     Dtmc,
 }
 
-/// A model file.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Model {
+/// A model file. Its expressions and commands are trees, or what else is made of them when it is read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model<E = Expr, C = Command<E>> {
     /// The model type with its place, if it is given.
     pub kind: Option<(ModelType, Span)>,
     /// Everything else, in the order of the text.
-    pub items: Vec<Item>,
+    pub items: Vec<Item<E, C>>,
 }
 
-/// A part of a model file.
+/// A part of a model file. Parts of which there may be millions are small, so the others are boxed.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Item {
+pub enum Item<E = Expr, C = Command<E>> {
     /// `const …;`
-    Const(ConstDef),
+    Const(ConstDef<E>),
     /// `formula f = e;`
-    Formula(FormulaDef),
+    Formula(FormulaDef<E>),
     /// `label "l" = e;`
-    Label(LabelDef),
+    Label(LabelDef<E>),
     /// `global x : …;`
-    Global(VarDecl),
+    Global(Box<VarDecl<E>>),
     /// `module … endmodule`
-    Module(Module),
+    Module(Box<Module<E, C>>),
     /// `module … = … [ … ] endmodule`
-    Renamed(RenamedModule),
+    Renamed(Box<RenamedModule>),
     /// `rewards … endrewards`
-    Rewards(Rewards),
+    Rewards(Box<Rewards<E>>),
     /// `init … endinit`
-    Init(Expr),
+    Init(E),
     /// `system … endsystem`
-    System(System),
+    System(Box<System>),
 }
 
 /// The declared type of a constant.
@@ -224,121 +194,88 @@ impl ConstType {
 
 /// A constant.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ConstDef {
+pub struct ConstDef<E = Expr> {
     /// Its type.
     pub ty: ConstType,
     /// Its name.
     pub name: Ident,
     /// Its value; none for a constant to be defined on the command line.
-    pub value: Option<Expr>,
+    pub value: Option<E>,
 }
 
 /// A formula.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FormulaDef {
+pub struct FormulaDef<E = Expr> {
     /// Its name.
     pub name: Ident,
     /// What it stands for.
-    pub body: Expr,
+    pub body: E,
 }
 
 /// A label.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LabelDef {
+pub struct LabelDef<E = Expr> {
     /// Its name without quotes.
     pub name: Ident,
     /// Where it holds.
-    pub body: Expr,
+    pub body: E,
 }
 
 /// A variable.
 #[derive(Debug, Clone, PartialEq)]
-pub struct VarDecl {
+pub struct VarDecl<E = Expr> {
     /// Its name.
     pub name: Ident,
     /// Its range; none for `bool`.
-    pub range: Option<(Expr, Expr)>,
+    pub range: Option<(E, E)>,
     /// `init e`
-    pub init: Option<Expr>,
+    pub init: Option<E>,
     /// The whole declaration.
     pub span: Span,
 }
 
 /// A module.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Module {
+pub struct Module<E = Expr, C = Command<E>> {
     /// Its name.
     pub name: Ident,
     /// Its variables.
-    pub variables: Vec<VarDecl>,
+    pub variables: Vec<VarDecl<E>>,
     /// Its commands.
-    pub commands: Commands,
-}
-
-/// The commands of a module.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Commands {
-    /// As trees.
-    Trees(Vec<Command>),
-    /// Where they stand in the text. A tree takes many times the memory of its text, so a model that is
-    /// only to be flattened has one at a time, read again when its turn comes.
-    Places(Vec<Span>),
-}
-
-impl Commands {
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        match self {
-            Commands::Trees(trees) => trees.len(),
-            Commands::Places(places) => places.len(),
-        }
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Adds one, in the form that the others have.
-    pub(crate) fn push(&mut self, command: Command) {
-        match self {
-            Commands::Trees(trees) => trees.push(command),
-            Commands::Places(places) => places.push(command.span),
-        }
-    }
+    pub commands: Vec<C>,
 }
 
 /// A command.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Command {
+pub struct Command<E = Expr> {
     /// The action label, if there is one.
     pub action: Option<Ident>,
     /// When it is enabled.
-    pub guard: Expr,
+    pub guard: E,
     /// The branches; at least one.
-    pub branches: Vec<Branch>,
+    pub branches: Vec<Branch<E>>,
     /// The whole command.
     pub span: Span,
 }
 
 /// A branch of a command.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Branch {
+pub struct Branch<E = Expr> {
     /// Its probability; none for 1.
-    pub probability: Option<Expr>,
+    pub probability: Option<E>,
     /// The assignments; none for `true`.
-    pub updates: Vec<Assignment>,
+    pub updates: Vec<Assignment<E>>,
     /// The whole branch.
     pub span: Span,
 }
 
 /// `(x' = e)`
 #[derive(Debug, Clone, PartialEq)]
-pub struct Assignment {
+pub struct Assignment<E = Expr> {
     /// The variable.
     pub variable: Ident,
     /// Its new value.
-    pub value: Expr,
+    pub value: E,
 }
 
 /// A module made from another one by renaming.
@@ -354,24 +291,24 @@ pub struct RenamedModule {
 
 /// A reward structure; checked for syntax and otherwise ignored.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rewards {
+pub struct Rewards<E = Expr> {
     /// Its name without quotes.
     pub name: Option<Ident>,
     /// Its lines.
-    pub items: Vec<RewardItem>,
+    pub items: Vec<RewardItem<E>>,
     /// The whole structure.
     pub span: Span,
 }
 
 /// A line of a reward structure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RewardItem {
+pub struct RewardItem<E = Expr> {
     /// `[a]` or `[]`; none for a state reward.
     pub action: Option<Option<Ident>>,
     /// Where it is earned.
-    pub guard: Expr,
+    pub guard: E,
     /// How much.
-    pub value: Expr,
+    pub value: E,
 }
 
 /// A composition of modules.

@@ -35,7 +35,7 @@ pub fn load_observed(
     constants: &Arc<SourceFile>,
     observer: &dyn Observer,
 ) -> Result<Checked> {
-    let bounds = SourceFile::new("--bounds", "");
+    let bounds = SourceFile::new("bounds", "");
     load_given(source, &Given { constants: Arc::clone(constants), bounds }, observer)
 }
 

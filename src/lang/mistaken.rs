@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::token::{Token, tokens};
-use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
+use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 
 /// So much of a text is looked at.
 const BEGINNING: usize = 1 << 12;
@@ -35,11 +35,11 @@ pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
     let found = match begin.first_word() {
         Some(word) if PREFERENCE_WORDS.contains(&word) => Some((
             "this is a preference file, not a model",
-            "the model comes first: `meliora check MODEL PREFS`",
+            "the model comes first, and the preferences after it",
         )),
         Some(word) if PROPERTY_WORDS.contains(&word) && begin.second_is_bound() => Some((
             "this is a list of properties, not a model",
-            "`meliora reach MODEL --properties FILE` takes it",
+            "it is asked of a model: `meliora reach` takes both",
         )),
         _ => begin.explicit(),
     };
@@ -54,8 +54,27 @@ pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
     let is_model = begin.first_word().is_some_and(|word| MODEL_WORDS.contains(&word))
         || begin.tokens.first() == Some(&(Token::LeftBrace, "{"));
-    let help = "the preferences come after the model: `meliora check MODEL PREFS`";
+    let help = "the model comes first, and the preferences after it";
     if is_model { Err(begin.refuse("this is a model, not a preference file", help)) } else { Ok(()) }
+}
+
+/// Refuses as properties what is known to be something else.
+///
+/// # Errors
+/// It is a preference file or a model.
+pub(super) fn no_properties(source: &Arc<SourceFile>) -> Result<()> {
+    let begin = Beginning::of(source);
+    let message = match begin.first_word() {
+        Some(word) if PREFERENCE_WORDS.contains(&word) => {
+            "this is a preference file, not a list of properties"
+        }
+        // Definitions stand in both.
+        Some(word) if MODEL_WORDS.contains(&word) && !["const", "formula"].contains(&word) => {
+            "this is a model, not a list of properties"
+        }
+        _ => return Ok(()),
+    };
+    Err(begin.refuse(message, "properties are written `\"name\": P>=1 [ F condition ];`"))
 }
 
 /// The first tokens of a text.
@@ -70,7 +89,7 @@ impl<'a> Beginning<'a> {
     fn of(source: &'a Arc<SourceFile>) -> Self {
         let text = &source.text[..source.text.floor_char_boundary(BEGINNING)];
         let all = tokens(text);
-        let start = all.first().map_or(0, |(_, span)| span.start);
+        let start = all.first().map_or(0, |(_, span)| span.start());
         let tokens = all.into_iter().map(|(token, span)| (token, text.get(span.range()).unwrap_or("")));
         Beginning { source, text, tokens: tokens.collect(), start }
     }
@@ -117,6 +136,9 @@ impl<'a> Beginning<'a> {
     fn refuse(&self, message: &str, help: &str) -> Error {
         let end =
             self.text[self.start..].find(char::is_whitespace).map_or(self.text.len(), |n| self.start + n);
-        Diagnostic::new(self.source, self.start..end, message).kind(Kind::Unsupported).help(help).into()
+        Diagnostic::new(self.source, self.start..end, message)
+            .severity(Severity::Unsupported)
+            .help(help)
+            .into()
     }
 }

@@ -18,7 +18,9 @@ mod slip;
 pub mod token;
 pub mod valuation;
 
-pub use check::{Checked, check, load_preferences, lower_preferences, lower_target, outline_preferences};
+pub use check::{
+    Checked, load_preferences, lower_part, lower_preferences, lower_target, outline_preferences,
+};
 pub use flat::flat;
 pub use load::{Given, load, load_given, load_observed};
 pub use parse::{parse_expression, parse_model};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::ast::{Ident, Span};
 use super::ltl::{Formula, FormulaKind};
-use super::parse::{Failed, Parsed, Parser};
+use super::parse::{Failed, Parsed, Parser, Places, whole};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
 use crate::model::preference::{Empty, History, Relation};
@@ -28,7 +28,8 @@ pub struct Objective {
     /// Its name.
     pub name: Ident,
     /// What plays are to do.
-    pub formula: Formula,
+    /// Its state formulas are places in the file.
+    pub formula: Formula<Span>,
     /// The whole statement.
     pub span: Span,
 }
@@ -50,7 +51,7 @@ pub struct Chain {
 /// All syntax errors that could be told apart.
 pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
     super::mistaken::no_preferences(source)?;
-    let mut parser = Parser::new(source);
+    let mut parser = Parser::places(source, whole(source));
     let mut preferences = Preferences::default();
     while parser.peek() != Token::End {
         if parser.preference(&mut preferences).is_err() {
@@ -60,7 +61,7 @@ pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
     parser.finish(preferences)
 }
 
-impl Parser<'_> {
+impl Parser<'_, Places> {
     fn preference(&mut self, preferences: &mut Preferences) -> Parsed<()> {
         let start = self.here();
         if self.eat_word("objective") {

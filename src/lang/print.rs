@@ -3,9 +3,8 @@
 use std::fmt::{self, Display, Formatter, Write as _};
 
 use super::ast::{
-    ATOM_LEVEL, Assignment, BinaryOp, Branch, Command, Commands, ConstDef, ConstType, Expr, ExprKind, Ident,
-    Item, Model, ModelType, Module, NEG_LEVEL, NOT_LEVEL, RenamedModule, Rewards, System, SystemKind,
-    VarDecl,
+    ATOM_LEVEL, Assignment, BinaryOp, Branch, Command, ConstDef, ConstType, Expr, ExprKind, Ident, Item,
+    Model, ModelType, Module, NEG_LEVEL, NOT_LEVEL, RenamedModule, Rewards, System, SystemKind, VarDecl,
 };
 
 impl Expr {
@@ -156,10 +155,7 @@ impl Display for Module {
         for variable in &self.variables {
             writeln!(f, "    {variable}")?;
         }
-        match &self.commands {
-            Commands::Trees(trees) => trees.iter().try_for_each(|command| writeln!(f, "    {command}"))?,
-            Commands::Places(places) => writeln!(f, "    // {} commands", places.len())?,
-        }
+        self.commands.iter().try_for_each(|command| writeln!(f, "    {command}"))?;
         f.write_str("endmodule")
     }
 }

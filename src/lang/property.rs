@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::ast::{BinaryOp, Span};
 use super::ltl::Formula;
-use super::parse::{Failed, Parsed, Parser};
+use super::parse::{Failed, Parsed, Parser, Places, whole};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
 
@@ -38,7 +38,7 @@ pub struct Property {
     /// What each of these strategies satisfies the formula with.
     pub bound: Bound,
     /// What is asked of plays.
-    pub formula: Formula,
+    pub formula: Formula<Span>,
 }
 
 /// Which extreme probability an operator names.
@@ -81,18 +81,31 @@ pub(in crate::lang) fn meaning(
 /// # Errors
 /// A syntax error, or a property whose answer needs numbers, with the reason.
 pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
-    let mut parser = Parser::new(source);
+    property_at(source, whole(source))
+}
+
+/// Reads a part of a text that is one property.
+///
+/// # Errors
+/// Those of [`parse_property`].
+pub(in crate::lang) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Property> {
+    let mut parser = Parser::places(source, place);
     let parsed = parser.property();
     parser.finish_parsed(parsed)
 }
 
-impl Parser<'_> {
+impl Parser<'_, Places> {
     fn property(&mut self) -> Parsed<Property> {
         let start = self.here();
         let extreme = self.operator()?;
         let (comparison, value) = self.bound(start)?;
         let (strategies, bound) = self.meaning(extreme, comparison, value, start)?;
-        self.expect(Token::LeftBracket)?;
+        if self.peek() != Token::LeftBracket {
+            let diagnostic = self.wrong(self.here(), "the formula of a property stands in brackets");
+            self.report(diagnostic.label("expected `[`").help("write `P>=1 [ F condition ]`"));
+            return Err(Failed);
+        }
+        self.advance();
         let formula = self.temporal_formula()?;
         self.expect(Token::RightBracket)?;
         self.eat(Token::Semicolon);
@@ -125,7 +138,13 @@ impl Parser<'_> {
                 self.report(self.unsupported(span, message).help(help));
                 Err(Failed)
             }
-            _ => Err(self.expected("a property such as `P>=1 [ F … ]`")),
+            "" => Err(self.expected("a property such as `P>=1 [ F … ]`")),
+            _ => {
+                let message = "a property says how likely its formula is to hold";
+                let help = "write `P>=1 [ … ]` for surely, `P>0 [ … ]` for possibly";
+                self.report(self.wrong(span, message).label("expected `P>=1 [` or the like").help(help));
+                Err(Failed)
+            }
         }
     }
 

@@ -6,10 +6,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::ast::{ConstDef, Expr, Item};
+use super::ast::{ConstDef, Item, Span};
 use super::check::{Wanted, given_values, lower_value};
+use super::parse::items_at;
+use super::property::property_at;
 use super::valuation::Binding;
-use super::{lower_target, parse_constants, parse_model, parse_property};
+use super::{lower_part, parse_constants};
 use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use crate::lang::ltl::Watching;
 use crate::lang::property::Property;
@@ -31,7 +33,7 @@ pub struct Stated {
     pub text: String,
     /// What it asks, or why that cannot be answered here.
     pub property: Result<Property, String>,
-    /// The text at its place, all else blank.
+    /// The text that it stands in.
     pub source: Arc<SourceFile>,
 }
 
@@ -43,7 +45,7 @@ pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
     let mut open = Vec::new();
     for range in statements(source)?.into_iter().filter(|r| word(&source.text[r.clone()]) == "const") {
         // What is wrong with a definition is said when it is read in earnest.
-        let items = parse_model(&alone(source, range)).map_or_else(|_| Vec::new(), |model| model.items);
+        let items = items_at(source, place(&range)).unwrap_or_default();
         open.extend(items.into_iter().filter_map(|item| match item {
             Item::Const(ConstDef { name, value: None, .. }) => Some(name.name),
             _ => None,
@@ -63,12 +65,13 @@ pub fn parse_properties(
     given: &Arc<SourceFile>,
     program: &mut Program,
 ) -> Result<Vec<Stated>> {
+    super::mistaken::no_properties(source)?;
     let bindings = parse_constants(given)?;
     let mut file = File { given, bindings, open: Vec::new(), program };
     let is_definition = |range: &Range<usize>| DEFINITIONS.contains(&word(&source.text[range.clone()]));
     let (definitions, properties): (Vec<_>, Vec<_>) =
         statements(source)?.into_iter().partition(is_definition);
-    definitions.into_iter().try_for_each(|range| file.define(&alone(source, range)))?;
+    definitions.into_iter().try_for_each(|range| file.define(source, place(&range)))?;
     Ok(properties.into_iter().map(|range| file.property(source, range)).collect())
 }
 
@@ -77,12 +80,8 @@ fn word(text: &str) -> &str {
     text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default()
 }
 
-/// A text of the same length in which only a part is not blank: what is wrong with it has its place.
-fn alone(source: &SourceFile, range: Range<usize>) -> Arc<SourceFile> {
-    let blank = |c: u8| if c == b'\n' { '\n' } else { ' ' };
-    let mut text: String = source.text.bytes().take(range.start).map(blank).collect();
-    text.push_str(&source.text[range]);
-    SourceFile::new(source.name.clone(), text)
+fn place(range: &Range<usize>) -> Span {
+    Span::new(range.start, range.end)
 }
 
 /// A property file that is being read.
@@ -96,18 +95,18 @@ struct File<'a> {
 
 impl File<'_> {
     /// Adds what a statement defines to the program.
-    fn define(&mut self, source: &Arc<SourceFile>) -> Result<()> {
-        for item in parse_model(source)?.items {
+    fn define(&mut self, source: &Arc<SourceFile>, place: Span) -> Result<()> {
+        for item in items_at(source, place)? {
             match item {
                 Item::Label(label) => {
                     let target =
-                        lower_target(self.program, source, &label.body).map_err(|e| self.without_value(e))?;
+                        lower_part(self.program, source, label.body).map_err(|e| self.without_value(e))?;
                     self.program.labels.retain(|(name, _)| *name != label.name.name);
                     self.program.labels.push((label.name.name, target));
                 }
                 Item::Formula(formula) => {
-                    let id = lower_value(self.program, source, &formula.body)
-                        .map_err(|e| self.without_value(e))?;
+                    let id =
+                        lower_value(self.program, source, formula.body).map_err(|e| self.without_value(e))?;
                     self.program.formulas.push((formula.name.name, id));
                 }
                 Item::Const(constant) => self.constant(source, constant)?,
@@ -117,7 +116,7 @@ impl File<'_> {
         Ok(())
     }
 
-    fn constant(&mut self, source: &Arc<SourceFile>, constant: ConstDef) -> Result<()> {
+    fn constant(&mut self, source: &Arc<SourceFile>, constant: ConstDef<Span>) -> Result<()> {
         let ConstDef { ty, name, value } = constant;
         if self.program.constants.iter().any(|(known, _)| *known == name.name) {
             let message = format!("the constant `{}` is declared already", name.name);
@@ -131,7 +130,7 @@ impl File<'_> {
         }
         let value = match (given.first(), value) {
             (Some((_, value)), _) => *value,
-            (None, Some(value)) => self.value(source, &name.name, ty.ty(), &value)?,
+            (None, Some(value)) => self.value(source, &name.name, ty.ty(), value)?,
             (None, None) => {
                 self.open.push(name.name);
                 return Ok(());
@@ -142,9 +141,9 @@ impl File<'_> {
     }
 
     /// The value that a constant has in the file.
-    fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: &Expr) -> Result<Value> {
+    fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Value> {
         let id = lower_value(self.program, source, value).map_err(|e| self.without_value(e))?;
-        let wrong = |message: String| Diagnostic::new(source, value.span.range(), message);
+        let wrong = |message: String| Diagnostic::new(source, value.range(), message);
         match (self.program.pool.literal(id), ty) {
             (Some(Value::Int(i)), Type::Real) => Ok(Value::Real(i as f64)),
             (Some(value), ty) if value.ty() == ty => Ok(value),
@@ -160,13 +159,12 @@ impl File<'_> {
         let (name, start) = named(&source.text[range.clone()]);
         let range = range.start + start..range.end;
         let text = source.text[range.clone()].trim().to_owned();
-        let source = alone(source, range);
-        let property = parse_property(&source).map_err(|e| reason(&e));
+        let property = property_at(source, place(&range)).map_err(|e| reason(&e));
         let property = property.and_then(|p| {
-            let known = known(self.program, &source, &p).map(|()| p);
+            let known = known(self.program, source, &p).map(|()| p);
             known.map_err(|e| reason(&self.without_value(e)))
         });
-        Stated { name, text, property, source }
+        Stated { name, text, property, source: Arc::clone(source) }
     }
 
     /// The error of an expression, in which a constant without a value is no unknown name.
@@ -175,8 +173,10 @@ impl File<'_> {
         for open in &self.open {
             let unknown = format!("unknown name `{open}`");
             for diagnostic in diagnostics.iter_mut().filter(|d| d.message == unknown) {
-                diagnostic.message =
-                    format!("the constant `{open}` has no value: give it with `--const {open}=…`");
+                diagnostic.message = format!(
+                    "the constant `{open}` has no value: give it with `{} {open}=…`",
+                    self.given.name
+                );
                 diagnostic.label = "undefined".to_owned();
             }
         }
@@ -187,7 +187,7 @@ impl File<'_> {
 /// Whether the formula has a meaning in the program.
 fn known(program: &mut Program, source: &Arc<SourceFile>, property: &Property) -> Result<()> {
     match property.formula.reachability() {
-        Some(target) => lower_target(program, source, target).map(|_| ()),
+        Some(target) => lower_part(program, source, *target).map(|_| ()),
         None => Watching::new(program).watch(source, &property.formula, "property").map(|_| ()),
     }
 }

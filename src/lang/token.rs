@@ -170,17 +170,8 @@ impl Token {
     }
 }
 
-/// Which tokens can be looked at before they are taken.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Ahead {
-    /// Only the next ones: a list of all tokens takes many times the memory of their text.
-    Few,
-    /// All of them.
-    All,
-}
-
-/// How many tokens [`Ahead::Few`] are.
-const FEW: usize = 3;
+/// So many tokens are made before they are taken: a list of all takes many times the memory of their text.
+const AHEAD: usize = 3;
 
 /// The tokens of a text one after the other. Never fails: what cannot be read becomes [`Token::Wrong`].
 /// Behind the last token stands [`Token::End`] without end, and so it does where the work is to stop.
@@ -190,7 +181,6 @@ pub(crate) struct Tokens<'t> {
     part: Span,
     /// The tokens that were made and not taken; at the end of the text none.
     made: VecDeque<(Token, Span)>,
-    most: usize,
     before: Option<Span>,
     /// How many tokens were taken.
     taken: usize,
@@ -198,19 +188,15 @@ pub(crate) struct Tokens<'t> {
 
 impl<'t> Tokens<'t> {
     /// The tokens of a part of a text, with their places in the whole.
-    pub(crate) fn new(text: &'t str, part: Span, ahead: Ahead, poll: &mut Poll<'_>) -> Self {
+    pub(crate) fn new(text: &'t str, part: Span, poll: &mut Poll<'_>) -> Self {
         let lexer = Token::lexer(text.get(part.range()).unwrap_or(""));
-        let most = match ahead {
-            Ahead::Few => FEW,
-            Ahead::All => usize::MAX,
-        };
-        let mut tokens = Tokens { lexer, part, made: VecDeque::new(), most, before: None, taken: 0 };
+        let mut tokens = Tokens { lexer, part, made: VecDeque::new(), before: None, taken: 0 };
         tokens.fill(poll);
         tokens
     }
 
     fn fill(&mut self, poll: &mut Poll<'_>) {
-        while self.made.len() < self.most
+        while self.made.len() < AHEAD
             && let Some(token) = self.fetch(poll)
         {
             self.made.push_back(token);
@@ -219,9 +205,19 @@ impl<'t> Tokens<'t> {
 
     /// A token that was not taken yet, with its place; 0 is the next one.
     pub(crate) fn at(&self, ahead: usize) -> (Token, Span) {
-        debug_assert!(ahead < self.most, "so far ahead nothing was made");
-        let end = (Token::End, Span { start: self.part.end, end: self.part.end });
-        self.made.get(ahead).copied().unwrap_or(end)
+        debug_assert!(ahead < AHEAD, "so far ahead nothing was made");
+        self.made.get(ahead).copied().unwrap_or(self.end())
+    }
+
+    /// All tokens that were not taken yet, [`Token::End`] last: those far ahead are made anew each time.
+    pub(crate) fn rest(&self) -> impl Iterator<Item = (Token, Span)> + '_ {
+        let mut behind = self.lexer.clone();
+        let more = std::iter::from_fn(move || read(&mut behind, self.part));
+        self.made.iter().copied().chain(more).chain([self.end()])
+    }
+
+    fn end(&self) -> (Token, Span) {
+        (Token::End, Span::new(self.part.end(), self.part.end()))
     }
 
     /// Where the token that was taken last stands.
@@ -249,12 +245,12 @@ impl<'t> Tokens<'t> {
         if poll.is_over() {
             return None;
         }
-        let (token, mut span) = self.read()?;
+        let (token, mut span) = read(&mut self.lexer, self.part)?;
         // One message for a run of bytes that mean nothing.
         while token == Token::Wrong && !poll.is_over() {
             let behind = self.lexer.clone();
-            match self.read() {
-                Some((Token::Wrong, next)) if next.start == span.end => span.end = next.end,
+            match read(&mut self.lexer, self.part) {
+                Some((Token::Wrong, next)) if next.start() == span.end() => span = span.to(next),
                 _ => {
                     self.lexer = behind;
                     break;
@@ -263,19 +259,18 @@ impl<'t> Tokens<'t> {
         }
         Some((token, span))
     }
+}
 
-    fn read(&mut self) -> Option<(Token, Span)> {
-        let token = self.lexer.next()?.unwrap_or(Token::Wrong);
-        let range = self.lexer.span();
-        Some((token, Span { start: self.part.start + range.start, end: self.part.start + range.end }))
-    }
+fn read(lexer: &mut logos::Lexer<'_, Token>, part: Span) -> Option<(Token, Span)> {
+    let token = lexer.next()?.unwrap_or(Token::Wrong);
+    let range = lexer.span();
+    Some((token, Span::new(part.start() + range.start, part.start() + range.end)))
 }
 
 /// All tokens of a short text, [`Token::End`] among them.
 pub(crate) fn tokens(text: &str) -> Vec<(Token, Span)> {
     let mut poll = Poll::new(&Unobserved);
-    let tokens = Tokens::new(text, Span { start: 0, end: text.len() }, Ahead::All, &mut poll);
-    (0..=tokens.made.len()).map(|ahead| tokens.at(ahead)).collect()
+    Tokens::new(text, Span::new(0, text.len()), &mut poll).rest().collect()
 }
 
 /// The words that PRISM keeps for itself.

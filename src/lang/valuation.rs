@@ -40,7 +40,7 @@ pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
 pub fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[Arc<SourceFile>; 2]> {
     let (these, others): (Vec<_>, Vec<_>) =
         parse_constants(source)?.into_iter().partition(|binding| theirs.contains(&binding.name.name));
-    let text = |binding: &Binding| &source.text[binding.name.span.start..binding.span.end];
+    let text = |binding: &Binding| &source.text[binding.name.span.start()..binding.span.end()];
     let joined = |all: &[Binding]| all.iter().map(text).collect::<Vec<_>>().join(",");
     Ok([these, others].map(|all| SourceFile::new(source.name.clone(), joined(&all))))
 }
@@ -73,7 +73,7 @@ pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State>
             Some(value) => state.push(value),
             None => {
                 let message = format!("no value for `{}`, and it has no single initial value", variable.name);
-                let end = Span { start: source.text.len(), end: source.text.len() };
+                let end = Span::new(source.text.len(), source.text.len());
                 parser.report(parser.wrong(end, message));
             }
         }

@@ -3,7 +3,10 @@
 //! A formula that occurs a thousand times is one node, so that nested formulas do not blow up and
 //! both engines can remember what they computed for a node.
 
-use ahash::AHashMap;
+use std::num::NonZeroU32;
+
+use ahash::RandomState;
+use hashbrown::HashTable;
 
 use super::VarId;
 use super::value::{self, EvalError, Type, Value};
@@ -11,12 +14,16 @@ pub use super::value::{Binary, Unary};
 
 /// A node of an [`ExprPool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct ExprId(u32);
+pub struct ExprId(NonZeroU32);
 
 impl ExprId {
     /// The position of the node in its pool: operands come before the nodes that use them.
     pub fn index(self) -> usize {
-        self.0 as usize
+        self.0.get() as usize - 1
+    }
+
+    fn at(index: usize) -> Self {
+        ExprId(NonZeroU32::MIN.saturating_add(u32::try_from(index).unwrap_or(u32::MAX)))
     }
 }
 
@@ -39,14 +46,17 @@ pub enum Node {
 /// result has no value: such a node stays and fails where it is evaluated.
 #[derive(Debug, Clone, Default)]
 pub struct ExprPool {
-    nodes: Vec<Entry>,
-    index: AHashMap<Node, ExprId>,
+    nodes: Vec<Node>,
+    /// What is known of each node.
+    known: Vec<Known>,
+    /// The nodes by their content, which is looked up in `nodes`.
+    index: HashTable<ExprId>,
+    hasher: RandomState,
 }
 
-/// A node with what is known of it.
+/// What is known of a node.
 #[derive(Debug, Clone, Copy)]
-struct Entry {
-    node: Node,
+struct Known {
     ty: Type,
     /// A truth value that the node has in no state.
     never: Option<bool>,
@@ -55,18 +65,17 @@ struct Entry {
 impl ExprPool {
     /// The node of `id`.
     pub fn node(&self, id: ExprId) -> Node {
-        self.nodes[id.index()].node
+        self.nodes[id.index()]
     }
 
     /// The type of `id`.
     pub fn ty(&self, id: ExprId) -> Type {
-        self.nodes[id.index()].ty
+        self.known[id.index()].ty
     }
 
     /// Whether all nodes of another pool are here too, under the same ids.
     pub(super) fn starts_with(&self, other: &ExprPool) -> bool {
-        let same = |(a, b): (&Entry, &Entry)| a.node == b.node;
-        self.nodes.len() >= other.nodes.len() && self.nodes.iter().zip(&other.nodes).all(same)
+        self.nodes.starts_with(&other.nodes)
     }
 
     /// How many nodes there are.
@@ -76,7 +85,7 @@ impl ExprPool {
 
     /// All nodes, operands before the nodes that use them.
     pub fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
-        (0..self.nodes.len() as u32).map(ExprId)
+        (0..self.nodes.len()).map(ExprId::at)
     }
 
     /// Whether there is no node.
@@ -156,7 +165,7 @@ impl ExprPool {
 
     /// A truth value that `id` has in no state, as far as its operands show.
     fn never(&self, id: ExprId) -> Option<bool> {
-        self.nodes[id.index()].never
+        self.known[id.index()].never
     }
 
     fn never_of(&self, node: Node) -> Option<bool> {
@@ -257,13 +266,15 @@ impl ExprPool {
     }
 
     fn intern(&mut self, node: Node, ty: Type) -> ExprId {
-        if let Some(&id) = self.index.get(&node) {
+        let hash = self.hasher.hash_one(node);
+        if let Some(&id) = self.index.find(hash, |id| self.nodes[id.index()] == node) {
             return id;
         }
-        let id = ExprId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
-        let never = self.never_of(node);
-        self.nodes.push(Entry { node, ty, never });
-        self.index.insert(node, id);
+        let id = ExprId::at(self.nodes.len());
+        self.known.push(Known { ty, never: self.never_of(node) });
+        self.nodes.push(node);
+        let (nodes, hasher) = (&self.nodes, &self.hasher);
+        self.index.insert_unique(hash, id, |id| hasher.hash_one(nodes[id.index()]));
         id
     }
 }

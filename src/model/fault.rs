@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::expr::ExprId;
 use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
-use crate::error::{Diagnostic, Error, Kind, Limit};
+use crate::error::{Diagnostic, Error, Limit, Severity};
 
 /// The error for a state in which [`Program::steps`] fails.
 pub fn in_state(program: &Program, state: &[i64]) -> Error {
@@ -62,7 +62,7 @@ pub fn rounded(program: &Program, id: CommandId, sum: f64, state: &[i64]) -> Dia
     let message = format!("the probabilities of {} sum to {sum} in the state {at}", title(program, id));
     let help = "sums within 1e-6 of 1 are taken for 1; fractions such as 1/3 are exact";
     diagnostic(program, span(program, id), message, "not 1".to_owned(), Some(help.to_owned()))
-        .kind(Kind::Warning)
+        .severity(Severity::Warning)
 }
 
 /// The initial states' expression failed.
@@ -86,7 +86,7 @@ fn title(program: &Program, id: CommandId) -> String {
 }
 
 fn span(program: &Program, id: CommandId) -> Range<usize> {
-    program.commands[id.index()].span.clone()
+    program.commands[id.index()].span.range()
 }
 
 fn diagnostic(

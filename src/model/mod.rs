@@ -16,7 +16,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::error::SourceFile;
+use crate::span::Span;
 use expr::{ExprId, ExprPool};
+use smallvec::SmallVec;
 use value::{Type, Value};
 
 /// A variable of a [`Program`]: its position in [`Program::variables`].
@@ -127,12 +129,17 @@ pub struct Command {
     /// When it is enabled.
     pub guard: ExprId,
     /// What it may do; exactly one happens.
-    pub branches: Vec<Branch>,
+    pub branches: Branches,
     /// The whole command in the text.
-    pub span: Range<usize>,
-    /// The guard in the text.
-    pub guard_span: Range<usize>,
+    pub span: Span,
 }
+
+/// The branches of a command. Programs of a million commands are taken, and most of these have one branch
+/// with one or two updates: such commands need no memory but their own.
+pub type Branches = SmallVec<[Branch; 1]>;
+
+/// The new values that a branch gives; see [`Branch::updates`].
+pub type Updates = SmallVec<[(VarId, ExprId); 2]>;
 
 /// One branch of a command.
 #[derive(Debug, Clone)]
@@ -141,9 +148,7 @@ pub struct Branch {
     pub probability: ExprId,
     /// New values; a variable occurs at most once, all right sides read the old state. The right
     /// side has the type of the variable.
-    pub updates: Vec<(VarId, ExprId)>,
-    /// The branch in the text.
-    pub span: Range<usize>,
+    pub updates: Updates,
 }
 
 /// A set of combinations of commands, one out of each factor, that move together.

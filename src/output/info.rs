@@ -1,6 +1,7 @@
 //! The report of `meliora info`.
 
 use std::fmt::Write;
+use std::io;
 
 use serde::Serialize;
 
@@ -9,6 +10,7 @@ use super::envelope::{Envelope, Findings, Time};
 use super::report::{Counts, Failure, ModelSummary, Report};
 use super::text::{self, Grid};
 use crate::engine::Scope;
+use crate::lang::flat::Flat;
 
 /// Names of values shown for one variable.
 const MOST_NAMES: usize = 6;
@@ -153,8 +155,12 @@ impl Findings for InfoFindings {
 }
 
 /// A flat program as text: a report without numbers.
-#[derive(Debug, Clone, Default, Serialize)]
-pub struct FlatReport(pub String);
+#[derive(Default, Serialize)]
+pub struct FlatReport {
+    /// The program; none until it was read.
+    #[serde(skip)]
+    pub flat: Option<Flat<'static>>,
+}
 
 impl Report for FlatReport {
     fn fail(&mut self, _: Failure) {}
@@ -162,7 +168,11 @@ impl Report for FlatReport {
     fn finish(&mut self, _: f64, _: u64) {}
 
     fn text(&self, _: Style) -> String {
-        self.0.clone()
+        self.flat.as_ref().map_or_else(String::new, Flat::to_string)
+    }
+
+    fn write(&self, _: Style, out: &mut dyn io::Write) -> io::Result<()> {
+        self.flat.as_ref().map_or(Ok(()), |flat| write!(out, "{flat}"))
     }
 }
 

@@ -1,5 +1,7 @@
 //! What all reports have in common.
 
+use std::io;
+
 use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
@@ -19,6 +21,14 @@ pub trait Report: Serialize {
     fn finish(&mut self, seconds: f64, peak_rss_bytes: u64);
     /// The report for people.
     fn text(&self, style: Style) -> String;
+
+    /// Writes the report for people; at once, unless it is so long that it is better written in pieces.
+    ///
+    /// # Errors
+    /// Those of writing.
+    fn write(&self, style: Style, out: &mut dyn io::Write) -> io::Result<()> {
+        out.write_all(self.text(style).as_bytes())
+    }
 
     /// Whether the question asked for a yes or a no, and the answer is no.
     fn is_no(&self) -> bool {

@@ -49,7 +49,7 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     out.push_str(&weakening(report, plays, style));
     if plays.given_up > 0 {
         let (given_up, steps) = (plural_plays(plays.given_up), group(&report.steps.to_string()));
-        let _ = writeln!(out, "  {given_up} given up after {steps} steps; `--steps` lets them go on.");
+        let _ = writeln!(out, "  {given_up} given up after {steps} steps; more steps let them go on.");
     }
     out.push_str(&trace(plays, style));
     out
@@ -155,7 +155,7 @@ fn trace(plays: &PlaysReport, style: Style) -> String {
         let _ = writeln!(out, "    {line}");
     }
     if let Some(more) = trace.turns.len().checked_sub(SHOWN).filter(|&n| n > 0) {
-        let _ = writeln!(out, "    … and {} more, which `--json` has", text::plural(more, "step"));
+        let _ = writeln!(out, "    … and {} more, which the JSON has", text::plural(more, "step"));
     }
     out
 }

@@ -35,7 +35,7 @@ pub(super) fn render(report: &StrategyReport, style: Style) -> String {
         if *asked == super::Number::from(0) {
             out.push_str("\nNo state has this rank.\n");
         } else if *asked > listed {
-            let _ = writeln!(out, "\n{} of {} states; `--limit` lists more.", listed, asked.grouped());
+            let _ = writeln!(out, "\n{} of {} states; a larger limit lists more.", listed, asked.grouped());
         }
     }
     out.push_str(&text::incomplete(report.error.as_ref(), style));

@@ -248,7 +248,7 @@ fn wrong(file: &str, message: &str) -> Error {
 
 /// The condition in the pool of the program.
 fn lower(program: &mut Program, text: &str) -> Result<ExprId> {
-    let source = SourceFile::new("--where", text);
+    let source = SourceFile::new("the condition", text);
     if let Some(at) = text.find('"') {
         let diagnostic = Diagnostic::new(&source, at..text.len(), "a dump knows no labels of the model");
         return Err(diagnostic.help("name a region instead, such as `initial` or `deadlock`").into());

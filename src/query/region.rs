@@ -31,6 +31,9 @@ pub(super) fn parse(source: &Arc<SourceFile>, names: &[&str], levels_end: bool) 
     }
 }
 
+/// How regions are made of others.
+const JOINED: &str = "regions are joined by `&` (both), `|` (either) and `!` (not)";
+
 struct Parser<'a> {
     source: &'a Arc<SourceFile>,
     names: &'a [&'a str],
@@ -82,7 +85,8 @@ impl Parser<'_> {
         let end = text.find(|c: char| c.is_whitespace() || "&|!()".contains(c)).unwrap_or(text.len());
         let (name, span) = (&text[..end], self.at..self.at + end);
         if name.is_empty() {
-            return Err(self.wrong(self.rest(), "the name of a region was expected").into());
+            let diagnostic = self.wrong(self.rest(), "the name of a region was expected");
+            return Err(diagnostic.label("such as `sasi:1`").help(JOINED).into());
         }
         self.at += end;
         let position = |wanted: &str| self.names.iter().position(|n| *n == wanted);
@@ -97,7 +101,7 @@ impl Parser<'_> {
         let help = match self.peek() {
             Some('-' | '\\') => "`a & !b` is what `a` has and `b` has not",
             Some(')') => "there is a bracket too many",
-            _ => "regions are joined by `&` (both), `|` (either) and `!` (not)",
+            _ => JOINED,
         };
         self.wrong(self.rest(), "the expression has ended here").label("expected `&` or `|`").help(help)
     }

@@ -174,7 +174,7 @@ pub fn arguments(text: &str) {
     }
     if let Some(property) = seen(lang::parse_property(&source)) {
         match property.formula.reachability() {
-            Some(target) => drop(seen(lang::lower_target(&mut program, &source, target))),
+            Some(target) => drop(seen(lang::lower_part(&mut program, &source, *target))),
             None => {
                 let mut watching = lang::ltl::Watching::new(&mut program);
                 if seen(watching.watch(&source, &property.formula, "property")).is_some() {

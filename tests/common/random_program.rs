@@ -2,6 +2,7 @@
 //! simpler programs, so that a failing one shrinks well.
 
 use meliora::error::SourceFile;
+use meliora::lang::ast::Span;
 use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora::model::value::{Type, Value};
 use meliora::model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
@@ -146,7 +147,7 @@ impl Builder<'_> {
         let guard = self.condition(2);
         let probabilities = self.probabilities();
         let branches = probabilities.into_iter().map(|p| self.branch(module, action, p)).collect();
-        Command { module, action, number: 0, guard, branches, span: 0..0, guard_span: 0..0 }
+        Command { module, action, number: 0, guard, branches, span: Span::default() }
     }
 
     fn probabilities(&mut self) -> Vec<ExprId> {
@@ -187,7 +188,7 @@ impl Builder<'_> {
                 updates.push((VarId(index as u32), self.update(index)));
             }
         }
-        Branch { probability, updates, span: 0..0 }
+        Branch { probability, updates: updates.into() }
     }
 
     fn update(&mut self, index: usize) -> ExprId {

@@ -120,19 +120,19 @@ fn item() -> impl Strategy<Value = Item> {
         })),
         (ident(), expr()).prop_map(|(name, body)| Item::Formula(FormulaDef { name, body })),
         (ident(), expr()).prop_map(|(name, body)| Item::Label(LabelDef { name, body })),
-        variable().prop_map(Item::Global),
+        variable().prop_map(|v| Item::Global(Box::new(v))),
         (ident(), vec(variable(), 0..3), vec(command(), 0..3)).prop_map(|(name, variables, commands)| {
-            Item::Module(Module { name, variables, commands: Commands::Trees(commands) })
+            Item::Module(Box::new(Module { name, variables, commands }))
         }),
         (ident(), ident(), vec((ident(), ident()), 1..4))
-            .prop_map(|(name, base, renames)| Item::Renamed(RenamedModule { name, base, renames })),
-        (option::of(ident()), vec(reward, 0..3)).prop_map(|(name, items)| Item::Rewards(Rewards {
+            .prop_map(|(name, base, renames)| Item::Renamed(Box::new(RenamedModule { name, base, renames }))),
+        (option::of(ident()), vec(reward, 0..3)).prop_map(|(name, items)| Item::Rewards(Box::new(Rewards {
             name,
             items,
             span: span()
-        })),
+        }))),
         expr().prop_map(Item::Init),
-        system().prop_map(Item::System),
+        system().prop_map(|s| Item::System(Box::new(s))),
     ]
 }
 
@@ -152,7 +152,8 @@ fn ambiguous(model: &Model) -> bool {
             r.name.is_none()
                 && r.items.first().is_some_and(|i| i.action.is_none() && starts_with_label(&i.guard))
         }
-        Item::Module(Module { commands: Commands::Trees(trees), .. }) => trees
+        Item::Module(m) => m
+            .commands
             .iter()
             .flat_map(|c| &c.branches)
             .any(|b| b.probability.as_ref().is_some_and(|p| p.to_string().starts_with("true +"))),

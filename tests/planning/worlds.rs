@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use meliora::engine::Scope;
 use meliora::error::SourceFile;
+use meliora::lang::ast::Span;
 use meliora::model::expr::{Binary, ExprId, ExprPool};
 use meliora::model::preference::Statement;
 use meliora::model::value::{Type, Value};
@@ -159,11 +160,11 @@ impl Graph {
         let branches = ways.map(|(to, p)| {
             let probability = pool.value(Value::Real(p));
             let updates = self.digits(to).map(|(v, digit)| (v, pool.value(Value::Int(digit))));
-            Branch { probability, updates: updates.to_vec(), span: 0..0 }
+            Branch { probability, updates: updates.into() }
         });
         let branches = branches.collect();
         let guard = self.at(pool, &[node]);
-        Command { module: 0, action: None, number, guard, branches, span: 0..0, guard_span: 0..0 }
+        Command { module: 0, action: None, number, guard, branches, span: Span::default() }
     }
 
     /// The expression that holds in these nodes.

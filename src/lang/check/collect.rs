@@ -1,21 +1,23 @@
 //! Sorts the parts of a model, finds the base of each renamed module, and declares all names.
 
+use std::borrow::Cow;
+
 use ahash::AHashMap;
 
 use super::limits::MOST_RENAMINGS;
 use super::lower::Lowerer;
 use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::lang::ast::{
-    ConstDef, Expr, FormulaDef, Ident, Item, LabelDef, Model, ModelType, Module, RenamedModule, Span, System,
-    VarDecl,
+    ConstDef, FormulaDef, Ident, Item, LabelDef, ModelType, Module, RenamedModule, Span, System, VarDecl,
 };
+use crate::lang::parse::Outline;
 use crate::model::VarId;
 use crate::model::value::Type;
 
 /// A module, or a renamed copy of one.
 pub(super) struct Instance<'a> {
     pub(super) name: &'a Ident,
-    pub(super) module: &'a Module,
+    pub(super) module: &'a Module<Span, Span>,
     /// The renaming to read the module under.
     pub(super) env: Env,
     /// What makes it: the declaration of the copy, for messages.
@@ -24,7 +26,7 @@ pub(super) struct Instance<'a> {
 
 /// A variable as it is declared: by whom, and under which renaming.
 pub(super) struct Declared<'a> {
-    pub(super) declaration: &'a VarDecl,
+    pub(super) declaration: &'a VarDecl<Span>,
     pub(super) name: String,
     pub(super) env: Env,
     pub(super) module: Option<usize>,
@@ -35,14 +37,14 @@ pub(super) struct Declared<'a> {
 /// The parts of a model, sorted.
 pub(super) struct Parts<'a> {
     pub(super) kind: ModelType,
-    pub(super) constants: Vec<&'a ConstDef>,
-    pub(super) formulas: Vec<&'a FormulaDef>,
-    pub(super) labels: Vec<&'a LabelDef>,
+    pub(super) constants: Vec<&'a ConstDef<Span>>,
+    pub(super) formulas: Vec<&'a FormulaDef<Span>>,
+    pub(super) labels: Vec<&'a LabelDef<Span>>,
     pub(super) modules: Vec<Instance<'a>>,
     /// How many commands the modules have together.
     pub(super) commands: usize,
     pub(super) variables: Vec<Declared<'a>>,
-    pub(super) init: Option<&'a Expr>,
+    pub(super) init: Option<Span>,
     pub(super) system: Option<&'a System>,
     pub(super) rewards: usize,
     /// Where each label and each module was met first.
@@ -71,7 +73,7 @@ impl Default for Parts<'_> {
 
 impl<'a> Parts<'a> {
     /// Fills in everything; reports what occurs twice and copies without a base.
-    pub(super) fn collect(&mut self, model: &'a Model, lowerer: &mut Lowerer<'a>) {
+    pub(super) fn collect(&mut self, model: &'a Outline, lowerer: &mut Lowerer<'a>) {
         self.kind = model.kind.map_or(ModelType::Mdp, |(kind, _)| kind);
         self.constants = super::constants(model).collect();
         let (plain, copies) = bases(model);
@@ -95,20 +97,20 @@ impl<'a> Parts<'a> {
                         self.instance(instance, lowerer);
                     }
                 }
-                Item::Init(e) => self.init(e, lowerer),
+                Item::Init(e) => self.init(*e, lowerer),
                 Item::System(s) => self.system(s, lowerer),
                 Item::Rewards(_) => self.rewards += 1,
                 Item::Const(_) => {}
             }
         }
         if self.modules.is_empty() && lowerer.diagnostics.is_empty() {
-            let end = Span { start: lowerer.source.text.len(), end: lowerer.source.text.len() };
+            let end = Span::new(lowerer.source.text.len(), lowerer.source.text.len());
             let diagnostic = lowerer.wrong(end, "the model has no module");
             lowerer.report(diagnostic);
         }
     }
 
-    fn label(&mut self, label: &'a LabelDef, lowerer: &mut Lowerer<'a>) {
+    fn label(&mut self, label: &'a LabelDef<Span>, lowerer: &mut Lowerer<'a>) {
         if let Some(first) = self.label_at.get(label.name.name.as_str()) {
             let message = format!("the label \"{}\" is defined twice", label.name.name);
             let diagnostic = lowerer.wrong(label.name.span, message).label("defined again");
@@ -118,10 +120,10 @@ impl<'a> Parts<'a> {
         self.labels.push(label);
     }
 
-    fn init(&mut self, e: &'a Expr, lowerer: &mut Lowerer<'a>) {
+    fn init(&mut self, e: Span, lowerer: &mut Lowerer<'a>) {
         if let Some(first) = self.init.replace(e) {
-            let diagnostic = lowerer.wrong(e.span, "there are several `init … endinit`").label("again");
-            lowerer.report(diagnostic.related(first.span.range(), "the first one"));
+            let diagnostic = lowerer.wrong(e, "there are several `init … endinit`").label("again");
+            lowerer.report(diagnostic.related(first.range(), "the first one"));
         }
     }
 
@@ -166,15 +168,15 @@ impl<'a> Parts<'a> {
 type ByName<'a, T> = AHashMap<&'a str, &'a T>;
 
 /// The modules and the copies of modules by name.
-fn bases(model: &Model) -> (ByName<'_, Module>, ByName<'_, RenamedModule>) {
+fn bases(model: &Outline) -> (ByName<'_, Module<Span, Span>>, ByName<'_, RenamedModule>) {
     let (mut plain, mut copies) = (AHashMap::new(), AHashMap::new());
     for item in &model.items {
         match item {
             Item::Module(m) => {
-                plain.insert(m.name.name.as_str(), m);
+                plain.insert(m.name.name.as_str(), &**m);
             }
             Item::Renamed(r) => {
-                copies.insert(r.name.name.as_str(), r);
+                copies.insert(r.name.name.as_str(), &**r);
             }
             _ => {}
         }
@@ -185,7 +187,7 @@ fn bases(model: &Model) -> (ByName<'_, Module>, ByName<'_, RenamedModule>) {
 /// The module that a copy is made of in the end, under all renamings on the way.
 fn resolve<'a>(
     copy: &'a RenamedModule,
-    plain: &ByName<'a, Module>,
+    plain: &ByName<'a, Module<Span, Span>>,
     copies: &ByName<'a, RenamedModule>,
     lowerer: &mut Lowerer<'a>,
 ) -> Option<Instance<'a>> {
@@ -218,37 +220,37 @@ fn add_renaming<'a>(copy: &'a RenamedModule, then: Env, lowerer: &mut Lowerer<'a
         }
     }
     lowerer.scope.renamings.push(Renaming { map, then });
-    lowerer.scope.renamings.len()
+    u32::try_from(lowerer.scope.renamings.len()).unwrap_or(u32::MAX)
 }
 
 impl<'a> Lowerer<'a> {
     /// Declares constants, formulas and variables; reports names that are declared twice.
     pub(super) fn declare(&mut self, parts: &Parts<'a>) {
         for c in &parts.constants {
-            self.define(&c.name, c.value.as_ref(), Some(c.ty.ty()));
+            self.define(&c.name, c.value, Some(c.ty.ty()));
         }
         for f in &parts.formulas {
-            self.define(&f.name, Some(&f.body), None);
+            self.define(&f.name, Some(f.body), None);
         }
         for (index, variable) in parts.variables.iter().enumerate() {
             let ty = if variable.declaration.range.is_some() { Type::Int } else { Type::Bool };
             let id = VarId(u32::try_from(index).unwrap_or(u32::MAX));
-            self.name_once(&variable.name, Symbol::Variable(id, ty), variable.span);
+            self.name_once(Cow::Owned(variable.name.clone()), Symbol::Variable(id, ty), variable.span);
         }
     }
 
-    fn define(&mut self, name: &'a Ident, body: Option<&'a Expr>, constant: Option<Type>) {
-        let symbol = Symbol::Definition(self.scope.definitions.len());
+    fn define(&mut self, name: &'a Ident, body: Option<Span>, constant: Option<Type>) {
+        let symbol = Symbol::Definition(u32::try_from(self.scope.definitions.len()).unwrap_or(u32::MAX));
         self.scope.definitions.push(Definition { name: &name.name, span: name.span, body, constant });
-        self.name_once(&name.name, symbol, name.span);
+        self.name_once(Cow::Borrowed(&name.name), symbol, name.span);
     }
 
-    fn name_once(&mut self, name: &str, symbol: Symbol, span: Span) {
-        if let Some(&(_, first)) = self.scope.symbols.get(name) {
+    fn name_once(&mut self, name: Cow<'a, str>, symbol: Symbol, span: Span) {
+        if let Some(&(_, first)) = self.scope.symbols.get(&name) {
             let diagnostic = self.wrong(span, format!("`{name}` is declared twice")).label("declared again");
             self.report(diagnostic.related(first.range(), "declared here first"));
             return;
         }
-        self.scope.symbols.insert(name.to_owned(), (symbol, span));
+        self.scope.symbols.insert(name, (symbol, span));
     }
 }

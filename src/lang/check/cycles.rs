@@ -1,7 +1,7 @@
 //! Constants and formulas that depend on themselves.
 
 use super::lower::Lowerer;
-use super::scope::NO_RENAMING;
+use super::scope::{DefId, NO_RENAMING};
 
 /// How far the search has come with a definition.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -21,17 +21,17 @@ impl Lowerer<'_> {
                 break;
             }
             // The path from the root, each with what it depends on and has not been looked at.
-            let mut path: Vec<(usize, Vec<usize>)> = Vec::new();
-            self.open(root, &mut marks, &mut path);
+            let mut path: Vec<(DefId, Vec<DefId>)> = Vec::new();
+            self.open(root as DefId, &mut marks, &mut path);
             while let Some((at, rest)) = path.last_mut() {
                 let Some(next) = rest.pop() else {
-                    marks[*at] = Mark::Done;
+                    marks[*at as usize] = Mark::Done;
                     path.pop();
                     continue;
                 };
-                if marks[next] == Mark::Open {
+                if marks[next as usize] == Mark::Open {
                     let start = path.iter().position(|(d, _)| *d == next).unwrap_or(0);
-                    let cycle: Vec<usize> = path[start..].iter().map(|(d, _)| *d).collect();
+                    let cycle: Vec<DefId> = path[start..].iter().map(|(d, _)| *d).collect();
                     self.report_cycle(&cycle);
                     found = true;
                 } else {
@@ -42,25 +42,27 @@ impl Lowerer<'_> {
         found
     }
 
-    fn open(&self, definition: usize, marks: &mut [Mark], path: &mut Vec<(usize, Vec<usize>)>) {
-        if marks[definition] == Mark::New {
-            marks[definition] = Mark::Open;
-            let dependencies = self.scope.dependencies(definition, NO_RENAMING);
+    fn open(&self, definition: DefId, marks: &mut [Mark], path: &mut Vec<(DefId, Vec<DefId>)>) {
+        if marks[definition as usize] == Mark::New {
+            marks[definition as usize] = Mark::Open;
+            let dependencies = self.dependencies(definition, NO_RENAMING);
             path.push((definition, dependencies.into_iter().map(|(d, _)| d).rev().collect()));
         }
     }
 
-    fn report_cycle(&mut self, cycle: &[usize]) {
+    fn report_cycle(&mut self, cycle: &[DefId]) {
         let Some(&first) = cycle.first() else { return };
         let names: Vec<&str> =
-            cycle.iter().chain([&first]).map(|&d| self.scope.definitions[d].name).collect();
-        let kind = if self.scope.definitions[first].constant.is_some() { "constant" } else { "formula" };
-        let definition = &self.scope.definitions[first];
+            cycle.iter().chain([&first]).map(|&d| self.scope.definitions[d as usize].name).collect();
+        let kind =
+            if self.scope.definitions[first as usize].constant.is_some() { "constant" } else { "formula" };
+        let definition = &self.scope.definitions[first as usize];
         let mut diagnostic = self
             .wrong(definition.span, format!("the {kind} `{}` depends on itself", definition.name))
             .note(names.join(" -> "));
         for &d in &cycle[1..] {
-            diagnostic = diagnostic.related(self.scope.definitions[d].span.range(), "by way of this");
+            diagnostic =
+                diagnostic.related(self.scope.definitions[d as usize].span.range(), "by way of this");
         }
         self.report(diagnostic);
     }

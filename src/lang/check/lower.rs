@@ -5,9 +5,11 @@ use std::sync::Arc;
 use ahash::{AHashMap, AHashSet};
 
 use super::limits::MAX_ERRORS;
-use super::scope::{Env, Scope, Symbol};
-use crate::error::{Diagnostic, SourceFile};
-use crate::lang::ast::{BinaryOp, Expr, ExprKind, Span};
+use super::read::Body;
+use super::scope::{DefId, Env, Mentioned, Scope, Symbol};
+use crate::error::{Diagnostic, Error, SourceFile};
+use crate::lang::ast::Span;
+use crate::lang::parse::expression_at;
 use crate::model::expr::{ExprId, ExprPool};
 use crate::model::value::{Type, Value};
 use crate::observer::{Observer, Poll};
@@ -18,12 +20,12 @@ pub(in crate::lang) struct Lowerer<'a> {
     pub(super) scope: Scope<'a>,
     pub(in crate::lang) pool: ExprPool,
     /// Definitions that have been lowered under a renaming; none where that failed.
-    pub(super) lowered: AHashMap<(usize, Env), Option<ExprId>>,
+    pub(super) lowered: AHashMap<(DefId, Env), Option<ExprId>>,
     /// Labels that may be named; none where labels have no place.
     pub(super) labels: Option<AHashMap<String, ExprId>>,
     pub(in crate::lang) diagnostics: Vec<Diagnostic>,
     /// The height of each node of the pool, where it is known; see [`super::ops::MAX_HEIGHT`].
-    pub(super) heights: Vec<u32>,
+    pub(super) heights: Vec<u16>,
     /// The nodes without a value, each with its place; see [`super::faults`].
     pub(super) faults: AHashMap<ExprId, Span>,
     /// Nodes in which nothing is without a value.
@@ -81,43 +83,29 @@ impl<'a> Lowerer<'a> {
     }
 
     /// The expression in the pool, or none when it is wrong and that has been reported.
-    pub(super) fn expr(&mut self, e: &Expr, env: Env) -> Option<ExprId> {
-        self.count_work(e.span)?;
-        match &e.kind {
-            ExprKind::Bool(b) => self.literal(Value::Bool(*b)),
-            ExprKind::Int(i) => self.literal(Value::Int(*i)),
-            ExprKind::Real(x) => self.literal(Value::Real(*x)),
-            ExprKind::Name(name) => self.name(name, e.span, env),
-            ExprKind::Label(name) => self.label(name, e.span),
-            ExprKind::Not(a) => {
-                let operand = self.expr(a, env)?;
-                self.not(operand, a.span)
-            }
-            ExprKind::Neg(a) => {
-                let operand = self.expr(a, env)?;
-                self.neg(operand, a.span, e.span)
-            }
-            ExprKind::Chain(first, rest) => self.chain(first, rest, env),
-            ExprKind::Ite(cases, otherwise) => self.conditional(cases, otherwise, env),
-            ExprKind::Call(function, arguments) => {
-                let operands: Vec<_> = arguments.iter().map(|a| (self.expr(a, env), a.span)).collect();
-                let operands: Option<Vec<_>> = operands.into_iter().map(|(e, s)| Some((e?, s))).collect();
-                let name = self.scope.rename(&function.name, env).0.to_owned();
-                self.call(&name, function.span, &operands?, e.span)
-            }
-        }
+    pub(super) fn expr(&mut self, e: &impl Body, env: Env) -> Option<ExprId> {
+        e.lowered(self, env).0
     }
 
     /// A whole expression of type `bool`.
-    pub(super) fn condition(&mut self, e: &Expr, env: Env, what: &str) -> Option<ExprId> {
+    pub(super) fn condition(&mut self, e: &impl Body, env: Env, what: &str) -> Option<ExprId> {
         self.typed(e, env, Type::Bool, what)
     }
 
     /// A whole expression of a type, with an integer made real where a real is wanted.
-    pub(super) fn typed(&mut self, e: &Expr, env: Env, ty: Type, what: &str) -> Option<ExprId> {
-        let id = self.expr(e, env)?;
-        let id = self.expect_type(id, ty, e.span, what)?;
-        self.whole(id, e.span)
+    pub(super) fn typed(&mut self, e: &impl Body, env: Env, ty: Type, what: &str) -> Option<ExprId> {
+        let (id, span) = e.lowered(self, env);
+        let id = self.expect_type(id?, ty, span, what)?;
+        self.whole(id, span)
+    }
+
+    /// What was read again could not be read: the work is to stop.
+    pub(super) fn unread(&mut self, error: Error) {
+        match error {
+            Error::Limit(limit) => self.poll.end(limit),
+            Error::Input(diagnostics) => diagnostics.into_iter().for_each(|d| self.report(d)),
+            _ => {}
+        }
     }
 
     pub(in crate::lang) fn expect_type(
@@ -147,7 +135,7 @@ impl<'a> Lowerer<'a> {
         Some(self.pool.value(value))
     }
 
-    fn name(&mut self, name: &str, span: Span, env: Env) -> Option<ExprId> {
+    pub(super) fn name(&mut self, name: &str, span: Span, env: Env) -> Option<ExprId> {
         let (name, inside) = self.scope.rename(name, env);
         match self.scope.symbol(name) {
             Some(Symbol::Definition(definition)) => self.definition(definition, inside),
@@ -170,7 +158,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    fn label(&mut self, name: &str, span: Span) -> Option<ExprId> {
+    pub(super) fn label(&mut self, name: &str, span: Span) -> Option<ExprId> {
         let Some(labels) = &self.labels else {
             let help = "labels can be used in targets; use a formula here";
             let diagnostic = self.wrong(span, "a label cannot be used inside the model").help(help);
@@ -195,10 +183,14 @@ impl<'a> Lowerer<'a> {
 
     /// A constant or a formula. What it needs is lowered first, in an order found without recursion,
     /// so that long rows of definitions are no problem. There are no cycles: that was checked before.
-    pub(super) fn definition(&mut self, definition: usize, env: Env) -> Option<ExprId> {
+    pub(super) fn definition(&mut self, definition: DefId, env: Env) -> Option<ExprId> {
         let mut pending = vec![(definition, env, false)];
         while let Some((d, e, ready)) = pending.pop() {
-            let e = if self.scope.definitions[d].constant.is_some() { super::scope::NO_RENAMING } else { e };
+            let e = if self.scope.definitions[d as usize].constant.is_some() {
+                super::scope::NO_RENAMING
+            } else {
+                e
+            };
             if self.lowered.contains_key(&(d, e)) {
                 continue;
             }
@@ -208,20 +200,37 @@ impl<'a> Lowerer<'a> {
                 continue;
             }
             pending.push((d, e, true));
-            pending.extend(self.scope.dependencies(d, e).into_iter().map(|(d, e)| (d, e, false)));
+            pending.extend(self.dependencies(d, e).into_iter().map(|(d, e)| (d, e, false)));
         }
-        let env = if self.scope.definitions[definition].constant.is_some() { 0 } else { env };
+        let env = if self.scope.definitions[definition as usize].constant.is_some() { 0 } else { env };
         self.lowered.get(&(definition, env)).copied().flatten()
     }
 
-    fn lower_definition(&mut self, definition: usize, env: Env) -> Option<ExprId> {
-        let body = self.scope.definitions[definition].body?;
-        match self.scope.definitions[definition].constant {
-            None => self.expr(body, env),
+    /// The definitions that the body of a definition names under a renaming, each with the renaming
+    /// to read it under.
+    pub(super) fn dependencies(&self, definition: DefId, env: Env) -> Vec<(DefId, Env)> {
+        let Some(body) = self.scope.definitions[definition as usize].body else { return Vec::new() };
+        let mut mentioned = Mentioned::default();
+        // What cannot be read again is reported where it is lowered.
+        let _ = expression_at(&self.source, body, self.poll.observer(), &mut mentioned);
+        let resolve = |place: Span| {
+            let (name, inside) = self.scope.rename(&self.source.text[place.range()], env);
+            match self.scope.symbol(name) {
+                Some(Symbol::Definition(d)) => Some((d, inside)),
+                _ => None,
+            }
+        };
+        mentioned.places.into_iter().filter_map(resolve).collect()
+    }
+
+    fn lower_definition(&mut self, definition: DefId, env: Env) -> Option<ExprId> {
+        let body = self.scope.definitions[definition as usize].body?;
+        match self.scope.definitions[definition as usize].constant {
+            None => self.expr(&body, env),
             Some(ty) => {
-                let what = format!("the constant `{}`", self.scope.definitions[definition].name);
-                let id = self.typed(body, env, ty, &what)?;
-                self.constant_value(id, body.span, &what).map(|value| self.pool.value(value))
+                let what = format!("the constant `{}`", self.scope.definitions[definition as usize].name);
+                let id = self.typed(&body, env, ty, &what)?;
+                self.constant_value(id, body, &what).map(|value| self.pool.value(value))
             }
         }
     }
@@ -236,46 +245,5 @@ impl<'a> Lowerer<'a> {
                 None
             }
         }
-    }
-
-    fn chain(&mut self, first: &Expr, rest: &[(BinaryOp, Expr)], env: Env) -> Option<ExprId> {
-        // All operands are lowered before giving up, so that several errors are found in one run.
-        let mut operands = vec![(self.expr(first, env), first.span)];
-        for (_, e) in rest {
-            operands.push((self.expr(e, env), e.span));
-        }
-        let operands: Vec<_> = operands.into_iter().map(|(e, s)| Some((e?, s))).collect::<Option<_>>()?;
-        let op = rest.first()?.0;
-        if matches!(op, BinaryOp::And | BinaryOp::Or) {
-            return self.balanced(op, &operands);
-        }
-        let (mut left, start) = operands[0];
-        let mut span = start;
-        for ((op, _), &(right, right_span)) in rest.iter().zip(&operands[1..]) {
-            let whole = start.to(right_span);
-            left = self.binary(*op, (left, span), (right, right_span), whole)?;
-            span = whole;
-        }
-        Some(left)
-    }
-
-    fn conditional(&mut self, cases: &[(Expr, Expr)], otherwise: &Expr, env: Env) -> Option<ExprId> {
-        let mut lowered = Vec::new();
-        for (condition, then) in cases {
-            let what = "the condition of `?`";
-            let (id, span) = (self.expr(condition, env), condition.span);
-            let condition = id.and_then(|id| self.expect_type(id, Type::Bool, span, what));
-            lowered.push((condition, self.expr(then, env), then.span));
-        }
-        let mut result = self.expr(otherwise, env);
-        let mut span = otherwise.span;
-        for (condition, then, then_span) in lowered.into_iter().rev() {
-            result = match (condition, then, result) {
-                (Some(c), Some(a), Some(b)) => self.ite(c, (a, then_span), (b, span)),
-                _ => None,
-            };
-            span = then_span.to(span);
-        }
-        result
     }
 }

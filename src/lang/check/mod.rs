@@ -9,6 +9,7 @@ mod lower;
 mod modules;
 mod ops;
 mod preference;
+mod read;
 mod scope;
 mod system;
 mod target;
@@ -16,7 +17,8 @@ mod variables;
 
 use std::sync::Arc;
 
-use super::ast::{ConstDef, FormulaDef, Item, LabelDef, Model, ModelType};
+use super::ast::{ConstDef, FormulaDef, Item, LabelDef, ModelType, Span};
+use super::parse::Outline;
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::model::expr::ExprPool;
 use crate::model::{ModelKind, Program};
@@ -30,8 +32,8 @@ pub(in crate::lang) use lower::Lowerer;
 pub(in crate::lang) use ops::Operand;
 pub use preference::{load_preferences, lower_preferences, outline_preferences};
 pub(in crate::lang) use scope::Scope;
-pub use target::lower_target;
 pub(in crate::lang) use target::lower_value;
+pub use target::{lower_part, lower_target};
 
 /// A program, with what else is to be said about it.
 #[derive(Debug, Clone)]
@@ -53,8 +55,8 @@ pub struct Checked {
 ///
 /// # Errors
 /// Everything PRISM refuses too: see the tests for each case; a limit.
-pub fn check(
-    model: &Model,
+pub(in crate::lang) fn check(
+    model: &Outline,
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,
     bindings: &[super::valuation::Binding],
@@ -117,7 +119,7 @@ impl<'a> Lowerer<'a> {
         })
     }
 
-    fn formula(&mut self, formula: &FormulaDef) -> Option<(String, crate::model::expr::ExprId)> {
+    fn formula(&mut self, formula: &FormulaDef<Span>) -> Option<(String, crate::model::expr::ExprId)> {
         let definition = match self.scope.symbol(&formula.name.name) {
             Some(scope::Symbol::Definition(d)) => d,
             _ => return None,
@@ -125,13 +127,13 @@ impl<'a> Lowerer<'a> {
         Some((formula.name.name.clone(), self.definition(definition, NO_RENAMING)?))
     }
 
-    fn label_definition(&mut self, label: &LabelDef) -> Option<(String, crate::model::expr::ExprId)> {
+    fn label_definition(&mut self, label: &LabelDef<Span>) -> Option<(String, crate::model::expr::ExprId)> {
         let what = format!("the label \"{}\"", label.name.name);
         Some((label.name.name.clone(), self.condition(&label.body, NO_RENAMING, &what)?))
     }
 }
 
 /// The constants of a model in the order of declaration.
-fn constants(model: &Model) -> impl Iterator<Item = &ConstDef> {
+fn constants(model: &Outline) -> impl Iterator<Item = &ConstDef<Span>> {
     model.items.iter().filter_map(|item| if let Item::Const(c) = item { Some(c) } else { None })
 }

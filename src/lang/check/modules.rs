@@ -1,18 +1,15 @@
 //! Commands of modules.
 
-use std::borrow::Cow;
-
 use ahash::AHashMap;
 
 use super::collect::{Instance, Parts};
 use super::lower::Lowerer;
+use super::read::Lowered;
 use super::scope::Symbol;
-use crate::error::Error;
 use crate::lang::ast::{self, Assignment, Span};
-use crate::lang::parse::command_at;
 use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
-use crate::model::{Branch, Command, VarId};
+use crate::model::{Branch, Command, Updates, VarId};
 
 /// Names in the order in which they were met first.
 #[derive(Default)]
@@ -44,8 +41,8 @@ impl<'a> Lowerer<'a> {
         let mut commands = Vec::new();
         for (module, instance) in parts.modules.iter().enumerate() {
             let mut numbers: AHashMap<Option<usize>, usize> = AHashMap::new();
-            for position in 0..instance.module.commands.len() {
-                let Some(command) = self.tree(&instance.module.commands, position) else {
+            for &place in &instance.module.commands {
+                let Some(command) = self.read_command(place, instance.env) else {
                     commands.push(None);
                     continue;
                 };
@@ -61,24 +58,9 @@ impl<'a> Lowerer<'a> {
         (actions, commands.into_iter().collect())
     }
 
-    /// A command as a tree, which is made where only its place was kept.
-    fn tree<'t>(&mut self, commands: &'t ast::Commands, position: usize) -> Option<Cow<'t, ast::Command>> {
-        let place = match commands {
-            ast::Commands::Trees(trees) => return trees.get(position).map(Cow::Borrowed),
-            ast::Commands::Places(places) => *places.get(position)?,
-        };
-        match command_at(&self.source, place, self.poll.observer()) {
-            Ok(command) => return Some(Cow::Owned(command)),
-            Err(Error::Limit(limit)) => self.poll.end(limit),
-            Err(Error::Input(diagnostics)) => diagnostics.into_iter().for_each(|d| self.report(d)),
-            Err(_) => {}
-        }
-        None
-    }
-
     fn command(
         &mut self,
-        command: &ast::Command,
+        command: &ast::Command<Lowered>,
         instance: &Instance<'a>,
         module: usize,
         parts: &Parts<'a>,
@@ -95,14 +77,13 @@ impl<'a> Lowerer<'a> {
             number: 0,
             guard: guard?,
             branches: branches.into_iter().collect::<Option<_>>()?,
-            span: command.span.range(),
-            guard_span: command.guard.span.range(),
+            span: command.span,
         })
     }
 
     fn branch(
         &mut self,
-        branch: &ast::Branch,
+        branch: &ast::Branch<Lowered>,
         labelled: bool,
         instance: &Instance<'a>,
         module: usize,
@@ -123,16 +104,16 @@ impl<'a> Lowerer<'a> {
             }
             updates.push(update);
         }
-        let updates: Vec<(VarId, ExprId)> = updates.into_iter().collect::<Option<_>>()?;
+        let updates: Updates = updates.into_iter().collect::<Option<_>>()?;
         self.check_distinct(&updates, branch, parts)?;
-        Some(Branch { probability: probability?, updates, span: branch.span.range() })
+        Some(Branch { probability: probability?, updates })
     }
 
     /// A renaming can make one variable of two; then one branch would update it twice.
     fn check_distinct(
         &mut self,
         updates: &[(VarId, ExprId)],
-        branch: &ast::Branch,
+        branch: &ast::Branch<Lowered>,
         parts: &Parts<'a>,
     ) -> Option<()> {
         let mut variables: Vec<VarId> = updates.iter().map(|u| u.0).collect();
@@ -151,7 +132,7 @@ impl<'a> Lowerer<'a> {
 
     fn assignment(
         &mut self,
-        assignment: &Assignment,
+        assignment: &Assignment<Lowered>,
         labelled: bool,
         instance: &Instance<'a>,
         module: usize,
@@ -185,7 +166,7 @@ impl<'a> Lowerer<'a> {
             _ => {}
         }
         let what = format!("the new value of `{name}`");
-        let value = self.expect_type(value?, ty, assignment.value.span, &what)?;
-        Some((variable, self.whole(value, assignment.value.span)?))
+        let value = self.expect_type(value?, ty, assignment.value.1, &what)?;
+        Some((variable, self.whole(value, assignment.value.1)?))
     }
 }

@@ -6,7 +6,7 @@ use crate::model::expr::{Binary, ExprId, Node, Unary};
 use crate::model::value::Type;
 
 /// How high an expression may be once formulas are put in. Engines recurse over expressions.
-pub(super) const MAX_HEIGHT: u32 = 2000;
+pub(super) const MAX_HEIGHT: u16 = 2000;
 
 /// An operand with its place.
 pub(in crate::lang) type Operand = (ExprId, Span);
@@ -27,7 +27,7 @@ impl Lowerer<'_> {
     }
 
     /// The height of a node; its operands have been asked for before.
-    fn height(&mut self, id: ExprId) -> u32 {
+    fn height(&mut self, id: ExprId) -> u16 {
         if self.heights.len() <= id.index() {
             self.heights.resize(id.index() + 1, 0);
         }
@@ -106,23 +106,26 @@ impl Lowerer<'_> {
     }
 
     /// `a & b & …` or `a | b | …` as a tree of small height; the order of evaluation stays.
-    pub(in crate::lang) fn balanced(&mut self, op: BinaryOp, operands: &[Operand]) -> Option<ExprId> {
+    pub(in crate::lang) fn balanced(&mut self, op: BinaryOp, mut row: Vec<Operand>) -> Option<ExprId> {
         let what = format!("an operand of `{}`", op.symbol());
-        let checked: Vec<_> = operands
-            .iter()
-            .map(|&(e, s)| self.expect_type(e, Type::Bool, s, &what).map(|e| (e, s)))
-            .collect();
-        let mut row: Vec<Operand> = checked.into_iter().collect::<Option<_>>()?;
+        let checked =
+            row.iter().filter(|&&(e, s)| self.expect_type(e, Type::Bool, s, &what).is_some()).count();
+        if checked < row.len() {
+            return None;
+        }
         let node = if op == BinaryOp::And { Binary::And } else { Binary::Or };
         while row.len() > 1 {
-            let mut next = Vec::with_capacity(row.len().div_ceil(2));
-            for pair in row.chunks(2) {
-                next.push(match *pair {
-                    [(a, start), (b, end)] => (self.node(node, a, b, start.to(end))?, start.to(end)),
-                    _ => pair[0],
-                });
+            // In place: rows of millions of operands are taken.
+            let half = row.len() / 2;
+            for at in 0..half {
+                let ((a, start), (b, end)) = (row[2 * at], row[2 * at + 1]);
+                row[at] = (self.node(node, a, b, start.to(end))?, start.to(end));
             }
-            row = next;
+            // An operand without a partner goes on to the next round.
+            if row.len() > 2 * half {
+                row[half] = row[2 * half];
+            }
+            row.truncate(row.len().div_ceil(2));
         }
         row.first().map(|o| o.0)
     }
@@ -208,7 +211,8 @@ impl Lowerer<'_> {
             "pow" | "mod" | "log" => 2..=2,
             "multi" => {
                 let diagnostic = self.wrong(at, "the function `multi` is not supported");
-                let diagnostic = diagnostic.kind(crate::error::Kind::Unsupported).label("not supported");
+                let diagnostic =
+                    diagnostic.severity(crate::error::Severity::Unsupported).label("not supported");
                 self.report(diagnostic.note("`multi` joins properties and has no place in a model"));
                 return None;
             }

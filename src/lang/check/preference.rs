@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::limits::{MAX_ERRORS, MOST_OBJECTIVES, MOST_PAIRS};
-use super::target::lower_target;
+use super::target::lower_part;
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang::ast::{Ident, Span};
 use crate::lang::ltl::Watching;
@@ -89,7 +89,7 @@ struct Plain<'a> {
 impl Goals for Plain<'_> {
     fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal> {
         match objective.formula.reachability() {
-            Some(target) => Ok(Goal::Reach(lower_target(self.program, source, target)?)),
+            Some(target) => Ok(Goal::Reach(lower_part(self.program, source, *target)?)),
             None => {
                 let message = "`history = state` takes reachabilities, `F condition`, alone";
                 let diagnostic = Diagnostic::new(source, objective.formula.span.range(), message);

@@ -1,8 +1,11 @@
 //! What names mean: constants, formulas, variables; and what they mean inside a renamed module.
 
-use ahash::AHashMap;
+use std::borrow::Cow;
 
-use crate::lang::ast::{Expr, ExprKind, Span};
+use ahash::{AHashMap, AHashSet};
+
+use crate::lang::ast::{BinaryOp, Command, Ident, Span};
+use crate::lang::parse::{Atom, Maker};
 use crate::lang::slip::is_slip;
 use crate::model::VarId;
 use crate::model::expr::ExprId;
@@ -11,8 +14,8 @@ use crate::model::value::{Type, Value};
 /// What a name stands for.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Symbol {
-    /// A constant or a formula, by its position in [`Scope::definitions`].
-    Definition(usize),
+    /// A constant or a formula.
+    Definition(DefId),
     /// A variable of the program.
     Variable(VarId, Type),
     /// A constant of a finished program.
@@ -25,14 +28,17 @@ pub(super) enum Symbol {
 pub(super) struct Definition<'a> {
     pub(super) name: &'a str,
     pub(super) span: Span,
-    /// What it stands for; none for a constant whose value is given from outside.
-    pub(super) body: Option<&'a Expr>,
+    /// Where what it stands for is written; none for a constant whose value is given from outside.
+    pub(super) body: Option<Span>,
     /// The type of a constant; none for a formula.
     pub(super) constant: Option<Type>,
 }
 
+/// A constant or a formula, by its position in [`Scope::definitions`].
+pub(super) type DefId = u32;
+
 /// A renaming that is in force, by its position in [`Scope::renamings`] plus one; 0 is none.
-pub(super) type Env = usize;
+pub(super) type Env = u32;
 
 /// Outside of renamed modules.
 pub(super) const NO_RENAMING: Env = 0;
@@ -46,7 +52,7 @@ pub(super) struct Renaming<'a> {
 /// All names of a model.
 #[derive(Default)]
 pub(in crate::lang) struct Scope<'a> {
-    pub(super) symbols: AHashMap<String, (Symbol, Span)>,
+    pub(super) symbols: AHashMap<Cow<'a, str>, (Symbol, Span)>,
     pub(super) definitions: Vec<Definition<'a>>,
     pub(super) renamings: Vec<Renaming<'a>>,
 }
@@ -59,7 +65,7 @@ impl<'a> Scope<'a> {
         'a: 'n,
     {
         let (mut name, mut inside, mut at) = (name, env, env);
-        while let Some(renaming) = at.checked_sub(1).and_then(|i| self.renamings.get(i)) {
+        while let Some(renaming) = at.checked_sub(1).and_then(|i| self.renamings.get(i as usize)) {
             if let Some(&new) = renaming.map.get(name) {
                 (name, inside) = (new, renaming.then);
             }
@@ -72,46 +78,43 @@ impl<'a> Scope<'a> {
         self.symbols.get(name).map(|s| s.0)
     }
 
-    /// The definitions that the body of a definition names under a renaming, each with the renaming
-    /// to read it under.
-    pub(super) fn dependencies(&self, definition: usize, env: Env) -> Vec<(usize, Env)> {
-        let mut names = Vec::new();
-        if let Some(body) = self.definitions[definition].body {
-            collect_names(body, &mut names);
-        }
-        let resolve = |name| {
-            let (name, inside) = self.rename(name, env);
-            match self.symbol(name) {
-                Some(Symbol::Definition(d)) => Some((d, inside)),
-                _ => None,
-            }
-        };
-        names.into_iter().filter_map(resolve).collect()
-    }
-
     /// A name of the model that differs from `name` by one slip of the hand.
     pub(super) fn similar(&self, name: &str) -> Option<&str> {
         let known = self.symbols.keys().filter(|k| is_slip(k, name));
-        known.min().map(String::as_str)
+        known.min().map(AsRef::as_ref)
     }
 }
 
-fn collect_names<'e>(e: &'e Expr, names: &mut Vec<&'e str>) {
-    match &e.kind {
-        ExprKind::Name(name) => names.push(name),
-        ExprKind::Not(a) | ExprKind::Neg(a) => collect_names(a, names),
-        ExprKind::Chain(first, rest) => {
-            collect_names(first, names);
-            rest.iter().for_each(|(_, e)| collect_names(e, names));
+/// The places of the names in an expression, each name once.
+#[derive(Default)]
+pub(super) struct Mentioned {
+    pub(super) places: Vec<Span>,
+    known: AHashSet<String>,
+}
+
+impl Maker for &mut Mentioned {
+    type Expr = ();
+    type Command = ();
+    const KEEPS_REWARDS: bool = false;
+
+    fn atom(&mut self, atom: Atom<'_>, span: Span) {
+        if let Atom::Name(name) = atom
+            && !self.known.contains(name)
+        {
+            self.known.insert(name.to_owned());
+            self.places.push(span);
         }
-        ExprKind::Ite(cases, otherwise) => {
-            for (condition, then) in cases {
-                collect_names(condition, names);
-                collect_names(then, names);
-            }
-            collect_names(otherwise, names);
-        }
-        ExprKind::Call(_, arguments) => arguments.iter().for_each(|e| collect_names(e, names)),
-        ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Real(_) | ExprKind::Label(_) => {}
     }
+
+    fn not(&mut self, (): (), _: Span) {}
+
+    fn neg(&mut self, (): (), _: Span) {}
+
+    fn chain(&mut self, (): (), _: Vec<(BinaryOp, ())>, _: Span) {}
+
+    fn ite(&mut self, _: Vec<((), ())>, (): (), _: Span) {}
+
+    fn call(&mut self, _: Ident, _: Vec<()>, _: Span) {}
+
+    fn command(&mut self, _: Command<()>) {}
 }

@@ -1,5 +1,6 @@
 //! Targets: expressions over a finished program, with its labels.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use ahash::AHashMap;
@@ -23,18 +24,26 @@ pub fn lower_target(program: &mut Program, source: &Arc<SourceFile>, target: &Ex
     lowered(program, source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
 }
 
-/// As [`lower_target`], for an expression of any type.
+/// As [`lower_target`], for a part of a text that was read before, such as that of an objective.
+///
+/// # Errors
+/// Those of [`lower_target`].
+pub fn lower_part(program: &mut Program, source: &Arc<SourceFile>, target: Span) -> Result<ExprId> {
+    lowered(program, source, |lowerer| lowerer.condition(&target, NO_RENAMING, "a target"))
+}
+
+/// As [`lower_part`], for an expression of any type.
 ///
 /// # Errors
 /// Unknown names and wrong types.
 pub(in crate::lang) fn lower_value(
     program: &mut Program,
     source: &Arc<SourceFile>,
-    value: &Expr,
+    value: Span,
 ) -> Result<ExprId> {
     lowered(program, source, |lowerer| {
-        let id = lowerer.expr(value, NO_RENAMING)?;
-        lowerer.whole(id, value.span)
+        let id = lowerer.expr(&value, NO_RENAMING)?;
+        lowerer.whole(id, value)
     })
 }
 
@@ -62,7 +71,7 @@ fn lowered(
 fn scope(program: &Program) -> Scope<'static> {
     let mut scope = Scope::default();
     let mut add = |name: &str, symbol| {
-        scope.symbols.insert(name.to_owned(), (symbol, Span::default()));
+        scope.symbols.insert(Cow::Owned(name.to_owned()), (symbol, Span::default()));
     };
     for (name, value) in &program.constants {
         add(name, Symbol::Value(*value));
@@ -97,16 +106,16 @@ fn deadlock(program: &Program, lowerer: &mut Lowerer<'_>) -> Option<ExprId> {
         let mut all = Vec::new();
         for factor in &synchronisation.factors {
             let guards: Vec<_> = factor.iter().map(|c| (program.commands[c.index()].guard, here)).collect();
-            all.push((any(lowerer, BinaryOp::Or, &guards)?, here));
+            all.push((any(lowerer, BinaryOp::Or, guards)?, here));
         }
-        some.push((any(lowerer, BinaryOp::And, &all)?, here));
+        some.push((any(lowerer, BinaryOp::And, all)?, here));
     }
-    let enabled = any(lowerer, BinaryOp::Or, &some)?;
+    let enabled = any(lowerer, BinaryOp::Or, some)?;
     Some(lowerer.pool.unary(Unary::Not, enabled))
 }
 
 /// The operands joined; the unit of the operator where there is none.
-fn any(lowerer: &mut Lowerer<'_>, op: BinaryOp, operands: &[(ExprId, Span)]) -> Option<ExprId> {
+fn any(lowerer: &mut Lowerer<'_>, op: BinaryOp, operands: Vec<(ExprId, Span)>) -> Option<ExprId> {
     if operands.is_empty() {
         return lowerer.literal(Value::Bool(op == BinaryOp::And));
     }

@@ -3,7 +3,7 @@
 use super::collect::{Declared, Parts};
 use super::lower::Lowerer;
 use super::scope::NO_RENAMING;
-use crate::lang::ast::{BinaryOp, Expr, Span};
+use crate::lang::ast::{BinaryOp, Span};
 use crate::model::expr::{Binary, ExprId};
 use crate::model::value::{Type, Value};
 use crate::model::{VarId, Variable};
@@ -23,9 +23,9 @@ impl<'a> Lowerer<'a> {
         let (ty, low, high) = match &declaration.range {
             None => (Type::Bool, 0, 1),
             Some((low, high)) => {
-                let span = low.span.to(high.span);
-                let low = self.integer(low, declared, "the lower bound of the range");
-                let high = self.integer(high, declared, "the upper bound of the range");
+                let span = low.to(*high);
+                let low = self.integer(*low, declared, "the lower bound of the range");
+                let high = self.integer(*high, declared, "the upper bound of the range");
                 let (low, high) = (low?, high?);
                 self.check_range(low, high, span, &declared.name)?;
                 (Type::Int, low, high)
@@ -56,9 +56,9 @@ impl<'a> Lowerer<'a> {
     }
 
     /// A constant integer that a declaration names.
-    fn integer(&mut self, e: &Expr, declared: &Declared<'a>, what: &str) -> Option<i64> {
-        let id = self.typed(e, declared.env, Type::Int, what)?;
-        match self.constant_value(id, e.span, what)? {
+    fn integer(&mut self, e: Span, declared: &Declared<'a>, what: &str) -> Option<i64> {
+        let id = self.typed(&e, declared.env, Type::Int, what)?;
+        match self.constant_value(id, e, what)? {
             Value::Int(i) => Some(i),
             _ => None,
         }
@@ -73,24 +73,24 @@ impl<'a> Lowerer<'a> {
         (low, high): (i64, i64),
         parts: &Parts<'a>,
     ) -> Option<Option<i64>> {
-        let Some(init) = &declared.declaration.init else {
+        let Some(init) = declared.declaration.init else {
             return Some(if parts.init.is_some() { None } else { Some(low) });
         };
         if let Some(block) = parts.init {
             let message = "a variable cannot have an initial value beside `init … endinit`";
-            let diagnostic = self.wrong(init.span, message);
-            self.report(diagnostic.related(block.span.range(), "the initial states are given here"));
+            let diagnostic = self.wrong(init, message);
+            self.report(diagnostic.related(block.range(), "the initial states are given here"));
             return None;
         }
         let what = format!("the initial value of `{}`", declared.name);
-        let id = self.typed(init, declared.env, ty, &what)?;
-        let value = match self.constant_value(id, init.span, &what)? {
+        let id = self.typed(&init, declared.env, ty, &what)?;
+        let value = match self.constant_value(id, init, &what)? {
             Value::Bool(b) => i64::from(b),
             Value::Int(i) => i,
             Value::Real(_) => return None,
         };
         if !(low..=high).contains(&value) {
-            return self.fail(init.span, format!("{what}, {value}, is outside of its range {low}..{high}"));
+            return self.fail(init, format!("{what}, {value}, is outside of its range {low}..{high}"));
         }
         Some(Some(value))
     }
@@ -98,7 +98,7 @@ impl<'a> Lowerer<'a> {
     /// What holds in the initial states, and nowhere else.
     pub(super) fn initial(&mut self, parts: &Parts<'a>, variables: &Option<Vec<Variable>>) -> Option<ExprId> {
         if let Some(condition) = parts.init {
-            return self.condition(condition, NO_RENAMING, "the condition of `init … endinit`");
+            return self.condition(&condition, NO_RENAMING, "the condition of `init … endinit`");
         }
         let mut conditions = Vec::new();
         for (index, variable) in variables.as_ref()?.iter().enumerate() {
@@ -115,6 +115,6 @@ impl<'a> Lowerer<'a> {
         if conditions.is_empty() {
             return self.literal(Value::Bool(true));
         }
-        self.balanced(BinaryOp::And, &conditions)
+        self.balanced(BinaryOp::And, conditions)
     }
 }

@@ -6,12 +6,14 @@
 //! or hides the label. A command that takes part in several such moves is written once for each; one
 //! that takes part in none can never move and is left out.
 
-use crate::model::{CommandId, Program, Synchronisation};
+use crate::model::{Command, CommandId, Program, Synchronisation};
 
 /// How the commands of a program are labelled in its text.
 pub(super) struct Composition {
-    /// For each command the labels that it is written with, an empty text for none.
-    labels: Vec<Vec<String>>,
+    /// The commands module by module, each with the number of every label that it is written with.
+    commands: Vec<(CommandId, u32)>,
+    /// The labels, an empty text for none.
+    labels: Vec<String>,
     /// Labels with the action that they stand for; none for those that are hidden.
     renamed: Vec<(String, Option<usize>)>,
 }
@@ -20,8 +22,7 @@ impl Composition {
     pub(super) fn of(program: &Program) -> Self {
         let prefix = free_prefix(program);
         let partners = Partners::of(program);
-        let mut labels = vec![Vec::new(); program.commands.len()];
-        let mut renamed = Vec::new();
+        let (mut commands, mut labels, mut renamed) = (Vec::new(), Vec::new(), Vec::new());
         for (index, step) in program.synchronisations.iter().enumerate() {
             let label = match partners.own_label(program, step) {
                 Some(label) => label.to_owned(),
@@ -31,16 +32,23 @@ impl Composition {
                     label
                 }
             };
-            for id in step.factors.iter().flatten() {
-                labels[id.index()].push(label.clone());
-            }
+            commands.extend(step.factors.iter().flatten().map(|&id| (id, index as u32)));
+            labels.push(label);
         }
-        Composition { labels, renamed }
+        commands.sort_unstable_by_key(|&(id, label)| (program.commands[id.index()].module, id, label));
+        Composition { commands, labels, renamed }
     }
 
-    /// The labels that a command is written with.
-    pub(super) fn labels(&self, command: usize) -> &[String] {
-        &self.labels[command]
+    /// The commands of a module, each with every label that it is written with.
+    pub(super) fn commands<'p>(
+        &self,
+        program: &'p Program,
+        module: usize,
+    ) -> impl Iterator<Item = (&'p Command, &str)> {
+        let of = |&(id, _): &(CommandId, u32)| program.commands[id.index()].module;
+        let start = self.commands.partition_point(|c| of(c) < module);
+        let own = self.commands[start..].iter().take_while(move |c| of(c) == module);
+        own.map(|&(id, label)| (&program.commands[id.index()], self.labels[label as usize].as_str()))
     }
 
     /// The `system` block; none where full parallel composition is what is meant.

@@ -4,12 +4,15 @@
 //! may write one variable together with others; such modules become one, whose commands are all
 //! combinations of theirs.
 
+use std::sync::Arc;
+
 use ahash::AHashMap;
 
 use crate::error::{Limit, Result};
+use crate::held::Held;
 use crate::lang::names::Names;
 use crate::model::expr::Binary;
-use crate::model::{Branch, Command, CommandId, Program, Synchronisation, VarId};
+use crate::model::{Branch, Branches, Command, CommandId, Program, Synchronisation, VarId};
 
 /// More commands than this are not written.
 const MOST_COMMANDS: usize = 100_000;
@@ -18,13 +21,16 @@ const MOST_COMMANDS: usize = 100_000;
 ///
 /// # Errors
 /// The merged modules have too many commands.
-pub(super) fn merged(program: &Program) -> Result<Program> {
-    let classes = Classes::of(program);
-    let mut program = program.clone();
-    let owners = classes.owners(&program);
+pub(super) fn merged(whole: Held<'_, Program>) -> Result<Held<'_, Program>> {
+    let classes = Classes::of(&whole);
+    let owners = classes.owners(&whole);
+    if classes.are_apart() && whole.variables.iter().zip(&owners).all(|(v, owner)| v.module == *owner) {
+        return Ok(whole);
+    }
+    let mut program = Program::clone(&whole);
     program.variables.iter_mut().zip(owners).for_each(|(v, owner)| v.module = owner);
     if classes.are_apart() {
-        return Ok(program);
+        return Ok(Arc::new(program).into());
     }
     let mut merge = Merge { known: AHashMap::new(), commands: Vec::new(), numbers: AHashMap::new() };
     let mut synchronisations = Vec::new();
@@ -46,7 +52,7 @@ pub(super) fn merged(program: &Program) -> Result<Program> {
     program.modules = classes.names(&program);
     program.commands = merge.commands;
     program.synchronisations = synchronisations;
-    Ok(program)
+    Ok(Arc::new(program).into())
 }
 
 /// Which modules become one.
@@ -181,13 +187,13 @@ impl Merge {
 }
 
 /// One branch of each side.
-fn both(program: &mut Program, left: &[Branch], right: &[Branch]) -> Vec<Branch> {
-    let mut all = Vec::new();
+fn both(program: &mut Program, left: &[Branch], right: &[Branch]) -> Branches {
+    let mut all = Branches::new();
     for a in left {
         for b in right {
             let probability = program.pool.binary(Binary::Mul, a.probability, b.probability);
             let updates = a.updates.iter().chain(&b.updates).copied().collect();
-            all.push(Branch { probability, updates, span: a.span.clone() });
+            all.push(Branch { probability, updates });
         }
     }
     all

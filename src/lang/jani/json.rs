@@ -58,7 +58,7 @@ pub(super) fn document(text: &str) -> Result<Node<'_>, Malformed> {
         Ok(raw) => Ok(Node { text: raw.get(), start: start + offset(body, raw.get()), depth: 0 }),
         Err(e) => {
             let at = start + byte_of(body, e.line(), e.column());
-            Err(Malformed { at: Span { start: at, end: at + 1 }, message: reason(&e) })
+            Err(Malformed { at: Span::new(at, at + 1), message: reason(&e) })
         }
     }
 }
@@ -66,7 +66,7 @@ pub(super) fn document(text: &str) -> Result<Node<'_>, Malformed> {
 impl<'a> Node<'a> {
     /// Where the value stands.
     pub(super) fn span(self) -> Span {
-        Span { start: self.start, end: self.start + self.text.len() }
+        Span::new(self.start, self.start + self.text.len())
     }
 
     /// What the value is.
@@ -198,6 +198,6 @@ mod tests {
     fn the_place_of_an_error_of_syntax_is_found() {
         let malformed = document("\u{feff}{\"a\": 1,\n \"b\" 2}").err().unwrap();
         assert_eq!(malformed.message, "expected `:`");
-        assert_eq!(malformed.at.start, "\u{feff}{\"a\": 1,\n \"b\" ".len());
+        assert_eq!(malformed.at.start(), "\u{feff}{\"a\": 1,\n \"b\" ".len());
     }
 }

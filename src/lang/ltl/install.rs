@@ -9,9 +9,9 @@ use super::leaves::{Refused, Tree, leaves};
 use super::normal::{Form, Meaning, Normal, Normaliser};
 use super::observer::{Decision, Observer};
 use super::wording::wording;
-use crate::error::{Diagnostic, Kind, Limit, Result, SourceFile};
+use crate::error::{Diagnostic, Limit, Result, Severity, SourceFile};
 use crate::lang::ast::{Expr, ExprKind, Span};
-use crate::lang::check::{lower_target, lower_value};
+use crate::lang::check::{lower_part, lower_target, lower_value};
 use crate::lang::names::Names;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Observers};
@@ -53,7 +53,12 @@ impl<'p> Watching<'p> {
     /// # Errors
     /// Unknown names and wrong types; what is outside of the fragment, with its place; a limit on the size
     /// of observers or the number of cases.
-    pub fn watch(&mut self, source: &Arc<SourceFile>, formula: &Formula, name: &str) -> Result<Condition> {
+    pub fn watch(
+        &mut self,
+        source: &Arc<SourceFile>,
+        formula: &Formula<Span>,
+        name: &str,
+    ) -> Result<Condition> {
         let mut reader = Reader { program: self.program, source, texts: &mut self.texts };
         let normal = Normaliser::new(&mut reader).build(formula, true)?;
         let tree = leaves(&normal).map_err(|refused| refuse(source, formula, &refused))?;
@@ -62,7 +67,7 @@ impl<'p> Watching<'p> {
             if condition.disjuncts().is_none() {
                 let message = format!("the formula, or its negation, has more than {MOST_DISJUNCTS} cases");
                 let diagnostic =
-                    Diagnostic::new(source, formula.span.range(), message).kind(Kind::Unsupported);
+                    Diagnostic::new(source, formula.span.range(), message).severity(Severity::Unsupported);
                 return Err(diagnostic.label("too many ways to satisfy it").into());
             }
         }
@@ -180,9 +185,8 @@ fn join_in(
         action,
         number: 1,
         guard,
-        branches: vec![Branch { probability, updates: updates.to_vec(), span: 0..0 }],
-        span: 0..0,
-        guard_span: 0..0,
+        branches: [Branch { probability, updates: updates.into() }].into(),
+        span: Span::default(),
     };
     let (position, always) = (program.commands.len(), program.pool.value(Value::Bool(true)));
     program.commands.push(command(None, always));
@@ -290,18 +294,20 @@ impl Reader<'_> {
 }
 
 impl Meaning for Reader<'_> {
-    fn state(&mut self, e: &Expr) -> Result<ExprId> {
-        let id = lower_target(self.program, self.source, e)?;
-        let text = self.source.text.get(e.span.range()).unwrap_or_default();
+    type Leaf = Span;
+
+    fn state(&mut self, e: &Span) -> Result<ExprId> {
+        let id = lower_part(self.program, self.source, *e)?;
+        let text = self.source.text.get(e.range()).unwrap_or_default();
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ").replace('"', "");
         let atom = self.atom(id, true);
         self.texts.entry(atom).or_insert(text);
         Ok(id)
     }
 
-    fn bound(&mut self, e: &Expr) -> Result<u64> {
-        let id = lower_value(self.program, self.source, e)?;
-        let wrong = |message: &str| Diagnostic::new(self.source, e.span.range(), message);
+    fn bound(&mut self, e: &Span) -> Result<u64> {
+        let id = lower_value(self.program, self.source, *e)?;
+        let wrong = |message: &str| Diagnostic::new(self.source, e.range(), message);
         match self.program.pool.literal(id) {
             Some(Value::Int(n)) if n >= 0 => Ok(n as u64),
             Some(Value::Int(n)) => {
@@ -362,12 +368,12 @@ pub(super) fn text_of(texts: &AHashMap<(ExprId, bool), String>, e: ExprId, posit
     if is_name { format!("!{text}") } else { format!("!({text})") }
 }
 
-fn refuse(source: &Arc<SourceFile>, formula: &Formula, refused: &Refused) -> crate::error::Error {
+fn refuse(source: &Arc<SourceFile>, formula: &Formula<Span>, refused: &Refused) -> crate::error::Error {
     let text = |span: Span| {
         source.text.get(span.range()).unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
     };
     let message = format!("the formula `{}` is not supported: it has {}", text(formula.span), refused.why);
     let leaf = format!("`{}` is neither co-safe, safe, a recurrence nor a persistence", text(refused.span));
-    let diagnostic = Diagnostic::new(source, refused.span.range(), message).kind(Kind::Unsupported);
+    let diagnostic = Diagnostic::new(source, refused.span.range(), message).severity(Severity::Unsupported);
     diagnostic.label(leaf).help(FRAGMENT).into()
 }

@@ -22,58 +22,64 @@ use super::ast::{Expr, Span};
 pub use install::Watching;
 pub use parse::parse_formula;
 
-/// A temporal formula at a place.
+/// A temporal formula at a place. Its state formulas are trees, or only their places in the text.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Formula {
+pub struct Formula<E = Expr> {
     /// What it is.
-    pub kind: FormulaKind,
+    pub kind: FormulaKind<E>,
     /// Where it stands, without enclosing brackets.
     pub span: Span,
 }
 
 /// The forms of formulas.
 #[derive(Debug, Clone, PartialEq)]
-pub enum FormulaKind {
+pub enum FormulaKind<E = Expr> {
     /// What holds in the present state.
-    State(Expr),
+    State(E),
     /// `!φ`
-    Not(Box<Formula>),
+    Not(Box<Formula<E>>),
     /// `φ & ψ & …`
-    And(Vec<Formula>),
+    And(Vec<Formula<E>>),
     /// `φ | ψ | …`
-    Or(Vec<Formula>),
+    Or(Vec<Formula<E>>),
     /// `φ => ψ`
-    Implies(Box<Formula>, Box<Formula>),
+    Implies(Box<Formula<E>>, Box<Formula<E>>),
     /// `φ <=> ψ`
-    Iff(Box<Formula>, Box<Formula>),
+    Iff(Box<Formula<E>>, Box<Formula<E>>),
     /// `X φ`
-    Next(Box<Formula>),
+    Next(Box<Formula<E>>),
     /// `F φ`
-    Eventually(Steps, Box<Formula>),
+    Eventually(Steps<E>, Box<Formula<E>>),
     /// `G φ`
-    Always(Steps, Box<Formula>),
+    Always(Steps<E>, Box<Formula<E>>),
     /// `φ U ψ`
-    Until(Steps, Box<Formula>, Box<Formula>),
+    Until(Steps<E>, Box<Formula<E>>, Box<Formula<E>>),
     /// `φ W ψ`
-    Weak(Box<Formula>, Box<Formula>),
+    Weak(Box<Formula<E>>, Box<Formula<E>>),
     /// `φ R ψ`
-    Release(Box<Formula>, Box<Formula>),
+    Release(Box<Formula<E>>, Box<Formula<E>>),
 }
 
 /// Bounds on the number of steps, `<=10` or `[2,5]`: constants that are not evaluated yet.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Steps {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Steps<E = Expr> {
     /// The least number of steps; whether the bound itself is excluded.
-    pub least: Option<(Expr, bool)>,
+    pub least: Option<(E, bool)>,
     /// The greatest number of steps; whether the bound itself is excluded.
-    pub most: Option<(Expr, bool)>,
+    pub most: Option<(E, bool)>,
 }
 
-impl Formula {
+impl<E> Default for Steps<E> {
+    fn default() -> Self {
+        Steps { least: None, most: None }
+    }
+}
+
+impl<E> Formula<E> {
     /// The target, where the formula is the reachability `F e` of a state formula.
-    pub fn reachability(&self) -> Option<&Expr> {
+    pub fn reachability(&self) -> Option<&E> {
         match &self.kind {
-            FormulaKind::Eventually(steps, inner) if *steps == Steps::default() => match &inner.kind {
+            FormulaKind::Eventually(Steps { least: None, most: None }, inner) => match &inner.kind {
                 FormulaKind::State(e) => Some(e),
                 _ => None,
             },
@@ -82,7 +88,7 @@ impl Formula {
     }
 
     /// The operands.
-    fn operands(&self) -> Vec<&Formula> {
+    fn operands(&self) -> Vec<&Formula<E>> {
         match &self.kind {
             FormulaKind::State(_) => Vec::new(),
             FormulaKind::And(all) | FormulaKind::Or(all) => all.iter().collect(),

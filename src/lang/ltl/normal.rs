@@ -2,7 +2,7 @@
 
 use super::{Formula, FormulaKind, Steps};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::lang::ast::{Expr, Span};
+use crate::lang::ast::Span;
 use crate::model::expr::ExprId;
 
 /// Normal forms with more parts than this are refused: each `<=>` between temporal formulas doubles them.
@@ -153,16 +153,18 @@ impl Normal {
 
 /// What state formulas and bounds are in a model.
 pub(super) trait Meaning {
+    /// State formulas and bounds, before they have a meaning.
+    type Leaf;
     /// A state formula in the pool of the program.
     ///
     /// # Errors
     /// Unknown names and wrong types.
-    fn state(&mut self, e: &Expr) -> Result<ExprId>;
+    fn state(&mut self, e: &Self::Leaf) -> Result<ExprId>;
     /// The value of a bound.
     ///
     /// # Errors
     /// It is no constant, or negative.
-    fn bound(&mut self, e: &Expr) -> Result<u64>;
+    fn bound(&mut self, e: &Self::Leaf) -> Result<u64>;
     /// A literal as an atom and its sign, or a constant.
     fn literal(&mut self, e: ExprId, positive: bool, span: Span) -> Normal;
     /// The literals of one state joined to one.
@@ -186,7 +188,7 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
     ///
     /// # Errors
     /// What is wrong with a state formula or a bound; the normal form is too large.
-    pub(super) fn build(&mut self, f: &Formula, positive: bool) -> Result<Normal> {
+    pub(super) fn build(&mut self, f: &Formula<M::Leaf>, positive: bool) -> Result<Normal> {
         let span = f.span;
         self.count(span)?;
         match &f.kind {
@@ -266,9 +268,9 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
         Normal::join(conjunction, others, span)
     }
 
-    fn window(&mut self, steps: &Steps, span: Span) -> Result<Window> {
-        let mut read = |bound: &Option<(Expr, bool)>| {
-            let value = |(e, strict): &(Expr, bool)| Ok::<_, Error>((self.meaning.bound(e)?, *strict));
+    fn window(&mut self, steps: &Steps<M::Leaf>, span: Span) -> Result<Window> {
+        let mut read = |bound: &Option<(M::Leaf, bool)>| {
+            let value = |(e, strict): &(M::Leaf, bool)| Ok::<_, Error>((self.meaning.bound(e)?, *strict));
             bound.as_ref().map(value).transpose()
         };
         let least = read(&steps.least)?.map_or(0, |(n, strict)| n + u64::from(strict));

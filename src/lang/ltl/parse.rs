@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::{Formula, FormulaKind, Steps};
 use crate::error::{Result, SourceFile};
 use crate::lang::ast::{BinaryOp, NOT_LEVEL, Span};
-use crate::lang::parse::{Failed, Parsed, Parser, operator};
+use crate::lang::parse::{Failed, Maker, Parsed, Parser, operator, whole};
 use crate::lang::token::Token;
 
 /// A formula has at most so many operators outside of its state formulas.
@@ -19,8 +19,11 @@ const MOST_OPERATORS: usize = 1_000;
 ///
 /// # Errors
 /// A syntax error; operators that are not supported; a formula that is too large.
-pub fn parse_formula(source: &Arc<SourceFile>) -> Result<Formula> {
-    let mut parser = Parser::new(source);
+pub fn parse_formula(source: &Arc<SourceFile>) -> Result<Formula<Span>> {
+    formula(Parser::places(source, whole(source)))
+}
+
+pub(super) fn formula<M: Maker>(mut parser: Parser<'_, M>) -> Result<Formula<M::Expr>> {
     let parsed = parser.temporal_formula().and_then(|f| parser.expect(Token::End).map(|_| f));
     parser.finish_parsed(parsed)
 }
@@ -35,9 +38,9 @@ fn is_infix(word: &str) -> bool {
     matches!(word, "U" | "W" | "R")
 }
 
-impl Parser<'_> {
+impl<M: Maker> Parser<'_, M> {
     /// A formula of a bounded size.
-    pub(crate) fn temporal_formula(&mut self) -> Parsed<Formula> {
+    pub(crate) fn temporal_formula(&mut self) -> Parsed<Formula<M::Expr>> {
         let formula = self.unbounded_formula()?;
         let (mut operators, mut open) = (0, vec![&formula]);
         while let Some(next) = open.pop() {
@@ -55,7 +58,7 @@ impl Parser<'_> {
     }
 
     /// `φ U ψ`, or anything that binds tighter.
-    fn unbounded_formula(&mut self) -> Parsed<Formula> {
+    fn unbounded_formula(&mut self) -> Parsed<Formula<M::Expr>> {
         self.nested(|p| {
             let start = p.here();
             let left = p.unary(true)?;
@@ -86,11 +89,12 @@ impl Parser<'_> {
 
     /// `X φ`, `F φ`, `G φ`, or what binds tighter; `bare` says whether temporal operands may stand
     /// without brackets in it.
-    fn unary(&mut self, bare: bool) -> Parsed<Formula> {
+    fn unary(&mut self, bare: bool) -> Parsed<Formula<M::Expr>> {
         match self.prefix_word() {
             None if self.is_state_formula() => {
+                let start = self.here();
                 let e = self.expression()?;
-                Ok(Formula { span: e.span, kind: FormulaKind::State(e) })
+                Ok(Formula { span: start.to(self.before()), kind: FormulaKind::State(e) })
             }
             None => self.boolean(0, bare),
             Some(word) => self.prefixed(word, |p| p.unary(false)),
@@ -105,10 +109,17 @@ impl Parser<'_> {
     fn prefixed(
         &mut self,
         word: &'static str,
-        operand: impl FnOnce(&mut Self) -> Parsed<Formula>,
-    ) -> Parsed<Formula> {
+        operand: impl FnOnce(&mut Self) -> Parsed<Formula<M::Expr>>,
+    ) -> Parsed<Formula<M::Expr>> {
         let start = self.advance();
         let steps = self.steps(word)?;
+        if matches!(self.peek(), Token::Semicolon | Token::End | Token::RightParen | Token::RightBracket) {
+            let operator = start.to(self.before());
+            let text = self.text(operator);
+            let diagnostic = self.wrong(operator, format!("nothing stands behind `{text}` that is to hold"));
+            self.report(diagnostic.label("of which states?").help(format!("write `{text} (condition)`")));
+            return Err(Failed);
+        }
         let operand = Box::new(self.nested(operand)?);
         let span = start.to(self.before());
         let kind = match word {
@@ -121,42 +132,39 @@ impl Parser<'_> {
 
     /// Whether no temporal operator comes before the end of this bracket or the next `U`, `W` or `R`.
     fn is_state_formula(&self) -> bool {
-        let (mut ahead, mut depth) = (0, 0usize);
-        loop {
-            match self.peek_at(ahead) {
+        let mut depth = 0_usize;
+        for (token, word) in self.rest() {
+            match token {
                 Token::End | Token::Semicolon => return true,
                 Token::LeftParen | Token::LeftBracket => depth += 1,
                 Token::RightParen | Token::RightBracket if depth == 0 => return true,
                 Token::RightParen | Token::RightBracket => depth -= 1,
-                Token::Word => match self.text_at(ahead) {
-                    word if is_infix(word) && depth == 0 => return true,
-                    word if is_infix(word) || is_prefix(word) => return false,
-                    _ => {}
-                },
+                Token::Word if is_infix(word) && depth == 0 => return true,
+                Token::Word if is_infix(word) || is_prefix(word) => return false,
                 _ => {}
             }
-            ahead += 1;
         }
+        true
     }
 
     /// Whether the bracket that opens `ahead` tokens from here holds a temporal operator.
     fn brackets_formula(&self, ahead: usize) -> bool {
-        let (mut at, mut depth) = (ahead, 0usize);
-        loop {
-            match self.peek_at(at) {
+        let mut depth = 0_usize;
+        for (token, word) in self.rest().skip(ahead) {
+            match token {
                 Token::End | Token::Semicolon => return false,
                 Token::LeftParen | Token::LeftBracket => depth += 1,
                 Token::RightParen | Token::RightBracket if depth <= 1 => return false,
                 Token::RightParen | Token::RightBracket => depth -= 1,
-                Token::Word if is_prefix(self.text_at(at)) || is_infix(self.text_at(at)) => return true,
+                Token::Word if is_prefix(word) || is_infix(word) => return true,
                 _ => {}
             }
-            at += 1;
         }
+        false
     }
 
     /// A chain of `<=>`, `=>`, `|` and `&` that bind at least as tightly as `least`.
-    fn boolean(&mut self, least: u8, bare: bool) -> Parsed<Formula> {
+    fn boolean(&mut self, least: u8, bare: bool) -> Parsed<Formula<M::Expr>> {
         let mut left = self.operand(bare)?;
         let mut last = None;
         while let Some(op) =
@@ -178,15 +186,15 @@ impl Parser<'_> {
     }
 
     /// A bracket with a temporal operator in it, a negation of such, or an expression.
-    fn operand(&mut self, bare: bool) -> Parsed<Formula> {
+    fn operand(&mut self, bare: bool) -> Parsed<Formula<M::Expr>> {
         let start = self.here();
-        let bangs = (0..).take_while(|&n| self.peek_at(n) == Token::Bang).count();
-        let behind = self.peek_at(bangs);
+        let bangs = self.rest().take_while(|(token, _)| *token == Token::Bang).count();
+        let (behind, word) = self.rest().nth(bangs).unwrap_or((Token::End, ""));
         let is_bracket = behind == Token::LeftParen && self.brackets_formula(bangs);
-        let is_bare = behind == Token::Word && is_prefix(self.text_at(bangs));
+        let is_bare = behind == Token::Word && is_prefix(word);
         if !is_bracket && !is_bare {
             let e = self.binary(NOT_LEVEL)?;
-            return Ok(Formula { span: e.span, kind: FormulaKind::State(e) });
+            return Ok(Formula { span: start.to(self.before()), kind: FormulaKind::State(e) });
         }
         (0..bangs).for_each(|_| {
             self.advance();
@@ -199,7 +207,7 @@ impl Parser<'_> {
         Ok(formula)
     }
 
-    fn bracketed(&mut self) -> Parsed<Formula> {
+    fn bracketed(&mut self) -> Parsed<Formula<M::Expr>> {
         self.advance();
         let formula = self.unbounded_formula()?;
         self.expect(Token::RightParen)?;
@@ -215,7 +223,7 @@ impl Parser<'_> {
     }
 
     /// `F b` without brackets behind `&`, `|`, `=>` or `!`: taken where a bracket or the text ends behind it.
-    fn bare(&mut self, allowed: bool) -> Parsed<Formula> {
+    fn bare(&mut self, allowed: bool) -> Parsed<Formula<M::Expr>> {
         let start = self.here();
         let Some(word) = self.prefix_word() else { return Err(self.expected("a formula")) };
         let formula = self.prefixed(word, |p| p.bare_operand())?;
@@ -231,7 +239,7 @@ impl Parser<'_> {
         Err(Failed)
     }
 
-    fn bare_operand(&mut self) -> Parsed<Formula> {
+    fn bare_operand(&mut self) -> Parsed<Formula<M::Expr>> {
         match self.prefix_word() {
             Some(word) => self.prefixed(word, |p| p.bare_operand()),
             None => self.operand(false),
@@ -239,7 +247,7 @@ impl Parser<'_> {
     }
 
     /// `<=10`, `[2,5]` or nothing behind an operator.
-    fn steps(&mut self, word: &str) -> Parsed<Steps> {
+    fn steps(&mut self, word: &str) -> Parsed<Steps<M::Expr>> {
         let start = self.here();
         let mut steps = Steps::default();
         match self.peek() {
@@ -276,7 +284,7 @@ impl Parser<'_> {
 }
 
 /// `left op right`, flat where a chain of `&` or `|` goes on.
-fn joined(left: Formula, op: BinaryOp, right: Formula, goes_on: bool) -> Formula {
+fn joined<E>(left: Formula<E>, op: BinaryOp, right: Formula<E>, goes_on: bool) -> Formula<E> {
     let span: Span = left.span.to(right.span);
     let kind = match (op, left.kind) {
         (BinaryOp::And, FormulaKind::And(mut all)) if goes_on => {
@@ -306,7 +314,7 @@ mod tests {
     use crate::error::Error;
 
     fn read(text: &str) -> std::result::Result<Formula, String> {
-        parse_formula(&SourceFile::new("formula", text)).map_err(|e| match e {
+        formula(Parser::new(&SourceFile::new("formula", text))).map_err(|e| match e {
             Error::Input(all) => all[0].message.clone(),
             other => other.to_string(),
         })

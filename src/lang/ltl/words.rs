@@ -10,6 +10,7 @@ use super::observer::Observer;
 use super::{Formula, FormulaKind, Steps};
 use crate::error::{Result, SourceFile};
 use crate::lang::ast::{Expr, ExprKind, Span};
+use crate::lang::parse::Parser;
 use crate::model::VarId;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::temporal::Asks;
@@ -121,6 +122,8 @@ struct Atoms {
 }
 
 impl Meaning for Atoms {
+    type Leaf = Expr;
+
     fn state(&mut self, e: &Expr) -> Result<ExprId> {
         match &e.kind {
             ExprKind::Name(name) => {
@@ -310,7 +313,7 @@ fn a_step_before_what_recurs_counts_where_it_matters() {
         "X ((G F a) & (G (a => F b)))",
         "X ((F G a) | (F (a & G b)))",
     ] {
-        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
+        let f = super::parse::formula(Parser::new(&SourceFile::new("formula", text))).unwrap();
         assert!(agrees(&f, &words), "{text}");
     }
 }
@@ -318,7 +321,7 @@ fn a_step_before_what_recurs_counts_where_it_matters() {
 #[test]
 fn observers_of_common_formulas_are_small() {
     let states = |text: &str| {
-        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
+        let f = super::parse::formula(Parser::new(&SourceFile::new("formula", text))).unwrap();
         let judge = Judge::new(&f).unwrap();
         judge.observers.iter().map(|o| o.states.len()).collect::<Vec<_>>()
     };

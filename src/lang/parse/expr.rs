@@ -1,7 +1,7 @@
 //! Expressions, with PRISM's precedence.
 
-use super::{Failed, Parsed, Parser};
-use crate::lang::ast::{ATOM_LEVEL, BinaryOp, Expr, ExprKind, Ident, NEG_LEVEL, NOT_LEVEL, Span};
+use super::{Atom, Failed, Maker, Parsed, Parser};
+use crate::lang::ast::{ATOM_LEVEL, BinaryOp, Ident, NEG_LEVEL, NOT_LEVEL, Span};
 use crate::lang::token::Token;
 
 /// The operator that a token is.
@@ -26,18 +26,18 @@ pub(crate) fn operator(token: Token) -> Option<BinaryOp> {
     })
 }
 
-impl Parser<'_> {
+impl<M: Maker> Parser<'_, M> {
     /// `c ? e : c ? e : … e`, or anything that binds tighter.
-    pub(crate) fn expression(&mut self) -> Parsed<Expr> {
+    pub(crate) fn expression(&mut self) -> Parsed<M::Expr> {
         self.nested(Self::conditional)
     }
 
-    fn conditional(&mut self) -> Parsed<Expr> {
+    fn conditional(&mut self) -> Parsed<M::Expr> {
+        let start = self.here();
         let first = self.binary(0)?;
         if self.peek() != Token::Question {
             return Ok(first);
         }
-        let start = first.span;
         let (mut cases, mut condition) = (Vec::new(), first);
         while self.eat(Token::Question) {
             let then = self.expression()?;
@@ -46,32 +46,32 @@ impl Parser<'_> {
             condition = self.binary(0)?;
         }
         let span = start.to(self.before());
-        Ok(Expr { kind: ExprKind::Ite(cases, Box::new(condition)), span })
+        Ok(self.maker.ite(cases, condition, span))
     }
 
     /// A chain of operators that bind at least as tightly as `least`.
-    pub(crate) fn binary(&mut self, least: u8) -> Parsed<Expr> {
+    pub(crate) fn binary(&mut self, least: u8) -> Parsed<M::Expr> {
         let start = self.here();
         let mut left = self.prefix(least)?;
-        let mut level = ATOM_LEVEL;
+        // Operands to the right of one level, which is that of the last operator, and where the last one ends.
+        let (mut rest, mut level, mut end) = (Vec::new(), ATOM_LEVEL, self.before());
         while let Some(op) = operator(self.peek()).filter(|op| op.level() >= least) {
             let sign = self.peek();
             self.advance();
             self.foreign_operator(sign);
-            if op == BinaryOp::Pow {
-                left = self.power(left, level, start)?;
-                level = op.level();
-                continue;
+            if level != op.level() {
+                left = self.chained(left, std::mem::take(&mut rest), start.to(end));
             }
-            let right = self.binary(op.level() + 1)?;
-            left = join(left, (op, right), level == op.level(), start.to(self.before()));
-            level = op.level();
+            let right =
+                if op == BinaryOp::Pow { self.exponent(level)? } else { self.binary(op.level() + 1)? };
+            rest.push((op, right));
+            (level, end) = (op.level(), self.before());
         }
-        if let ExprKind::Chain(_, rest) = &mut left.kind {
-            // Trees take many times the memory of their texts: no room is left for what will not come.
-            rest.shrink_to_fit();
-        }
-        Ok(left)
+        Ok(self.chained(left, rest, start.to(end)))
+    }
+
+    fn chained(&mut self, left: M::Expr, rest: Vec<(BinaryOp, M::Expr)>, span: Span) -> M::Expr {
+        if rest.is_empty() { left } else { self.maker.chain(left, rest, span) }
     }
 
     /// Reports `&&`, `==` and other operators of other languages, and goes on behind them.
@@ -85,26 +85,25 @@ impl Parser<'_> {
             _ => return,
         };
         let span = self.before().to(self.here());
-        if self.before().end == self.here().start {
+        if self.before().end() == self.here().start() {
             let diagnostic = self.wrong(span, format!("`{}` is no operator", self.text(span)));
             self.report(diagnostic.label(format!("write `{ours}`")));
             self.advance();
         }
     }
 
-    /// `a ^ b`; a chain is refused, as tools read it differently.
-    fn power(&mut self, base: Expr, level: u8, start: Span) -> Parsed<Expr> {
+    /// The exponent behind `^`; a chain of powers is refused, as tools read it differently.
+    fn exponent(&mut self, level: u8) -> Parsed<M::Expr> {
         let operator = self.before();
         if level == BinaryOp::Pow.level() {
             let help = "put brackets around one of the two powers";
             self.report(self.wrong(operator, "`^` cannot be chained without brackets").help(help));
         }
-        let exponent = self.prefix(NEG_LEVEL)?;
-        Ok(join(base, (BinaryOp::Pow, exponent), false, start.to(self.before())))
+        self.prefix(NEG_LEVEL)
     }
 
     /// Signs and negations before an operand.
-    fn prefix(&mut self, least: u8) -> Parsed<Expr> {
+    fn prefix(&mut self, least: u8) -> Parsed<M::Expr> {
         let start = self.here();
         match self.peek() {
             Token::Bang => {
@@ -114,23 +113,25 @@ impl Parser<'_> {
                     self.report(self.wrong(start, message).help("write the negation in brackets: `(!…)`"));
                 }
                 let operand = self.nested(|p| p.binary(NOT_LEVEL))?;
-                Ok(Expr { kind: ExprKind::Not(Box::new(operand)), span: start.to(self.before()) })
+                let span = start.to(self.before());
+                Ok(self.maker.not(operand, span))
             }
             Token::Minus => {
                 self.advance();
                 let operand = self.nested(|p| p.binary(NEG_LEVEL))?;
-                Ok(Expr { kind: ExprKind::Neg(Box::new(operand)), span: start.to(self.before()) })
+                let span = start.to(self.before());
+                Ok(self.maker.neg(operand, span))
             }
             _ => self.atom(),
         }
     }
 
-    pub(crate) fn atom(&mut self) -> Parsed<Expr> {
+    pub(crate) fn atom(&mut self) -> Parsed<M::Expr> {
         let span = self.here();
-        let kind = match self.peek() {
+        let atom = match self.peek() {
             Token::Int => self.integer(span)?,
             Token::Real => self.real(span)?,
-            Token::Quoted => ExprKind::Label(self.label_reference()?),
+            Token::Quoted => Atom::Label(self.label_reference()?),
             Token::Word => return self.word(span),
             Token::LeftParen => {
                 self.advance();
@@ -140,21 +141,21 @@ impl Parser<'_> {
             }
             _ => return Err(self.expected("an expression")),
         };
-        Ok(Expr { kind, span })
+        Ok(self.maker.atom(atom, span))
     }
 
-    fn integer(&mut self, span: Span) -> Parsed<ExprKind> {
+    fn integer(&mut self, span: Span) -> Parsed<Atom<'static>> {
         self.advance();
         let Ok(value) = self.text(span).parse() else {
             self.report(self.wrong(span, "this integer does not fit 64 bits"));
             return Err(Failed);
         };
-        Ok(ExprKind::Int(value))
+        Ok(Atom::Int(value))
     }
 
-    fn real(&mut self, span: Span) -> Parsed<ExprKind> {
+    fn real(&mut self, span: Span) -> Parsed<Atom<'static>> {
         self.advance();
-        self.finite(span).map(ExprKind::Real)
+        self.finite(span).map(Atom::Real)
     }
 
     /// The value of a literal with a point or an exponent.
@@ -170,10 +171,10 @@ impl Parser<'_> {
     }
 
     /// What begins with a word: a literal, a name or a function.
-    fn word(&mut self, span: Span) -> Parsed<Expr> {
-        let kind = match self.text(span) {
-            "true" => ExprKind::Bool(true),
-            "false" => ExprKind::Bool(false),
+    fn word(&mut self, span: Span) -> Parsed<M::Expr> {
+        let atom = match self.text(span) {
+            "true" => Atom::Bool(true),
+            "false" => Atom::Bool(false),
             "func" => return self.old_function(span),
             name @ ("min" | "max") => {
                 self.advance();
@@ -192,7 +193,8 @@ impl Parser<'_> {
                 ) =>
             {
                 let message = format!("the operator `{word}` of properties cannot stand in an expression");
-                self.report(self.wrong(span, message));
+                let help = "a target or an objective is what stands within the brackets of a property";
+                self.report(self.wrong(span, message).help(help));
                 return Err(Failed);
             }
             word @ ("X" | "F" | "G")
@@ -211,29 +213,31 @@ impl Parser<'_> {
                 if self.peek() == Token::LeftParen {
                     return self.call(ident);
                 }
-                return Ok(Expr { kind: ExprKind::Name(ident.name), span });
+                return Ok(self.maker.atom(Atom::Name(&ident.name), span));
             }
         };
         self.advance();
-        Ok(Expr { kind, span })
+        Ok(self.maker.atom(atom, span))
     }
 
     /// `f(e, …)` after the name.
-    fn call(&mut self, function: Ident) -> Parsed<Expr> {
+    fn call(&mut self, function: Ident) -> Parsed<M::Expr> {
         let start = function.span;
         self.expect(Token::LeftParen)?;
         let arguments = self.arguments()?;
-        Ok(Expr { kind: ExprKind::Call(Box::new(function), arguments), span: start.to(self.before()) })
+        let span = start.to(self.before());
+        Ok(self.maker.call(function, arguments, span))
     }
 
     /// `func(f, e, …)`
-    fn old_function(&mut self, start: Span) -> Parsed<Expr> {
+    fn old_function(&mut self, start: Span) -> Parsed<M::Expr> {
         self.advance();
         self.expect(Token::LeftParen)?;
         let function = self.function_name()?;
         self.expect(Token::Comma)?;
         let arguments = self.arguments()?;
-        Ok(Expr { kind: ExprKind::Call(Box::new(function), arguments), span: start.to(self.before()) })
+        let span = start.to(self.before());
+        Ok(self.maker.call(function, arguments, span))
     }
 
     /// A name, or one of the two functions that are keywords.
@@ -246,26 +250,12 @@ impl Parser<'_> {
         self.ident("a name")
     }
 
-    fn arguments(&mut self) -> Parsed<Vec<Expr>> {
+    fn arguments(&mut self) -> Parsed<Vec<M::Expr>> {
         let mut arguments = vec![self.expression()?];
         while self.eat(Token::Comma) {
             arguments.push(self.expression()?);
         }
         self.expect(Token::RightParen)?;
         Ok(arguments)
-    }
-}
-
-/// `left op right`, added to the chain that `left` is, if it was made on this level just now.
-fn join(left: Expr, right: (BinaryOp, Expr), same_level: bool, span: Span) -> Expr {
-    match left.kind {
-        ExprKind::Chain(first, mut rest) if same_level => {
-            rest.push(right);
-            Expr { kind: ExprKind::Chain(first, rest), span }
-        }
-        kind => {
-            let left = Expr { kind, span: left.span };
-            Expr { kind: ExprKind::Chain(Box::new(left), vec![right]), span }
-        }
     }
 }

@@ -1,8 +1,8 @@
 //! The parts of a model file outside of modules.
 
-use super::{Failed, Parsed, Parser};
+use super::{Failed, Maker, Parsed, Parser};
 use crate::lang::ast::{
-    ConstDef, ConstType, Expr, FormulaDef, Item, LabelDef, Model, ModelType, RewardItem, Rewards, Span,
+    ConstDef, ConstType, FormulaDef, Item, LabelDef, Model, ModelType, RewardItem, Rewards, Span,
 };
 use crate::lang::token::Token;
 
@@ -44,10 +44,10 @@ const FOREIGN: &[(&str, &str)] = &[
     ("invariant", "invariants"),
 ];
 
-impl<'a> Parser<'a> {
+impl<'a, M: Maker> Parser<'a, M> {
     /// A whole model file.
-    pub(crate) fn model(&mut self) -> Model {
-        let mut model = Model::default();
+    pub(crate) fn model(&mut self) -> Model<M::Expr, M::Command> {
+        let mut model = Model { kind: None, items: Vec::new() };
         while self.peek() != Token::End {
             let before = self.tokens.taken();
             if self.part(&mut model).is_err() {
@@ -61,7 +61,7 @@ impl<'a> Parser<'a> {
         model
     }
 
-    fn part(&mut self, model: &mut Model) -> Parsed<()> {
+    fn part(&mut self, model: &mut Model<M::Expr, M::Command>) -> Parsed<()> {
         let span = self.here();
         let word = self.part_word(span);
         let item = match word {
@@ -72,12 +72,12 @@ impl<'a> Parser<'a> {
             "label" => Item::Label(self.label()?),
             "global" => {
                 self.advance();
-                Item::Global(self.declaration()?)
+                Item::Global(Box::new(self.declaration()?))
             }
             "module" => self.module()?,
-            "rewards" => Item::Rewards(self.rewards()?),
+            "rewards" => Item::Rewards(Box::new(self.rewards()?)),
             "init" => Item::Init(self.init()?),
-            "system" => Item::System(self.system()?),
+            "system" => Item::System(Box::new(self.system()?)),
             "observables" => return self.observables(),
             "observable" => return self.observable(),
             _ => return self.foreign_part(span, word),
@@ -93,7 +93,7 @@ impl<'a> Parser<'a> {
         if is_known { word } else { self.slip(ITEM_WORDS).unwrap_or(word) }
     }
 
-    fn model_type(&mut self, model: &mut Model, kind: ModelType) -> Parsed<()> {
+    fn model_type(&mut self, model: &mut Model<M::Expr, M::Command>, kind: ModelType) -> Parsed<()> {
         let span = self.advance();
         match model.kind {
             Some((_, first)) => {
@@ -151,7 +151,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn constant(&mut self) -> Parsed<ConstDef> {
+    fn constant(&mut self) -> Parsed<ConstDef<M::Expr>> {
         let is_old = self.at_word("rate") || self.at_word("prob");
         self.advance();
         let ty = match self.text(self.here()) {
@@ -170,7 +170,7 @@ impl<'a> Parser<'a> {
         Ok(ConstDef { ty: ty.unwrap_or(ConstType::Int), name, value })
     }
 
-    fn formula(&mut self) -> Parsed<FormulaDef> {
+    fn formula(&mut self) -> Parsed<FormulaDef<M::Expr>> {
         self.advance();
         let name = self.ident("the name of a formula")?;
         self.expect(Token::Eq)?;
@@ -179,7 +179,7 @@ impl<'a> Parser<'a> {
         Ok(FormulaDef { name, body })
     }
 
-    fn label(&mut self) -> Parsed<LabelDef> {
+    fn label(&mut self) -> Parsed<LabelDef<M::Expr>> {
         self.advance();
         if self.peek() == Token::Word {
             let span = self.here();
@@ -199,14 +199,14 @@ impl<'a> Parser<'a> {
         Ok(LabelDef { name, body })
     }
 
-    fn init(&mut self) -> Parsed<Expr> {
+    fn init(&mut self) -> Parsed<M::Expr> {
         self.advance();
         let condition = self.expression()?;
         self.expect_word("endinit")?;
         Ok(condition)
     }
 
-    fn rewards(&mut self) -> Parsed<Rewards> {
+    fn rewards(&mut self) -> Parsed<Rewards<M::Expr>> {
         let start = self.advance();
         let name = self.reward_name();
         let mut items = Vec::new();
@@ -215,7 +215,7 @@ impl<'a> Parser<'a> {
                 return Err(self.expected("`endrewards`"));
             }
             match self.reward_item() {
-                Ok(item) if self.whole => items.push(item),
+                Ok(item) if M::KEEPS_REWARDS => items.push(item),
                 // Checked for syntax, and of no meaning here.
                 Ok(_) => {}
                 Err(Failed) => self.recover(&["endrewards", "module"]),
@@ -233,7 +233,7 @@ impl<'a> Parser<'a> {
         if self.peek() == Token::Quoted { self.quoted().ok() } else { None }
     }
 
-    fn reward_item(&mut self) -> Parsed<RewardItem> {
+    fn reward_item(&mut self) -> Parsed<RewardItem<M::Expr>> {
         let action = if self.eat(Token::LeftBracket) {
             let name = if self.peek() == Token::RightBracket { None } else { Some(self.action()?) };
             self.expect(Token::RightBracket)?;

@@ -3,17 +3,19 @@
 
 mod expr;
 mod item;
+mod maker;
 mod module;
 mod system;
 
 use std::sync::Arc;
 
 pub(crate) use expr::operator;
+pub(crate) use maker::{Atom, Maker, Places, Trees, remade};
 
-use super::ast::{Command, Expr, Ident, Model, Span};
+use super::ast::{Command, Expr, Ident, Item, Model, Span};
 use super::slip::is_slip;
-use super::token::{Ahead, Token, Tokens, is_keyword, is_property_operator};
-use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
+use super::token::{Token, Tokens, is_keyword, is_property_operator};
+use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use crate::observer::{Observer, Poll, Unobserved};
 
 /// How deep brackets, conditionals and signs may nest.
@@ -40,25 +42,55 @@ pub fn parse_model(source: &Arc<SourceFile>) -> Result<Model> {
     parser.finish(model)
 }
 
-/// As [`parse_model`], until the observer stops it. Of the commands, only their places are kept, and of
-/// rewards nothing: what is left takes little more memory than the text.
-pub(crate) fn outline(source: &Arc<SourceFile>, observer: &dyn Observer) -> Result<Model> {
+/// The parts of a model in a part of a text.
+///
+/// # Errors
+/// Those of [`parse_model`].
+pub(crate) fn items_at(source: &Arc<SourceFile>, place: Span) -> Result<Vec<Item<Span, Span>>> {
+    let mut parser = Parser::places(source, place);
+    let model = parser.model();
+    parser.finish(model.items)
+}
+
+/// A model of which only the places of expressions and commands are kept, and of rewards nothing: it takes
+/// little more memory than the text.
+pub(crate) type Outline = Model<Span, Span>;
+
+/// As [`parse_model`], until the observer stops it.
+pub(crate) fn outline(source: &Arc<SourceFile>, observer: &dyn Observer) -> Result<Outline> {
     super::mistaken::no_model(source)?;
-    let mut parser = Parser { whole: false, ..Parser::of_part(source, whole(source), Ahead::Few, observer) };
+    let mut parser = Parser::of_part(source, whole(source), observer, Places);
     let model = parser.model();
     parser.finish(model)
 }
 
-/// Reads one command of an [`outline`] again.
-pub(crate) fn command_at(source: &Arc<SourceFile>, place: Span, observer: &dyn Observer) -> Result<Command> {
-    let mut parser = Parser::of_part(source, place, Ahead::Few, observer);
+/// Reads an expression of an [`outline`] again.
+pub(crate) fn expression_at<M: Maker>(
+    source: &Arc<SourceFile>,
+    place: Span,
+    observer: &dyn Observer,
+    maker: M,
+) -> Result<M::Expr> {
+    let mut parser = Parser::of_part(source, place, observer, maker);
+    let parsed = parser.expression();
+    parser.finish_parsed(parsed)
+}
+
+/// Reads a command of an [`outline`] again.
+pub(crate) fn command_at<M: Maker>(
+    source: &Arc<SourceFile>,
+    place: Span,
+    observer: &dyn Observer,
+    maker: M,
+) -> Result<Command<M::Expr>> {
+    let mut parser = Parser::of_part(source, place, observer, maker);
     let parsed = parser.command();
     parser.finish_parsed(parsed)
 }
 
 /// The place of the whole text.
-fn whole(source: &SourceFile) -> Span {
-    Span { start: 0, end: source.text.len() }
+pub(crate) fn whole(source: &SourceFile) -> Span {
+    Span::new(0, source.text.len())
 }
 
 /// Reads a text that is one expression, as after `--target` or `--where`. Names in quotes are labels.
@@ -72,38 +104,34 @@ pub fn parse_expression(source: &Arc<SourceFile>) -> Result<Expr> {
 }
 
 /// The state of a parser: a position in the tokens, and the errors so far.
-pub(crate) struct Parser<'a> {
+pub(crate) struct Parser<'a, M = Trees> {
     source: &'a Arc<SourceFile>,
     tokens: Tokens<'a>,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
     poll: Poll<'a>,
-    /// Whether trees are made of commands and rewards.
-    whole: bool,
-}
-
-/// How to write what is written otherwise in other languages.
-fn other_languages(found: &str) -> Option<&'static str> {
-    Some(match found {
-        "and" | "AND" => "conjunction is written `&`",
-        "or" | "OR" => "disjunction is written `|`",
-        "not" | "NOT" => "negation is written `!`",
-        "U" | "W" => "temporal formulas stand in properties, `P>=1 [ … ]`, and in objectives",
-        "'" => "`x'` is the new value of `x`: it stands in updates alone, `(x'=…)` after `->`",
-        _ => return None,
-    })
+    maker: M,
 }
 
 impl<'a> Parser<'a> {
     pub(crate) fn new(source: &'a Arc<SourceFile>) -> Self {
-        Parser::of_part(source, whole(source), Ahead::All, &Unobserved)
+        Parser::of_part(source, whole(source), &Unobserved, Trees)
     }
+}
 
+impl<'a> Parser<'a, Places> {
+    /// A parser of a part of a text that keeps places only.
+    pub(crate) fn places(source: &'a Arc<SourceFile>, part: Span) -> Self {
+        Parser::of_part(source, part, &Unobserved, Places)
+    }
+}
+
+impl<'a, M> Parser<'a, M> {
     /// A parser of a part of a text.
-    fn of_part(source: &'a Arc<SourceFile>, part: Span, ahead: Ahead, observer: &'a dyn Observer) -> Self {
+    fn of_part(source: &'a Arc<SourceFile>, part: Span, observer: &'a dyn Observer, maker: M) -> Self {
         let mut poll = Poll::new(observer);
-        let tokens = Tokens::new(&source.text, part, ahead, &mut poll);
-        Parser { source, tokens, depth: 0, diagnostics: Vec::new(), poll, whole: true }
+        let tokens = Tokens::new(&source.text, part, &mut poll);
+        Parser { source, tokens, depth: 0, diagnostics: Vec::new(), poll, maker }
     }
 
     pub(crate) fn finish<T>(self, value: T) -> Result<T> {
@@ -133,9 +161,9 @@ impl<'a> Parser<'a> {
         self.tokens.at(0).1
     }
 
-    /// The text of a token further on.
-    pub(crate) fn text_at(&self, ahead: usize) -> &'a str {
-        self.text(self.tokens.at(ahead).1)
+    /// All tokens from the next one on, with their texts; [`Token::End`] last.
+    pub(crate) fn rest(&self) -> impl Iterator<Item = (Token, &'a str)> + '_ {
+        self.tokens.rest().map(|(token, span)| (token, self.text(span)))
     }
 
     /// Where the token before the next one stands.
@@ -174,15 +202,15 @@ impl<'a> Parser<'a> {
 
     /// Whether the next token stands on a later line than the one before it, or nowhere.
     fn line_is_over(&self) -> bool {
-        let between = self.before().end..self.here().start;
+        let between = self.before().end()..self.here().start();
         self.tokens.before().is_some()
             && (self.peek() == Token::End || self.source.text[between].contains('\n'))
     }
 
     /// Records that something is missing at the end of the line before.
     fn missing(&mut self, what: &str) -> Failed {
-        let end = self.before().end;
-        let place = Span { start: end, end };
+        let end = self.before().end();
+        let place = Span::new(end, end);
         self.report(self.wrong(place, format!("{what} is missing")).label(format!("expected {what}")));
         Failed
     }
@@ -262,9 +290,9 @@ impl<'a> Parser<'a> {
     }
 
     /// The label that is meant: properties of JANI models may have any name.
-    pub(crate) fn label_reference(&mut self) -> Parsed<String> {
+    fn label_reference(&mut self) -> Parsed<&'a str> {
         let span = self.expect(Token::Quoted)?;
-        Ok(self.text(span).trim_matches('"').to_owned())
+        Ok(self.text(span).trim_matches('"'))
     }
 
     /// An error at a place.
@@ -274,13 +302,27 @@ impl<'a> Parser<'a> {
 
     /// Something that PRISM has and this program has not.
     pub(crate) fn unsupported(&self, span: Span, message: impl Into<String>) -> Diagnostic {
-        self.wrong(span, message).kind(Kind::Unsupported).label("not supported")
+        self.wrong(span, message).severity(Severity::Unsupported).label("not supported")
     }
 
     pub(crate) fn report(&mut self, diagnostic: Diagnostic) {
         if self.diagnostics.len() < MAX_ERRORS {
             self.diagnostics.push(diagnostic);
         }
+    }
+
+    /// How to write what is written otherwise in other languages.
+    fn other_languages(&self, found: &str) -> Option<&'static str> {
+        Some(match found {
+            "and" | "AND" => "conjunction is written `&`",
+            "or" | "OR" => "disjunction is written `|`",
+            "not" | "NOT" => "negation is written `!`",
+            "U" | "W" => "temporal formulas stand in properties, `P>=1 [ … ]`, and in objectives",
+            "'" => "`x'` is the new value of `x`: it stands in updates alone, `(x'=…)` after `->`",
+            ":" if self.peek_at(1) == Token::Eq => "a new value is given by `=`, as in `(x'=1)`",
+            _ if self.text(self.before()) == "if" => "a choice is written `condition ? value : other`",
+            _ => return None,
+        })
     }
 
     /// Records that something else was expected here.
@@ -293,7 +335,7 @@ impl<'a> Parser<'a> {
                 let found = self.text(span);
                 let keyword = if is_keyword(found) { "the keyword " } else { "" };
                 let diagnostic = self.wrong(span, format!("expected {what}, found {keyword}`{found}`"));
-                match other_languages(found) {
+                match self.other_languages(found) {
                     Some(help) => diagnostic.help(help),
                     None => diagnostic,
                 }
@@ -306,7 +348,7 @@ impl<'a> Parser<'a> {
 
     fn nonsense(&self, span: Span) -> Diagnostic {
         let text = self.text(span);
-        let start = self.source.text[..span.start].rfind('\n').map_or(0, |end| end + 1);
+        let start = self.source.text[..span.start()].rfind('\n').map_or(0, |end| end + 1);
         let line = self.source.text[start..].lines().next().unwrap_or("");
         match text.chars().next() {
             Some('"') => self.wrong(span, "a quote without its partner on the same line"),

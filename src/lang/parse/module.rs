@@ -1,27 +1,25 @@
 //! Modules: variables, commands, updates, renaming.
 
 use super::item::ITEM_WORDS;
-use super::{Failed, Parsed, Parser};
-use crate::lang::ast::{
-    Assignment, Branch, Command, Commands, Expr, ExprKind, Ident, Item, Module, RenamedModule, VarDecl,
-};
+use super::{Failed, Maker, Parsed, Parser};
+use crate::lang::ast::{Assignment, Branch, Command, Ident, Item, Module, RenamedModule, VarDecl};
 use crate::lang::token::{Token, is_property_operator};
 
-impl Parser<'_> {
+impl<M: Maker> Parser<'_, M> {
     /// `module … endmodule`
-    pub(super) fn module(&mut self) -> Parsed<Item> {
+    pub(super) fn module(&mut self) -> Parsed<Item<M::Expr, M::Command>> {
         let start = self.advance();
         let name = self.ident("the name of a module")?;
         if self.eat(Token::Eq) {
             return self.renamed(name);
         }
-        let mut module = Module { name, variables: Vec::new(), commands: self.no_commands() };
+        let mut module = Module { name, variables: Vec::new(), commands: Vec::new() };
         loop {
             let before = self.tokens.taken();
             let slip = self.peek_at(1) != Token::Colon && self.slip(&["endmodule"]).is_some();
             if slip || self.at_word("endmodule") {
                 self.advance();
-                return Ok(Item::Module(module));
+                return Ok(Item::Module(Box::new(module)));
             }
             // A keyword before a colon is a variable with a wrong name: that message comes below.
             let item = ITEM_WORDS.contains(&self.text(self.here())) && self.peek_at(1) != Token::Colon;
@@ -29,7 +27,11 @@ impl Parser<'_> {
                 let diagnostic =
                     self.wrong(self.here(), "expected `endmodule`").label("expected `endmodule`");
                 self.report(diagnostic.related(start.range(), "this module is not closed"));
-                return if self.peek() == Token::End { Err(Failed) } else { Ok(Item::Module(module)) };
+                return if self.peek() == Token::End {
+                    Err(Failed)
+                } else {
+                    Ok(Item::Module(Box::new(module)))
+                };
             }
             if self.module_part(&mut module).is_err() {
                 if self.tokens.taken() == before {
@@ -40,15 +42,10 @@ impl Parser<'_> {
         }
     }
 
-    /// An empty list, of the form that is wanted.
-    fn no_commands(&self) -> Commands {
-        if self.whole { Commands::Trees(Vec::new()) } else { Commands::Places(Vec::new()) }
-    }
-
-    fn module_part(&mut self, module: &mut Module) -> Parsed<()> {
+    fn module_part(&mut self, module: &mut Module<M::Expr, M::Command>) -> Parsed<()> {
         if self.peek() == Token::LeftBracket {
             let command = self.command()?;
-            module.commands.push(command);
+            module.commands.push(self.maker.command(command));
             return Ok(());
         }
         if self.at_word("invariant") {
@@ -70,7 +67,7 @@ impl Parser<'_> {
     }
 
     /// `x : [low..high] init e;` or `x : bool init e;`
-    pub(super) fn declaration(&mut self) -> Parsed<VarDecl> {
+    pub(super) fn declaration(&mut self) -> Parsed<VarDecl<M::Expr>> {
         let name = self.ident("the name of a variable")?;
         let start = name.span;
         self.expect(Token::Colon)?;
@@ -80,7 +77,7 @@ impl Parser<'_> {
         Ok(VarDecl { name, range, init, span: start.to(end) })
     }
 
-    fn variable_type(&mut self) -> Parsed<Option<(Expr, Expr)>> {
+    fn variable_type(&mut self) -> Parsed<Option<(M::Expr, M::Expr)>> {
         if self.eat(Token::LeftBracket) {
             let low = self.expression()?;
             self.expect(Token::Dots)?;
@@ -106,7 +103,7 @@ impl Parser<'_> {
     }
 
     /// `[a] guard -> updates;`
-    pub(super) fn command(&mut self) -> Parsed<Command> {
+    pub(super) fn command(&mut self) -> Parsed<Command<M::Expr>> {
         let start = self.expect(Token::LeftBracket)?;
         let action = if self.peek() == Token::RightBracket { None } else { Some(self.action()?) };
         self.expect(Token::RightBracket)?;
@@ -116,6 +113,11 @@ impl Parser<'_> {
         while self.eat(Token::Plus) {
             branches.push(self.branch()?);
         }
+        if self.peek() == Token::Comma {
+            let diagnostic = self.wrong(self.here(), "`,` joins no updates").label("write `&`");
+            self.report(diagnostic.help("several updates are written `(x'=1) & (y'=2)`"));
+            return Err(Failed);
+        }
         branches.shrink_to_fit();
         let end = self.expect(Token::Semicolon)?;
         self.check_probabilities_given(&branches);
@@ -123,7 +125,7 @@ impl Parser<'_> {
     }
 
     /// Only a branch that stands alone may leave its probability out.
-    fn check_probabilities_given(&mut self, branches: &[Branch]) {
+    fn check_probabilities_given(&mut self, branches: &[Branch<M::Expr>]) {
         if branches.len() < 2 {
             return;
         }
@@ -133,7 +135,7 @@ impl Parser<'_> {
         }
     }
 
-    fn branch(&mut self) -> Parsed<Branch> {
+    fn branch(&mut self) -> Parsed<Branch<M::Expr>> {
         let start = self.here();
         let probability = if self.at_update() { None } else { Some(self.probability()?) };
         let updates = self.updates()?;
@@ -141,12 +143,15 @@ impl Parser<'_> {
     }
 
     /// A probability with its `:`, or an update whose prime was forgotten.
-    fn probability(&mut self) -> Parsed<Expr> {
+    fn probability(&mut self) -> Parsed<M::Expr> {
+        let (start, first, before) = (self.here(), self.peek(), self.tokens.taken());
         let probability = self.expression()?;
-        let like_update = matches!(probability.kind, ExprKind::Chain(..) | ExprKind::Name(_));
-        if like_update && matches!(self.peek(), Token::Semicolon | Token::End) {
-            let diagnostic =
-                self.wrong(probability.span, "this is neither an update nor a probability with its update");
+        let is_number = first != Token::Word && self.tokens.taken() - before == 1;
+        if !is_number && matches!(self.peek(), Token::Semicolon | Token::End) {
+            let diagnostic = self.wrong(
+                start.to(self.before()),
+                "this is neither an update nor a probability with its update",
+            );
             let help = "an update is written `(x'=…)`, with a probability `0.5 : (x'=…)`";
             self.report(diagnostic.label("a condition or number").help(help));
             return Err(Failed);
@@ -165,7 +170,7 @@ impl Parser<'_> {
     }
 
     /// `(x'=e) & (y'=e) & …` or `true`
-    fn updates(&mut self) -> Parsed<Vec<Assignment>> {
+    fn updates(&mut self) -> Parsed<Vec<Assignment<M::Expr>>> {
         if self.eat_word("true") {
             return Ok(Vec::new());
         }
@@ -178,7 +183,7 @@ impl Parser<'_> {
         Ok(updates)
     }
 
-    fn assignment(&mut self) -> Parsed<Assignment> {
+    fn assignment(&mut self) -> Parsed<Assignment<M::Expr>> {
         if self.peek() == Token::Word && self.peek_at(1) == Token::Prime {
             let name = self.text(self.here());
             let diagnostic = self.wrong(self.here(), "an update stands in brackets");
@@ -198,7 +203,7 @@ impl Parser<'_> {
     }
 
     /// `base [ old=new, … ] endmodule`
-    fn renamed(&mut self, name: Ident) -> Parsed<Item> {
+    fn renamed(&mut self, name: Ident) -> Parsed<Item<M::Expr, M::Command>> {
         let base = self.ident("the name of a module")?;
         self.expect(Token::LeftBracket)?;
         let mut renames = Vec::new();
@@ -212,7 +217,7 @@ impl Parser<'_> {
         }
         self.expect(Token::RightBracket)?;
         self.expect_word("endmodule")?;
-        Ok(Item::Renamed(RenamedModule { name, base, renames }))
+        Ok(Item::Renamed(Box::new(RenamedModule { name, base, renames })))
     }
 
     /// Whatever a renaming can name: a variable, a constant, a formula, an action or a function.

@@ -12,7 +12,7 @@ enum Join {
     Parallel,
 }
 
-impl Parser<'_> {
+impl<M> Parser<'_, M> {
     /// `system … endsystem`
     pub(super) fn system(&mut self) -> Parsed<System> {
         self.advance();

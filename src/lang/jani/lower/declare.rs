@@ -7,7 +7,7 @@ use ahash::{AHashMap, AHashSet};
 use super::super::ast::{Automaton, Constant, Expr, Function, TypeOf, Variable as Declaration};
 use super::scope::{Declared, Instance, Known, Level, Meaning, Place, Transient};
 use super::{Inputs, Lowering};
-use crate::error::{Diagnostic, Kind};
+use crate::error::{Diagnostic, Severity};
 use crate::lang::ast::{BinaryOp, Ident, Span};
 use crate::lang::check::{Wanted, given_values};
 use crate::lang::valuation::Binding;
@@ -190,7 +190,7 @@ impl<'a> Lowering<'a> {
             Type::Int => {}
             Type::Real => {
                 let message = format!("the variable `{name}` is real: reals in the state are not supported");
-                let diagnostic = self.lowerer.wrong(ty.span, message).kind(Kind::Unsupported);
+                let diagnostic = self.lowerer.wrong(ty.span, message).severity(Severity::Unsupported);
                 self.lowerer.report(diagnostic.label("not supported"));
                 return None;
             }
@@ -208,7 +208,7 @@ impl<'a> Lowering<'a> {
         let high = bound(&ty.high, given.map(|g| g.1), "the upper bound");
         let (Some(low), Some(high)) = (low?, high?) else {
             let message = format!("the variable `{name}` has no bounds");
-            let diagnostic = self.lowerer.wrong(ty.span, message).kind(Kind::Unsupported);
+            let diagnostic = self.lowerer.wrong(ty.span, message).severity(Severity::Unsupported);
             let by = self.bounds_by;
             let help = format!("give bounds with `{by} {name}=0..7`, say; states outside are errors");
             self.lowerer.report(diagnostic.label("unbounded integers are not supported").help(help));
@@ -287,7 +287,7 @@ impl<'a> Lowering<'a> {
                 }
             }
             if begins.len() > 1 {
-                let some = self.lowerer.balanced(BinaryOp::Or, &begins)?;
+                let some = self.lowerer.balanced(BinaryOp::Or, begins)?;
                 conditions.push((some, automaton.name.span));
             }
         }
@@ -307,7 +307,7 @@ impl<'a> Lowering<'a> {
         }
         match conditions.is_empty() {
             true => self.lowerer.literal(Value::Bool(true)),
-            false => self.lowerer.balanced(BinaryOp::And, &conditions),
+            false => self.lowerer.balanced(BinaryOp::And, conditions),
         }
     }
 

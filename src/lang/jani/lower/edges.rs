@@ -8,7 +8,7 @@ use super::scope::{Meaning, Place, Slot};
 use crate::lang::ast::{BinaryOp, Span};
 use crate::model::expr::{ExprId, Node};
 use crate::model::value::{Type, Value};
-use crate::model::{Branch, Command, VarId};
+use crate::model::{Branch, Branches, Command, VarId};
 
 /// An edge of an element of the system.
 pub(super) type Part<'a> = (usize, &'a Edge);
@@ -42,11 +42,9 @@ impl<'a> Lowering<'a> {
             combinations = combinations.iter().flat_map(longer).collect();
         }
         let branches: Vec<_> = combinations.iter().map(|c| self.branch(parts, c)).collect();
-        let branches: Vec<Branch> = branches.into_iter().collect::<Option<_>>()?;
+        let branches: Branches = branches.into_iter().collect::<Option<_>>()?;
         let first = parts.first()?.1;
-        let guard_span = first.guard.as_ref().map_or(first.span, |g| g.span).range();
-        let span = first.span.range();
-        Some(Command { module: 0, action: None, number: 0, guard: guard?, branches, span, guard_span })
+        Some(Command { module: 0, action: None, number: 0, guard: guard?, branches, span: first.span })
     }
 
     /// Every edge is in its location and its guard holds.
@@ -65,7 +63,7 @@ impl<'a> Lowering<'a> {
         }
         match conditions.is_empty() {
             true => self.lowerer.literal(Value::Bool(true)),
-            false => self.lowerer.balanced(BinaryOp::And, &conditions),
+            false => self.lowerer.balanced(BinaryOp::And, conditions),
         }
     }
 
@@ -86,8 +84,7 @@ impl<'a> Lowering<'a> {
         for (&(instance, edge), destination) in parts.iter().zip(destinations) {
             updates.extend(self.moved(instance, edge, destination)?);
         }
-        let span = destinations.first()?.span.range();
-        Some(Branch { probability: probability?.0, updates, span })
+        Some(Branch { probability: probability?.0, updates: updates.into() })
     }
 
     /// The change of location, if there is one.

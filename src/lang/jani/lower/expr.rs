@@ -45,7 +45,7 @@ impl<'a> Lowering<'a> {
 
     fn operation(&mut self, op: Op, operands: &[Operand], span: Span) -> Option<ExprId> {
         match (op, operands) {
-            (Op::Binary(op @ (BinaryOp::And | BinaryOp::Or)), all) => self.lowerer.balanced(op, all),
+            (Op::Binary(op @ (BinaryOp::And | BinaryOp::Or)), all) => self.lowerer.balanced(op, all.to_vec()),
             (Op::Binary(op), &[a, b]) => self.lowerer.binary(op, a, b, span),
             (Op::Not, &[(a, at)]) => self.lowerer.not(a, at),
             (Op::Ite, &[(condition, at), a, b]) => {

@@ -16,7 +16,7 @@ use ahash::{AHashMap, AHashSet};
 
 use super::Inputs;
 use super::ast::Model;
-use crate::error::{Diagnostic, Error, Kind, Result};
+use crate::error::{Diagnostic, Error, Result, Severity};
 use crate::lang::ast::{ModelType, Span};
 use crate::lang::check::{Checked, Lowerer, Scope};
 use crate::lang::named::{Asked, Property};
@@ -255,7 +255,7 @@ impl Lowering<'_> {
             self.names.changed.iter().chain(&self.modules.changed).chain(&self.actions.names.changed);
         for (name, new) in changed {
             let message = format!("`{name}` is called `{new}` here: it is no name of the modelling language");
-            self.warnings.push(self.lowerer.wrong(Span::default(), message).kind(Kind::Warning));
+            self.warnings.push(self.lowerer.wrong(Span::default(), message).severity(Severity::Warning));
         }
     }
 }

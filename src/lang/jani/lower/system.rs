@@ -307,7 +307,7 @@ impl<'a> Lowering<'a> {
                     let message = format!("the action `{}` stands in no synchronisation vector", action.name);
                     let diagnostic = self.lowerer.wrong(action.span, message);
                     let label = format!("edges of `{}` with it never happen", instance.name);
-                    self.warnings.push(diagnostic.kind(crate::error::Kind::Warning).label(label));
+                    self.warnings.push(diagnostic.severity(crate::error::Severity::Warning).label(label));
                 }
             }
         }

@@ -93,7 +93,8 @@ impl<'a> Reader<'a> {
             "lts" | "ctmc" | "ctmdp" | "ma" | "ta" | "pta" | "sta" | "ha" | "pha" | "sha" => {
                 let diagnostic =
                     self.wrong(kind.span, format!("models of type `{}` are not supported", kind.name));
-                let diagnostic = diagnostic.kind(crate::error::Kind::Unsupported).label("not supported");
+                let diagnostic =
+                    diagnostic.severity(crate::error::Severity::Unsupported).label("not supported");
                 self.report(diagnostic.help("the types `mdp` and `dtmc` are"));
                 None
             }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::super::json::{self, Malformed, Member, Node, Shape};
-use crate::error::{Diagnostic, Error, Kind, Result, SourceFile};
+use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use crate::lang::ast::{Ident, Span};
 use crate::observer::{Observer, Poll};
 
@@ -44,7 +44,7 @@ impl<'a> Object<'a> {
 
     /// Where the object begins.
     pub(super) fn start(&self) -> Span {
-        Span { start: self.span.start, end: self.span.start + 1 }
+        Span::new(self.span.start(), self.span.start() + 1)
     }
 }
 
@@ -57,7 +57,7 @@ impl<'a> Reader<'a> {
     pub(super) fn document(&mut self) -> Option<Node<'a>> {
         if self.source.text.len() > MOST_BYTES {
             let message = format!("the document has more than {} MiB", MOST_BYTES >> 20);
-            return self.fail(Span { start: 0, end: 1 }, message);
+            return self.fail(Span::new(0, 1), message);
         }
         match json::document(&self.source.text) {
             Ok(node) => Some(node),
@@ -93,7 +93,7 @@ impl<'a> Reader<'a> {
 
     /// Refuses something by its name.
     pub(super) fn unsupported<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
-        let diagnostic = self.wrong(span, message).kind(Kind::Unsupported).label("not supported");
+        let diagnostic = self.wrong(span, message).severity(Severity::Unsupported).label("not supported");
         self.report(diagnostic);
         None
     }
@@ -115,7 +115,7 @@ impl<'a> Reader<'a> {
                 true => ("levels of objects and arrays", json::MOST_DEPTH as usize),
                 false => ("values", MOST_VALUES),
             };
-            let here = Span { start: node.span().start, end: node.span().start + 1 };
+            let here = Span::new(node.span().start(), node.span().start() + 1);
             return self.fail(here, format!("the document has more than {most} {what}"));
         }
         match node.shape() {
@@ -270,5 +270,5 @@ pub(super) enum Value<'a> {
 
 /// The beginning of a place: a whole automaton would not help.
 fn brief(span: Span) -> Span {
-    Span { start: span.start, end: span.end.min(span.start + 40) }
+    Span::new(span.start(), span.end().min(span.start() + 40))
 }

@@ -1,0 +1,277 @@
+//! Expressions of a program as text, straight from its pool: large ones are never there as trees.
+
+use std::fmt::{self, Display, Formatter, Write as _};
+
+use crate::lang::ast::{ATOM_LEVEL, BinaryOp, NEG_LEVEL, NOT_LEVEL};
+use crate::model::Program;
+use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use crate::model::value::Value;
+
+/// An expression that occurs twice gets a name of its own from this many nodes on.
+const LARGE: u32 = 40;
+/// Expressions of heights that this divides get names too, so that nothing nests too deeply.
+const TALL: u32 = 64;
+
+/// Writes expressions, with names for those that occur again and again.
+pub(super) struct Expressions<'a> {
+    program: &'a Program,
+    /// What the names begin with.
+    prefix: String,
+    /// The number in the name of each node of the pool, from 1 on; 0 where it has none.
+    names: Vec<u32>,
+}
+
+impl<'a> Expressions<'a> {
+    pub(super) fn new(program: &'a Program) -> Self {
+        let mut prefix = "e".to_owned();
+        let taken = |p: &str| {
+            let names =
+                program.variables.iter().map(|v| &v.name).chain(program.constants.iter().map(|c| &c.0));
+            names.into_iter().any(|n| n.starts_with(p))
+        };
+        while taken(&format!("{prefix}_")) {
+            prefix.push('e');
+        }
+        Expressions { program, prefix, names: names(program) }
+    }
+
+    /// The definitions of all names, in an order in which each needs earlier ones alone.
+    pub(super) fn definitions(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        for id in self.program.pool.ids().filter(|id| self.names[id.index()] > 0) {
+            f.write_str("\nformula ")?;
+            self.name(f, id)?;
+            f.write_str(" = ")?;
+            self.body(f, id)?;
+            f.write_char(';')?;
+        }
+        f.write_char('\n')
+    }
+
+    /// An expression as text, by its name if it has one.
+    pub(super) fn of(&self, id: ExprId) -> Expression<'_> {
+        Expression { all: self, id }
+    }
+
+    fn is_named(&self, id: ExprId) -> bool {
+        self.names[id.index()] > 0
+    }
+
+    fn name(&self, f: &mut Formatter<'_>, id: ExprId) -> fmt::Result {
+        write!(f, "{}_{}", self.prefix, self.names[id.index()] - 1)
+    }
+
+    fn expr(&self, f: &mut Formatter<'_>, id: ExprId) -> fmt::Result {
+        if self.is_named(id) { self.name(f, id) } else { self.body(f, id) }
+    }
+
+    /// With brackets, unless it binds at least as tightly as `least`.
+    fn operand(&self, f: &mut Formatter<'_>, id: ExprId, least: u8) -> fmt::Result {
+        if self.level(id).is_some_and(|level| level >= least) {
+            return self.expr(f, id);
+        }
+        f.write_char('(')?;
+        self.expr(f, id)?;
+        f.write_char(')')
+    }
+
+    /// How tightly the outermost operator binds; none for `?:`, which binds least.
+    fn level(&self, id: ExprId) -> Option<u8> {
+        Some(match self.program.pool.node(id) {
+            _ if self.is_named(id) => ATOM_LEVEL,
+            Node::Literal(value) => Literal(value).level(),
+            Node::Unary(Unary::Not, _) => NOT_LEVEL,
+            Node::Unary(Unary::Neg, _) => NEG_LEVEL,
+            Node::Unary(Unary::ToReal, a) => return self.level(a),
+            Node::Binary(op, ..) => infix(op).map_or(ATOM_LEVEL, BinaryOp::level),
+            Node::Var(_) | Node::Unary(..) => ATOM_LEVEL,
+            Node::Ite(..) => return None,
+        })
+    }
+
+    fn body(&self, f: &mut Formatter<'_>, id: ExprId) -> fmt::Result {
+        match self.program.pool.node(id) {
+            Node::Literal(value) => write!(f, "{}", Literal(value)),
+            Node::Var(v) => f.write_str(&self.program.variables[v.index()].name),
+            Node::Unary(op, a) => self.unary(f, op, a),
+            Node::Binary(op, a, b) => match infix(op) {
+                Some(infix) => self.chain(f, op, infix, [a, b]),
+                None => self.call(f, function(op), &[a, b]),
+            },
+            Node::Ite(c, a, b) => {
+                self.operand(f, c, 0)?;
+                f.write_str(" ? ")?;
+                self.operand(f, a, 0)?;
+                f.write_str(" : ")?;
+                self.operand(f, b, 0)
+            }
+        }
+    }
+
+    fn unary(&self, f: &mut Formatter<'_>, op: Unary, a: ExprId) -> fmt::Result {
+        match op {
+            Unary::Not => {
+                f.write_char('!')?;
+                self.operand(f, a, NOT_LEVEL)
+            }
+            Unary::Neg => {
+                f.write_char('-')?;
+                self.operand(f, a, NEG_LEVEL)
+            }
+            // Integers become real by themselves where a real is wanted.
+            Unary::ToReal => self.expr(f, a),
+            Unary::Floor => self.call(f, "floor", &[a]),
+            Unary::Ceil => self.call(f, "ceil", &[a]),
+            Unary::Round => self.call(f, "round", &[a]),
+        }
+    }
+
+    /// `a op b`; rows of one associative operator are written without brackets.
+    fn chain(
+        &self,
+        f: &mut Formatter<'_>,
+        op: Binary,
+        infix: BinaryOp,
+        operands: [ExprId; 2],
+    ) -> fmt::Result {
+        for (position, id) in operands.into_iter().enumerate() {
+            if position > 0 {
+                write!(f, " {} ", infix.symbol())?;
+            }
+            let goes_on = matches!(self.program.pool.node(id), Node::Binary(inner, ..) if inner == op)
+                && matches!(op, Binary::And | Binary::Or);
+            self.operand(f, id, infix.level() + u8::from(!goes_on))?;
+        }
+        Ok(())
+    }
+
+    fn call(&self, f: &mut Formatter<'_>, function: &str, arguments: &[ExprId]) -> fmt::Result {
+        write!(f, "{function}(")?;
+        for (position, &id) in arguments.iter().enumerate() {
+            f.write_str(if position > 0 { ", " } else { "" })?;
+            self.expr(f, id)?;
+        }
+        f.write_char(')')
+    }
+}
+
+/// One of [`Expressions`].
+pub(super) struct Expression<'e> {
+    all: &'e Expressions<'e>,
+    id: ExprId,
+}
+
+impl Display for Expression<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.all.expr(f, self.id)
+    }
+}
+
+/// How an operator is written between its operands; none for functions.
+fn infix(op: Binary) -> Option<BinaryOp> {
+    Some(match op {
+        Binary::And => BinaryOp::And,
+        Binary::Or => BinaryOp::Or,
+        Binary::Eq => BinaryOp::Eq,
+        Binary::Lt => BinaryOp::Lt,
+        Binary::Le => BinaryOp::Le,
+        Binary::Add => BinaryOp::Add,
+        Binary::Sub => BinaryOp::Sub,
+        Binary::Mul => BinaryOp::Mul,
+        Binary::Div => BinaryOp::Div,
+        Binary::Min | Binary::Max | Binary::Pow | Binary::Mod | Binary::Log => return None,
+    })
+}
+
+fn function(op: Binary) -> &'static str {
+    match op {
+        Binary::Min => "min",
+        Binary::Max => "max",
+        Binary::Pow => "pow",
+        Binary::Mod => "mod",
+        _ => "log",
+    }
+}
+
+/// A value as an expression.
+pub(super) struct Literal(pub(super) Value);
+
+impl Literal {
+    fn level(&self) -> u8 {
+        match self.0 {
+            Value::Int(i) if i < 0 && i > i64::MIN => NEG_LEVEL,
+            Value::Real(x) if x.is_sign_negative() && !x.is_nan() => NEG_LEVEL,
+            Value::Real(x) if !x.is_finite() => BinaryOp::Div.level(),
+            _ => ATOM_LEVEL,
+        }
+    }
+}
+
+impl Display for Literal {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            // What has no literal.
+            Value::Int(i64::MIN) => write!(f, "(-{} - 1)", i64::MAX),
+            Value::Real(x) if x.is_nan() => f.write_str("0 / 0"),
+            Value::Real(x) if x.is_infinite() => f.write_str(if x < 0.0 { "-(1 / 0)" } else { "1 / 0" }),
+            value => write!(f, "{value}"),
+        }
+    }
+}
+
+/// All expressions that the text shows.
+fn roots(program: &Program) -> impl Iterator<Item = ExprId> + '_ {
+    let branches = program.commands.iter().flat_map(|c| &c.branches);
+    let shown = branches.flat_map(|b| b.updates.iter().map(|u| u.1).chain([b.probability]));
+    let guards = program.commands.iter().map(|c| c.guard);
+    guards.chain(shown).chain(program.labels.iter().map(|l| l.1)).chain([program.initial])
+}
+
+/// How often each node is used in what the text shows.
+fn uses(program: &Program) -> Vec<u32> {
+    let mut uses = vec![0_u32; program.pool.len()];
+    let mut pending = Vec::new();
+    for root in roots(program) {
+        pending.push(root);
+        while let Some(id) = pending.pop() {
+            let count = &mut uses[id.index()];
+            *count = count.saturating_add(1);
+            if *count == 1 {
+                pending.extend(operands(&program.pool, id));
+            }
+        }
+    }
+    uses
+}
+
+/// Numbers for expressions that get names: large ones that occur more than once, and some of the tall ones.
+fn names(program: &Program) -> Vec<u32> {
+    let uses = uses(program);
+    let (mut names, mut named) = (vec![0; uses.len()], 0);
+    let mut sizes = vec![(0_u32, 0_u32); uses.len()];
+    // Operands come before the nodes that use them.
+    for id in program.pool.ids().filter(|id| uses[id.index()] > 0) {
+        let (mut size, mut height) = (1_u32, 0_u32);
+        for operand in operands(&program.pool, id) {
+            let (s, h) = sizes[operand.index()];
+            (size, height) = (size.saturating_add(s), height.max(h + 1));
+        }
+        let tall = height > 0 && height.is_multiple_of(TALL);
+        if tall || (uses[id.index()] > 1 && size >= LARGE) {
+            named += 1;
+            names[id.index()] = named;
+            size = 1;
+        }
+        sizes[id.index()] = (size, height);
+    }
+    names
+}
+
+fn operands(pool: &ExprPool, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
+    let operands = match pool.node(id) {
+        Node::Literal(_) | Node::Var(_) => [None; 3],
+        Node::Unary(_, a) => [Some(a), None, None],
+        Node::Binary(_, a, b) => [Some(a), Some(b), None],
+        Node::Ite(c, a, b) => [Some(c), Some(a), Some(b)],
+    };
+    operands.into_iter().flatten()
+}
