@@ -1,8 +1,9 @@
 //! Where improvements are looked for: kept choices, goal edges, dropped edges.
 
-use super::checker::{Check, Checker, Stop};
+use super::checker::Checker;
 use super::outcomes::Class;
 use super::sets::Sets;
+use super::stop::{Check, Stop};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, Engine};
 use crate::model::preference::Change;

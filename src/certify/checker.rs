@@ -2,40 +2,16 @@
 
 use std::sync::Arc;
 
+use super::Checked;
 use super::sets::Sets;
-use super::{Checked, Violation};
+use super::stop::{Check, Stop};
 use crate::dump::manifest::RootKind;
 use crate::dump::{Dump, Edge, Manifest};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Engine, Settings};
-use crate::error::Error;
+use crate::model::Program;
 use crate::model::preference::Preferences;
-use crate::model::{Program, State};
 use crate::names;
-
-/// Why the check ended.
-pub(super) enum Stop {
-    /// It could not go on.
-    Error(Error),
-    /// A condition does not hold.
-    Violation(Violation),
-}
-
-impl From<Error> for Stop {
-    fn from(error: Error) -> Self {
-        Stop::Error(error)
-    }
-}
-
-impl Stop {
-    /// A condition does not hold, in this state.
-    pub(super) fn violated(condition: impl Into<String>, state: Option<State>) -> Self {
-        Stop::Violation(Violation { condition: condition.into(), state })
-    }
-}
-
-/// The result of a check.
-pub(super) type Check<T = ()> = Result<T, Stop>;
 
 /// The sets of a dump over an engine that has only the relations.
 pub(super) struct Checker<'a> {

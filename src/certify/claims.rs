@@ -5,7 +5,7 @@
 
 use serde_json::Value as Json;
 
-use super::checker::{Check, Stop};
+use super::stop::{Check, Stop};
 use crate::dump::Manifest;
 use crate::dump::manifest::File;
 use crate::engine::symbolic::SymbolicEngine;

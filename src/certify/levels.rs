@@ -1,8 +1,9 @@
 //! Levels and strategies.
 
 use super::arena::{Arena, arenas};
-use super::checker::{Check, Checker, Stop};
+use super::checker::Checker;
 use super::outcomes::Class;
+use super::stop::{Check, Stop};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, Engine};
 use crate::names;

@@ -24,6 +24,7 @@ mod levels;
 mod outcomes;
 mod plays;
 mod sets;
+mod stop;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -34,7 +35,8 @@ use crate::engine::{Observer, Settings};
 use crate::error::{Error, Result};
 use crate::model::preference::Preferences;
 use crate::model::{Program, State};
-use checker::{Checker, Stop};
+use checker::Checker;
+use stop::Stop;
 
 /// What was found.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,7 +1,8 @@
 //! Targets, positive and almost-sure regions, classes.
 
-use super::checker::{Check, Checker};
+use super::checker::Checker;
 use super::plays;
+use super::stop::Check;
 use crate::engine::symbolic::StateSet;
 use crate::engine::{Algebra, Engine};
 use crate::model::preference::{Goal, ObjectiveSet};

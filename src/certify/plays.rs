@@ -11,7 +11,8 @@
 //! those of the round, of which none is in R_di with a step that risks nothing. So no set of states lost can be the
 //! first to be kept to: its plays would never come to R_di. Without an R_di all states count as one.
 
-use super::checker::{Check, Checker, Stop};
+use super::checker::Checker;
+use super::stop::{Check, Stop};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, Engine};
 use crate::model::temporal::{Condition, Disjunct};

@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::checker::{Check, Stop};
+use super::stop::{Check, Stop};
 use crate::dump::manifest::{File, Root, RootKind};
 use crate::dump::{Diagram, Edge};
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};

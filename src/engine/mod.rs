@@ -209,7 +209,8 @@ pub trait Engine:
     /// by a safe edge; states that have no pair left then, and have not won, are lost too, and so on.
     ///
     /// The pairs of `left` are what is left of `within`, and none of a state lost before leads to what can
-    /// still win. Edges are safe as `moves` say, of which every state of a pair has one, or none at all.
+    /// still win. Safe is what wins and what is not there: every state of a pair is in one of `moves`, or
+    /// there are none, and nothing is safe.
     ///
     /// Cost: a pre-image for each set of moves and each layer of states that are lost.
     fn lose(

@@ -3,10 +3,11 @@
 //! only go on to states lost before, or never gets there).
 
 use super::Named;
+use super::layers::{backward, forward, layers, rounds};
 use super::plays::Secured;
 use super::regions::{class_name, numbered};
 use crate::engine::moves::{leaning, winning};
-use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::engine::symbolic::{StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Engine, Moves};
 use crate::error::Result;
 use crate::names;
@@ -40,14 +41,6 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
     Ok(named)
 }
 
-pub(super) fn layers(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
-    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::layer(region, j), x)));
-}
-
-pub(super) fn rounds(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
-    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::refuted(region, j), x)));
-}
-
 fn outcome_layers(
     engine: &SymbolicEngine,
     name: &str,
@@ -63,40 +56,6 @@ fn outcome_layers(
     layers(named, &region, &almost_sure);
     rounds(named, &region, &lost_rounds(engine, &outcome.target)?);
     Ok(())
-}
-
-/// The states of the scope by their distance from where plays begin.
-fn forward(engine: &SymbolicEngine, start: StateSet) -> Result<Vec<StateSet>> {
-    let mut layer = start;
-    let mut open = engine.difference(&engine.all_states(), &layer)?;
-    let mut layers = Vec::new();
-    while !engine.is_empty(&layer) {
-        let moving = engine.choices_in(&engine.all_choices(), &layer)?;
-        let next = engine.intersection(&engine.successors(&moving)?, &open)?;
-        layers.push(layer);
-        open = engine.difference(&open, &next)?;
-        layer = next;
-    }
-    Ok(layers)
-}
-
-/// The states that reach a target with some choices by their distance from it.
-pub(super) fn backward(
-    engine: &SymbolicEngine,
-    target: &StateSet,
-    within: &ChoiceSet,
-) -> Result<Vec<StateSet>> {
-    let mut layer = target.clone();
-    let mut open = engine.difference(&engine.all_states(), target)?;
-    let mut layers = Vec::new();
-    while !engine.is_empty(&layer) {
-        let closer = engine.entering(within, &layer)?;
-        let next = engine.intersection(&engine.sources(&closer)?, &open)?;
-        layers.push(layer);
-        open = engine.difference(&open, &next)?;
-        layer = next;
-    }
-    Ok(layers)
 }
 
 /// The states that do not reach a target almost surely, in the rounds in which they are lost: with

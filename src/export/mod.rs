@@ -11,6 +11,7 @@
 mod certificate;
 pub(crate) mod describe;
 pub mod explicit;
+mod layers;
 mod plays;
 mod regions;
 

@@ -4,7 +4,7 @@
 //! from where one of them is almost surely reached.
 
 use super::Named;
-use super::certificate::{backward, layers, rounds};
+use super::layers::{backward, layers, rounds};
 use crate::engine::symbolic::{StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Engine};
 use crate::error::Result;

@@ -1,0 +1,46 @@
+//! Layers and rounds: states by their distance, and by when they are lost.
+
+use super::Named;
+use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::engine::{Algebra, Engine};
+use crate::error::Result;
+use crate::names;
+
+pub(super) fn layers(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
+    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::layer(region, j), x)));
+}
+
+pub(super) fn rounds(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
+    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::refuted(region, j), x)));
+}
+
+/// The states of the scope by their distance from where plays begin.
+pub(super) fn forward(engine: &SymbolicEngine, start: StateSet) -> Result<Vec<StateSet>> {
+    let all = engine.all_choices();
+    by_distance(engine, start, |layer| engine.successors(&engine.choices_in(&all, layer)?))
+}
+
+/// The states that reach a target with some choices by their distance from it.
+pub(super) fn backward(
+    engine: &SymbolicEngine,
+    target: &StateSet,
+    within: &ChoiceSet,
+) -> Result<Vec<StateSet>> {
+    by_distance(engine, target.clone(), |layer| engine.sources(&engine.entering(within, layer)?))
+}
+
+fn by_distance(
+    engine: &SymbolicEngine,
+    start: StateSet,
+    step: impl Fn(&StateSet) -> Result<StateSet>,
+) -> Result<Vec<StateSet>> {
+    let mut open = engine.difference(&engine.all_states(), &start)?;
+    let (mut layer, mut layers) = (start, Vec::new());
+    while !engine.is_empty(&layer) {
+        let next = engine.intersection(&step(&layer)?, &open)?;
+        layers.push(layer);
+        open = engine.difference(&open, &next)?;
+        layer = next;
+    }
+    Ok(layers)
+}
