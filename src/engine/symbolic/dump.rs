@@ -2,11 +2,9 @@
 
 use ahash::{AHashMap, AHashSet};
 use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
-use oxidd_core::function::EdgeOfFunc;
-use oxidd_core::util::Ref;
 use std::sync::Arc;
 
-use super::diagram::Bdd;
+use super::diagram::{self, Bdd, ManagerOf};
 use super::encoding::Encoding;
 use super::store::Store;
 use super::transitions::Numbered;
@@ -173,14 +171,8 @@ impl SymbolicEngine {
     /// # Errors
     /// A limit. Cost: one quantification.
     pub fn projection(&self, x: &StateSet, onto: &[VarId]) -> Result<StateSet> {
-        let mut others = self.store.one();
-        for (position, bit) in self.encoding.order().iter().enumerate().rev() {
-            if !onto.contains(&bit.variable) {
-                let literal = self.store.literal(2 * position as u32, true)?;
-                others = self.store.and(&literal, &others)?;
-            }
-        }
-        Ok(StateSet(self.store.exists(&x.0, &others)?))
+        let others: Vec<VarId> = self.program.variable_ids().filter(|v| !onto.contains(v)).collect();
+        Ok(StateSet(self.store.exists(&x.0, &self.encoding.bits_of(&self.store, &others)?)?))
     }
 
     /// X × {0, …, numbers - 1}: for each number the same states, whether the choice is enabled or not.
@@ -226,9 +218,6 @@ fn make(diagram: &mut Diagram, unique: &mut Unique, level: u32, then: Edge, othe
     Ok(edge.complement_if(flip))
 }
 
-type ManagerOf<'id> = <Bdd as Function>::Manager<'id>;
-type EdgeIn<'id> = EdgeOfFunc<'id, Bdd>;
-
 /// Adds functions over the present bits to a diagram, level by level from the deepest.
 fn store_in(
     diagram: &mut Diagram,
@@ -239,7 +228,7 @@ fn store_in(
 ) -> Result<Vec<Edge>> {
     let Some(first) = functions.first() else { return Ok(Vec::new()) };
     first.with_manager_shared(|m, _| {
-        let roots: Vec<Ref<'_, EdgeIn<'_>>> = functions.iter().map(|f| f.as_edge(m)).collect();
+        let roots: Vec<diagram::Edge<'_, '_>> = functions.iter().map(|f| f.as_edge(m)).collect();
         let levels = by_level(m, &roots, width);
         let mut known = AHashMap::new();
         for (level, nodes) in levels.iter().enumerate().rev() {
@@ -261,9 +250,9 @@ fn store_in(
 /// The inner nodes below some roots by the position of their bit.
 fn by_level<'a, 'id>(
     m: &'a ManagerOf<'id>,
-    roots: &[Ref<'a, EdgeIn<'id>>],
+    roots: &[diagram::Edge<'a, 'id>],
     width: usize,
-) -> Vec<Vec<Ref<'a, EdgeIn<'id>>>> {
+) -> Vec<Vec<diagram::Edge<'a, 'id>>> {
     let mut levels = vec![Vec::new(); width];
     let mut seen = AHashSet::new();
     let mut stack = roots.to_vec();
@@ -279,7 +268,7 @@ fn by_level<'a, 'id>(
 }
 
 /// The arc for an edge whose node is known or a terminal.
-fn arc<'id>(m: &ManagerOf<'id>, known: &AHashMap<usize, Edge>, edge: Ref<'_, EdgeIn<'id>>) -> Edge {
+fn arc<'id>(m: &ManagerOf<'id>, known: &AHashMap<usize, Edge>, edge: diagram::Edge<'_, 'id>) -> Edge {
     use oxidd_rules_bdd::simple::BDDTerminal;
     use std::borrow::Borrow;
     match m.get_node(edge) {

@@ -73,8 +73,9 @@ impl Encoding {
     /// The conjunction of the bits of some variables, to be quantified over.
     pub(super) fn bits_of(&self, store: &Store, variables: &[VarId]) -> Result<Bdd> {
         let mut bits = store.one();
-        for &position in variables.iter().flat_map(|v| self.positions(*v)) {
-            bits = store.and(&bits, &store.literal(2 * position, true)?)?;
+        // From the far end up, so that each conjunction only puts nodes on top.
+        for &position in self.touch(variables).bits().iter().rev() {
+            bits = store.and(&store.literal(2 * position, true)?, &bits)?;
         }
         Ok(bits)
     }
