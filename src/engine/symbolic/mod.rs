@@ -98,7 +98,7 @@ const MOST_REMEMBERED: usize = 16;
 
 /// How large the diagrams of a model are, in nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sizes {
+pub struct DiagramSizes {
     /// All local relations together.
     pub transition: usize,
     /// The set of states.
@@ -134,8 +134,8 @@ impl SymbolicEngine {
     }
 
     /// How large the diagrams are.
-    pub fn sizes(&self) -> Sizes {
-        Sizes {
+    pub fn sizes(&self) -> DiagramSizes {
+        DiagramSizes {
             transition: self.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation)).sum(),
             states: self.store.size(&self.states.0),
             clusters: self.clusters.len(),
