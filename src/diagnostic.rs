@@ -1,19 +1,12 @@
 //! Messages that point at a place in a text, and their one rendering.
 
 use std::borrow::Cow;
-use std::fs::File;
-use std::io::Read;
 use std::ops::Range;
-use std::path::Path;
 use std::sync::Arc;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
-use crate::error::{Error, Limit, Result};
 use crate::escape;
-
-/// No text file of a sane model is larger; a device or a pipe without an end is.
-const LARGEST_FILE: u64 = 256 << 20;
 
 /// A text with a name, kept for messages that point into it.
 #[derive(Debug, PartialEq, Eq)]
@@ -39,42 +32,6 @@ impl SourceFile {
             read => {
                 let read = read.into_owned();
                 Arc::new(SourceFile { name, text: read, original: Some(text) })
-            }
-        }
-    }
-
-    /// Reads a text file, which is named by its path.
-    ///
-    /// # Errors
-    /// It cannot be read, is too large or no UTF-8.
-    pub fn open(path: &Path) -> Result<Arc<Self>> {
-        let name = path.display().to_string();
-        match File::open(path) {
-            Ok(file) => Self::read(name, file),
-            Err(e) => Err(Error::reading(path, &e)),
-        }
-    }
-
-    /// Reads a text to its end.
-    ///
-    /// # Errors
-    /// Those of [`SourceFile::open`].
-    pub fn read(name: impl Into<String>, from: impl Read) -> Result<Arc<Self>> {
-        let name = name.into();
-        let failed = |message: String| Error::Io { path: name.clone(), message };
-        let mut bytes = Vec::new();
-        from.take(LARGEST_FILE + 1)
-            .read_to_end(&mut bytes)
-            .map_err(|e| Error::reading(Path::new(&name), &e))?;
-        if bytes.len() as u64 > LARGEST_FILE {
-            let what = format!("{name} has more than {} MiB", LARGEST_FILE >> 20);
-            return Err(Limit::Size { what }.into());
-        }
-        match String::from_utf8(bytes) {
-            Ok(text) => Ok(SourceFile::new(name, text)),
-            Err(e) => {
-                let at = e.utf8_error().valid_up_to();
-                Err(failed(format!("this is no UTF-8 text: byte {at} does not belong there")))
             }
         }
     }

@@ -89,6 +89,7 @@ pub mod output;
 pub mod planning;
 pub mod query;
 mod random;
+mod reading;
 mod span;
 pub mod tutorial;
 
