@@ -8,7 +8,8 @@ use meliora::engine::{Scope, Storage};
 use meliora::error::Error;
 use meliora::planning::{Options, Safety};
 
-use super::{size, sweep};
+use super::size;
+use super::sweep::ranges;
 
 /// Headings in `--help`: what is below them comes after what a command is about.
 pub(super) const LIMITS: &str = "Engine and limits";
@@ -266,7 +267,7 @@ pub(super) enum Color {
 /// Refuses what is not of the form `K=4,N=3`; the values are read by the front end, which knows the
 /// types.
 fn constant_list(text: &str) -> Result<String, String> {
-    for part in sweep::parts(text) {
+    for part in ranges::parts(text) {
         let (name, value) = part.split_once('=').unwrap_or((part, ""));
         if name.trim().is_empty() || value.trim().is_empty() {
             return Err(format!("`{part}` is not of the form NAME=VALUE"));

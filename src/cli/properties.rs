@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use meliora::engine::Engine;
-use meliora::engine::regions;
+use meliora::engine::regions::{self, Regions};
 use meliora::error::{Error, SourceFile};
 use meliora::lang::property::{Bound, Strategies};
 use meliora::lang::{open_constants, parse_properties, split_constants};
@@ -19,7 +19,6 @@ use meliora::planning::temporal;
 use super::exit::Status;
 use super::load::{self, Asked, Asking, Goal};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
-use super::reach::satisfying;
 use super::supervise::{Desk, supervise};
 
 /// What is asked of which model.
@@ -178,4 +177,27 @@ fn answer<E: Engine>(
         });
     }
     Ok(())
+}
+
+/// The states in which a property holds.
+///
+/// # Errors
+/// A limit.
+pub(super) fn satisfying<E: Engine>(
+    engine: &E,
+    (strategies, bound): (Strategies, Bound),
+    found: Regions<E::States>,
+) -> Result<E::States, Error> {
+    let all = engine.all_states();
+    match (strategies, bound) {
+        (Strategies::Some, Bound::One) => Ok(found.pmax_one),
+        (Strategies::Some, Bound::Positive) => Ok(found.pmax_positive),
+        (Strategies::All, Bound::One) => Ok(found.pmin_one),
+        (Strategies::All, Bound::Positive) => Ok(found.pmin_positive),
+        // What holds for every strategy is what no strategy breaks, and the other way round.
+        (Strategies::Some, Bound::BelowOne) => engine.difference(&all, &found.pmin_one),
+        (Strategies::Some, Bound::Zero) => engine.difference(&all, &found.pmin_positive),
+        (Strategies::All, Bound::BelowOne) => engine.difference(&all, &found.pmax_one),
+        (Strategies::All, Bound::Zero) => engine.difference(&all, &found.pmax_positive),
+    }
 }

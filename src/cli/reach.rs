@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use meliora::engine::regions::{self, Regions, Which};
+use meliora::engine::regions::{self, Which};
 use meliora::engine::{Count, Engine};
 use meliora::error::Error;
-use meliora::lang::property::{Bound, Strategies};
 use meliora::model::expr::ExprId;
 use meliora::output::reach::{InitialShare, ReachTime, Share};
 use meliora::output::report::{Counts, ModelSummary};
@@ -16,7 +15,7 @@ use meliora::planning::temporal;
 use super::exit::Status;
 use super::load::{self, Asked, Asking, Goal};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
-use super::properties;
+use super::properties::{self, satisfying};
 use super::supervise::{Desk, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -128,29 +127,6 @@ fn answer<E: Engine>(
         });
     }
     Ok(())
-}
-
-/// The states in which a property holds.
-///
-/// # Errors
-/// A limit.
-pub(super) fn satisfying<E: Engine>(
-    engine: &E,
-    (strategies, bound): (Strategies, Bound),
-    found: Regions<E::States>,
-) -> Result<E::States, Error> {
-    let all = engine.all_states();
-    match (strategies, bound) {
-        (Strategies::Some, Bound::One) => Ok(found.pmax_one),
-        (Strategies::Some, Bound::Positive) => Ok(found.pmax_positive),
-        (Strategies::All, Bound::One) => Ok(found.pmin_one),
-        (Strategies::All, Bound::Positive) => Ok(found.pmin_positive),
-        // What holds for every strategy is what no strategy breaks, and the other way round.
-        (Strategies::Some, Bound::BelowOne) => engine.difference(&all, &found.pmin_one),
-        (Strategies::Some, Bound::Zero) => engine.difference(&all, &found.pmin_positive),
-        (Strategies::All, Bound::BelowOne) => engine.difference(&all, &found.pmax_one),
-        (Strategies::All, Bound::Zero) => engine.difference(&all, &found.pmax_positive),
-    }
 }
 
 /// Where a region stands in the report.

@@ -5,7 +5,7 @@
 
 mod file;
 mod process;
-mod ranges;
+pub(super) mod ranges;
 mod row;
 
 use std::path::{Path, PathBuf};
@@ -22,7 +22,6 @@ use super::terminal;
 use file::CsvFile;
 use process::{Outcome, Pool};
 use ranges::Range;
-pub(super) use ranges::parts;
 use row::Ended;
 pub(super) use row::Job;
 
