@@ -1,8 +1,8 @@
 //! The symbolic engine: sets of states and local relations as binary decision diagrams (OxiDD).
 //!
-//! [`Encoding`] says how states are bits. Commands become local relations (`command`), grouped so
+//! [`Encoding`] says how states are bits. Commands become `local` relations (`command`), grouped so
 //! that at most one choice of a group is enabled in a state (`transitions`); for reachability small
-//! ones are united (`clusters`). What sets and relations become together is found by recursions (`walk`)
+//! ones are united (`clusters`). What sets and relations become together is found by `recursions`
 //! down the diagrams of sets and `lists` of relations at once: a step (`walk`), what is reached (`reach`,
 //! `saturation`); and, for each group of choices with a bound of its own (`parts`), what is reached by
 //! allowed choices (`confined`) and what is lost (`losing`).
