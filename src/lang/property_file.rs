@@ -319,7 +319,9 @@ mod tests {
     #[test]
     fn what_cannot_be_answered_has_its_reason() {
         let mut program = program();
-        let all = parse_properties(&SourceFile::new("f.props", FILE), &none(), &mut program).unwrap();
+        let source = SourceFile::new("f.props", FILE);
+        let all = parse_properties(&source, &none(), &mut program).unwrap();
+        assert!(all.iter().all(|s| Arc::ptr_eq(&s.source, &source)), "the text is there once");
         let names: Vec<Option<&str>> = all.iter().map(|s| s.name.as_deref()).collect();
         assert_eq!(names, [Some("one"), None, Some("two"), None, None]);
         let answered: Vec<bool> = all.iter().map(|s| s.property.is_ok()).collect();
@@ -334,5 +336,16 @@ mod tests {
         let file = SourceFile::new("f.props", "P>0 [ F x=1 ];\nlabel \"l\" = z=1;");
         let Err(Error::Input(found)) = parse_properties(&file, &none(), &mut program()) else { panic!() };
         assert_eq!((found[0].position(), found[0].message.as_str()), ((2, 13), "unknown name `z`"));
+    }
+
+    #[test]
+    fn other_files_are_told_by_how_they_begin() {
+        for (text, what) in
+            [("objective A = F x=1;", "a preference file"), ("mdp\nmodule m endmodule", "a model")]
+        {
+            let file = SourceFile::new("f.props", text);
+            let Err(Error::Input(found)) = parse_properties(&file, &none(), &mut program()) else { panic!() };
+            assert!(found[0].message.contains(what), "{}", found[0].message);
+        }
     }
 }

@@ -78,6 +78,8 @@ fn what_is_no_regular_file_is_written_through() {
 fn standard_output_has_two_names() {
     let plain = run(&format!("report {TOY} --format dot -q")).expect(0).stdout;
     assert_eq!(run(&format!("report {TOY} --format dot -q --out -")).expect(0).stdout, plain);
+    // A pipe, into which nothing else is told.
+    assert_eq!(run(&format!("report {TOY} --format dot --out /dev/stdout")).expect(0).stdout, plain);
     let scratch = Scratch::new(&[]);
     let file = scratch.show("x");
     shell(&format!("(echo first; $MELIORA report {TOY} --format dot -q --out /dev/stdout) > {file}"))

@@ -8,9 +8,9 @@ use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::Value;
 
 /// An expression that occurs twice gets a name of its own from this many nodes on.
-const LARGE: u32 = 40;
+const LARGE: u8 = 40;
 /// Expressions of heights that this divides get names too, so that nothing nests too deeply.
-const TALL: u32 = 64;
+const TALL: u16 = 64;
 
 /// Writes expressions, with names for those that occur again and again.
 pub(super) struct Expressions<'a> {
@@ -226,16 +226,17 @@ fn roots(program: &Program) -> impl Iterator<Item = ExprId> + '_ {
     guards.chain(shown).chain(program.labels.iter().map(|l| l.1)).chain([program.initial])
 }
 
-/// How often each node is used in what the text shows.
-fn uses(program: &Program) -> Vec<u32> {
-    let mut uses = vec![0_u32; program.pool.len()];
+/// How often each node is used in what the text shows; no more than a few times is told apart.
+fn uses(program: &Program) -> Vec<u8> {
+    let mut uses = vec![0_u8; program.pool.len()];
     let mut pending = Vec::new();
     for root in roots(program) {
         pending.push(root);
         while let Some(id) = pending.pop() {
             let count = &mut uses[id.index()];
+            let is_new = *count == 0;
             *count = count.saturating_add(1);
-            if *count == 1 {
+            if is_new {
                 pending.extend(operands(&program.pool, id));
             }
         }
@@ -247,13 +248,13 @@ fn uses(program: &Program) -> Vec<u32> {
 fn names(program: &Program) -> Vec<u32> {
     let uses = uses(program);
     let (mut names, mut named) = (vec![0; uses.len()], 0);
-    let mut sizes = vec![(0_u32, 0_u32); uses.len()];
+    let mut sizes = vec![(0_u8, 0_u16); uses.len()];
     // Operands come before the nodes that use them.
     for id in program.pool.ids().filter(|id| uses[id.index()] > 0) {
-        let (mut size, mut height) = (1_u32, 0_u32);
+        let (mut size, mut height) = (1_u8, 0_u16);
         for operand in operands(&program.pool, id) {
             let (s, h) = sizes[operand.index()];
-            (size, height) = (size.saturating_add(s), height.max(h + 1));
+            (size, height) = (size.saturating_add(s), height.max(h.saturating_add(1)));
         }
         let tall = height > 0 && height.is_multiple_of(TALL);
         if tall || (uses[id.index()] > 1 && size >= LARGE) {
