@@ -54,7 +54,15 @@ fn counts<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<String> {
 /// Thresholds that send small work each way.
 fn thresholds() -> [Thresholds; 3] {
     let usual = Thresholds::default();
-    let hasty = Thresholds { trial_steps: 40, free_cases: 8, nodes_per_case: 100, large_set: 0, ..usual };
+    let hasty = Thresholds {
+        trial_steps: 40,
+        forward_trial_steps: 40,
+        first_steps: 10,
+        free_cases: 8,
+        nodes_per_case: 100,
+        large_set: 0,
+        ..usual
+    };
     let narrow = Thresholds {
         small_relation: 10,
         small_union: 0,

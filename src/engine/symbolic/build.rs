@@ -1,22 +1,19 @@
-//! From a program to an engine: encoding, relations, reachable states, faults.
+//! From a program to an engine.
 
 use std::sync::Arc;
 
-use super::clusters::Clusters;
-use super::command::CommandBuilder;
 use super::diagram::Bdd;
+use super::draft::{Draft, Translated};
 use super::encoding::{Bit, Encoding};
 use super::local::Local;
 use super::store::Store;
-use super::transitions::{Builder, Piece, Transitions};
+use super::transitions::{Piece, Transitions};
 use super::translate::Translator;
 use super::walk::Direction;
-use super::{StateSet, SymbolicEngine, pick};
-use crate::engine::{Scope, Settings};
+use super::{StateSet, SymbolicEngine};
+use crate::engine::Settings;
 use crate::error::{Limit, Result};
-use crate::model::fault;
-use crate::model::temporal::Begin;
-use crate::model::{ModelKind, Program, State};
+use crate::model::{ModelKind, Program};
 
 /// Recursion over diagrams is as deep as states have bits.
 const MOST_BITS: usize = 1 << 16;
@@ -32,24 +29,15 @@ pub(super) fn build(
     given: Option<&Given<'_>>,
 ) -> Result<SymbolicEngine> {
     check_width(order.len())?;
-    let encoding = Encoding::new(&program, order);
-    let mut store = Store::new(encoding.width(), settings.threads, &settings)?;
-    let mut domain = encoding.domain(&store)?;
-    let translated = translate(&program, &encoding, &store, &domain)?;
-    let mut clusters = Clusters::new(&store, &translated.transitions.pieces)?;
+    let mut draft = Draft::new(program, order, settings)?;
     let mut states = match given {
-        Some(given) => store.and(&given(&store)?, &domain)?,
-        None => Explore { program: &program, encoding: &encoding, store: &store, clusters: &clusters }
-            .scope(settings.scope, &translated.initial, &domain)?,
+        Some(given) => draft.store.and(&given(&draft.store)?, &draft.domain)?,
+        None => draft.explore()?,
     };
-    let rounded = checked(&program, &encoding, &store, &translated, &states)?;
-    let Translated { mut transitions, mut initial, .. } = translated;
-    if let Some(larger) = store.larger(&states, settings.threads, &settings) {
-        let single = [&mut domain, &mut initial, &mut states].into_iter();
-        larger.adopt_all(&store, single.chain(transitions.diagrams()).chain(clusters.diagrams()))?;
-        clusters.relist(&larger)?;
-        store = larger;
-    }
+    let rounded = draft.checked(&states)?;
+    draft.size_to(&mut states)?;
+    let Draft { program, settings, encoding, store, domain, translated, clusters } = draft;
+    let Translated { mut transitions, initial, .. } = translated;
     let (enabled, looping) = enabled(&store, &transitions, &states)?;
     let deadlocks = deadlocks(&program, &encoding, &store, &states)?.unwrap_or(looping);
     if program.kind == ModelKind::Dtmc {
@@ -81,90 +69,6 @@ fn check_width(bits: usize) -> Result<()> {
         return Err(Limit::Size { what }.into());
     }
     Ok(())
-}
-
-/// What the exploration of a scope works with.
-struct Explore<'a> {
-    program: &'a Program,
-    encoding: &'a Encoding,
-    store: &'a Store,
-    clusters: &'a Clusters,
-}
-
-impl Explore<'_> {
-    /// The states of the scope. Where observers may begin everywhere, all their states go with each state of
-    /// the model: the set is simpler than that of the pairs that can be reached, and answers are the same.
-    fn scope(&self, scope: Scope, initial: &Bdd, domain: &Bdd) -> Result<Bdd> {
-        let store = self.store;
-        let Some(start) = beginnings(self.program, self.encoding, store, scope, (initial, domain))? else {
-            return Ok(domain.clone());
-        };
-        let met = self.clusters.forward(store, &start, domain)?;
-        match &self.program.observers {
-            Some(o) if o.begin == Begin::Everywhere => {
-                let bits = self.encoding.bits_of(store, &o.variables)?;
-                store.and(&store.exists(&met, &bits)?, domain)
-            }
-            _ => Ok(met),
-        }
-    }
-}
-
-/// Where the exploration of a scope begins; none where all valuations are states, and nothing is explored.
-pub(super) fn beginnings(
-    program: &Program,
-    encoding: &Encoding,
-    store: &Store,
-    scope: Scope,
-    (initial, domain): (&Bdd, &Bdd),
-) -> Result<Option<Bdd>> {
-    match (scope, &program.observers) {
-        (Scope::Reachable, _) => Ok(Some(initial.clone())),
-        (Scope::All, Some(o)) if o.begin == Begin::Initially => {
-            let (fresh, _) = Translator::new(program, encoding, store).condition(o.fresh)?;
-            Ok(Some(store.and(&fresh, domain)?))
-        }
-        (Scope::All, _) => Ok(None),
-    }
-}
-
-/// A program as diagrams.
-struct Translated {
-    transitions: Transitions,
-    initial: Bdd,
-    /// Where the expression for the initial states has no value.
-    initial_fails: Bdd,
-    /// Where an enabled command has probabilities that were rounded.
-    rounded: Bdd,
-}
-
-fn translate(program: &Program, encoding: &Encoding, store: &Store, domain: &Bdd) -> Result<Translated> {
-    let translator = Translator::new(program, encoding, store);
-    let commands = CommandBuilder { store, encoding, translator: &translator, rounded: store.zero().into() };
-    let transitions = Builder::build(program, store, &commands)?;
-    let (initial, fails) = translator.condition(program.initial)?;
-    // Where the expression has no value, its diagram may say anything.
-    let initial = store.minus(&store.and(&initial, domain)?, &fails)?;
-    let initial_fails = store.and(&fails, domain)?;
-    Ok(Translated { transitions, initial, initial_fails, rounded: commands.rounded.into_inner() })
-}
-
-/// A state in which an enabled command has probabilities that were rounded, where every state has a meaning.
-///
-/// # Errors
-/// A limit, or a state in which some part of the program has no meaning.
-fn checked(
-    program: &Program,
-    encoding: &Encoding,
-    store: &Store,
-    translated: &Translated,
-    states: &Bdd,
-) -> Result<Option<State>> {
-    let bad = store.and(&store.or(&translated.transitions.bad, &translated.initial_fails)?, states)?;
-    if !store.is_zero(&bad) {
-        return Err(fault::in_state(program, &pick::first(store, encoding, &bad)?));
-    }
-    Ok(pick::list(store, encoding, &store.and(&translated.rounded, states)?, 1)?.pop())
 }
 
 /// For each group, and last for the self-loops of deadlocks, where it is enabled; and the deadlocks.

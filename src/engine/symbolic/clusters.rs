@@ -96,9 +96,20 @@ impl Clusters {
         store.lists.of(store, entries)
     }
 
-    /// μX. start ∪ { s' ∈ bound : s → s' for some s ∈ X }
-    pub(super) fn forward(&self, store: &Store, start: &Bdd, bound: &Bdd) -> Result<Bdd> {
-        store.reach((Direction::Forward, "reachable states"), &self.list, start, bound)
+    /// μX. start ∪ { s' ∈ bound : s → s' for some s ∈ X }; none where a recursion takes more than so many
+    /// steps for it.
+    pub(super) fn forward(
+        &self,
+        store: &Store,
+        start: &Bdd,
+        bound: &Bdd,
+        steps: Option<u64>,
+    ) -> Result<Option<Bdd>> {
+        let (direction, phase) = (Direction::Forward, "reachable states");
+        match steps {
+            None => store.reach((direction, phase), &self.list, start, bound).map(Some),
+            Some(steps) => store.fixpoint(false, (direction, Some(phase)), steps, &self.list, (start, bound)),
+        }
     }
 
     /// How many relations there are.

@@ -11,7 +11,7 @@ use oxidd::Function;
 use super::SymbolicEngine;
 use super::diagram::Bdd;
 use super::lists::List;
-use super::parts::{self, Known, Part};
+use super::parts::{self, Budget, Known, Part};
 use super::walk::{Halt, Walk};
 use crate::error::Result;
 
@@ -109,7 +109,7 @@ pub(super) fn can_reach(
             parts.push(Part { allowed, except, list: list.clone() });
         }
     }
-    let most = parts::budget(&engine.store, &parts);
+    let most = Budget::of(&engine.store, &parts);
     let found = engine.store.reach_by(target, &parts, most)?;
     engine.store.work.confined[usize::from(found.is_some())].fetch_add(1, Relaxed);
     Ok(found)

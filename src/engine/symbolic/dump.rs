@@ -8,7 +8,7 @@ use super::diagram::{self, Bdd, ManagerOf};
 use super::encoding::Encoding;
 use super::store::Store;
 use super::transitions::Numbered;
-use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build};
+use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build, draft};
 use crate::dump::{Diagram, Edge};
 use crate::engine::{Engine, Observer, Settings};
 use crate::error::Result;
@@ -57,7 +57,7 @@ impl SymbolicEngine {
     /// A limit. Cost: no image.
     pub fn beginnings(&self) -> Result<Option<StateSet>> {
         let sets = (&self.initial.0, &self.domain);
-        let found = build::beginnings(&self.program, &self.encoding, &self.store, self.settings.scope, sets)?;
+        let found = draft::beginnings(&self.program, &self.encoding, &self.store, self.settings.scope, sets)?;
         Ok(found.map(StateSet))
     }
 

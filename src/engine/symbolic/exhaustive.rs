@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::diagram::Bdd;
 use super::local::Local;
-use super::parts::Part;
+use super::parts::{Budget, Part};
 use super::store::Store;
 use super::thresholds::Thresholds;
 use super::touched::Touched;
@@ -17,12 +17,19 @@ use crate::engine::Settings;
 type Table = u64;
 
 fn store(width: usize, thresholds: Thresholds) -> Store {
-    Store::new(width, 1, &Settings { memory: 64 << 20, thresholds, ..Settings::default() }).unwrap()
+    Store::new(width, &Settings { memory: 64 << 20, thresholds, ..Settings::default() }).unwrap()
 }
 
 /// Thresholds that send work of any size each way.
 fn least() -> Thresholds {
-    Thresholds { small_relation: 0, small_union: 0, most_lists: 2, trial_steps: 3, ..Thresholds::default() }
+    Thresholds {
+        small_relation: 0,
+        small_union: 0,
+        most_lists: 2,
+        trial_steps: 3,
+        forward_trial_steps: 3,
+        ..Thresholds::default()
+    }
 }
 
 /// The bits of states, the first the most significant in a state's number.
@@ -219,18 +226,18 @@ proptest! {
             expected.push((relation.edges, allowed, safe));
         }
         let reached = set(&store, 3, reached_by(&expected, new));
-        prop_assert!(store.reach_by(&set(&store, 3, new), &given, usize::MAX).unwrap().unwrap() == reached);
-        prop_assert!(store.reach_by(&set(&store, 3, new), &given, 0).unwrap().is_none_or(|r| r == reached));
+        prop_assert!(store.reach_by(&set(&store, 3, new), &given, Budget::ENDLESS).unwrap().unwrap() == reached);
+        prop_assert!(store.reach_by(&set(&store, 3, new), &given, Budget::NONE).unwrap().is_none_or(|r| r == reached));
         let list = store.lists.of(&store, Vec::new()).unwrap();
         let won = Table::from(won) & !new;
         given.push(Part { allowed: set(&store, 3, won), except: store.zero(), list });
         expected.push((Vec::new(), won, 0));
-        let found = store.lose(&set(&store, 3, new), &given, usize::MAX).unwrap().unwrap();
+        let found = store.lose(&set(&store, 3, new), &given, Budget::ENDLESS).unwrap().unwrap();
         let (lost, allowed) = lost(&expected, new);
         prop_assert!(found.lost == set(&store, 3, lost));
         for (found, expected) in found.allowed.iter().zip(allowed) {
             prop_assert!(*found == set(&store, 3, expected));
         }
-        prop_assert!(store.lose(&set(&store, 3, new), &given, 0).unwrap().is_none_or(|l| l.lost == found.lost));
+        prop_assert!(store.lose(&set(&store, 3, new), &given, Budget::NONE).unwrap().is_none_or(|l| l.lost == found.lost));
     }
 }

@@ -13,7 +13,7 @@ use oxidd::Function;
 
 use super::diagram::Bdd;
 use super::lists::List;
-use super::parts::{self, Known, Part};
+use super::parts::{self, Budget, Known, Part};
 use super::store::Store;
 use super::walk::{Halt, Walk};
 use super::{ChoiceSet, StateSet, SymbolicEngine};
@@ -145,7 +145,7 @@ pub(super) fn lose(
         return Ok(None);
     }
     let game = Game::new(engine, lost, won, within, moves)?;
-    let most = parts::budget(store, &game.parts);
+    let most = Budget::of(store, &game.parts);
     let Some(loss) = store.lose(&lost.0, &game.parts, most)? else {
         store.work.given_up.fetch_add(1, Relaxed);
         return Ok(None);

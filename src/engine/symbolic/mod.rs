@@ -14,6 +14,7 @@ mod clusters;
 mod command;
 mod confined;
 mod diagram;
+mod draft;
 mod dump;
 mod encoding;
 #[cfg(test)]

@@ -82,10 +82,29 @@ pub(super) fn are_few(engine: &SymbolicEngine) -> Result<bool> {
     Ok(*engine.few_parts.get_or_init(|| few))
 }
 
-/// How many results a recursion over parts may find before it gives up.
-pub(super) fn budget(store: &Store, parts: &[Part]) -> usize {
-    let nodes: usize = parts.iter().map(|p| store.size(&p.allowed)).sum();
-    nodes / store.thresholds().nodes_per_case.max(1) + store.thresholds().free_cases
+/// What a recursion over parts may take before it gives up.
+pub(super) struct Budget {
+    /// So many results of its own on the way.
+    pub(super) cases: usize,
+    /// So many steps in all, those within steps across a bit among them.
+    pub(super) steps: u64,
+}
+
+impl Budget {
+    #[cfg(test)]
+    pub(super) const ENDLESS: Budget = Budget { cases: usize::MAX, steps: u64::MAX };
+    #[cfg(test)]
+    pub(super) const NONE: Budget = Budget { cases: 0, steps: u64::MAX };
+
+    /// By the size of the operands.
+    pub(super) fn of(store: &Store, parts: &[Part]) -> Self {
+        let nodes: usize = parts.iter().map(|p| store.size(&p.allowed)).sum();
+        let thresholds = store.thresholds();
+        Budget {
+            cases: nodes / thresholds.nodes_per_case.max(1) + thresholds.free_cases,
+            steps: nodes as u64 * thresholds.steps_per_node + thresholds.free_steps,
+        }
+    }
 }
 
 impl Part {

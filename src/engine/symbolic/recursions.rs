@@ -7,7 +7,7 @@ use oxidd::Function;
 use super::diagram::Bdd;
 use super::lists::List;
 use super::losing::Loss;
-use super::parts::{Known, Part};
+use super::parts::{Budget, Known, Part};
 use super::store::Store;
 use super::touched::Touched;
 use super::walk::{Direction, Halt, Walk};
@@ -35,12 +35,15 @@ impl Store {
     ) -> Result<Bdd> {
         self.progress(phase);
         let saturates = &self.saturates[usize::from(direction == Direction::Backward)];
-        let (first, trial) = (saturates.load(Relaxed), self.thresholds().trial_steps);
+        let trial = match direction {
+            Direction::Forward => self.thresholds().forward_trial_steps,
+            Direction::Backward => self.thresholds().trial_steps,
+        };
+        let first = saturates.load(Relaxed);
         for (by_saturation, steps) in [(first, trial), (!first, 4 * trial), (first, u64::MAX)] {
             let found = self.fixpoint(by_saturation, (direction, Some(phase)), steps, list, (x, bound))?;
             if let Some(found) = found {
                 saturates.store(by_saturation, Relaxed);
-                self.work.reached[usize::from(by_saturation)].fetch_add(1, Relaxed);
                 return Ok(found);
             }
         }
@@ -56,22 +59,24 @@ impl Store {
         list: &List,
         (x, bound): (&Bdd, &Bdd),
     ) -> Result<Option<Bdd>> {
-        self.walk(how, steps, |walk| {
+        let found = self.walk(how, steps, |walk| {
             walk.own(|w| w.close(by_saturation, x.as_edge(w.m), bound.as_edge(w.m), list))
-        })
+        })?;
+        self.work.reached[usize::from(by_saturation)].fetch_add(u64::from(found.is_some()), Relaxed);
+        Ok(found)
     }
 
-    /// What is lost with `new`; none where that takes more than `most` results on the way. See [`Walk::lose`].
-    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], most: usize) -> Result<Option<Loss>> {
+    /// What is lost with `new`; none where that takes more than `most`. See [`Walk::lose`].
+    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], most: Budget) -> Result<Option<Loss>> {
         let how = (Direction::Backward, Some("losing states"));
-        self.walk(how, u64::MAX, |walk| walk.lose(new, parts, &mut Known::new(most)))
+        self.walk(how, most.steps, |walk| walk.lose(new, parts, &mut Known::new(most.cases)))
     }
 
-    /// What can reach X by some parts; none where that takes more than `most` results on the way. See
+    /// What can reach X by some parts; none where that takes more than `most`. See
     /// [`Walk::reach_by`].
-    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], most: usize) -> Result<Option<Bdd>> {
+    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], most: Budget) -> Result<Option<Bdd>> {
         let how = (Direction::Backward, Some("backward reachability"));
-        self.walk(how, u64::MAX, |walk| walk.reach_by(x, parts, &mut Known::new(most)))
+        self.walk(how, most.steps, |walk| walk.reach_by(x, parts, &mut Known::new(most.cases)))
     }
 
     /// X over the next state: the touched variables primed.

@@ -53,18 +53,18 @@ pub(super) struct Store {
 
 impl Store {
     /// A store for `width` bits: each and its next copy on adjacent levels. A small table is worked
-    /// on by fewer threads than `threads`.
+    /// on by fewer threads than the settings allow.
     ///
     /// # Errors
     /// The memory is too little for an empty table, or the system does not give them or the threads.
-    pub(super) fn new(width: usize, threads: u32, settings: &Settings) -> Result<Self> {
+    pub(super) fn new(width: usize, settings: &Settings) -> Result<Self> {
         let entries = settings.thresholds.first_cache.min(cache_for_bits(width));
-        Store::sized(width, threads, settings, entries)
+        Store::sized(width, settings, entries)
     }
 
     /// The same with an operation cache of so many entries, if that is not too much of the memory.
-    fn sized(width: usize, threads: u32, settings: &Settings, entries: u64) -> Result<Self> {
-        let Settings { memory, thresholds, .. } = *settings;
+    fn sized(width: usize, settings: &Settings, entries: u64) -> Result<Self> {
+        let Settings { memory, threads, thresholds, .. } = *settings;
         let cache_entries = cache_entries(memory, entries);
         let left = memory.saturating_sub(cache_entries * BYTES_PER_ENTRY);
         let capacity = (left / BYTES_PER_NODE).min(MOST_NODES);

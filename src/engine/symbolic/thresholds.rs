@@ -14,8 +14,11 @@ pub struct Thresholds {
     /// From this many nodes of a set on, its predecessors are found within what is asked for: those of
     /// a smaller one are few, and there are more cases to tell apart within a bound.
     pub large_set: usize,
-    /// A way to compute reachability may take so many steps before another one is tried.
+    /// A way to compute backward reachability may take so many steps before another one is tried.
     pub trial_steps: u64,
+    /// The same for forward reachability, where recursion has been the better way wherever both were
+    /// taken to the end.
+    pub forward_trial_steps: u64,
     /// Losing states, and what is reached by some choices only, are found by a recursion over groups of
     /// choices where the relations leave no more different ones behind by bits that keep their values,
     /// for each bit of a state.
@@ -24,8 +27,17 @@ pub struct Thresholds {
     pub nodes_per_case: usize,
     /// … and so many more.
     pub free_cases: usize,
-    /// So many entries the operation cache has at first, as far as there is memory for it.
+    /// It may take so many steps for each node of its operands, …
+    pub steps_per_node: u64,
+    /// … and so many more.
+    pub free_steps: u64,
+    /// So many entries the operation cache has at first, as far as there is memory for it: translating a
+    /// model is many small operations, and those look up faster what stands close together.
     pub first_cache: u64,
+    /// With the first operation cache, exploring may take so many steps.
+    pub first_steps: u64,
+    /// So many entries the operation cache has at least once the states are known, or took too many steps.
+    pub main_cache: u64,
     /// Below this many nodes, garbage is not worth collecting.
     pub first_collection: usize,
 }
@@ -38,10 +50,15 @@ impl Default for Thresholds {
             most_lists: 1 << 18,
             large_set: 2_000,
             trial_steps: 1_000_000,
+            forward_trial_steps: 16_000_000,
             relations_a_bit: 4,
             nodes_per_case: 40,
             free_cases: 300,
-            first_cache: 1 << 20,
+            steps_per_node: 100,
+            free_steps: 20_000,
+            first_cache: 1 << 17,
+            first_steps: 1 << 18,
+            main_cache: 1 << 20,
             first_collection: 16_000_000,
         }
     }

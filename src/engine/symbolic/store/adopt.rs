@@ -3,31 +3,24 @@
 use std::sync::atomic::Ordering::Relaxed;
 
 use ahash::AHashMap;
-use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
+use oxidd::{Function, HasLevel, InnerNode, Manager, Node, NodeID};
 
-use super::super::diagram::{Bdd, Diagram};
-use super::super::tables::{cache_entries, cache_for_nodes};
+use super::super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
+use super::super::tables::{cache_entries, cache_for_bits};
 use super::Store;
 use crate::engine::Settings;
 use crate::error::Result;
 
 impl Store {
-    /// A store with a larger operation cache, where the diagram of the states is large.
-    ///
-    /// OxiDD's tables do not grow, and it is the states that tell how much work is to come: the
-    /// fixpoints after exploring take hundreds of nodes for each node of theirs.
-    pub(in crate::engine::symbolic) fn larger(
-        &self,
-        states: &Bdd,
-        threads: u32,
-        settings: &Settings,
-    ) -> Option<Self> {
-        let wanted = cache_for_nodes(self.size(states));
+    /// A store with an operation cache of so many entries, as far as states of so many bits need them; none
+    /// where this one has as many. OxiDD's tables do not grow.
+    pub(in crate::engine::symbolic) fn larger(&self, entries: u64, settings: &Settings) -> Option<Self> {
+        let wanted = entries.min(cache_for_bits(self.width()));
         if cache_entries(settings.memory, wanted) <= self.cache_entries {
             return None;
         }
         // Where the system gives no more, the one there is will do.
-        let larger = Store::sized(self.width(), threads, settings, wanted).ok()?;
+        let larger = Store::sized(self.width(), settings, wanted).ok()?;
         self.note_peak();
         larger.peak.store(self.peak.load(Relaxed), Relaxed);
         larger.work.take_over(&self.work);
@@ -35,39 +28,47 @@ impl Store {
     }
 
     /// Puts diagrams of this store in the place of those of another store of the same bits.
+    ///
+    /// Cost: linear in their nodes.
     pub(in crate::engine::symbolic) fn adopt_all<'a>(
         &self,
         from: &Store,
         diagrams: impl Iterator<Item = &'a mut Bdd>,
     ) -> Result<()> {
-        let mut known = AHashMap::new();
-        for f in diagrams {
-            *f = self.deep(|| self.adopt(from, f, &mut known))?;
-        }
-        Ok(())
-    }
-
-    /// A diagram of another store; `known` remembers what was taken over of it.
-    fn adopt(&self, from: &Store, f: &Bdd, known: &mut AHashMap<Bdd, Bdd>) -> Result<Bdd> {
-        let root = from.shared(|m| match m.get_node(f.as_edge(m)) {
-            Node::Terminal(_) => None,
-            Node::Inner(n) => Some((n.level(), m.handle(n.child(0)), m.handle(n.child(1)))),
-        });
-        let Some((level, set, clear)) = root else {
-            return Ok(if from.is_zero(f) { self.zero() } else { self.one() });
-        };
-        if let Some(adopted) = known.get(f) {
-            return Ok(adopted.clone());
-        }
-        let (set, clear) = (self.adopt(from, &set, known)?, self.adopt(from, &clear, known)?);
-        let node = || {
+        from.shared(|source| {
             self.shared(|m| {
-                let made = m.node(level, m.held(set.as_edge(m)), m.held(clear.as_edge(m)))?;
-                Ok(m.handle(made.borrowed()))
+                let mut adoption = Adoption { source, store: self, m, known: AHashMap::new() };
+                for f in diagrams {
+                    *f = m.handle(self.deep(|| adoption.adopt(f.as_edge(source)))?.borrowed());
+                }
+                Ok(())
             })
+        })
+    }
+}
+
+/// What was taken over of the diagrams of another manager.
+struct Adoption<'m, 'from: 'm, 'id: 'm> {
+    source: &'m ManagerOf<'from>,
+    store: &'m Store,
+    m: &'m ManagerOf<'id>,
+    known: AHashMap<NodeID, Held<'m, 'id>>,
+}
+
+impl<'m, 'from: 'm, 'id: 'm> Adoption<'m, 'from, 'id> {
+    fn adopt(&mut self, f: Edge<'_, 'from>) -> Result<Held<'m, 'id>> {
+        let m = self.m;
+        let Node::Inner(node) = self.source.get_node(f) else {
+            let constant = if self.source.is_zero(f) { self.store.zero() } else { self.store.one() };
+            return Ok(m.held(constant.as_edge(m)));
         };
-        let made = self.run(node)?;
-        known.insert(f.clone(), made.clone());
+        if let Some(adopted) = self.known.get(&f.node_id()) {
+            return Ok(m.held(adopted.borrowed()));
+        }
+        let (set, clear) = (self.adopt(node.child(0))?, self.adopt(node.child(1))?);
+        let make = || m.node(node.level(), m.held(set.borrowed()), m.held(clear.borrowed()));
+        let made = make().map_err(|_| self.store.full())?;
+        self.known.insert(f.node_id(), m.held(made.borrowed()));
         Ok(made)
     }
 }

@@ -1,0 +1,141 @@
+//! A program as diagrams, before its states are known: encoding, relations, exploration, faults.
+
+use std::sync::Arc;
+
+use super::clusters::Clusters;
+use super::command::CommandBuilder;
+use super::diagram::Bdd;
+use super::encoding::{Bit, Encoding};
+use super::pick;
+use super::store::Store;
+use super::tables::cache_for_nodes;
+use super::transitions::{Builder, Transitions};
+use super::translate::Translator;
+use crate::engine::{Scope, Settings};
+use crate::error::Result;
+use crate::model::temporal::Begin;
+use crate::model::{Program, State, fault};
+
+/// What an engine is made of.
+pub(super) struct Draft {
+    pub(super) program: Arc<Program>,
+    pub(super) settings: Settings,
+    pub(super) encoding: Encoding,
+    /// Small at first; see [`Draft::size_to`].
+    pub(super) store: Store,
+    pub(super) domain: Bdd,
+    pub(super) translated: Translated,
+    pub(super) clusters: Clusters,
+}
+
+impl Draft {
+    pub(super) fn new(program: Arc<Program>, order: Vec<Bit>, settings: Settings) -> Result<Self> {
+        let encoding = Encoding::new(&program, order);
+        let store = Store::new(encoding.width(), &settings)?;
+        let domain = encoding.domain(&store)?;
+        let translated = translate(&program, &encoding, &store, &domain)?;
+        let clusters = Clusters::new(&store, &translated.transitions.pieces)?;
+        Ok(Draft { program, settings, encoding, store, domain, translated, clusters })
+    }
+
+    /// The states of the scope. Where that is not done with in a few steps, it is begun anew in a larger store.
+    pub(super) fn explore(&mut self) -> Result<Bdd> {
+        let thresholds = self.settings.thresholds;
+        if let Some(states) = self.scope(Some(thresholds.first_steps))? {
+            return Ok(states);
+        }
+        self.enlarge(thresholds.main_cache, None)?;
+        self.scope(None)?.ok_or_else(|| self.store.full())
+    }
+
+    /// The states of the scope; none where exploring takes more than so many steps.
+    ///
+    /// Where observers may begin everywhere, all their states go with each state of the model: the set is
+    /// simpler than that of the pairs that can be reached, and answers are the same.
+    fn scope(&self, steps: Option<u64>) -> Result<Option<Bdd>> {
+        let Draft { program, encoding, store, domain, .. } = self;
+        let sets = (&self.translated.initial, domain);
+        let Some(start) = beginnings(program, encoding, store, self.settings.scope, sets)? else {
+            return Ok(Some(domain.clone()));
+        };
+        let Some(met) = self.clusters.forward(store, &start, domain, steps)? else { return Ok(None) };
+        match &program.observers {
+            Some(o) if o.begin == Begin::Everywhere => {
+                let bits = encoding.bits_of(store, &o.variables)?;
+                store.and(&store.exists(&met, &bits)?, domain).map(Some)
+            }
+            _ => Ok(Some(met)),
+        }
+    }
+
+    /// A state in which an enabled command has probabilities that were rounded, where every state has a meaning.
+    ///
+    /// # Errors
+    /// A limit, or a state in which some part of the program has no meaning.
+    pub(super) fn checked(&self, states: &Bdd) -> Result<Option<State>> {
+        let Draft { program, encoding, store, translated, .. } = self;
+        let bad = store.and(&store.or(&translated.transitions.bad, &translated.initial_fails)?, states)?;
+        if !store.is_zero(&bad) {
+            return Err(fault::in_state(program, &pick::first(store, encoding, &bad)?));
+        }
+        Ok(pick::list(store, encoding, &store.and(&translated.rounded, states)?, 1)?.pop())
+    }
+
+    /// Moves everything into a store that suits what is still to come: as the states tell, the fixpoints
+    /// after exploring take hundreds of nodes for each node of theirs.
+    pub(super) fn size_to(&mut self, states: &mut Bdd) -> Result<()> {
+        let entries = cache_for_nodes(self.store.size(states)).max(self.settings.thresholds.main_cache);
+        self.enlarge(entries, Some(states))
+    }
+
+    /// Moves everything into a store whose operation cache has so many entries, unless it has them here.
+    fn enlarge(&mut self, entries: u64, states: Option<&mut Bdd>) -> Result<()> {
+        let Some(larger) = self.store.larger(entries, &self.settings) else { return Ok(()) };
+        let Translated { transitions, initial, initial_fails, rounded } = &mut self.translated;
+        let single = [&mut self.domain, initial, initial_fails, rounded].into_iter().chain(states);
+        let all = single.chain(transitions.diagrams()).chain(self.clusters.diagrams());
+        larger.adopt_all(&self.store, all)?;
+        self.clusters.relist(&larger)?;
+        self.store = larger;
+        Ok(())
+    }
+}
+
+/// Where the exploration of a scope begins; none where all valuations are states, and nothing is explored.
+pub(super) fn beginnings(
+    program: &Program,
+    encoding: &Encoding,
+    store: &Store,
+    scope: Scope,
+    (initial, domain): (&Bdd, &Bdd),
+) -> Result<Option<Bdd>> {
+    match (scope, &program.observers) {
+        (Scope::Reachable, _) => Ok(Some(initial.clone())),
+        (Scope::All, Some(o)) if o.begin == Begin::Initially => {
+            let (fresh, _) = Translator::new(program, encoding, store).condition(o.fresh)?;
+            Ok(Some(store.and(&fresh, domain)?))
+        }
+        (Scope::All, _) => Ok(None),
+    }
+}
+
+/// A program as diagrams.
+pub(super) struct Translated {
+    pub(super) transitions: Transitions,
+    pub(super) initial: Bdd,
+    /// Where the expression for the initial states has no value.
+    initial_fails: Bdd,
+    /// Where an enabled command has probabilities that were rounded.
+    rounded: Bdd,
+}
+
+fn translate(program: &Program, encoding: &Encoding, store: &Store, domain: &Bdd) -> Result<Translated> {
+    let translator = Translator::new(program, encoding, store);
+    let commands = CommandBuilder { store, encoding, translator: &translator, rounded: store.zero().into() };
+    let transitions = Builder::build(program, store, &commands)?;
+    let (initial, fails) = translator.condition(program.initial)?;
+    // Where the expression has no value, its diagram may say anything.
+    let initial = store.minus(&store.and(&initial, domain)?, &fails)?;
+    let initial_fails = store.and(&fails, domain)?;
+    Ok(Translated { transitions, initial, initial_fails, rounded: commands.rounded.into_inner() })
+}
