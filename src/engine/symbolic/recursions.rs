@@ -25,7 +25,8 @@ impl Store {
     /// By the recursion over all relations, mostly better by far, or by saturation, which is where parts
     /// that read much of each other go through many rounds. Where the way that was best last time takes
     /// long, the other one gets a chance, and more steps: where saturation is better it is so by ten times,
-    /// where recursion is, by two or three.
+    /// where recursion is, by two or three. So it goes on, each time with more steps, until one is through;
+    /// what was found on the way is still remembered, as far as the operation cache holds it.
     pub(super) fn reach(
         &self,
         (direction, phase): (Direction, &'static str),
@@ -39,15 +40,18 @@ impl Store {
             Direction::Forward => self.thresholds().forward_trial_steps,
             Direction::Backward => self.thresholds().trial_steps,
         };
-        let first = saturates.load(Relaxed);
-        for (by_saturation, steps) in [(first, trial), (!first, 4 * trial), (first, u64::MAX)] {
-            let found = self.fixpoint(by_saturation, (direction, Some(phase)), steps, list, (x, bound))?;
-            if let Some(found) = found {
-                saturates.store(by_saturation, Relaxed);
-                return Ok(found);
+        let (first, mut trial) = (saturates.load(Relaxed), trial.max(1));
+        loop {
+            for (by_saturation, steps) in [(first, trial), (!first, trial.saturating_mul(4))] {
+                let found =
+                    self.fixpoint(by_saturation, (direction, Some(phase)), steps, list, (x, bound))?;
+                if let Some(found) = found {
+                    saturates.store(by_saturation, Relaxed);
+                    return Ok(found);
+                }
             }
+            trial = trial.saturating_mul(16);
         }
-        Err(self.full())
     }
 
     /// [`Store::reach`] by one way; none where it takes more than so many steps.
