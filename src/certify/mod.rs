@@ -17,7 +17,6 @@
 //! | `sasi:k` | closed under its strategy, layers towards a goal edge | rounds of lost states |
 //! | `spi:k` | layers towards a goal edge | no kept choice enters it from outside |
 
-mod arena;
 mod checker;
 mod claims;
 mod levels;
@@ -25,6 +24,7 @@ mod outcomes;
 mod plays;
 mod sets;
 mod stop;
+mod terrain;
 
 use std::path::Path;
 use std::sync::Arc;

@@ -62,7 +62,7 @@ struct GridworldArgs {
 
     /// Without --out: which of the two goes to stdout
     #[arg(long, value_enum, default_value_t, conflicts_with = "out")]
-    print: Part,
+    print: Text,
 }
 
 /// What only a random world has use for.
@@ -141,7 +141,7 @@ enum EmptyArg {
 
 /// One of the two texts.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum Part {
+enum Text {
     /// The model
     #[default]
     Model,
@@ -163,8 +163,8 @@ pub(super) fn run(args: &GenerateArgs) -> Result<Status, Error> {
     };
     match (&args.out, args.print) {
         (Some(prefix), _) if prefix.as_os_str() != "-" => write(prefix, &generated, args)?,
-        (_, Part::Model) => terminal::print(&generated.model)?,
-        (_, Part::Prefs) => terminal::print(&generated.preferences)?,
+        (_, Text::Model) => terminal::print(&generated.model)?,
+        (_, Text::Prefs) => terminal::print(&generated.preferences)?,
     }
     Ok(Status::Done)
 }

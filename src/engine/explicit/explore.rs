@@ -10,7 +10,7 @@ use super::initial::Search;
 use super::layout::{Layout, width};
 use super::meter::Meter;
 use super::program::Prepared;
-use super::set::{self, Bits};
+use super::set::{self, BitSet};
 use super::stepper::{Broken, Stepper, sum};
 use crate::engine::{Scope, Settings};
 use crate::error::{Error, Limit, Result};
@@ -35,8 +35,8 @@ pub(super) enum Space {
 pub(super) struct Explored {
     pub(super) space: Space,
     pub(super) graph: Graph,
-    pub(super) initial: Bits,
-    pub(super) deadlocks: Bits,
+    pub(super) initial: BitSet,
+    pub(super) deadlocks: BitSet,
     /// The first state in which probabilities were rounded.
     pub(super) rounded: Option<State>,
 }
@@ -157,7 +157,7 @@ impl Task<'_> {
         }
         graph.shrink();
         let bits = |states: Vec<usize>| {
-            let mut bits = Bits::empty(self.meter, space.len());
+            let mut bits = BitSet::empty(self.meter, space.len());
             states.into_iter().for_each(|s| set::set(bits.words_mut(), s));
             bits
         };

@@ -6,7 +6,7 @@ use super::ExplicitEngine;
 use super::graph::Predecessors;
 use super::meter::Array;
 use super::pursuit::Rules;
-use super::set::{Bits, clear, set, test};
+use super::set::{BitSet, clear, set, test};
 use crate::engine::Region;
 use crate::error::Result;
 
@@ -15,7 +15,7 @@ const PATIENCE: usize = 1 << 14;
 
 impl ExplicitEngine {
     /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is there }
-    pub(super) fn attract(&self, target: &Bits, within: &Bits, rules: &impl Rules) -> Result<Bits> {
+    pub(super) fn attract(&self, target: &BitSet, within: &BitSet, rules: &impl Rules) -> Result<BitSet> {
         let graph = self.graph.predecessors()?;
         let mut found = target.copy()?;
         let (x, within) = (found.words_mut(), within.words());
@@ -39,7 +39,7 @@ impl ExplicitEngine {
     }
 
     /// The greatest Z ⊆ X in which every state has a pair of C with all successors in Z.
-    pub(super) fn remain(&self, x: &Bits, within: &Bits) -> Result<Region<Bits, Bits>> {
+    pub(super) fn remain(&self, x: &BitSet, within: &BitSet) -> Result<Region<BitSet, BitSet>> {
         let graph = self.graph.predecessors()?;
         let mut removal = Removal::new(self, graph, x.copy()?, self.choices_of_states(within, x)?)?;
         let outside = self.every_state.zip(x, |all, x| all & !x)?;
@@ -77,15 +77,20 @@ impl ExplicitEngine {
 struct Removal<'a> {
     engine: &'a ExplicitEngine,
     graph: &'a Predecessors,
-    states: Bits,
-    choices: Bits,
+    states: BitSet,
+    choices: BitSet,
     /// For each state how many of its choices are left.
     left: Array<u32>,
     work: Array<u32>,
 }
 
 impl<'a> Removal<'a> {
-    fn new(engine: &'a ExplicitEngine, graph: &'a Predecessors, states: Bits, choices: Bits) -> Result<Self> {
+    fn new(
+        engine: &'a ExplicitEngine,
+        graph: &'a Predecessors,
+        states: BitSet,
+        choices: BitSet,
+    ) -> Result<Self> {
         let mut left = Array::filled(&engine.meter, engine.graph.states(), 0u32)?;
         for choice in choices.iter() {
             left[graph.owner(choice as u32) as usize] += 1;

@@ -35,16 +35,16 @@ use graph::Graph;
 use layout::Layout;
 use meter::Meter;
 use program::Prepared;
-use set::Bits;
+use set::BitSet;
 pub use visit::Listing;
 
 /// A set of states: one bit a state.
 #[derive(Debug, Clone)]
-pub struct StateSet(Bits);
+pub struct StateSet(BitSet);
 
 /// A set of (state, choice) pairs: one bit a pair.
 #[derive(Debug, Clone)]
-pub struct ChoiceSet(Bits);
+pub struct ChoiceSet(BitSet);
 
 /// The explicit engine.
 pub struct ExplicitEngine {
@@ -55,10 +55,10 @@ pub struct ExplicitEngine {
     meter: Meter,
     space: Space,
     graph: Graph,
-    every_state: Bits,
-    every_choice: Bits,
-    initial: Bits,
-    deadlocks: Bits,
+    every_state: BitSet,
+    every_choice: BitSet,
+    initial: BitSet,
+    deadlocks: BitSet,
     rounded: Option<State>,
     /// Counts steps of work lists, to look at the observer now and then.
     ticks: AtomicUsize,
@@ -85,8 +85,8 @@ impl ExplicitEngine {
             meter: &meter,
         };
         let Explored { space, graph, initial, deadlocks, rounded } = task.run()?;
-        let every_state = Bits::full(&meter, graph.states());
-        let every_choice = Bits::full(&meter, graph.choices());
+        let every_state = BitSet::full(&meter, graph.states());
+        let every_choice = BitSet::full(&meter, graph.choices());
         Ok(ExplicitEngine {
             program,
             settings,

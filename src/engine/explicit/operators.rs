@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::compile::Compiler;
 use super::machine::Machine;
 use super::pursuit::{Entering, Table};
-use super::set::{Bits, set, test};
+use super::set::{BitSet, set, test};
 use super::stepper::Stepper;
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
 use crate::engine::{Algebra, Count, Engine, Moves, Region, Settings, Usage};
@@ -57,7 +57,7 @@ impl Engine for ExplicitEngine {
     }
 
     fn no_states(&self) -> StateSet {
-        StateSet(Bits::empty(&self.meter, self.graph.states()))
+        StateSet(BitSet::empty(&self.meter, self.graph.states()))
     }
 
     fn initial_states(&self) -> StateSet {
@@ -81,7 +81,7 @@ impl Engine for ExplicitEngine {
     }
 
     fn no_choices(&self) -> ChoiceSet {
-        ChoiceSet(Bits::empty(&self.meter, self.graph.choices()))
+        ChoiceSet(BitSet::empty(&self.meter, self.graph.choices()))
     }
 
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
@@ -89,7 +89,7 @@ impl Engine for ExplicitEngine {
     }
 
     fn sources(&self, c: &ChoiceSet) -> Result<StateSet> {
-        let mut found = Bits::empty(&self.meter, self.graph.states());
+        let mut found = BitSet::empty(&self.meter, self.graph.states());
         let words = found.words_mut();
         // Choices are numbered state by state.
         let mut state = 0;
@@ -111,7 +111,7 @@ impl Engine for ExplicitEngine {
     }
 
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
-        let mut found = Bits::empty(&self.meter, self.graph.states());
+        let mut found = BitSet::empty(&self.meter, self.graph.states());
         let words = found.words_mut();
         for choice in c.0.iter() {
             self.tick()?;
@@ -217,7 +217,7 @@ impl Engine for ExplicitEngine {
     }
 
     fn singleton(&self, state: &[i64]) -> Result<StateSet> {
-        let mut only = Bits::empty(&self.meter, self.graph.states());
+        let mut only = BitSet::empty(&self.meter, self.graph.states());
         if let Some(state) = self.number(state) {
             set(only.words_mut(), state);
         }
@@ -256,7 +256,7 @@ impl ExplicitEngine {
         let code = compiler.finish();
         let mut machine = Machine::new(&code);
         let support = program.pool.support(predicate);
-        let mut holds = Bits::empty(&self.meter, self.graph.states());
+        let mut holds = BitSet::empty(&self.meter, self.graph.states());
         let words = holds.words_mut();
         for state in 0..self.graph.states() {
             self.tick()?;
@@ -324,14 +324,14 @@ impl ExplicitEngine {
     }
 
     /// { (s,a) ∈ C : s ∈ X }
-    pub(super) fn choices_of_states(&self, c: &Bits, x: &Bits) -> Result<Bits> {
+    pub(super) fn choices_of_states(&self, c: &BitSet, x: &BitSet) -> Result<BitSet> {
         if self.graph.choices() == self.graph.states() {
             return c.zip(x, |c, x| c & x);
         }
         if x.same(&self.every_state) {
             return Ok(c.clone());
         }
-        let mut found = Bits::empty(&self.meter, self.graph.choices());
+        let mut found = BitSet::empty(&self.meter, self.graph.choices());
         let words = found.words_mut();
         for state in x.iter() {
             set_range(words, self.graph.choices_of(state));
@@ -343,8 +343,8 @@ impl ExplicitEngine {
     }
 
     /// { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }
-    fn choices_into(&self, x: &Bits) -> Result<Bits> {
-        let mut found = Bits::empty(&self.meter, self.graph.choices());
+    fn choices_into(&self, x: &BitSet) -> Result<BitSet> {
+        let mut found = BitSet::empty(&self.meter, self.graph.choices());
         let words = found.words_mut();
         match self.graph.known_predecessors() {
             // A small set is better left backwards.

@@ -10,7 +10,7 @@
 use super::graph::Predecessors;
 use super::index::NOBODY;
 use super::meter::Array;
-use super::set::{Bits, clear, test};
+use super::set::{BitSet, clear, test};
 use super::{ExplicitEngine, StateSet};
 use crate::engine::{Moves, Region};
 use crate::error::Result;
@@ -24,7 +24,7 @@ pub(super) trait Rules {
 }
 
 /// To enter a target wins.
-pub(super) struct Entering<'a>(pub(super) &'a Bits);
+pub(super) struct Entering<'a>(pub(super) &'a BitSet);
 
 impl Rules for Entering<'_> {
     #[inline]
@@ -75,7 +75,7 @@ struct Pursuit<'a, R> {
     engine: &'a ExplicitEngine,
     graph: &'a Predecessors,
     rules: &'a R,
-    choices: Bits,
+    choices: BitSet,
     /// For each state that can win a choice that gets it closer.
     by: Array<u32>,
     /// That choice wins or may step to a state on a level below this one.
@@ -88,10 +88,10 @@ impl ExplicitEngine {
     /// all edges winning or into S.
     pub(super) fn pursue<R: Rules>(
         &self,
-        states: &Bits,
-        choices: Bits,
+        states: &BitSet,
+        choices: BitSet,
         rules: &R,
-    ) -> Result<Region<Bits, Bits>> {
+    ) -> Result<Region<BitSet, BitSet>> {
         let graph = self.graph.predecessors()?;
         let by = Array::filled(&self.meter, self.graph.states(), NOBODY)?;
         let level = Array::filled(&self.meter, self.graph.states(), 0)?;

@@ -7,11 +7,11 @@ use bitvec::prelude::{BitVec, Lsb0};
 use super::meter::{Charge, Meter};
 use crate::error::Result;
 
-/// A set of numbers below a fixed size. Bits past the size are always 0.
+/// A set of numbers below a fixed size. BitSet past the size are always 0.
 ///
 /// Clones share their bits until one is changed.
 #[derive(Debug, Clone)]
-pub(super) struct Bits(Arc<Charged>);
+pub(super) struct BitSet(Arc<Charged>);
 
 #[derive(Debug)]
 struct Charged {
@@ -27,7 +27,7 @@ impl Clone for Charged {
     }
 }
 
-impl Bits {
+impl BitSet {
     /// No number.
     pub(super) fn empty(meter: &Meter, size: usize) -> Self {
         Self::filled(meter, size, false)
@@ -42,7 +42,7 @@ impl Bits {
         let mut bits: BitVec<u64, Lsb0> = BitVec::repeat(value, size);
         bits.set_uninitialized(false);
         let charge = meter.note(bits.as_raw_slice().len() * 8);
-        Bits(Arc::new(Charged { bits, _charge: charge, meter: meter.clone() }))
+        BitSet(Arc::new(Charged { bits, _charge: charge, meter: meter.clone() }))
     }
 
     /// The bits as words, the first number lowest.
@@ -69,7 +69,7 @@ impl Bits {
     }
 
     /// X = Y
-    pub(super) fn same(&self, other: &Bits) -> bool {
+    pub(super) fn same(&self, other: &BitSet) -> bool {
         Arc::ptr_eq(&self.0, &other.0) || self.words() == other.words()
     }
 
@@ -82,7 +82,7 @@ impl Bits {
     ///
     /// # Errors
     /// The memory limit would be passed.
-    pub(super) fn zip(&self, other: &Bits, op: impl Fn(u64, u64) -> u64) -> Result<Bits> {
+    pub(super) fn zip(&self, other: &BitSet, op: impl Fn(u64, u64) -> u64) -> Result<BitSet> {
         let mut result = self.copy()?;
         for (x, &y) in result.words_mut().iter_mut().zip(other.words()) {
             *x = op(*x, y);
@@ -94,9 +94,9 @@ impl Bits {
     ///
     /// # Errors
     /// The memory limit would be passed.
-    pub(super) fn copy(&self) -> Result<Bits> {
+    pub(super) fn copy(&self) -> Result<BitSet> {
         self.0.meter.charge(self.words().len() * 8)?;
-        Ok(Bits(Arc::new(Charged::clone(&self.0))))
+        Ok(BitSet(Arc::new(Charged::clone(&self.0))))
     }
 
     /// The numbers of the set, from the smallest.

@@ -2,7 +2,7 @@
 
 use super::explore::Space;
 use super::meter::Charge;
-use super::set::{Bits, set};
+use super::set::{BitSet, set};
 use super::{ExplicitEngine, StateSet};
 use crate::error::Result;
 use crate::model::State;
@@ -62,7 +62,7 @@ impl ExplicitEngine {
     /// # Errors
     /// A limit.
     pub fn filter(&self, x: &StateSet, wanted: &mut dyn FnMut(&[i64]) -> bool) -> Result<StateSet> {
-        let mut found = Bits::empty(&self.meter, self.graph.states());
+        let mut found = BitSet::empty(&self.meter, self.graph.states());
         let words = found.words_mut();
         let mut values = vec![0; self.program.variables.len()];
         for state in x.0.iter() {

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use super::bits::Bits;
+use super::bits::BitVector;
 use super::diagram::Bdd;
 use super::encoding::Encoding;
 use super::local::Local;
@@ -126,14 +126,14 @@ impl CommandBuilder<'_> {
     }
 
     /// The new value less the smallest one, and the states in which it is out of range.
-    fn offset(&self, variable: VarId, e: crate::model::expr::ExprId) -> Result<(Bits, Bdd)> {
+    fn offset(&self, variable: VarId, e: crate::model::expr::ExprId) -> Result<(BitVector, Bdd)> {
         let store = self.store;
         let declared = &self.encoding.variables()[variable.index()];
         let (value, fails) = self.translator.integer(e)?;
-        let below = value.lt(store, &Bits::constant(store, declared.low))?;
-        let above = Bits::constant(store, declared.high).lt(store, &value)?;
+        let below = value.lt(store, &BitVector::constant(store, declared.low))?;
+        let above = BitVector::constant(store, declared.high).lt(store, &value)?;
         let wrong = store.any([fails, below, above])?;
-        let shifted = match Bits::constant(store, declared.low).neg(store)? {
+        let shifted = match BitVector::constant(store, declared.low).neg(store)? {
             Some(minus) => value.add(store, &minus)?,
             None => None,
         };

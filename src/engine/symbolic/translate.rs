@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use ahash::AHashMap;
 
-use super::bits::Bits;
+use super::bits::BitVector;
 use super::diagram::Bdd;
 use super::encoding::Encoding;
 use super::partition::Partition;
@@ -20,7 +20,7 @@ pub(super) enum Meaning {
     /// The states where it holds.
     Bool(Bdd),
     /// An integer.
-    Int(Bits),
+    Int(BitVector),
     /// A real.
     Real(Partition),
 }
@@ -64,11 +64,11 @@ impl<'a> Translator<'a> {
     }
 
     /// An integer (or Boolean, as 0 and 1) expression, with the states in which it has no value.
-    pub(super) fn integer(&self, e: ExprId) -> Result<(Bits, Bdd)> {
+    pub(super) fn integer(&self, e: ExprId) -> Result<(BitVector, Bdd)> {
         let symbolic = self.translate(e)?;
         let bits = match symbolic.meaning {
             Meaning::Int(bits) => bits,
-            Meaning::Bool(f) => Bits::from_bits(vec![f, self.store.zero()], 0, 1),
+            Meaning::Bool(f) => BitVector::from_bits(vec![f, self.store.zero()], 0, 1),
             Meaning::Real(p) => p.to_bits(self.store)?,
         };
         Ok((bits, symbolic.fails))
@@ -139,7 +139,9 @@ impl<'a> Translator<'a> {
                 let variable = &self.program.variables[v.index()];
                 match (variable.ty, bits.first()) {
                     (Type::Bool, Some(bit)) => sure(Meaning::Bool(bit.clone())),
-                    _ => sure(Meaning::Int(Bits::offset(self.store, bits, variable.low, variable.high)?)),
+                    _ => {
+                        sure(Meaning::Int(BitVector::offset(self.store, bits, variable.low, variable.high)?))
+                    }
                 }
             }
             Node::Unary(op, a) => self.unary(op, &self.get(a)),
@@ -152,7 +154,7 @@ impl<'a> Translator<'a> {
         match v {
             Value::Bool(true) => Meaning::Bool(self.store.one()),
             Value::Bool(false) => Meaning::Bool(self.store.zero()),
-            Value::Int(i) => Meaning::Int(Bits::constant(self.store, i)),
+            Value::Int(i) => Meaning::Int(BitVector::constant(self.store, i)),
             Value::Real(_) => Meaning::Real(Partition::constant(self.store, v)),
         }
     }
@@ -222,9 +224,9 @@ impl<'a> Translator<'a> {
     }
 
     /// Operators on integers that bit vectors can do.
-    fn arithmetic(&self, op: Binary, x: &Bits, y: &Bits) -> Result<Option<Meaning>> {
+    fn arithmetic(&self, op: Binary, x: &BitVector, y: &BitVector) -> Result<Option<Meaning>> {
         let store = self.store;
-        let int = |bits: Option<Bits>| Ok(bits.map(Meaning::Int));
+        let int = |bits: Option<BitVector>| Ok(bits.map(Meaning::Int));
         match op {
             Binary::Eq => Ok(Some(Meaning::Bool(x.eq(store, y)?))),
             Binary::Lt => Ok(Some(Meaning::Bool(x.lt(store, y)?))),
@@ -261,7 +263,7 @@ impl<'a> Translator<'a> {
     fn truth(&self, meaning: &Meaning) -> Result<Bdd> {
         match meaning {
             Meaning::Bool(f) => Ok(f.clone()),
-            Meaning::Int(bits) => self.store.not(&bits.eq(self.store, &Bits::constant(self.store, 0))?),
+            Meaning::Int(bits) => self.store.not(&bits.eq(self.store, &BitVector::constant(self.store, 0))?),
             Meaning::Real(p) => p.states_where(self.store, |v| v.to_f64() != 0.0),
         }
     }

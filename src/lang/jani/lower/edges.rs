@@ -11,7 +11,7 @@ use crate::model::value::{Type, Value};
 use crate::model::{Branch, Branches, Command, VarId};
 
 /// An edge of an element of the system.
-pub(super) type Part<'a> = (usize, &'a Edge);
+pub(super) type EdgeOf<'a> = (usize, &'a Edge);
 
 /// An assignment with whose it is and what it changes.
 struct Step<'e> {
@@ -31,7 +31,7 @@ struct Values {
 
 impl<'a> Lowering<'a> {
     /// The edges as one command that takes one destination of each.
-    pub(super) fn command(&mut self, parts: &[Part<'a>]) -> Option<Command> {
+    pub(super) fn command(&mut self, parts: &[EdgeOf<'a>]) -> Option<Command> {
         let guard = self.guard(parts);
         let mut combinations: Vec<Vec<&'a Destination>> = vec![Vec::new()];
         for (_, edge) in parts {
@@ -48,7 +48,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// Every edge is in its location and its guard holds.
-    fn guard(&mut self, parts: &[Part<'a>]) -> Option<ExprId> {
+    fn guard(&mut self, parts: &[EdgeOf<'a>]) -> Option<ExprId> {
         let mut conditions = Vec::new();
         for &(instance, edge) in parts {
             if let Some(here) = self.at(instance, &edge.location)? {
@@ -67,7 +67,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    fn branch(&mut self, parts: &[Part<'a>], destinations: &[&'a Destination]) -> Option<Branch> {
+    fn branch(&mut self, parts: &[EdgeOf<'a>], destinations: &[&'a Destination]) -> Option<Branch> {
         let mut probability: Option<(ExprId, Span)> = None;
         for (&(instance, _), destination) in parts.iter().zip(destinations) {
             let own = match &destination.probability {
@@ -103,7 +103,7 @@ impl<'a> Lowering<'a> {
     /// matter only where something is assigned later: what is left are rewards.
     fn assigned(
         &mut self,
-        parts: &[Part<'a>],
+        parts: &[EdgeOf<'a>],
         destinations: &[&'a Destination],
     ) -> Option<Vec<(VarId, ExprId)>> {
         let mut steps = Vec::new();

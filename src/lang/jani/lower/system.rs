@@ -4,7 +4,7 @@ use ahash::{AHashMap, AHashSet};
 
 use super::super::ast::{Automaton, Edge, Expr, ExprKind, Vector};
 use super::Lowering;
-use super::edges::Part;
+use super::edges::EdgeOf;
 use super::scope::{Meaning, Slot};
 use crate::lang::ast::Ident;
 use crate::model::{Command, CommandId, Synchronisation};
@@ -246,14 +246,14 @@ impl<'a> Lowering<'a> {
         vector: &Vector,
         made: &mut Made,
     ) -> Option<Vec<CommandId>> {
-        let mut combinations: Vec<Vec<Part<'a>>> = vec![Vec::new()];
+        let mut combinations: Vec<Vec<EdgeOf<'a>>> = vec![Vec::new()];
         for &(instance, action) in members {
             let own: Vec<&'a Edge> = edges(self.instances[instance].automaton, Some(action)).collect();
             if own.len().saturating_mul(combinations.len()).saturating_add(made.commands.len()) > MOST_JOINT {
                 let message = "the edges of this vector depend on each other in more ways than can be listed";
                 return self.lowerer.fail(vector.span, message);
             }
-            let longer = |c: &Vec<Part<'a>>| {
+            let longer = |c: &Vec<EdgeOf<'a>>| {
                 let c = c.clone();
                 own.iter()
                     .map(move |&e| c.iter().copied().chain([(instance, e)]).collect())

@@ -5,22 +5,12 @@ use super::outcomes::Class;
 use super::sets::Sets;
 use super::stop::{Check, Stop};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
-use crate::engine::{Algebra, Engine};
+use crate::engine::{Algebra, Engine, Moves};
 use crate::model::preference::Change;
 use crate::names;
 
-/// States of one class (or, under `prefix`, of all) with what their steps mean.
-pub(super) struct Part {
-    /// The states.
-    pub(super) from: StateSet,
-    /// A step into these improves.
-    pub(super) better: StateSet,
-    /// A step into these is dropped.
-    pub(super) dropped: StateSet,
-}
-
 /// The safe choices, with the edges that improve.
-pub(super) struct Arena {
+pub(super) struct Terrain {
     /// Under `prefix` the class that improvements are measured against.
     pub(super) reference: Option<String>,
     /// The states that count for a level; under `prefix` those of the reference class.
@@ -29,8 +19,8 @@ pub(super) struct Arena {
     pub(super) states: StateSet,
     /// The kept choices.
     pub(super) kept: ChoiceSet,
-    /// Which edges improve and which are dropped.
-    pub(super) parts: Vec<Part>,
+    /// For the states of each class (or, under `prefix`, of all): a step into their goal improves.
+    pub(super) moves: Vec<Moves<StateSet>>,
 }
 
 /// A class with what steps into others mean.
@@ -41,8 +31,8 @@ struct Side {
     worse: StateSet,
 }
 
-/// The arenas for the safety of the dump.
-pub(super) fn arenas(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Arena>> {
+/// The terrains for the safety of the dump.
+pub(super) fn terrains(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Terrain>> {
     let sides = sides(checker, classes)?;
     match checker.manifest.safety.as_str() {
         "action" => Ok(vec![single(checker, sides, false)?]),
@@ -71,10 +61,10 @@ fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> Check<Vec<Side>> {
 
 /// `action`: no choice with a weakening edge is kept. `transition`: weakening edges are dropped, and
 /// choices that have no others.
-fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Arena> {
+fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Terrain> {
     let engine = &checker.engine;
     let mut kept = engine.all_choices();
-    let mut parts = Vec::new();
+    let mut moves = Vec::new();
     for class in sides {
         let refused = if drops {
             engine.every_successor_in(&class.worse)?
@@ -83,15 +73,15 @@ fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Arena> 
         };
         kept = engine.difference(&kept, &engine.choices_in(&refused, &class.states)?)?;
         let dropped = if drops { class.worse } else { engine.no_states() };
-        parts.push(Part { from: class.states, better: class.better, dropped });
+        moves.push(Moves { from: class.states, goal: class.better, dropped });
     }
     let all = engine.all_states();
-    Ok(Arena { reference: None, start: all.clone(), states: all, kept, parts })
+    Ok(Terrain { reference: None, start: all.clone(), states: all, kept, moves })
 }
 
-/// One arena a class: the states from which it need never be weakened.
-fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
-    let mut arenas = Vec::new();
+/// One terrain a class: the states from which it need never be weakened.
+fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Terrain>> {
+    let mut terrains = Vec::new();
     for class in sides {
         let name = names::safe(&class.name);
         let safe = checker.proof.states(&name)?;
@@ -103,15 +93,21 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
         let condition = || format!("each state of `{name}` has a choice that stays in it");
         checker.subset(&safe, &engine.sources(&kept)?, condition)?;
         unsafe_rounds(checker, &name, &safe, &class.worse)?;
-        let better = engine.intersection(&class.better, &safe)?;
-        let part = Part { from: safe.clone(), better, dropped: engine.no_states() };
+        let goal = engine.intersection(&class.better, &safe)?;
+        let moves = Moves { from: safe.clone(), goal, dropped: engine.no_states() };
         let start = engine.intersection(&class.states, &safe)?;
         if !engine.is_empty(&start) {
-            arenas.push(Arena { reference: Some(class.name), start, states: safe, kept, parts: vec![part] });
+            terrains.push(Terrain {
+                reference: Some(class.name),
+                start,
+                states: safe,
+                kept,
+                moves: vec![moves],
+            });
         }
         checker.passed(&name);
     }
-    Ok(arenas)
+    Ok(terrains)
 }
 
 /// A state is lost that weakens, or whose every choice may step into states lost before.
@@ -127,8 +123,8 @@ fn unsafe_rounds(checker: &Checker<'_>, name: &str, safe: &StateSet, worse: &Sta
     checker.subset(&left, safe, || format!("each state outside of `{name}` is lost in some round"))
 }
 
-impl Arena {
-    /// What a level is called in the arena.
+impl Terrain {
+    /// What a level is called in the terrain.
     pub(super) fn name(&self, level: &str) -> String {
         self.reference.as_ref().map_or_else(|| level.to_owned(), |class| names::against(level, class))
     }
@@ -142,11 +138,11 @@ impl Arena {
     pub(super) fn into(
         &self,
         checker: &Checker<'_>,
-        target: impl Fn(usize, &Part) -> Check<StateSet>,
+        target: impl Fn(usize, &Moves<StateSet>) -> Check<StateSet>,
     ) -> Check<ChoiceSet> {
         let engine = &checker.engine;
         let mut all = engine.no_choices();
-        for (index, part) in self.parts.iter().enumerate() {
+        for (index, part) in self.moves.iter().enumerate() {
             let entering = engine.some_successor_in(&target(index, part)?)?;
             all = engine.union(&all, &engine.choices_in(&entering, &part.from)?)?;
         }
