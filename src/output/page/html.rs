@@ -97,8 +97,15 @@ fn card(initial: &InitialReport) -> Markup {
                     span.label { "is sure at the start" }
                 }
             }
-            p.hint { "In the initial state " code { (show_state(&initial.state)) } }
+            p.hint { "In the initial state " (values(&show_state(&initial.state))) }
         }
+    }
+}
+
+/// Values of variables, which a narrow page may break after commas.
+fn values(text: &str) -> Markup {
+    html! {
+        code { @for value in text.split_inclusive(',') { (value) wbr; } }
     }
 }
 
@@ -269,7 +276,7 @@ fn turn_row(step: usize, turn: &TurnReport) -> Markup {
     };
     html! {
         tr data-turn=(step) {
-            td.n { (step) } td { b { (turn.action) } } td { code { (turn.changed) } }
+            td.n { (step) } td { b { (turn.action) } } td { (values(&turn.changed)) }
             td.n { (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.')) }
             td { (text::names(&turn.most_preferred)) } td { (ranks::mark(Some(turn.rank))) }
             td { @if let Some((class, note)) = note { span class=(class) { (note) } } }
