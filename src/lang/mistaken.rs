@@ -35,7 +35,7 @@ pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
     let found = match begin.first_word() {
         Some(word) if PREFERENCE_WORDS.contains(&word) => Some((
             "this is a preference file, not a model",
-            "the model comes first, and the preferences after it",
+            "give it where preferences are asked for, after the model",
         )),
         Some(word) if PROPERTY_WORDS.contains(&word) && begin.second_is_bound() => Some((
             "this is a list of properties, not a model",
@@ -54,7 +54,7 @@ pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
     let is_model = begin.first_word().is_some_and(|word| MODEL_WORDS.contains(&word))
         || begin.tokens.first() == Some(&(Token::LeftBrace, "{"));
-    let help = "the model comes first, and the preferences after it";
+    let help = "give it where a model is asked for, before the preferences";
     if is_model { Err(begin.refuse("this is a model, not a preference file", help)) } else { Ok(()) }
 }
 
