@@ -26,7 +26,7 @@ pub(crate) fn winning<E: Engine>(
     choices: &E::Choices,
     moves: &[Moves<E::States>],
 ) -> Result<E::Choices> {
-    pairs_into(engine, choices, moves.iter().map(|m| (m.from.clone(), m.goal.clone())).collect())
+    edges_into(engine, choices, moves, |m| Ok(m.goal.clone()))
 }
 
 /// { (s,a) ∈ C : some edge that is there enters X }
@@ -39,8 +39,7 @@ pub(crate) fn keeping<E: Engine>(
     moves: &[Moves<E::States>],
     x: &E::States,
 ) -> Result<E::Choices> {
-    let edges = moves.iter().map(|m| Ok((m.from.clone(), engine.difference(x, &m.dropped)?)));
-    pairs_into(engine, choices, edges.collect::<Result<_>>()?)
+    edges_into(engine, choices, moves, |m| engine.difference(x, &m.dropped))
 }
 
 /// { (s,a) ∈ C : some edge that is there and does not win enters X }
@@ -53,7 +52,16 @@ pub(crate) fn leaning<E: Engine>(
     moves: &[Moves<E::States>],
     x: &E::States,
 ) -> Result<E::Choices> {
-    let into = |m: &Moves<E::States>| engine.difference(&engine.difference(x, &m.goal)?, &m.dropped);
+    edges_into(engine, choices, moves, |m| engine.difference(&engine.difference(x, &m.goal)?, &m.dropped))
+}
+
+/// { (s,a) ∈ C : some edge enters what `into` says of the moves that s is of }
+fn edges_into<E: Engine>(
+    engine: &E,
+    choices: &E::Choices,
+    moves: &[Moves<E::States>],
+    into: impl Fn(&Moves<E::States>) -> Result<E::States>,
+) -> Result<E::Choices> {
     let edges = moves.iter().map(|m| Ok((m.from.clone(), into(m)?)));
     pairs_into(engine, choices, edges.collect::<Result<_>>()?)
 }

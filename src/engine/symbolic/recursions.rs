@@ -106,7 +106,7 @@ impl Store {
     }
 
     /// The same with more steps than any machine takes.
-    fn walk_to_the_end<T>(
+    pub(super) fn walk_to_the_end<T>(
         &self,
         how: (Direction, Option<&'static str>),
         recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,

@@ -7,6 +7,7 @@ use oxidd::{Function, HasLevel, InnerNode, Manager, Node, NodeID};
 
 use super::super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
 use super::super::tables::{cache_entries, cache_for_bits};
+use super::super::walk::{Direction, Halt, Walk};
 use super::Store;
 use crate::engine::Settings;
 use crate::error::Result;
@@ -36,10 +37,10 @@ impl Store {
         diagrams: impl Iterator<Item = &'a mut Bdd>,
     ) -> Result<()> {
         from.shared(|source| {
-            self.shared(|m| {
-                let mut adoption = Adoption { source, store: self, m, known: AHashMap::new() };
+            self.walk_to_the_end((Direction::Forward, None), |walk| {
+                let mut adoption = Adoption { source, walk, known: AHashMap::new() };
                 for f in diagrams {
-                    *f = m.handle(self.deep(|| adoption.adopt(f.as_edge(source)))?.borrowed());
+                    *f = walk.own(|_| adoption.adopt(f.as_edge(source)))?;
                 }
                 Ok(())
             })
@@ -48,26 +49,26 @@ impl Store {
 }
 
 /// What was taken over of the diagrams of another manager.
-struct Adoption<'m, 'from: 'm, 'id: 'm> {
-    source: &'m ManagerOf<'from>,
-    store: &'m Store,
-    m: &'m ManagerOf<'id>,
+struct Adoption<'w, 'from: 'w, 'm, 'id: 'm> {
+    source: &'w ManagerOf<'from>,
+    walk: &'w Walk<'m, 'id>,
     known: AHashMap<NodeID, Held<'m, 'id>>,
 }
 
-impl<'m, 'from: 'm, 'id: 'm> Adoption<'m, 'from, 'id> {
-    fn adopt(&mut self, f: Edge<'_, 'from>) -> Result<Held<'m, 'id>> {
-        let m = self.m;
+impl<'w, 'from: 'w, 'm, 'id: 'm> Adoption<'w, 'from, 'm, 'id> {
+    fn adopt(&mut self, f: Edge<'_, 'from>) -> Result<Held<'m, 'id>, Halt> {
+        let Walk { store, m, .. } = *self.walk;
         let Node::Inner(node) = self.source.get_node(f) else {
-            let constant = if self.source.is_zero(f) { self.store.zero() } else { self.store.one() };
+            let constant = if self.source.is_zero(f) { store.zero() } else { store.one() };
             return Ok(m.held(constant.as_edge(m)));
         };
         if let Some(adopted) = self.known.get(&f.node_id()) {
             return Ok(m.held(adopted.borrowed()));
         }
+        self.walk.tick()?;
         let (set, clear) = (self.adopt(node.child(0))?, self.adopt(node.child(1))?);
-        let make = || m.node(node.level(), m.held(set.borrowed()), m.held(clear.borrowed()));
-        let made = make().map_err(|_| self.store.full())?;
+        let made =
+            self.walk.run(|| m.node(node.level(), m.held(set.borrowed()), m.held(clear.borrowed())))?;
         self.known.insert(f.node_id(), m.held(made.borrowed()));
         Ok(made)
     }
