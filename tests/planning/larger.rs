@@ -74,10 +74,10 @@ fn thresholds() -> [Thresholds; 3] {
     [usual, hasty, narrow]
 }
 
-#[test]
-fn every_way_leads_to_what_the_explicit_engine_finds() {
+/// Both engines say the same of the worlds of these seeds, and each way was taken often.
+fn every_way_leads_to_what_the_explicit_engine_finds(seeds: impl Iterator<Item = u64>) {
     let mut total = Ways::default();
-    for seed in 0..15 {
+    for seed in seeds {
         let (program, preferences) = world(seed);
         let explicit = ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap();
         let expected = (results(&explicit, &preferences), counts(&explicit, &preferences));
@@ -100,5 +100,17 @@ fn every_way_leads_to_what_the_explicit_engine_finds() {
     let reached =
         [total.by_recursion, total.by_saturation, total.confined_by_recursion, total.confined_given_up];
     let lost = [total.lost_by_recursion, total.lost_by_layers - total.given_up, total.given_up];
-    assert!(reached.iter().chain(&lost).all(|&n| n > 20), "{total:?}");
+    assert!(reached.iter().chain(&lost).all(|&n| n > 10), "{total:?}");
+}
+
+// Two tests, so that they run side by side.
+
+#[test]
+fn every_way_leads_there_on_worlds_with_few_walls() {
+    every_way_leads_to_what_the_explicit_engine_finds((0..15).step_by(2));
+}
+
+#[test]
+fn every_way_leads_there_on_worlds_with_many_walls() {
+    every_way_leads_to_what_the_explicit_engine_finds((1..15).step_by(2));
 }
