@@ -7,7 +7,8 @@ usage: compare_peers.py --corpus FOLDER                 the models of FOLDER/per
 
 Both kinds of input may be given at once. perf.json is a list of {id, model, constants, target}, models relative to
 FOLDER, in PRISM's language or in JANI (which PRISM does not read: there it is left out); in place of a target there
-may be a list of targets, the first of which is asked. Every run is a process of its own with a time limit; the tools take turns, and the median of the runs counts.
+may be a list of targets, the first of which is asked. Every run is a process of its own with a time limit; the tools
+follow each other on each instance, each with all its runs, and the median counts; a run over 20 s is not repeated.
 Times below 20 ms count as 20 ms for every tool. The phases, as each tool tells them:
 
   build          from the model's text to the reachable states
@@ -41,6 +42,8 @@ import plots
 from peers import Instance, Measurement, Tool
 
 FLOOR = 0.020
+# Runs of more seconds are not repeated.
+LONG = 20.0
 COLUMNS = ("build", "pmax_one", "pmax_positive", "existential")
 Runs = dict[str, list[Measurement]]
 
@@ -82,13 +85,17 @@ def instances(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator
 
 
 def measure(instance: Instance, tools: list[Tool], runs: int, timeout: float) -> Runs:
-    """Lets the tools take turns; one that did not finish is not tried again."""
-    found: Runs = {tool.name: [] for tool in tools}
+    """All runs of each tool in a row."""
+    return {tool.name: list(repeated(tool, instance, runs, timeout)) for tool in tools}
+
+
+def repeated(tool: Tool, instance: Instance, runs: int, timeout: float) -> Iterator[Measurement]:
+    """In a row, because the first run after another tool's may pay for memory that the system has to clear."""
     for _ in range(runs):
-        for tool in tools:
-            if all(run.done for run in found[tool.name]):
-                found[tool.name].append(tool.measure(instance, timeout))
-    return found
+        run = tool.measure(instance, timeout)
+        yield run
+        if not run.done or run.wall > LONG:
+            return
 
 
 def median(runs: list[Measurement], phase: str) -> float | None:
