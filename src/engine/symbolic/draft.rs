@@ -84,7 +84,9 @@ impl Draft {
     /// Moves everything into a store that suits what is still to come: as the states tell, the fixpoints
     /// after exploring take hundreds of nodes for each node of theirs.
     pub(super) fn size_to(&mut self, states: &mut Bdd) -> Result<()> {
-        let entries = cache_for_nodes(self.store.size(states)).max(self.settings.thresholds.main_cache);
+        let relations = self.translated.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation));
+        let usual = self.settings.thresholds.main_cache;
+        let entries = cache_for_nodes(self.store.size(states), relations, usual);
         self.enlarge(entries, Some(states))
     }
 

@@ -12,8 +12,10 @@ pub(super) const BYTES_PER_ENTRY: u64 = 20;
 /// The first operation cache has no more entries than 2 to the bits of a state and so many: a narrow
 /// model is not worth clearing a large one for.
 const CACHE_BITS_MORE: u32 = 6;
-/// So many entries of the operation cache for a node of the states.
+/// So many entries of the operation cache for a node of the states, …
 const CACHE_PER_NODE: u64 = 200;
+/// … and, in a small model, for a node of the states or of the relations.
+const CACHE_PER_NODE_OF_SMALL: u64 = 400;
 /// More entries gain nothing.
 const LARGEST_CACHE: u64 = 1 << 23;
 
@@ -40,9 +42,18 @@ pub(super) fn cache_for_bits(width: usize) -> u64 {
     1u64.checked_shl(width as u32 + CACHE_BITS_MORE).unwrap_or(u64::MAX)
 }
 
-/// So many entries of the operation cache are worth having where the states have so many nodes.
-pub(super) fn cache_for_nodes(nodes: usize) -> u64 {
-    (nodes as u64 * CACHE_PER_NODE).next_power_of_two().min(LARGEST_CACHE)
+/// So many entries of the operation cache are worth having where the states have so many nodes: no fewer
+/// than usual, unless the relations are as small; not all need to be counted for that.
+pub(super) fn cache_for_nodes(states: usize, relations: impl Iterator<Item = usize>, usual: u64) -> u64 {
+    let mut of_small = 0;
+    for nodes in std::iter::once(states).chain(relations) {
+        of_small += nodes as u64 * CACHE_PER_NODE_OF_SMALL;
+        if of_small >= usual {
+            break;
+        }
+    }
+    let wanted = of_small.min(usual).max(states as u64 * CACHE_PER_NODE);
+    wanted.next_power_of_two().min(LARGEST_CACHE)
 }
 
 /// So many entries, but no more than an eighth of the memory; 2^10 at least.
