@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 
 import pytest
 
@@ -111,6 +112,14 @@ def test_other_limits_have_their_exception() -> None:
         model.explore().states.to_numpy("x", "y")
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Ctrl-C raises, also where the tests run in the background of a shell, which ignores it there."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def interrupted(after: float) -> threading.Timer:
     timer = threading.Timer(after, os.kill, [os.getpid(), signal.SIGINT])
     timer.start()
@@ -118,6 +127,7 @@ def interrupted(after: float) -> threading.Timer:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_ends_long_work(endless: meliora.Model, engine: Engine) -> None:
     start = time.monotonic()
     timer = interrupted(0.3)
@@ -128,6 +138,7 @@ def test_ctrl_c_ends_long_work(endless: meliora.Model, engine: Engine) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of Unix")
+@pytest.mark.usefixtures("interruptible")
 def test_an_exploration_is_of_use_after_ctrl_c(robot: meliora.Model, wishes: meliora.Preferences, engine: Engine) -> None:
     def interrupt(step: meliora.Progress) -> None:
         if step.phase == "outcomes":

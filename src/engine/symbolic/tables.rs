@@ -61,3 +61,20 @@ pub(super) fn cache_entries(memory: u64, wanted: u64) -> u64 {
     let most = (memory / 8 / BYTES_PER_ENTRY).max(1);
     (1u64 << most.min(wanted.max(1)).ilog2()).max(1 << 10)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::cache_for_nodes;
+
+    #[test]
+    fn a_cache_suits_the_states_and_small_relations() {
+        let usual = 1 << 20;
+        assert_eq!(cache_for_nodes(10, [5, 5].into_iter(), usual), 1 << 13);
+        assert_eq!(cache_for_nodes(10, [50_000].into_iter(), usual), usual);
+        assert_eq!(cache_for_nodes(10_000, [5].into_iter(), usual), 1 << 21);
+        assert_eq!(cache_for_nodes(1 << 40, std::iter::empty(), usual), 1 << 23);
+        // Once there are enough nodes, no more are counted.
+        let relations = (0..).inspect(|&counted| assert!(counted < 2_000)).map(|_| 2);
+        assert_eq!(cache_for_nodes(10, relations, usual), usual);
+    }
+}
