@@ -7,7 +7,7 @@ use bitvec::prelude::{BitVec, Lsb0};
 use super::meter::{Charge, Meter};
 use crate::error::Result;
 
-/// A set of numbers below a fixed size. BitSet past the size are always 0.
+/// A set of numbers below a fixed size. Bits past the size are always 0.
 ///
 /// Clones share their bits until one is changed.
 #[derive(Debug, Clone)]

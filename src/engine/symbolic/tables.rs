@@ -42,8 +42,8 @@ pub(super) fn cache_for_bits(width: usize) -> u64 {
     1u64.checked_shl(width as u32 + CACHE_BITS_MORE).unwrap_or(u64::MAX)
 }
 
-/// So many entries of the operation cache are worth having where the states have so many nodes: no fewer
-/// than usual, unless the relations are as small; not all need to be counted for that.
+/// So many entries of the operation cache are worth having where states and relations have so many nodes:
+/// no fewer than usual, unless both are small. Relations are asked for only until that is known.
 pub(super) fn cache_for_nodes(states: usize, relations: impl Iterator<Item = usize>, usual: u64) -> u64 {
     let mut of_small = 0;
     for nodes in std::iter::once(states).chain(relations) {

@@ -36,8 +36,8 @@ pub struct Thresholds {
     pub first_cache: u64,
     /// With the first operation cache, exploring may take so many steps.
     pub first_steps: u64,
-    /// So many entries the operation cache has at least once the states are known, unless the model is
-    /// small, or took too many steps to explore.
+    /// So many entries the operation cache has at least once exploring took too many steps, or the states
+    /// are known and the model is not small.
     pub main_cache: u64,
     /// Below this many nodes, garbage is not worth collecting.
     pub first_collection: usize,
