@@ -1,5 +1,6 @@
 //! Places in texts.
 
+use std::hash::{Hash, Hasher};
 use std::ops::Range;
 
 /// A byte range of a text. Any two spans are equal, so that equality of trees is about content.
@@ -48,3 +49,8 @@ impl PartialEq for Span {
 }
 
 impl Eq for Span {}
+
+/// Equal spans hash alike, that is all.
+impl Hash for Span {
+    fn hash<H: Hasher>(&self, _: &mut H) {}
+}

@@ -5,6 +5,7 @@ mod common;
 mod depth;
 mod explicit;
 mod interruption;
+mod lasso;
 mod order;
 mod stopping;
 mod temporal;

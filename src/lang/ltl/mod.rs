@@ -5,6 +5,8 @@
 //! deterministic observer (`progress`, `observer`, `minimal`), which becomes a variable of the flat
 //! program (`install`); what the formula asks is then a [`crate::model::temporal::Condition`] on states.
 
+#[cfg(test)]
+mod enumeration;
 mod functions;
 mod install;
 mod leaves;

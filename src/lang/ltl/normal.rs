@@ -9,14 +9,14 @@ use crate::model::expr::ExprId;
 const MOST_PARTS: usize = 20_000;
 
 /// A formula in negation normal form, with the place that it comes from.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct Normal {
     pub(super) form: Form,
     pub(super) span: Span,
 }
 
 /// The forms of normal forms.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) enum Form {
     /// `true`, `false`
     Constant(bool),

@@ -153,11 +153,14 @@ impl Build {
 
     fn read(&mut self, (owed, since): Owed, each: Option<Function>) -> Result<Owed> {
         let Some(each) = each else { return Ok((self.progress.read(owed)?, TRUE)) };
-        let (owed, since, new) =
-            (self.progress.read(owed)?, self.progress.read(since)?, self.progress.read(each)?);
-        let since = self.progress.functions.and(since, new)?;
-        // With nothing owed, what comes up is owed at once.
-        Ok(if owed == TRUE { (since, TRUE) } else { (owed, since) })
+        let new = self.progress.read(each)?;
+        // Nothing was owed before this step, so what comes up in it is owed at once, without a mark: the mark
+        // follows when it is fulfilled. What this step fulfils is another matter, and marks it.
+        if owed == TRUE {
+            return Ok((new, TRUE));
+        }
+        let (owed, since) = (self.progress.read(owed)?, self.progress.read(since)?);
+        Ok((owed, self.progress.functions.and(since, new)?))
     }
 
     /// The decision that leads to what is left of `owed` and `since`.

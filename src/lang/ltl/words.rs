@@ -29,12 +29,12 @@ impl Word {
     }
 }
 
-fn state(atom: u8) -> Formula {
+pub(super) fn state(atom: u8) -> Formula {
     let e = Expr { kind: ExprKind::Name(char::from(b'a' + atom).to_string()), span: Span::default() };
     made(FormulaKind::State(e))
 }
 
-fn made(kind: FormulaKind) -> Formula {
+pub(super) fn made(kind: FormulaKind) -> Formula {
     Formula { kind, span: Span::default() }
 }
 
@@ -116,9 +116,15 @@ fn until(steps: &Steps, a: &[bool], b: &[bool], word: &Word) -> Vec<bool> {
 }
 
 /// Atoms are Boolean variables of no program.
-struct Atoms {
-    pool: ExprPool,
+pub(super) struct Atoms {
+    pub(super) pool: ExprPool,
     source: Arc<SourceFile>,
+}
+
+impl Atoms {
+    pub(super) fn new() -> Self {
+        Atoms { pool: ExprPool::default(), source: SourceFile::new("formula", "") }
+    }
 }
 
 impl Meaning for Atoms {
@@ -178,7 +184,7 @@ struct Judge {
 
 impl Judge {
     fn new(f: &Formula) -> Option<Self> {
-        let mut atoms = Atoms { pool: ExprPool::default(), source: SourceFile::new("formula", "") };
+        let mut atoms = Atoms::new();
         let normal = Normaliser::new(&mut atoms).build(f, true).unwrap();
         let tree = leaves(&normal).ok()?;
         let mut observers = Vec::new();
@@ -375,20 +381,93 @@ fn formula() -> impl Strategy<Value = Formula> {
     })
 }
 
+/// Co-safe formulas over two atoms and their negations.
+fn cosafe() -> impl Strategy<Value = Formula> {
+    let literal = (0u8..2, any::<bool>()).prop_map(|(atom, positive)| match positive {
+        true => state(atom),
+        false => made(FormulaKind::Not(Box::new(state(atom)))),
+    });
+    let bounded = (0u64..3).prop_map(|most| Steps { least: None, most: number(most) });
+    literal.prop_recursive(5, 10, 2, move |inner| {
+        let one = || inner.clone().prop_map(Box::new);
+        let two = || prop::collection::vec(inner.clone(), 2);
+        prop_oneof![
+            2 => one().prop_map(|a| made(FormulaKind::Next(a))),
+            2 => one().prop_map(|a| made(FormulaKind::Eventually(Steps::default(), a))),
+            1 => (bounded.clone(), one()).prop_map(|(s, a)| made(FormulaKind::Eventually(s, a))),
+            1 => (bounded.clone(), one()).prop_map(|(s, a)| made(FormulaKind::Always(s, a))),
+            2 => (one(), one()).prop_map(|(a, b)| made(FormulaKind::Until(Steps::default(), a, b))),
+            2 => two().prop_map(|all| made(FormulaKind::And(all))),
+            2 => two().prop_map(|all| made(FormulaKind::Or(all))),
+        ]
+    })
+}
+
+/// Combinations of co-safe formulas, of recurrences, and of their negations: what is mostly in the fragment.
+fn combination() -> impl Strategy<Value = Formula> {
+    let always = |a: Formula| made(FormulaKind::Always(Steps::default(), Box::new(a)));
+    prop_oneof![1 => cosafe(), 4 => cosafe().prop_map(always)].prop_recursive(3, 6, 2, |inner| {
+        let one = || inner.clone().prop_map(Box::new);
+        prop_oneof![
+            2 => one().prop_map(|a| made(FormulaKind::Not(a))),
+            1 => one().prop_map(|a| made(FormulaKind::Next(a))),
+            1 => one().prop_map(|a| made(FormulaKind::Eventually(Steps::default(), a))),
+            1 => one().prop_map(|a| made(FormulaKind::Always(Steps::default(), a))),
+            1 => (one(), one()).prop_map(|(a, b)| made(FormulaKind::Implies(a, b))),
+            1 => (one(), one()).prop_map(|(a, b)| made(FormulaKind::Iff(a, b))),
+            1 => prop::collection::vec(inner.clone(), 2).prop_map(|all| made(FormulaKind::And(all))),
+            1 => prop::collection::vec(inner.clone(), 2).prop_map(|all| made(FormulaKind::Or(all))),
+        ]
+    })
+}
+
 fn word() -> impl Strategy<Value = Word> {
     prop::collection::vec(0u8..8, 1..9)
         .prop_flat_map(|letters| (Just(letters.clone()), 0..letters.len()))
         .prop_map(|(letters, back)| Word { letters, back })
 }
 
+/// At least so many cases; the environment variable `PROPTEST_CASES` asks for more.
+fn cases(least: u32) -> ProptestConfig {
+    let usual = ProptestConfig::default();
+    ProptestConfig { cases: if usual.cases > 256 { usual.cases } else { least }, ..usual }
+}
+
+/// Whether a formula is in the fragment; its verdicts must then be right.
+fn compare(f: &Formula, words: &[Word]) -> Result<bool, TestCaseError> {
+    let Some(judge) = Judge::new(f) else { return Ok(false) };
+    for word in words {
+        prop_assert_eq!(judge.holds(word), meaning(f, word)[0], "{:?} on {:?}", f, word);
+    }
+    Ok(true)
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(3_000))]
+    #![proptest_config(cases(3_000))]
 
     #[test]
     fn random_formulas(f in formula(), words in prop::collection::vec(word(), 12)) {
-        if let Some(judge) = Judge::new(&f) {
-            for word in &words {
-                prop_assert_eq!(judge.holds(word), meaning(&f, word)[0], "{:?} on {:?}", f, word);
+        compare(&f, &words)?;
+    }
+
+    #[test]
+    fn random_combinations_of_the_fragment(f in combination(), words in prop::collection::vec(word(), 12)) {
+        compare(&f, &words)?;
+    }
+
+    /// Of some combinations the negation, or the negated equivalence, is outside of the fragment: these are refused.
+    #[test]
+    fn what_is_always_true_or_never_by_construction(f in combination(), words in prop::collection::vec(word(), 12)) {
+        let not = made(FormulaKind::Not(Box::new(f.clone())));
+        let true_and_false = [
+            (made(FormulaKind::Or(vec![f.clone(), not.clone()])), true),
+            (made(FormulaKind::And(vec![f.clone(), not.clone()])), false),
+            (made(FormulaKind::Iff(Box::new(f.clone()), Box::new(not))), false),
+            (made(FormulaKind::Implies(Box::new(f.clone()), Box::new(f.clone()))), true),
+        ];
+        for (g, expected) in true_and_false {
+            if let Some(judge) = Judge::new(&g) {
+                prop_assert!(words.iter().all(|word| judge.holds(word) == expected), "{:?}", g);
             }
         }
     }

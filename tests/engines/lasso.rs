@@ -1,0 +1,247 @@
+//! Temporal formulas on models with a single path: both engines against the definition of LTL on that path.
+
+use std::sync::Arc;
+
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::{Algebra, Engine, Settings};
+use meliora::error::SourceFile;
+use meliora::lang;
+use meliora::lang::ltl::{Watching, parse_formula};
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
+use meliora::model::temporal::{Begin, Condition};
+use meliora::planning::temporal::regions;
+use meliora::planning::{Analysis, Options, Safety};
+use proptest::prelude::*;
+
+/// A formula over the labels "p" and "q"; X has one operand, which is the first.
+#[derive(Debug, Clone)]
+enum Formula {
+    Label(&'static str),
+    Unary(&'static str, Box<Formula>),
+    Binary(&'static str, Box<Formula>, Box<Formula>),
+}
+
+use Formula::{Binary, Label, Unary};
+
+impl Formula {
+    fn text(&self) -> String {
+        match self {
+            Label(name) => format!("\"{name}\""),
+            Unary(operator, a) => format!("({operator} {})", a.text()),
+            Binary(operator, a, b) => format!("({} {operator} {})", a.text(), b.text()),
+        }
+    }
+}
+
+fn formula() -> impl Strategy<Value = Formula> {
+    prop_oneof![Just(Label("p")), Just(Label("q"))].prop_recursive(5, 12, 2, |inner| {
+        let one = || inner.clone().prop_map(Box::new);
+        let unary = prop::sample::select(vec!["!", "X", "F", "G", "G F", "F G", "F<=1", "G<=2", "G"]);
+        let binary = prop::sample::select(vec!["&", "|", "=>", "<=>", "U", "W", "R", "U<=1"]);
+        prop_oneof![
+            3 => (unary, one()).prop_map(|(operator, a)| Unary(operator, a)),
+            2 => (binary, one(), one()).prop_map(|(operator, a, b)| Binary(operator, a, b)),
+        ]
+    })
+}
+
+/// A path: for each step whether p and q hold, and where the loop starts.
+#[derive(Debug, Clone)]
+struct Lasso {
+    letters: Vec<(bool, bool)>,
+    back: usize,
+}
+
+impl Lasso {
+    fn after(&self, at: usize) -> usize {
+        if at + 1 < self.letters.len() { at + 1 } else { self.back }
+    }
+
+    /// The states in which a label holds, as an expression.
+    fn label(&self, holds: impl Fn(&(bool, bool)) -> bool) -> String {
+        let states = (0..self.letters.len()).filter(|&i| holds(&self.letters[i]));
+        states.map(|i| format!(" | s={i}")).fold("false".to_owned(), |text, next| text + &next)
+    }
+
+    fn program(&self) -> Program {
+        let last = self.letters.len();
+        let steps = (0..last).map(|i| format!("  [] s={i} -> (s'={});\n", self.after(i)));
+        let text = format!(
+            "mdp\nmodule m\n  s : [0..{last}] init 0;\n{}endmodule\nlabel \"p\" = {};\nlabel \"q\" = {};\n",
+            steps.collect::<String>(),
+            self.label(|letter| letter.0),
+            self.label(|letter| letter.1)
+        );
+        lang::load(&SourceFile::new("lasso.prism", text), &SourceFile::new("--const", "")).unwrap().program
+    }
+
+    /// Whether a formula holds from each step on: the definition.
+    fn meaning(&self, f: &Formula) -> Vec<bool> {
+        let n = self.letters.len();
+        let each = |f: &dyn Fn(usize) -> bool| (0..n).map(f).collect::<Vec<bool>>();
+        let not = |x: Vec<bool>| x.into_iter().map(|v| !v).collect::<Vec<bool>>();
+        let always = vec![true; n];
+        let (operator, a, b) = match f {
+            Label(name) => {
+                return each(&|i| if *name == "p" { self.letters[i].0 } else { self.letters[i].1 });
+            }
+            Unary(operator, a) => (*operator, self.meaning(a), always.clone()),
+            Binary(operator, a, b) => (*operator, self.meaning(a), self.meaning(b)),
+        };
+        match operator {
+            "!" => not(a),
+            "X" => each(&|i| a[self.after(i)]),
+            "F" => self.until(&always, &a, None),
+            "G" => not(self.until(&always, &not(a), None)),
+            "G F" => not(self.until(&always, &not(self.until(&always, &a, None)), None)),
+            "F G" => self.until(&always, &not(self.until(&always, &not(a), None)), None),
+            "F<=1" => self.until(&always, &a, Some(1)),
+            "G<=2" => not(self.until(&always, &not(a), Some(2))),
+            "&" => each(&|i| a[i] && b[i]),
+            "|" => each(&|i| a[i] || b[i]),
+            "=>" => each(&|i| !a[i] || b[i]),
+            "<=>" => each(&|i| a[i] == b[i]),
+            "U" => self.until(&a, &b, None),
+            "U<=1" => self.until(&a, &b, Some(1)),
+            "R" => not(self.until(&not(a), &not(b), None)),
+            // a W b is a U b, or a for ever.
+            "W" => {
+                let (until, ever) = (self.until(&a, &b, None), not(self.until(&always, &not(a), None)));
+                each(&|i| until[i] || ever[i])
+            }
+            other => panic!("{other} has no meaning here"),
+        }
+    }
+
+    fn until(&self, a: &[bool], b: &[bool], most: Option<usize>) -> Vec<bool> {
+        let holds = |start: usize| {
+            let mut at = start;
+            for _ in 0..=most.unwrap_or(2 * a.len()) {
+                if b[at] {
+                    return true;
+                }
+                if !a[at] {
+                    return false;
+                }
+                at = self.after(at);
+            }
+            false
+        };
+        (0..a.len()).map(holds).collect()
+    }
+}
+
+fn lasso() -> impl Strategy<Value = Lasso> {
+    prop::collection::vec(any::<(bool, bool)>(), 1..6)
+        .prop_flat_map(|letters| (Just(letters.clone()), 0..letters.len()))
+        .prop_map(|(letters, back)| Lasso { letters, back })
+}
+
+/// Pmax = 1, Pmax > 0, Pmin = 1, Pmin > 0 of a property, each as the number of states.
+fn counts<E: Engine>(engine: &E, condition: &Condition, start: &E::States) -> [String; 4] {
+    let found = regions(engine, condition).unwrap();
+    [&found.pmax_one, &found.pmax_positive, &found.pmin_one, &found.pmin_positive]
+        .map(|x| engine.count(&engine.intersection(x, start).unwrap()).unwrap().to_string())
+}
+
+/// The answers of both engines: in the initial state, or in all states. None where the formula is outside of the
+/// fragment.
+fn answers(mut program: Program, formula: &str, initial: bool) -> Option<[[String; 4]; 2]> {
+    let source = SourceFile::new("formula", formula);
+    let mut watching = Watching::new(&mut program);
+    let condition = watching.watch(&source, &parse_formula(&source).unwrap(), "w").ok()?;
+    watching.finish(Begin::Everywhere).unwrap();
+    let (symbolic, explicit) = engines(program);
+    Some([judged_from(&symbolic, &condition, initial), judged_from(&explicit, &condition, initial)])
+}
+
+fn engines(program: Program) -> (SymbolicEngine, ExplicitEngine) {
+    let program = Arc::new(program);
+    let settings = Settings { memory: 16 << 20, ..Settings::default() };
+    let symbolic = SymbolicEngine::new(Arc::clone(&program), settings.clone()).unwrap();
+    (symbolic, ExplicitEngine::new(program, settings).unwrap())
+}
+
+trait Observed: Engine {
+    fn observed(&self) -> &Program;
+}
+
+fn judged_from<E: Observed>(engine: &E, condition: &Condition, initial: bool) -> [String; 4] {
+    let start = match &engine.observed().observers {
+        _ if initial => engine.initial_states(),
+        Some(observers) => engine.states_where(observers.fresh).unwrap(),
+        None => engine.all_states(),
+    };
+    counts(engine, condition, &start)
+}
+
+impl Observed for SymbolicEngine {
+    fn observed(&self) -> &Program {
+        self.program()
+    }
+}
+
+impl Observed for ExplicitEngine {
+    fn observed(&self) -> &Program {
+        self.program()
+    }
+}
+
+/// Whether an objective is among the most preferred ones at the start, when planning looks at whole plays.
+fn achievable(mut program: Program, formula: &str) -> Option<[bool; 2]> {
+    let text = format!("objective A = X ({formula}); history = play;\n");
+    let preferences = lang::load_preferences(&SourceFile::new("p", text.as_str()), &mut program).ok()?;
+    let (symbolic, explicit) = engines(program.clone());
+    Some([at_start(&symbolic, &program, &preferences), at_start(&explicit, &program, &preferences)])
+}
+
+fn at_start<E: Engine>(engine: &E, program: &Program, preferences: &Preferences) -> bool {
+    let mut analysis =
+        Analysis::new(engine, preferences, Options { safety: Safety::Action, max_level: None });
+    analysis.run(&mut |_| ()).unwrap();
+    !analysis.initial_prospects(program, 1).unwrap()[0].most_preferred.is_empty()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn formulas_hold_where_the_definition_says(f in formula(), path in lasso()) {
+        let expected = usize::from(path.meaning(&f)[0]).to_string();
+        if let Some(found) = answers(path.program(), &f.text(), true) {
+            for answer in found.iter().flatten() {
+                prop_assert_eq!(answer, &expected, "{}", f.text());
+            }
+        }
+        let next = path.meaning(&f)[path.after(0)];
+        if let Some(found) = achievable(path.program(), &f.text()) {
+            prop_assert_eq!(found, [next, next], "history = play: {}", f.text());
+        }
+    }
+}
+
+/// Obligations that are fulfilled in the step in which the next one comes up.
+#[test]
+fn what_is_owed_may_be_fulfilled_as_new_obligations_come_up() {
+    let text = "mdp\nmodule m\n  s : [0..1] init 0;\n  [] true -> (s'=0);\n  [] true -> (s'=1);\nendmodule\n\
+        label \"p\" = s=1;\n";
+    let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("--const", "")).unwrap().program;
+    for (formula, expected) in [
+        ("G ((X p) => (F p))", ["2", "2", "2", "2"]),
+        ("G ((F p) | (X !p))", ["2", "2", "2", "2"]),
+        ("G (X ((F p) | (F !p)))", ["2", "2", "2", "2"]),
+        ("G ((X F p) | (X X F !p))", ["2", "2", "2", "2"]),
+        ("G ((F p) | (X X !p))", ["2", "2", "2", "2"]),
+        ("X (F ((G !p) & (X p)))", ["0", "0", "0", "0"]),
+        ("F (G ((!p) & (X p)))", ["0", "0", "0", "0"]),
+        ("(G F p) & (G ((X p) => (F p)))", ["2", "2", "0", "0"]),
+        ("(F ((G>=1 !p) & (X p))) | !(F !p)", ["1", "1", "0", "0"]),
+        ("(X F ((G !p) & (!p | (p R p)))) | (X p)", ["2", "2", "0", "0"]),
+    ] {
+        let formula = formula.replace('p', "\"p\"");
+        let found = answers(program.clone(), &formula, false).unwrap();
+        assert_eq!(found, [expected, expected].map(|row| row.map(String::from)), "{formula}");
+    }
+}
