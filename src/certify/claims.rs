@@ -50,7 +50,7 @@ pub(super) fn all(
     let mut expected = subject.manifest(describe::choices(engine, true), File::default(), None);
     expected.tool.version.clone_from(&manifest.tool.version);
     let said = Manifest { regions: File::default(), certificate: None, ..manifest.clone() };
-    match difference(&json(&expected), &json(&said), String::new()) {
+    match difference(&json(&expected)?, &json(&said)?, String::new()) {
         None => Ok(()),
         Some((path, expected, said)) => {
             Err(Stop::violated(format!("`{path}` is {expected}: the manifest says {said}"), None))
@@ -58,9 +58,9 @@ pub(super) fn all(
     }
 }
 
-fn json(manifest: &Manifest) -> Json {
-    // The structure has string keys only and no fallible parts.
-    serde_json::to_value(manifest).unwrap_or_default()
+fn json(manifest: &Manifest) -> Check<Json> {
+    let failed = |error| Stop::violated(format!("the manifest can be written as JSON: {error}"), None);
+    serde_json::to_value(manifest).map_err(failed)
 }
 
 /// The first place in which two values differ, and both values there.

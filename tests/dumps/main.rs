@@ -5,6 +5,7 @@ mod entry;
 mod files;
 mod forger;
 mod hostile;
+mod others;
 mod plays;
 #[allow(unreachable_pub, reason = "what tests of engines share, too")]
 #[path = "../common/random_program.rs"]

@@ -268,10 +268,12 @@ impl Engine for SymbolicEngine {
         Ok(ChoiceSet(Arc::new(found)))
     }
 
+    /// Asks the relations alone: whether a set given as the scope is closed under steps must not be answered
+    /// within that set.
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
-        let mut images = vec![c.0[self.groups.len()].clone()];
+        let (anywhere, mut images) = (self.store.one(), vec![c.0[self.groups.len()].clone()]);
         for (list, sources) in self.groups.iter().zip(c.0.iter()) {
-            images.push(self.store.step(Direction::Forward, list, sources, &self.states.0)?);
+            images.push(self.store.step(Direction::Forward, list, sources, &anywhere)?);
         }
         Ok(StateSet(self.store.any(images)?))
     }

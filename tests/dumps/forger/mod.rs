@@ -16,6 +16,7 @@ use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
 use edits::{EDITS, HARMLESS, byte, field, proof, without};
+pub(crate) use shop::same_regions;
 use shop::{Shop, edge, sealed, text};
 
 /// Two choices of one label, a deadlock, patterns of bits that are no values, constants of three kinds.

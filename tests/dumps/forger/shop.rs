@@ -112,6 +112,11 @@ impl Shop {
     }
 }
 
+/// Whether two dumps have the same regions.
+pub(crate) fn same_regions(a: &Dump, b: &Dump) -> bool {
+    same_sets(a, b, |d| (&d.manifest.regions, &d.regions), &|_| false)
+}
+
 /// What shows that other sets are right may do so in more than one way: rounds, and what holds all
 /// states that win the level after the last one.
 fn is_witness(honest: &Dump, name: &str) -> bool {
