@@ -11,6 +11,7 @@ mod files;
 mod generate;
 mod jani;
 mod json;
+mod json_page;
 #[cfg(unix)]
 mod limits;
 mod output;

@@ -1,5 +1,9 @@
-//! The output shown in the README and in `docs/` is what the program writes, but for times and memory, and their
-//! links lead somewhere.
+//! The pages show the output of the program, except times and memory, and their links lead to files.
+//!
+//! A page's blocks are processed in its order. A block ```` ```LANGUAGE file=NAME ```` is written to
+//! the file NAME in the folder of the page. A block ```` ```text ```` that starts with
+//! `$ meliora …` is run in that folder, which also contains a copy of `models/`. A line `…` in the
+//! expected output stands for any number of lines.
 
 use std::path::{Path, PathBuf};
 
@@ -13,22 +17,46 @@ fn pages() -> Vec<PathBuf> {
     [root.join("README.md")].into_iter().chain(pages).collect()
 }
 
-/// The blocks of a page that start with `$ meliora …`: the arguments and what is shown.
-fn shown(page: &Path) -> Vec<(String, Vec<String>)> {
-    let text = std::fs::read_to_string(page).unwrap();
+/// A block of a page that the test acts on.
+enum Block {
+    /// A file for the commands that follow.
+    File { name: String, text: String },
+    /// A command with the lines shown below it.
+    Command { arguments: String, output: Vec<String> },
+}
+
+/// Returns the blocks of a page that define a file or start with `$ meliora …`, in their order.
+fn blocks(page: &str) -> Vec<Block> {
     let mut blocks = Vec::new();
-    for block in text.split("```text\n").skip(1) {
-        let block = block.split("```").next().unwrap();
-        if let Some((command, output)) = block.split_once('\n')
-            && let Some(arguments) = command.strip_prefix("$ meliora ")
-        {
-            blocks.push((arguments.to_owned(), stable(output)));
+    for fenced in page.split("\n```").skip(1).step_by(2) {
+        let (info, body) = fenced.split_once('\n').unwrap_or((fenced, ""));
+        let body = format!("{body}\n");
+        let name = info.split_whitespace().find_map(|word| word.strip_prefix("file="));
+        let run = body.strip_prefix("$ meliora ").filter(|_| info == "text");
+        if let Some(name) = name {
+            blocks.push(Block::File { name: name.to_owned(), text: body });
+        } else if let Some((arguments, output)) = run.and_then(|run| run.split_once('\n')) {
+            blocks.push(Block::Command { arguments: arguments.to_owned(), output: stable(output) });
         }
     }
     blocks
 }
 
-/// The lines that do not speak of times or memory; the heading of a table of these is as wide as they.
+/// Returns true if `expected` shows the lines of `found`; a line `…` in `expected` stands for any
+/// number of lines.
+fn shows(expected: &[String], found: &[String]) -> bool {
+    let parts: Vec<&[String]> = expected.split(|line| line == "…").collect();
+    let [first, middle @ .., last] = parts.as_slice() else { return expected == found };
+    let Some(mut rest) = found.strip_prefix(*first) else { return false };
+    for part in middle.iter().filter(|part| !part.is_empty()) {
+        let Some(start) = rest.windows(part.len()).position(|lines| lines == *part) else { return false };
+        rest = &rest[start + part.len()..];
+    }
+    rest.ends_with(last)
+}
+
+/// The lines without times and memory. The heading of a table of these is left out too, since its
+/// width depends on them.
 fn stable(text: &str) -> Vec<String> {
     let varies = |line: &&str| {
         let parts = [" in all", " at most", " ms", " s ", " µs", "Prefer ", " tables "];
@@ -59,33 +87,106 @@ fn workshop() -> Scratch {
     scratch
 }
 
+/// Runs a command of a page and requires the output shown.
+fn run_shown(page: &Path, workshop: &Scratch, arguments: &str, expected: &[String]) {
+    let mut command = meliora();
+    let finished = Finished::of(command.current_dir(workshop.path(".")).args(split(arguments)));
+    let found = stable(&format!("{}{}", finished.stdout, finished.stderr));
+    let (found, expected) = (trimmed(&found), trimmed(expected));
+    let message = format!("{}: meliora {arguments}", page.display());
+    assert!(shows(expected, found), "{message}\n{}\n--- shown:\n{}", found.join("\n"), expected.join("\n"));
+}
+
+/// The lines without empty ones at the beginning and the end.
+fn trimmed(lines: &[String]) -> &[String] {
+    let start = lines.iter().position(|line| !line.is_empty()).unwrap_or(lines.len());
+    let end = lines.iter().rposition(|line| !line.is_empty()).map_or(start, |last| last + 1);
+    &lines[start..end]
+}
+
 #[test]
 fn the_pages_show_what_the_program_writes() {
     let mut compared = 0;
     for page in pages() {
         let workshop = workshop();
-        for (arguments, expected) in shown(&page) {
-            let mut command = meliora();
-            let finished = Finished::of(command.current_dir(workshop.path(".")).args(split(&arguments)));
-            let found = stable(&format!("{}{}", finished.stdout, finished.stderr));
-            let trimmed = |lines: Vec<String>| lines.join("\n").trim().to_owned();
-            assert_eq!(trimmed(found), trimmed(expected), "{}: meliora {arguments}", page.display());
-            compared += 1;
+        let mut unused = Vec::new();
+        for block in blocks(&std::fs::read_to_string(&page).unwrap()) {
+            match block {
+                Block::File { name, text } => {
+                    std::fs::write(workshop.path(&name), text).unwrap();
+                    unused.push(name);
+                }
+                Block::Command { arguments, output } => {
+                    run_shown(&page, &workshop, &arguments, &output);
+                    unused.retain(|name| !split(&arguments).contains(name));
+                    compared += 1;
+                }
+            }
         }
+        assert!(unused.is_empty(), "{}: no command reads {unused:?}", page.display());
     }
     assert!(compared >= 13, "{compared} examples");
 }
 
 #[test]
-fn links_to_other_files_lead_to_files() {
+fn a_page_defines_files_for_the_commands_that_follow() {
+    let file = "# A\n\n```prism file=a.prism\nmdp\n```\n\n```sh\nmake\n```\n";
+    let page = &format!("{file}\n```text\n$ meliora info a.prism\nx\n…\n```\n");
+    match blocks(page).as_slice() {
+        [Block::File { name, text }, Block::Command { arguments, output }] => {
+            assert_eq!((name.as_str(), text.as_str()), ("a.prism", "mdp\n"));
+            assert_eq!((arguments.as_str(), output.join("|").as_str()), ("info a.prism", "x|…"));
+        }
+        other => panic!("{} blocks", other.len()),
+    }
+}
+
+#[test]
+fn lines_left_out_are_any_lines_and_all_others_are_compared() {
+    let lines = |text: &str| -> Vec<String> { text.split_whitespace().map(str::to_owned).collect() };
+    for (expected, found, wanted) in [
+        ("a b", "a b", true),
+        ("a b", "a b c", false),
+        ("a …", "a b c", true),
+        ("… c", "a b c", true),
+        ("… b", "a b c", false),
+        ("a … b … d", "a x b y d", true),
+        ("a … b … d", "a y d", false),
+        ("a … c b … d", "a b c d", false),
+        ("b … a", "a b a", false),
+        ("a … a", "a", false),
+    ] {
+        assert_eq!(shows(&lines(expected), &lines(found)), wanted, "{expected} shows {found}");
+    }
+}
+
+/// The anchor of a heading, as GitHub forms it.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim().chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+    kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect()
+}
+
+/// Returns true if a page has a heading with this anchor.
+fn has_heading(page: &Path, wanted: &str) -> bool {
+    let text = std::fs::read_to_string(page).unwrap();
+    let headings = text.lines().filter(|line| line.starts_with('#'));
+    headings.map(|line| anchor(line.trim_start_matches('#'))).any(|found| found == wanted)
+}
+
+#[test]
+fn links_lead_to_files_and_headings() {
     let mut followed = 0;
     for page in pages() {
         let text = std::fs::read_to_string(&page).unwrap();
-        for link in text.split("](").skip(1).map(|rest| rest.split([')', '#']).next().unwrap()) {
-            if !link.is_empty() && !link.contains("://") {
-                assert!(page.parent().unwrap().join(link).exists(), "{}: {link}", page.display());
-                followed += 1;
+        for link in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
+            if link.contains("://") {
+                continue;
             }
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let target = if file.is_empty() { page.clone() } else { page.parent().unwrap().join(file) };
+            assert!(target.exists(), "{}: {link}", page.display());
+            assert!(heading.is_empty() || has_heading(&target, heading), "{}: {link}", page.display());
+            followed += 1;
         }
     }
     assert!(followed >= 5, "{followed} links");
