@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::SymbolicEngine;
-use meliora::engine::{Algebra, Engine, Settings};
+use meliora::engine::{Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::lang::ltl::{Watching, parse_formula};

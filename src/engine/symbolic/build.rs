@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::diagram::Bdd;
 use super::draft::{Draft, Translated};
 use super::encoding::{Bit, Encoding};
-use super::local::Local;
+use super::partial_relation::PartialRelation;
 use super::store::Store;
 use super::transitions::{Piece, Transitions};
 use super::translate::Translator;
@@ -101,7 +101,7 @@ fn disjoint(store: &Store, pieces: Vec<Piece>, states: &Bdd) -> Result<Vec<Piece
             (if overlap { &mut together } else { &mut apart }).push((theirs, other));
         }
         for (theirs, other) in together {
-            piece.steps = Local::union(store, &[&piece.steps, &other.steps])?;
+            piece.steps = PartialRelation::union(store, &[&piece.steps, &other.steps])?;
             sources = store.or(&sources, &theirs)?;
         }
         apart.push((sources, piece));

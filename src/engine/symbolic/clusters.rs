@@ -6,20 +6,20 @@
 use std::sync::Arc;
 
 use super::diagram::Bdd;
-use super::lists::List;
-use super::local::Local;
+use super::partial_relation::PartialRelation;
+use super::relation_lists::RelationList;
 use super::store::Store;
-use super::touched::Touched;
+use super::support::Support;
 use super::transitions::Piece;
 use super::walk::Direction;
 use crate::error::Result;
 
 /// Some pieces as one relation.
 struct Cluster {
-    /// The pieces, each over the touched bits of the cluster.
+    /// The pieces, each over the support bits of the cluster.
     pieces: Vec<Piece>,
     /// All their steps.
-    steps: Local,
+    steps: PartialRelation,
     /// The first bit that the relation depends on or touches.
     top: u32,
 }
@@ -28,7 +28,7 @@ struct Cluster {
 pub(super) struct Clusters {
     clusters: Vec<Cluster>,
     /// All of them as one list.
-    list: Arc<List>,
+    list: Arc<RelationList>,
 }
 
 impl Clusters {
@@ -74,14 +74,14 @@ impl Clusters {
         store: &Store,
         allowed: &[Option<Bdd>],
         dropped: &[(Bdd, Bdd)],
-    ) -> Result<Arc<List>> {
+    ) -> Result<Arc<RelationList>> {
         let free = |c: &Cluster| c.pieces.iter().all(|p| allowed[p.group].is_none());
         if dropped.is_empty() && self.clusters.iter().all(free) {
             return Ok(self.list.clone());
         }
         let mut entries = Vec::new();
         for cluster in &self.clusters {
-            let Local { touched, relation } = cluster.steps.clone();
+            let PartialRelation { support, relation } = cluster.steps.clone();
             let relation = if free(cluster) {
                 relation
             } else {
@@ -91,7 +91,7 @@ impl Clusters {
                 });
                 store.any(confined.collect::<Result<Vec<_>>>()?)?
             };
-            entries.push(Local { relation: without(store, relation, &touched, dropped)?, touched });
+            entries.push(PartialRelation { relation: without(store, relation, &support, dropped)?, support });
         }
         store.lists.of(store, entries)
     }
@@ -119,11 +119,11 @@ impl Clusters {
 }
 
 /// A relation without the dropped edges.
-fn without(store: &Store, mut relation: Bdd, touched: &Touched, dropped: &[(Bdd, Bdd)]) -> Result<Bdd> {
+fn without(store: &Store, mut relation: Bdd, support: &Support, dropped: &[(Bdd, Bdd)]) -> Result<Bdd> {
     for (from, to) in dropped {
         let sources = store.and(&relation, from)?;
         if !store.is_zero(&sources) {
-            let lost = store.and(&sources, &store.primed(touched, to)?)?;
+            let lost = store.and(&sources, &store.primed(support, to)?)?;
             relation = store.minus(&relation, &lost)?;
         }
     }
@@ -132,14 +132,14 @@ fn without(store: &Store, mut relation: Bdd, touched: &Touched, dropped: &[(Bdd,
 
 /// Puts the piece into the cluster unless that makes the relation much larger than the two.
 fn join(store: &Store, cluster: &mut Cluster, piece: &Piece) -> Result<bool> {
-    let steps = Local::union(store, &[&piece.steps, &cluster.steps])?;
+    let steps = PartialRelation::union(store, &[&piece.steps, &cluster.steps])?;
     let sizes = store.size(&piece.steps.relation) + store.size(&cluster.steps.relation);
     if store.size(&steps.relation) > store.thresholds().small_union.max(2 * sizes) {
         return Ok(false);
     }
     cluster.pieces.push(piece.clone());
     for own in &mut cluster.pieces {
-        own.steps = own.steps.over(store, &steps.touched)?;
+        own.steps = own.steps.over(store, &steps.support)?;
     }
     cluster.steps = steps;
     Ok(true)

@@ -1,13 +1,13 @@
-//! One command as a local relation, with the states in which it has no meaning.
+//! One command as a partial relation, with the states in which it has no meaning.
 
 use std::cell::RefCell;
 
-use super::bits::BitVector;
 use super::diagram::Bdd;
 use super::encoding::Encoding;
-use super::local::Local;
+use super::partial_relation::PartialRelation;
 use super::partition::Partition;
 use super::store::Store;
+use super::symbolic_integer::SymbolicInteger;
 use super::translate::Translator;
 use crate::error::Result;
 use crate::model::rounding::Sum;
@@ -19,7 +19,7 @@ pub(super) struct CommandRelation {
     /// Where it is enabled.
     pub(super) guard: Bdd,
     /// guard ∧ the effect of some branch of positive probability, on the variables that some branch writes.
-    pub(super) steps: Local,
+    pub(super) steps: PartialRelation,
     /// States of the guard in which an update leaves its range or has no value.
     pub(super) bad_update: Bdd,
 }
@@ -53,7 +53,8 @@ impl CommandBuilder<'_> {
             relations.push(relation);
             bad.push(bad_states);
         }
-        let steps = Local { touched: self.encoding.touch(&writes), relation: self.store.any(relations)? };
+        let steps =
+            PartialRelation { support: self.encoding.support_of(&writes), relation: self.store.any(relations)? };
         let bad_update = self.store.any(bad)?;
         Ok((CommandRelation { guard, steps, bad_update }, self.store.or(&fails, &wrong)?))
     }
@@ -126,14 +127,14 @@ impl CommandBuilder<'_> {
     }
 
     /// The new value less the smallest one, and the states in which it is out of range.
-    fn offset(&self, variable: VarId, e: crate::model::expr::ExprId) -> Result<(BitVector, Bdd)> {
+    fn offset(&self, variable: VarId, e: crate::model::expr::ExprId) -> Result<(SymbolicInteger, Bdd)> {
         let store = self.store;
         let declared = &self.encoding.variables()[variable.index()];
         let (value, fails) = self.translator.integer(e)?;
-        let below = value.lt(store, &BitVector::constant(store, declared.low))?;
-        let above = BitVector::constant(store, declared.high).lt(store, &value)?;
+        let below = value.lt(store, &SymbolicInteger::constant(store, declared.low))?;
+        let above = SymbolicInteger::constant(store, declared.high).lt(store, &value)?;
         let wrong = store.any([fails, below, above])?;
-        let shifted = match BitVector::constant(store, declared.low).neg(store)? {
+        let shifted = match SymbolicInteger::constant(store, declared.low).neg(store)? {
             Some(minus) => value.add(store, &minus)?,
             None => None,
         };

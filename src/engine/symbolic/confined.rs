@@ -10,8 +10,8 @@ use oxidd::Function;
 
 use super::SymbolicEngine;
 use super::diagram::Bdd;
-use super::lists::List;
 use super::parts::{self, Budget, Known, Part};
+use super::relation_lists::RelationList;
 use super::walk::{Halt, Walk};
 use crate::error::Result;
 
@@ -61,7 +61,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let mut halves = [half(false)?, half(true)?];
         let arcs = [self.arcs(bit, parts, true, false)?, self.arcs(bit, parts, false, true)?];
         // A half that is entered before it is closed is closed once instead of twice.
-        let mut at = usize::from(arcs[0].iter().all(|arc| arc.is_empty()));
+        let mut at = usize::from(arcs[0].iter().all(|cofactor| cofactor.is_empty()));
         while halves[at].open || halves[at].reached != halves[at].crossed {
             if std::mem::take(&mut halves[at].open) {
                 halves[at].reached = self.reach_by(&halves[at].reached, &halves[at].parts, known)?;
@@ -74,14 +74,14 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     }
 
     /// Adds to the other half what has a step into what is new in the half `at`.
-    fn cross(&self, halves: &mut [Half; 2], at: usize, arcs: &[Arc<List>]) -> Result<(), Halt> {
+    fn cross(&self, halves: &mut [Half; 2], at: usize, arcs: &[Arc<RelationList>]) -> Result<(), Halt> {
         let to = 1 - at;
         let new = self.own(|w| w.minus(halves[at].reached.as_edge(w.m), halves[at].crossed.as_edge(w.m)))?;
         halves[at].crossed = halves[at].reached.clone();
         let mut reached = halves[to].reached.clone();
-        for (index, arc) in arcs.iter().enumerate().filter(|(_, arc)| !arc.is_empty()) {
+        for (index, cofactor) in arcs.iter().enumerate().filter(|(_, cofactor)| !cofactor.is_empty()) {
             let (except, allowed) = (&halves[at].parts[index].except, &halves[to].parts[index].allowed);
-            let entered = self.enter(&new, except, allowed, arc)?;
+            let entered = self.enter(&new, except, allowed, cofactor)?;
             reached = self.own(|w| w.or(reached.as_edge(w.m), entered.as_edge(w.m)))?;
         }
         halves[to].open |= reached != halves[to].reached;

@@ -3,7 +3,7 @@
 
 use super::diagram::Bdd;
 use super::store::Store;
-use super::touched::Touched;
+use super::support::Support;
 use crate::error::Result;
 use crate::model::value::Type;
 use crate::model::{Program, State, VarId, Variable};
@@ -74,16 +74,16 @@ impl Encoding {
     pub(super) fn bits_of(&self, store: &Store, variables: &[VarId]) -> Result<Bdd> {
         let mut bits = store.one();
         // From the far end up, so that each conjunction only puts nodes on top.
-        for &position in self.touch(variables).bits().iter().rev() {
+        for &position in self.support_of(variables).bits().iter().rev() {
             bits = store.and(&store.literal(2 * position, true)?, &bits)?;
         }
         Ok(bits)
     }
 
-    /// The touched set of some variables.
-    pub(super) fn touch(&self, variables: &[VarId]) -> Touched {
+    /// The support set of some variables.
+    pub(super) fn support_of(&self, variables: &[VarId]) -> Support {
         let bits = variables.iter().flat_map(|v| self.positions[v.index()].iter().copied());
-        Touched::new(bits)
+        Support::new(bits)
     }
 
     /// The bit patterns that are values: those of every variable within its range.

@@ -1,18 +1,18 @@
 //! The recursions of the engine against tables of states: all functions of few bits as relation, set
-//! and bound, all sets of touched bits, both directions; and random ones of more bits.
+//! and bound, all sets of support bits, both directions; and random ones of more bits.
 
 use proptest::prelude::*;
 
 use super::diagram::Bdd;
-use super::local::Local;
+use super::partial_relation::PartialRelation;
 use super::parts::{Budget, Part};
 use super::store::Store;
+use super::support::Support;
 use super::thresholds::Thresholds;
-use super::touched::Touched;
 use super::walk::Direction;
 use crate::engine::Settings;
 
-/// A set of states, or of pairs of a state and the values of the touched bits after it: bit k of the
+/// A set of states, or of pairs of a state and the values of the support bits after it: bit k of the
 /// number says whether the k-th is in it.
 type Table = u64;
 
@@ -55,14 +55,14 @@ type Edges = Vec<(usize, usize)>;
 
 /// A relation and its edges.
 struct Relation {
-    steps: Local,
+    steps: PartialRelation,
     edges: Edges,
 }
 
 impl Relation {
-    /// The relation over the bits and the next copies of the touched ones with this table.
-    fn new(store: &Store, width: usize, touched: usize, table: Table) -> Self {
-        let touches = |bit: usize| touched >> bit & 1 == 1;
+    /// The relation over the bits and the next copies of the support ones with this table.
+    fn new(store: &Store, width: usize, support: usize, table: Table) -> Self {
+        let touches = |bit: usize| support >> bit & 1 == 1;
         let after = Vec::from_iter((0..width).filter(|&b| touches(b)));
         let mut levels = Vec::from_iter((0..width as u32).map(|b| 2 * b));
         levels.extend(after.iter().map(|&b| 2 * b as u32 + 1));
@@ -79,8 +79,8 @@ impl Relation {
                 }
             }
         }
-        let touched = Touched::new(after.iter().map(|&b| b as u32));
-        Relation { steps: Local { relation: function(store, &levels, table), touched }, edges }
+        let support = Support::new(after.iter().map(|&b| b as u32));
+        Relation { steps: PartialRelation { relation: function(store, &levels, table), support }, edges }
     }
 }
 
@@ -125,11 +125,11 @@ fn check(store: &Store, width: usize, relations: &[Relation], x: Table, bound: T
 
 #[test]
 fn all_relations_of_two_bits_that_touch_one_or_none() {
-    for touched in [0, 1, 2] {
+    for support in [0, 1, 2] {
         let store = store(2, Thresholds::default());
-        let tables: Table = if touched == 0 { 1 << 4 } else { 1 << 8 };
+        let tables: Table = if support == 0 { 1 << 4 } else { 1 << 8 };
         for table in 0..tables {
-            let relation = [Relation::new(&store, 2, touched, table)];
+            let relation = [Relation::new(&store, 2, support, table)];
             for (x, bound) in (0..16).flat_map(|x| (0..16).map(move |b| (x, b))) {
                 check(&store, 2, &relation, x, bound);
             }
@@ -151,11 +151,11 @@ fn all_relations_of_two_bits_that_touch_both() {
 #[test]
 fn all_sets_of_three_bits_are_primed() {
     let store = store(3, Thresholds::default());
-    for (touched, table) in (0..8).flat_map(|t| (0..256).map(move |x| (t, x))) {
-        let bits = Touched::new((0..3).filter(|b| touched >> b & 1 == 1));
-        let levels = Vec::from_iter((0..3).map(|b| 2 * b + (touched >> b & 1)));
+    for (support, table) in (0..8).flat_map(|t| (0..256).map(move |x| (t, x))) {
+        let bits = Support::new((0..3).filter(|b| support >> b & 1 == 1));
+        let levels = Vec::from_iter((0..3).map(|b| 2 * b + (support >> b & 1)));
         let found = store.primed(&bits, &set(&store, 3, table)).unwrap();
-        assert!(found == function(&store, &levels, table), "{touched} {table}");
+        assert!(found == function(&store, &levels, table), "{support} {table}");
     }
 }
 
@@ -195,7 +195,7 @@ fn reached_by(parts: &[(Edges, Table, Table)], x: Table) -> Table {
 
 /// A relation as random numbers: which bits it touches, and its table.
 fn relation(width: usize) -> impl Strategy<Value = (usize, Table)> {
-    (0..1usize << width, any::<u64>(), any::<u64>()).prop_map(|(touched, a, b)| (touched, a & b))
+    (0..1usize << width, any::<u64>(), any::<u64>()).prop_map(|(support, a, b)| (support, a & b))
 }
 
 proptest! {
@@ -204,7 +204,7 @@ proptest! {
     #[test]
     fn lists_of_three_bits(relations in prop::collection::vec(relation(3), 0..4), x: u8, bound: u8, small: bool) {
         let store = store(3, if small { least() } else { Thresholds::default() });
-        let relations = Vec::from_iter(relations.into_iter().map(|(touched, t)| Relation::new(&store, 3, touched, t)));
+        let relations = Vec::from_iter(relations.into_iter().map(|(support, t)| Relation::new(&store, 3, support, t)));
         check(&store, 3, &relations, x.into(), bound.into());
     }
 
@@ -218,8 +218,8 @@ proptest! {
         let new = Table::from(new);
         let mut expected = Vec::new();
         let mut given = Vec::new();
-        for ((touched, table), allowed, safe) in parts {
-            let relation = Relation::new(&store, 3, touched, table);
+        for ((support, table), allowed, safe) in parts {
+            let relation = Relation::new(&store, 3, support, table);
             let (allowed, safe) = (Table::from(allowed) & !new, Table::from(safe));
             let list = store.lists.of(&store, vec![relation.steps]).unwrap();
             given.push(Part { allowed: set(&store, 3, allowed), except: set(&store, 3, safe), list });

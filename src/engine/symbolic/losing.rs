@@ -12,8 +12,8 @@ use std::sync::atomic::Ordering::Relaxed;
 use oxidd::Function;
 
 use super::diagram::Bdd;
-use super::lists::List;
 use super::parts::{self, Budget, Known, Part};
+use super::relation_lists::RelationList;
 use super::store::Store;
 use super::walk::{Halt, Walk};
 use super::{ChoiceSet, StateSet, SymbolicEngine};
@@ -104,15 +104,15 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     fn withdraw(
         &self,
         new: &Bdd,
-        arcs: &[Arc<List>],
+        arcs: &[Arc<RelationList>],
         halves: &mut [Half; 2],
         at: usize,
     ) -> Result<Bdd, Halt> {
         let mut hit = self.store.zero();
-        for (index, arc) in arcs.iter().enumerate().filter(|(_, arc)| !arc.is_empty()) {
+        for (index, cofactor) in arcs.iter().enumerate().filter(|(_, cofactor)| !cofactor.is_empty()) {
             let except = &halves[at].parts[index].except;
             let allowed = &halves[1 - at].parts[index].allowed;
-            let gone = self.enter(new, except, allowed, arc)?;
+            let gone = self.enter(new, except, allowed, cofactor)?;
             if !self.store.is_zero(&gone) {
                 let left = self.own(|w| w.minus(allowed.as_edge(w.m), gone.as_edge(w.m)))?;
                 halves[1 - at].parts[index].allowed = left;
@@ -185,7 +185,7 @@ impl Game {
         Ok(game)
     }
 
-    fn add(&mut self, group: usize, choices: Vec<(Bdd, Bdd)>, list: &Arc<List>) {
+    fn add(&mut self, group: usize, choices: Vec<(Bdd, Bdd)>, list: &Arc<RelationList>) {
         for (allowed, except) in choices {
             self.parts.push(Part { allowed, except, list: list.clone() });
             self.groups.push(group);

@@ -1,6 +1,6 @@
-//! The symbolic engine: sets of states and local relations as binary decision diagrams (OxiDD).
+//! The symbolic engine: sets of states and partial relations as binary decision diagrams (OxiDD).
 //!
-//! [`Encoding`] says how states are bits. Commands become `local` relations (`command`), grouped so
+//! [`Encoding`] says how states are bits. Commands become partial relations (`command`), grouped so
 //! that at most one choice of a group is enabled in a state (`transitions`); for reachability small
 //! ones are united (`clusters`). What sets and relations become together is found by `recursions`
 //! down the diagrams of sets and `lists` of relations at once: a step (`walk`), what is reached (`reach`,
@@ -8,7 +8,6 @@
 //! allowed choices (`confined`) and what is lost (`losing`).
 
 mod algebra;
-mod bits;
 mod build;
 mod clusters;
 mod command;
@@ -19,20 +18,21 @@ mod dump;
 mod encoding;
 #[cfg(test)]
 mod exhaustive;
-mod lists;
-mod local;
 mod losing;
 pub mod order;
+mod partial_relation;
 mod partition;
 mod parts;
 mod pick;
 mod reach;
 mod recursions;
+mod relation_lists;
 mod saturation;
 mod store;
+mod support;
+mod symbolic_integer;
 mod tables;
 mod thresholds;
-mod touched;
 mod transitions;
 mod translate;
 mod walk;
@@ -56,8 +56,8 @@ use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
 use clusters::Clusters;
 use diagram::Bdd;
-use lists::List;
-use local::Local;
+use partial_relation::PartialRelation;
+use relation_lists::RelationList;
 use store::Store;
 use transitions::{Piece, Transitions};
 use translate::Translator;
@@ -78,7 +78,7 @@ pub struct SymbolicEngine {
     encoding: Encoding,
     transitions: Transitions,
     /// For each group its relations.
-    groups: Vec<Arc<List>>,
+    groups: Vec<Arc<RelationList>>,
     /// [`parts::are_few`] of them, once it was asked.
     few_parts: OnceLock<bool>,
     clusters: Clusters,
@@ -100,7 +100,7 @@ const MOST_REMEMBERED: usize = 16;
 /// How large the diagrams of a model are, in nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DiagramSizes {
-    /// All local relations together.
+    /// All partial relations together.
     pub transition: usize,
     /// The set of states.
     pub states: usize,
@@ -199,12 +199,12 @@ impl SymbolicEngine {
 
     /// Triples of one piece with source in C and target in X (`None`: anywhere).
     fn count_piece(&self, piece: &Piece, c: &Bdd, x: Option<&Bdd>) -> Result<Count> {
-        let Local { relation, touched } = &piece.steps;
+        let PartialRelation { relation, support } = &piece.steps;
         let mut relation = self.store.and(relation, c)?;
         if let Some(x) = x {
-            relation = self.store.and(&relation, &self.store.primed(touched, x)?)?;
+            relation = self.store.and(&relation, &self.store.primed(support, x)?)?;
         }
-        self.store.count(&relation, (self.encoding.width() - touched.len()) as u32)
+        self.store.count(&relation, (self.encoding.width() - support.len()) as u32)
     }
 }
 

@@ -5,9 +5,9 @@
 
 use ahash::AHashMap;
 
-use super::bits::BitVector;
 use super::diagram::Bdd;
 use super::store::Store;
+use super::symbolic_integer::SymbolicInteger;
 use crate::error::{Limit, Result};
 use crate::model::value::{EvalError, Value};
 
@@ -27,7 +27,7 @@ impl Partition {
     }
 
     /// The values of an integer, found by splitting on its bits.
-    pub(super) fn of_bits(store: &Store, bits: &BitVector, within: &Bdd) -> Result<Self> {
+    pub(super) fn of_bits(store: &Store, bits: &SymbolicInteger, within: &Bdd) -> Result<Self> {
         let mut parts = vec![(0i64, within.clone())];
         for k in (0..bits.len()).rev() {
             let mut next = Vec::with_capacity(2 * parts.len());
@@ -111,16 +111,18 @@ impl Partition {
     }
 
     /// As a bit vector; every value must be an integer.
-    pub(super) fn to_bits(&self, store: &Store) -> Result<BitVector> {
+    pub(super) fn to_bits(&self, store: &Store) -> Result<SymbolicInteger> {
         let values: Vec<(i64, &Bdd)> = self.parts.iter().map(|(v, s)| (int(*v), s)).collect();
         let low = values.iter().map(|(v, _)| *v).min().unwrap_or(0);
         let high = values.iter().map(|(v, _)| *v).max().unwrap_or(0);
         let mut bits = Vec::new();
-        for k in 0..BitVector::constant(store, low).len().max(BitVector::constant(store, high).len()) {
+        for k in
+            0..SymbolicInteger::constant(store, low).len().max(SymbolicInteger::constant(store, high).len())
+        {
             let set = values.iter().filter(|(v, _)| v >> k.min(63) & 1 == 1);
             bits.push(store.any(set.map(|(_, s)| (*s).clone()))?);
         }
-        Ok(BitVector::from_bits(bits, low, high))
+        Ok(SymbolicInteger::from_bits(bits, low, high))
     }
 
     /// Unites equal values; the second result has the states without a value.

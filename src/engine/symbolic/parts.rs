@@ -10,7 +10,7 @@ use oxidd::Function;
 
 use super::SymbolicEngine;
 use super::diagram::{Bdd, Diagram};
-use super::lists::List;
+use super::relation_lists::RelationList;
 use super::store::Store;
 use super::walk::{Halt, Walk};
 use crate::error::Result;
@@ -23,7 +23,7 @@ pub(super) struct Part {
     /// Steps into these states do not count.
     pub(super) except: Bdd,
     /// The steps.
-    pub(super) list: Arc<List>,
+    pub(super) list: Arc<RelationList>,
 }
 
 /// What a recursion is asked of parts, beside a set: their bounds, and the numbers of their lists.
@@ -123,7 +123,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
 
     /// What is left of parts where `bit`, before which nothing matters, has a value and keeps it.
     pub(super) fn half(&self, bit: u32, value: bool, parts: &[Part]) -> Result<Vec<Part>, Halt> {
-        let side = |part: &Part, list: Arc<List>| Part {
+        let side = |part: &Part, list: Arc<RelationList>| Part {
             allowed: self.side(&part.allowed, bit, value),
             except: self.side(&part.except, bit, value),
             list,
@@ -139,16 +139,22 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         parts: &[Part],
         from: bool,
         to: bool,
-    ) -> Result<Vec<Arc<List>>, Halt> {
-        let arc = |part: &Part| Ok(self.store.lists.arc(self.store, &part.list, bit, from, to)?);
-        parts.iter().map(arc).collect()
+    ) -> Result<Vec<Arc<RelationList>>, Halt> {
+        let cofactor = |part: &Part| Ok(self.store.lists.cofactor(self.store, &part.list, bit, from, to)?);
+        parts.iter().map(cofactor).collect()
     }
 
-    /// { s allowed by a part : one of its steps on `arc` leads from s into `new`, and counts }, where the
+    /// { s allowed by a part : one of its steps on `cofactor` leads from s into `new`, and counts }, where the
     /// states of `new` and those that `part` excepts are on the one side of a bit, `allowed` on the other.
-    pub(super) fn enter(&self, new: &Bdd, except: &Bdd, allowed: &Bdd, arc: &List) -> Result<Bdd, Halt> {
+    pub(super) fn enter(
+        &self,
+        new: &Bdd,
+        except: &Bdd,
+        allowed: &Bdd,
+        cofactor: &RelationList,
+    ) -> Result<Bdd, Halt> {
         let new = self.own(|w| w.minus(new.as_edge(w.m), except.as_edge(w.m)))?;
-        self.own(|w| w.step(new.as_edge(w.m), allowed.as_edge(w.m), arc))
+        self.own(|w| w.step(new.as_edge(w.m), allowed.as_edge(w.m), cofactor))
     }
 
     /// if `bit` then `set` else `clear`

@@ -3,10 +3,10 @@
 //! At the first bit the set, its bound and every relation fall apart into halves. What keeps the bit
 //! closes each half, by the same recursion; what changes it is stepped across, from what is new on the
 //! other side, until nothing is new (REACH: Brand, Bäck and Laarman, A decision diagram operation for
-//! reachability, FM 2023; here over lists of local relations, either way, and within a bound).
+//! reachability, FM 2023; here over lists of partial relations, either way, and within a bound).
 
 use super::diagram::{Diagram, Edge, Held, Memo};
-use super::lists::List;
+use super::relation_lists::RelationList;
 use super::walk::{Halt, Walk};
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
@@ -16,7 +16,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         by_saturation: bool,
         x: Edge<'_, 'id>,
         b: Edge<'_, 'id>,
-        list: &List,
+        list: &RelationList,
     ) -> Result<Held<'m, 'id>, Halt> {
         if !list.moves() || x == b || self.m.is_zero(x) {
             return Ok(self.m.held(x));
@@ -49,12 +49,12 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         bit: u32,
         x: Edge<'_, 'id>,
         b: Edge<'_, 'id>,
-        list: &List,
+        list: &RelationList,
     ) -> Result<Held<'m, 'id>, Halt> {
-        let quarters = self.quarters(list)?;
+        let cofactors = self.cofactors(list)?;
         let b = self.split(b, bit);
-        let stays = [self.arc(quarters, false, false), self.arc(quarters, true, true)];
-        let crosses = [self.arc(quarters, false, true), self.arc(quarters, true, false)];
+        let stays = [self.cofactor(cofactors, false, false), self.cofactor(cofactors, true, true)];
+        let crosses = [self.cofactor(cofactors, false, true), self.cofactor(cofactors, true, false)];
         let mut closed = self.split(x, bit).map(|half| self.m.held(half));
         let mut crossed = [self.zero()?, self.zero()?];
         let mut open = [true, true];

@@ -5,17 +5,23 @@ use std::sync::atomic::Ordering::Relaxed;
 use oxidd::Function;
 
 use super::diagram::Bdd;
-use super::lists::List;
 use super::losing::Loss;
 use super::parts::{Budget, Known, Part};
+use super::relation_lists::RelationList;
 use super::store::Store;
-use super::touched::Touched;
+use super::support::Support;
 use super::walk::{Direction, Halt, Walk};
 use crate::error::Result;
 
 impl Store {
     /// { s ∈ B : one step of the list, in a direction, joins s and X }
-    pub(super) fn step(&self, direction: Direction, list: &List, x: &Bdd, bound: &Bdd) -> Result<Bdd> {
+    pub(super) fn step(
+        &self,
+        direction: Direction,
+        list: &RelationList,
+        x: &Bdd,
+        bound: &Bdd,
+    ) -> Result<Bdd> {
         let how = (direction, None);
         self.walk_to_the_end(how, |walk| walk.own(|w| w.step(x.as_edge(w.m), bound.as_edge(w.m), list)))
     }
@@ -30,7 +36,7 @@ impl Store {
     pub(super) fn reach(
         &self,
         (direction, phase): (Direction, &'static str),
-        list: &List,
+        list: &RelationList,
         x: &Bdd,
         bound: &Bdd,
     ) -> Result<Bdd> {
@@ -60,7 +66,7 @@ impl Store {
         by_saturation: bool,
         how: (Direction, Option<&'static str>),
         steps: u64,
-        list: &List,
+        list: &RelationList,
         (x, bound): (&Bdd, &Bdd),
     ) -> Result<Option<Bdd>> {
         let found = self.walk(how, steps, |walk| {
@@ -83,10 +89,10 @@ impl Store {
         self.walk(how, most.steps, |walk| walk.reach_by(x, parts, &mut Known::new(most.cases)))
     }
 
-    /// X over the next state: the touched variables primed.
-    pub(super) fn primed(&self, touched: &Touched, x: &Bdd) -> Result<Bdd> {
+    /// X over the next state: the support variables primed.
+    pub(super) fn primed(&self, support: &Support, x: &Bdd) -> Result<Bdd> {
         let how = (Direction::Forward, None);
-        self.walk_to_the_end(how, |walk| walk.own(|w| w.primed(x.as_edge(w.m), touched)))
+        self.walk_to_the_end(how, |walk| walk.own(|w| w.primed(x.as_edge(w.m), support)))
     }
 
     /// Runs a recursion over diagrams; none where it takes more than so many steps.

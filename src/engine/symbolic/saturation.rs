@@ -9,7 +9,7 @@
 //! states, which would make every one depend on every bit.
 
 use super::diagram::{Diagram, Edge, Held};
-use super::lists::Layers;
+use super::relation_lists::Layers;
 use super::walk::{Halt, Walk};
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {

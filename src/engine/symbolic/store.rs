@@ -17,7 +17,7 @@ use oxidd::util::{AllocResult, FxHasher, SatCountCache};
 use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, InnerNode, Manager, ManagerRef, Node};
 
 use super::diagram::{Bdd, ManagerOf};
-use super::lists::Lists;
+use super::relation_lists::Lists;
 use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
 use super::thresholds::{Thresholds, Work};
 use crate::engine::{Count, Observer, Settings, Usage};

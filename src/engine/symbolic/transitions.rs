@@ -2,7 +2,7 @@
 //!
 //! A *group* is a set of choices of which at most one is enabled in each state: commands of one
 //! synchronisation with disjoint guards. So a set of (state, choice) pairs is one set of states a
-//! group, and thousands of commands need few groups. A *piece* is a local relation of a group.
+//! group, and thousands of commands need few groups. A *piece* is a partial relation of a group.
 
 use std::sync::Arc;
 
@@ -10,10 +10,10 @@ use ahash::AHashMap;
 
 use super::command::{CommandBuilder, CommandRelation};
 use super::diagram::Bdd;
-use super::lists::List;
-use super::local::Local;
+use super::partial_relation::PartialRelation;
+use super::relation_lists::RelationList;
 use super::store::Store;
-use super::touched::Touched;
+use super::support::Support;
 use crate::error::{Error, Limit, Result};
 use crate::model::step::Choice;
 use crate::model::{CommandId, ModelKind, Program};
@@ -21,12 +21,12 @@ use crate::model::{CommandId, ModelKind, Program};
 /// More groups than this are refused: the product of overlapping alternatives is too large.
 const MOST_GROUPS: usize = 1 << 14;
 
-/// A local relation of one group.
+/// A partial relation of one group.
 #[derive(Clone)]
 pub(super) struct Piece {
     /// Whose choices it moves.
     pub(super) group: usize,
-    pub(super) steps: Local,
+    pub(super) steps: PartialRelation,
 }
 
 /// All relations of a program, before it is known which states there are.
@@ -200,16 +200,16 @@ impl<'a> Builder<'a> {
         watching: Option<CommandId>,
         all: &mut Transitions,
     ) -> Result<()> {
-        let mut by_top: Vec<(u32, Vec<&Local>)> = Vec::new();
+        let mut by_top: Vec<(u32, Vec<&PartialRelation>)> = Vec::new();
         for steps in alternative.members.iter().map(|id| self.steps(*id)) {
-            let top = steps.touched.top();
+            let top = steps.support.top();
             match by_top.iter_mut().find(|(t, _)| *t == top) {
                 Some((_, several)) => several.push(steps),
                 None => by_top.push((top, vec![steps])),
             }
         }
         for (_, several) in by_top {
-            let mut steps = Local::union(self.store, &several)?;
+            let mut steps = PartialRelation::union(self.store, &several)?;
             if let Some(command) = watching {
                 steps = steps.beside(self.store, self.steps(command))?;
             }
@@ -220,10 +220,10 @@ impl<'a> Builder<'a> {
 
     /// The piece of several participants: what they do at once.
     fn several(&self, group: usize, combination: &[&Alternative], all: &mut Transitions) -> Result<()> {
-        let mut steps = Local { touched: Touched::new([]), relation: self.store.one() };
+        let mut steps = PartialRelation { support: Support::new([]), relation: self.store.one() };
         for alternative in combination {
             let own = Vec::from_iter(alternative.members.iter().map(|id| self.steps(*id)));
-            steps = steps.beside(self.store, &Local::union(self.store, &own)?)?;
+            steps = steps.beside(self.store, &PartialRelation::union(self.store, &own)?)?;
         }
         if !self.store.is_zero(&steps.relation) {
             all.pieces.push(Piece { group, steps });
@@ -231,7 +231,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    fn steps(&self, command: CommandId) -> &Local {
+    fn steps(&self, command: CommandId) -> &PartialRelation {
         &self.commands[command.index()].steps
     }
 }
@@ -251,7 +251,7 @@ impl Transitions {
     }
 
     /// For each group the list of its pieces.
-    pub(super) fn lists(&self, store: &Store) -> Result<Vec<Arc<List>>> {
+    pub(super) fn lists(&self, store: &Store) -> Result<Vec<Arc<RelationList>>> {
         let mut entries = vec![Vec::new(); self.guards.len()];
         self.pieces.iter().for_each(|p| entries[p.group].push(p.steps.clone()));
         entries.into_iter().map(|e| store.lists.of(store, e)).collect()

@@ -4,11 +4,11 @@ use std::cell::RefCell;
 
 use ahash::AHashMap;
 
-use super::bits::BitVector;
 use super::diagram::Bdd;
 use super::encoding::Encoding;
 use super::partition::Partition;
 use super::store::Store;
+use super::symbolic_integer::SymbolicInteger;
 use crate::error::Result;
 use crate::model::Program;
 use crate::model::expr::{Binary, ExprId, Node, Unary};
@@ -20,7 +20,7 @@ pub(super) enum Meaning {
     /// The states where it holds.
     Bool(Bdd),
     /// An integer.
-    Int(BitVector),
+    Int(SymbolicInteger),
     /// A real.
     Real(Partition),
 }
@@ -64,11 +64,11 @@ impl<'a> Translator<'a> {
     }
 
     /// An integer (or Boolean, as 0 and 1) expression, with the states in which it has no value.
-    pub(super) fn integer(&self, e: ExprId) -> Result<(BitVector, Bdd)> {
+    pub(super) fn integer(&self, e: ExprId) -> Result<(SymbolicInteger, Bdd)> {
         let symbolic = self.translate(e)?;
         let bits = match symbolic.meaning {
             Meaning::Int(bits) => bits,
-            Meaning::Bool(f) => BitVector::from_bits(vec![f, self.store.zero()], 0, 1),
+            Meaning::Bool(f) => SymbolicInteger::from_bits(vec![f, self.store.zero()], 0, 1),
             Meaning::Real(p) => p.to_bits(self.store)?,
         };
         Ok((bits, symbolic.fails))
@@ -139,9 +139,12 @@ impl<'a> Translator<'a> {
                 let variable = &self.program.variables[v.index()];
                 match (variable.ty, bits.first()) {
                     (Type::Bool, Some(bit)) => sure(Meaning::Bool(bit.clone())),
-                    _ => {
-                        sure(Meaning::Int(BitVector::offset(self.store, bits, variable.low, variable.high)?))
-                    }
+                    _ => sure(Meaning::Int(SymbolicInteger::offset(
+                        self.store,
+                        bits,
+                        variable.low,
+                        variable.high,
+                    )?)),
                 }
             }
             Node::Unary(op, a) => self.unary(op, &self.get(a)),
@@ -154,7 +157,7 @@ impl<'a> Translator<'a> {
         match v {
             Value::Bool(true) => Meaning::Bool(self.store.one()),
             Value::Bool(false) => Meaning::Bool(self.store.zero()),
-            Value::Int(i) => Meaning::Int(BitVector::constant(self.store, i)),
+            Value::Int(i) => Meaning::Int(SymbolicInteger::constant(self.store, i)),
             Value::Real(_) => Meaning::Real(Partition::constant(self.store, v)),
         }
     }
@@ -224,9 +227,9 @@ impl<'a> Translator<'a> {
     }
 
     /// Operators on integers that bit vectors can do.
-    fn arithmetic(&self, op: Binary, x: &BitVector, y: &BitVector) -> Result<Option<Meaning>> {
+    fn arithmetic(&self, op: Binary, x: &SymbolicInteger, y: &SymbolicInteger) -> Result<Option<Meaning>> {
         let store = self.store;
-        let int = |bits: Option<BitVector>| Ok(bits.map(Meaning::Int));
+        let int = |bits: Option<SymbolicInteger>| Ok(bits.map(Meaning::Int));
         match op {
             Binary::Eq => Ok(Some(Meaning::Bool(x.eq(store, y)?))),
             Binary::Lt => Ok(Some(Meaning::Bool(x.lt(store, y)?))),
@@ -263,7 +266,9 @@ impl<'a> Translator<'a> {
     fn truth(&self, meaning: &Meaning) -> Result<Bdd> {
         match meaning {
             Meaning::Bool(f) => Ok(f.clone()),
-            Meaning::Int(bits) => self.store.not(&bits.eq(self.store, &BitVector::constant(self.store, 0))?),
+            Meaning::Int(bits) => {
+                self.store.not(&bits.eq(self.store, &SymbolicInteger::constant(self.store, 0))?)
+            }
             Meaning::Real(p) => p.states_where(self.store, |v| v.to_f64() != 0.0),
         }
     }

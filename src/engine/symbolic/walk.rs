@@ -7,9 +7,9 @@ use oxidd::util::AllocResult;
 use oxidd::{Function, NodeID};
 
 use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf, Memo};
-use super::lists::{List, Quarters};
+use super::relation_lists::{Cofactors, RelationList};
 use super::store::Store;
-use super::touched::Touched;
+use super::support::Support;
 use crate::error::{Error, Result};
 
 /// Which end of its edges a relation is taken from.
@@ -122,8 +122,8 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     }
 
     /// What is left of a list below its first bit.
-    pub(super) fn quarters<'l>(&self, list: &'l List) -> Result<&'l Quarters, Halt> {
-        Ok(self.store.lists.quarters(self.store, list)?)
+    pub(super) fn cofactors<'l>(&self, list: &'l RelationList) -> Result<&'l Cofactors, Halt> {
+        Ok(self.store.lists.cofactors(self.store, list)?)
     }
 
     /// The bit that a diagram depends on first.
@@ -145,7 +145,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         &self,
         x: Edge<'_, 'id>,
         b: Edge<'_, 'id>,
-        list: &List,
+        list: &RelationList,
     ) -> Result<Held<'m, 'id>, Halt> {
         if list.is_empty() || self.m.is_zero(x) || self.m.is_zero(b) {
             return self.zero();
@@ -163,13 +163,13 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let result = if bit < list.top {
             self.node(bit, &self.step(x1, b1, list)?, &self.step(x0, b0, list)?)?
         } else {
-            let quarters = self.quarters(list)?;
+            let cofactors = self.cofactors(list)?;
             let half = |to: bool, b: Edge<'_, 'id>| {
-                let stays = self.step(if to { x1 } else { x0 }, b, self.arc(quarters, to, to))?;
+                let stays = self.step(if to { x1 } else { x0 }, b, self.cofactor(cofactors, to, to))?;
                 if stays.borrowed() == b {
                     return Ok(stays);
                 }
-                let crosses = self.step(if to { x0 } else { x1 }, b, self.arc(quarters, !to, to))?;
+                let crosses = self.step(if to { x0 } else { x1 }, b, self.cofactor(cofactors, !to, to))?;
                 self.or(stays.borrowed(), crosses.borrowed())
             };
             self.node(bit, &half(true, b1)?, &half(false, b0)?)?
@@ -179,32 +179,32 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     }
 
     /// The steps that lead, in the direction of this recursion, from one value of the bit to another.
-    pub(super) fn arc<'q>(&self, quarters: &'q Quarters, from: bool, to: bool) -> &'q List {
+    pub(super) fn cofactor<'q>(&self, cofactors: &'q Cofactors, from: bool, to: bool) -> &'q RelationList {
         match self.direction {
-            Direction::Forward => quarters.step(from, to),
-            Direction::Backward => quarters.step(to, from),
+            Direction::Forward => cofactors.step(from, to),
+            Direction::Backward => cofactors.step(to, from),
         }
     }
 
     /// What a list, taken in this direction, is called in the operation cache.
-    pub(super) fn number(&self, list: &List) -> u32 {
+    pub(super) fn number(&self, list: &RelationList) -> u32 {
         list.number + u32::from(self.direction == Direction::Backward)
     }
 
-    /// X with the touched bits read in their next copy.
-    pub(super) fn primed(&self, x: Edge<'_, 'id>, touched: &Touched) -> Result<Held<'m, 'id>, Halt> {
-        self.prime(x, touched, &mut AHashMap::new())
+    /// X with the support bits read in their next copy.
+    pub(super) fn primed(&self, x: Edge<'_, 'id>, support: &Support) -> Result<Held<'m, 'id>, Halt> {
+        self.prime(x, support, &mut AHashMap::new())
     }
 
     fn prime(
         &self,
         x: Edge<'_, 'id>,
-        touched: &Touched,
+        support: &Support,
         known: &mut AHashMap<NodeID, Held<'m, 'id>>,
     ) -> Result<Held<'m, 'id>, Halt> {
         let bit = self.top(x);
-        let touched = touched.from(bit);
-        if touched.is_empty() {
+        let support = support.from(bit);
+        if support.is_empty() {
             return Ok(self.m.held(x));
         }
         if let Some(found) = known.get(&x.node_id()) {
@@ -212,8 +212,8 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         }
         self.tick()?;
         let [clear, set] = self.split(x, bit);
-        let (clear, set) = (self.prime(clear, &touched, known)?, self.prime(set, &touched, known)?);
-        let level = 2 * bit + u32::from(touched.top() == bit);
+        let (clear, set) = (self.prime(clear, &support, known)?, self.prime(set, &support, known)?);
+        let level = 2 * bit + u32::from(support.top() == bit);
         let result =
             self.run(|| self.m.node(level, self.m.held(set.borrowed()), self.m.held(clear.borrowed())))?;
         known.insert(x.node_id(), self.m.held(result.borrowed()));

@@ -1,4 +1,4 @@
-//! Lists of local relations, and what becomes of them from bit to bit.
+//! Lists of partial relations, and what becomes of them from bit to bit.
 //!
 //! The recursions of this engine go down the diagrams of sets and, at the same time, down all
 //! relations that act on them. What is left of the relations below a bit is again a list. Equal lists
@@ -12,21 +12,21 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use ahash::AHashSet;
 
 use super::diagram::Bdd;
-use super::local::Local;
+use super::partial_relation::PartialRelation;
 use super::store::Store;
 use crate::error::Result;
 
 /// Relations of which any may take a step.
-pub(super) struct List {
+pub(super) struct RelationList {
     /// What this list is called in the operation cache; odd numbers are free for another use of it.
     pub(super) number: u32,
     /// The first bit that an entry reads or touches; `u32::MAX` for none.
     pub(super) top: u32,
     pub(super) kind: ListKind,
-    quarters: OnceLock<Quarters>,
+    cofactors: OnceLock<Cofactors>,
     // What most lists do not need stands apart, so that those in use stand closer together.
     layers: OnceLock<Box<Layers>>,
-    entries: Vec<Local>,
+    entries: Vec<PartialRelation>,
 }
 
 /// What the steps of a list can do.
@@ -43,10 +43,10 @@ pub(super) enum ListKind {
 }
 
 impl ListKind {
-    fn of(entries: &[Local]) -> Self {
+    fn of(entries: &[PartialRelation]) -> Self {
         match entries {
             [] => ListKind::Empty,
-            several if several.iter().any(|e| !e.touched.is_empty()) => ListKind::Moves,
+            several if several.iter().any(|e| !e.support.is_empty()) => ListKind::Moves,
             [_] => ListKind::Keeps,
             _ => ListKind::KeepsSeverally,
         }
@@ -54,9 +54,9 @@ impl ListKind {
 }
 
 /// What is left of a list below its first bit, by the value of the bit before and after a step.
-pub(super) struct Quarters([[Arc<List>; 2]; 2]);
+pub(super) struct Cofactors([[Arc<RelationList>; 2]; 2]);
 
-impl List {
+impl RelationList {
     /// Whether no step can be taken.
     pub(super) fn is_empty(&self) -> bool {
         self.kind == ListKind::Empty
@@ -74,10 +74,10 @@ impl List {
 }
 
 /// Lists are known by their entries.
-struct Named(Arc<List>);
+struct Named(Arc<RelationList>);
 
-impl Borrow<[Local]> for Named {
-    fn borrow(&self) -> &[Local] {
+impl Borrow<[PartialRelation]> for Named {
+    fn borrow(&self) -> &[PartialRelation] {
         &self.0.entries
     }
 }
@@ -96,9 +96,9 @@ impl Hash for Named {
     }
 }
 
-impl Quarters {
+impl Cofactors {
     /// The steps from one value of the bit to another.
-    pub(super) fn step(&self, from: bool, to: bool) -> &Arc<List> {
+    pub(super) fn step(&self, from: bool, to: bool) -> &Arc<RelationList> {
         &self.0[usize::from(from)][usize::from(to)]
     }
 }
@@ -106,9 +106,9 @@ impl Quarters {
 /// A list by what its first bit is to its relations.
 pub(super) struct Layers {
     /// Those that depend on later bits only.
-    pub(super) below: Arc<List>,
+    pub(super) below: Arc<RelationList>,
     /// Those that read or touch the first bit, each by itself.
-    pub(super) here: Vec<Arc<List>>,
+    pub(super) here: Vec<Arc<RelationList>>,
 }
 
 /// The lists of one store.
@@ -120,7 +120,7 @@ pub(super) struct Lists {
 
 impl Lists {
     /// The list of some relations.
-    pub(super) fn of(&self, store: &Store, entries: Vec<Local>) -> Result<Arc<List>> {
+    pub(super) fn of(&self, store: &Store, entries: Vec<PartialRelation>) -> Result<Arc<RelationList>> {
         let entries = united(store, entries)?;
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(Named(list)) = known.get(entries.as_slice()) {
@@ -132,11 +132,11 @@ impl Lists {
         // Even if all numbers were used up: what the operation cache says of the first ones is long gone.
         let number = self.next.fetch_add(2, Relaxed);
         let top = store.shared(|m| entries.iter().map(|e| e.top(m)).min());
-        let list = Arc::new(List {
+        let list = Arc::new(RelationList {
             number,
             top: top.unwrap_or(u32::MAX),
             kind: ListKind::of(&entries),
-            quarters: OnceLock::new(),
+            cofactors: OnceLock::new(),
             layers: OnceLock::new(),
             entries,
         });
@@ -145,22 +145,22 @@ impl Lists {
     }
 
     /// What is left of a list below its first bit.
-    pub(super) fn quarters<'l>(&self, store: &Store, list: &'l List) -> Result<&'l Quarters> {
-        if let Some(found) = list.quarters.get() {
+    pub(super) fn cofactors<'l>(&self, store: &Store, list: &'l RelationList) -> Result<&'l Cofactors> {
+        if let Some(found) = list.cofactors.get() {
             return Ok(found);
         }
         let quarter = |from, to| {
-            let below = |e: &Local| store.shared(|m| e.below(m, list.top, from, to));
+            let below = |e: &PartialRelation| store.shared(|m| e.below(m, list.top, from, to));
             self.of(store, list.entries.iter().filter_map(below).collect())
         };
         let clear = [quarter(false, false)?, quarter(false, true)?];
         let set = [quarter(true, false)?, quarter(true, true)?];
-        Ok(list.quarters.get_or_init(|| Quarters([clear, set])))
+        Ok(list.cofactors.get_or_init(|| Cofactors([clear, set])))
     }
 
     /// Whether, taken together, no more than `most` different steps are left of some lists by bits
     /// that keep their values.
-    pub(super) fn stay_few(&self, store: &Store, lists: &[Arc<List>], most: usize) -> Result<bool> {
+    pub(super) fn stay_few(&self, store: &Store, lists: &[Arc<RelationList>], most: usize) -> Result<bool> {
         let mut seen = AHashSet::new();
         let mut stack = vec![lists.to_vec()];
         while let Some(lists) = stack.pop() {
@@ -174,7 +174,10 @@ impl Lists {
             }
             for value in [false, true] {
                 stack.push(
-                    lists.iter().map(|l| self.arc(store, l, bit, value, value)).collect::<Result<_>>()?,
+                    lists
+                        .iter()
+                        .map(|l| self.cofactor(store, l, bit, value, value))
+                        .collect::<Result<_>>()?,
                 );
             }
         }
@@ -182,28 +185,29 @@ impl Lists {
     }
 
     /// The steps of a list on which `bit`, before which nothing matters, has the values `from` and `to`.
-    pub(super) fn arc(
+    pub(super) fn cofactor(
         &self,
         store: &Store,
-        list: &Arc<List>,
+        list: &Arc<RelationList>,
         bit: u32,
         from: bool,
         to: bool,
-    ) -> Result<Arc<List>> {
+    ) -> Result<Arc<RelationList>> {
         match (list.top == bit, from == to) {
-            (true, _) => Ok(self.quarters(store, list)?.step(from, to).clone()),
+            (true, _) => Ok(self.cofactors(store, list)?.step(from, to).clone()),
             (false, true) => Ok(list.clone()),
             (false, false) => self.of(store, Vec::new()),
         }
     }
 
     /// A list by what its first bit is to its relations.
-    pub(super) fn layers<'l>(&self, store: &Store, list: &'l List) -> Result<&'l Layers> {
+    pub(super) fn layers<'l>(&self, store: &Store, list: &'l RelationList) -> Result<&'l Layers> {
         if let Some(found) = list.layers.get() {
             return Ok(found);
         }
-        let is_here = |e: &&Local| store.shared(|m| e.top(m)) == list.top;
-        let (here, below): (Vec<&Local>, Vec<&Local>) = list.entries.iter().partition(is_here);
+        let is_here = |e: &&PartialRelation| store.shared(|m| e.top(m)) == list.top;
+        let (here, below): (Vec<&PartialRelation>, Vec<&PartialRelation>) =
+            list.entries.iter().partition(is_here);
         let below = self.of(store, below.into_iter().cloned().collect())?;
         let here = here.into_iter().map(|e| self.of(store, vec![e.clone()])).collect::<Result<_>>()?;
         Ok(list.layers.get_or_init(|| Box::new(Layers { below, here })))
@@ -211,20 +215,21 @@ impl Lists {
 }
 
 /// The relations that can step, sorted; small ones that touch the same bits are made one.
-fn united(store: &Store, mut entries: Vec<Local>) -> Result<Vec<Local>> {
+fn united(store: &Store, mut entries: Vec<PartialRelation>) -> Result<Vec<PartialRelation>> {
     entries.retain(|e| !store.is_zero(&e.relation));
     entries.sort_unstable();
     entries.dedup();
     let is_small = |f: &Bdd| !store.has_nodes(f, store.thresholds().small_relation);
-    let mut all: Vec<Local> = Vec::with_capacity(entries.len());
-    for same in entries.chunk_by(|a, b| a.touched == b.touched) {
+    let mut all: Vec<PartialRelation> = Vec::with_capacity(entries.len());
+    for same in entries.chunk_by(|a, b| a.support == b.support) {
         if let [only] = same {
             all.push(only.clone());
             continue;
         }
-        let (small, large): (Vec<&Local>, Vec<&Local>) = same.iter().partition(|e| is_small(&e.relation));
+        let (small, large): (Vec<&PartialRelation>, Vec<&PartialRelation>) =
+            same.iter().partition(|e| is_small(&e.relation));
         all.extend(large.into_iter().cloned());
-        let mut gathered: Option<Local> = None;
+        let mut gathered: Option<PartialRelation> = None;
         for entry in small {
             let Some(union) = &mut gathered else {
                 gathered = Some(entry.clone());

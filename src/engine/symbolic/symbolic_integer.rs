@@ -12,7 +12,7 @@ const LARGEST: i128 = 1 << 62;
 
 /// An integer that depends on the state.
 #[derive(Clone)]
-pub(super) struct BitVector {
+pub(super) struct SymbolicInteger {
     /// Least significant first; the last one is the sign.
     bits: Vec<Bdd>,
     /// The smallest value.
@@ -21,20 +21,20 @@ pub(super) struct BitVector {
     pub(super) high: i64,
 }
 
-impl BitVector {
+impl SymbolicInteger {
     /// A constant.
     pub(super) fn constant(store: &Store, value: i64) -> Self {
         let bit = |k: u32| if value >> k.min(63) & 1 == 1 { store.one() } else { store.zero() };
-        BitVector { bits: (0..width(value, value)).map(bit).collect(), low: value, high: value }
+        SymbolicInteger { bits: (0..width(value, value)).map(bit).collect(), low: value, high: value }
     }
 
     /// `low` plus the unsigned number of the given bits, least significant first.
     pub(super) fn offset(store: &Store, mut bits: Vec<Bdd>, low: i64, high: i64) -> Result<Self> {
         bits.push(store.zero());
         let span = (i128::from(high) - i128::from(low)) as i64;
-        let unsigned = BitVector { bits, low: 0, high: span };
-        let sum = unsigned.add(store, &BitVector::constant(store, low))?.unwrap_or(unsigned);
-        Ok(BitVector { low, high, ..sum }.narrowed())
+        let unsigned = SymbolicInteger { bits, low: 0, high: span };
+        let sum = unsigned.add(store, &SymbolicInteger::constant(store, low))?.unwrap_or(unsigned);
+        Ok(SymbolicInteger { low, high, ..sum }.narrowed())
     }
 
     /// Bit k, the sign past the end.
@@ -49,12 +49,12 @@ impl BitVector {
 
     /// From bits that are known to stay within the bounds.
     pub(super) fn from_bits(bits: Vec<Bdd>, low: i64, high: i64) -> Self {
-        BitVector { bits, low, high }.narrowed()
+        SymbolicInteger { bits, low, high }.narrowed()
     }
 
     /// The same number with tighter bounds that the caller knows.
     pub(super) fn bounded(self, low: i64, high: i64) -> Self {
-        BitVector { low: self.low.max(low), high: self.high.min(high), ..self }.narrowed()
+        SymbolicInteger { low: self.low.max(low), high: self.high.min(high), ..self }.narrowed()
     }
 
     fn narrowed(mut self) -> Self {
@@ -63,7 +63,7 @@ impl BitVector {
     }
 
     /// a + b; none where the bounds pass 2^62.
-    pub(super) fn add(&self, store: &Store, other: &BitVector) -> Result<Option<BitVector>> {
+    pub(super) fn add(&self, store: &Store, other: &SymbolicInteger) -> Result<Option<SymbolicInteger>> {
         let low = i128::from(self.low) + i128::from(other.low);
         let high = i128::from(self.high) + i128::from(other.high);
         let Some((low, high)) = within(low, high) else { return Ok(None) };
@@ -77,10 +77,10 @@ impl BitVector {
             bits.push(store.xor(&half, &carry)?);
             carry = store.ite(&half, &carry, a)?;
         }
-        Ok(Some(BitVector::from_bits(bits, low, high)))
+        Ok(Some(SymbolicInteger::from_bits(bits, low, high)))
     }
 
-    fn plus_zero(&self, other: &BitVector) -> Option<BitVector> {
+    fn plus_zero(&self, other: &SymbolicInteger) -> Option<SymbolicInteger> {
         match (self.low, self.high, other.low, other.high) {
             (0, 0, ..) => Some(other.clone()),
             (.., 0, 0) => Some(self.clone()),
@@ -89,7 +89,7 @@ impl BitVector {
     }
 
     /// -a; none where the bounds pass 2^62.
-    pub(super) fn neg(&self, store: &Store) -> Result<Option<BitVector>> {
+    pub(super) fn neg(&self, store: &Store) -> Result<Option<SymbolicInteger>> {
         let Some((low, high)) = within(-i128::from(self.high), -i128::from(self.low)) else {
             return Ok(None);
         };
@@ -99,11 +99,11 @@ impl BitVector {
             bits.push(store.xor(&flipped, &carry)?);
             carry = store.and(&flipped, &carry)?;
         }
-        Ok(Some(BitVector::from_bits(bits, low, high)))
+        Ok(Some(SymbolicInteger::from_bits(bits, low, high)))
     }
 
     /// a · b by shifted sums; none where the bounds pass 2^62.
-    pub(super) fn mul(&self, store: &Store, other: &BitVector) -> Result<Option<BitVector>> {
+    pub(super) fn mul(&self, store: &Store, other: &SymbolicInteger) -> Result<Option<SymbolicInteger>> {
         let corner = |x: i64, y: i64| i128::from(x) * i128::from(y);
         let corners = [
             corner(self.low, other.low),
@@ -130,11 +130,11 @@ impl BitVector {
                 carry = next;
             }
         }
-        Ok(Some(BitVector::from_bits(sum, low, high)))
+        Ok(Some(SymbolicInteger::from_bits(sum, low, high)))
     }
 
     /// a mod n for a constant n > 0, never negative.
-    pub(super) fn modulo(&self, store: &Store, n: i64) -> Result<Option<BitVector>> {
+    pub(super) fn modulo(&self, store: &Store, n: i64) -> Result<Option<SymbolicInteger>> {
         // Shift into the non-negative numbers by a multiple of n.
         let lift = if self.low < 0 {
             (-i128::from(self.low) + i128::from(n) - 1) / i128::from(n) * i128::from(n)
@@ -142,34 +142,36 @@ impl BitVector {
             0
         };
         let Some((lift, _)) = within(lift, lift) else { return Ok(None) };
-        let Some(mut rest) = self.add(store, &BitVector::constant(store, lift))? else { return Ok(None) };
+        let Some(mut rest) = self.add(store, &SymbolicInteger::constant(store, lift))? else {
+            return Ok(None);
+        };
         let mut shift = 0;
         while i128::from(n) << (shift + 1) <= i128::from(rest.high) {
             shift += 1;
         }
         for k in (0..=shift).rev() {
-            let subtrahend = BitVector::constant(store, n << k);
+            let subtrahend = SymbolicInteger::constant(store, n << k);
             let fits = subtrahend.le(store, &rest)?;
-            let Some(less) = rest.add(store, &BitVector::constant(store, -(n << k)))? else {
+            let Some(less) = rest.add(store, &SymbolicInteger::constant(store, -(n << k)))? else {
                 return Ok(None);
             };
             let high = ((n << k) - 1).min(rest.high);
             rest = less.select(store, &fits, &rest)?;
-            rest = BitVector { low: 0, high, ..rest }.narrowed();
+            rest = SymbolicInteger { low: 0, high, ..rest }.narrowed();
         }
         Ok(Some(rest))
     }
 
     /// if c then a else b
-    pub(super) fn select(&self, store: &Store, c: &Bdd, other: &BitVector) -> Result<BitVector> {
+    pub(super) fn select(&self, store: &Store, c: &Bdd, other: &SymbolicInteger) -> Result<SymbolicInteger> {
         let (low, high) = (self.low.min(other.low), self.high.max(other.high));
         let bit = |k| store.ite(c, self.bit(k), other.bit(k));
         let bits = (0..width(low, high) as usize).map(bit).collect::<Result<_>>()?;
-        Ok(BitVector::from_bits(bits, low, high))
+        Ok(SymbolicInteger::from_bits(bits, low, high))
     }
 
     /// a = b
-    pub(super) fn eq(&self, store: &Store, other: &BitVector) -> Result<Bdd> {
+    pub(super) fn eq(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
         if self.high < other.low || other.high < self.low {
             return Ok(store.zero());
         }
@@ -181,16 +183,16 @@ impl BitVector {
     }
 
     /// a ≤ b
-    pub(super) fn le(&self, store: &Store, other: &BitVector) -> Result<Bdd> {
+    pub(super) fn le(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
         self.ordered(store, other, store.one())
     }
 
     /// a < b
-    pub(super) fn lt(&self, store: &Store, other: &BitVector) -> Result<Bdd> {
+    pub(super) fn lt(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
         self.ordered(store, other, store.zero())
     }
 
-    fn ordered(&self, store: &Store, other: &BitVector, if_equal: Bdd) -> Result<Bdd> {
+    fn ordered(&self, store: &Store, other: &SymbolicInteger, if_equal: Bdd) -> Result<Bdd> {
         if self.high < other.low {
             return Ok(store.one());
         }
@@ -210,7 +212,7 @@ impl BitVector {
     }
 }
 
-/// BitVector of a two's complement number that holds both bounds, the sign included.
+/// SymbolicInteger of a two's complement number that holds both bounds, the sign included.
 fn width(low: i64, high: i64) -> u32 {
     let needed = |x: i64| 65 - if x < 0 { (!x).leading_zeros() } else { x.leading_zeros() };
     needed(low).max(needed(high))

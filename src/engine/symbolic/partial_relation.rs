@@ -1,0 +1,65 @@
+//! PartialRelation relations: over the bits that something moves, and no next copies of the others.
+
+use oxidd::Function;
+
+use super::diagram::{Bdd, Diagram, ManagerOf};
+use super::store::Store;
+use super::support::Support;
+use crate::error::Result;
+
+/// A partial relation: the bits outside its support keep their value and have no next copy in it.
+#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct PartialRelation {
+    pub(super) support: Support,
+    pub(super) relation: Bdd,
+}
+
+impl PartialRelation {
+    /// The same steps over more support bits: those that are new keep their value.
+    pub(super) fn over(&self, store: &Store, support: &Support) -> Result<PartialRelation> {
+        let new = support.bits().iter().filter(|b| self.support.bits().binary_search(b).is_err());
+        let mut same = store.one();
+        // From the far end up, so that each conjunction only puts nodes on top.
+        for &bit in new.rev() {
+            let kept = store.iff(&store.literal(2 * bit, true)?, &store.literal(2 * bit + 1, true)?)?;
+            same = store.and(&kept, &same)?;
+        }
+        Ok(PartialRelation { support: support.clone(), relation: store.and(&self.relation, &same)? })
+    }
+
+    /// The steps of any of some relations.
+    pub(super) fn union(store: &Store, all: &[&PartialRelation]) -> Result<PartialRelation> {
+        let support = all.iter().fold(Support::new([]), |support, one| support.union(&one.support));
+        let over = all.iter().map(|one| Ok(one.over(store, &support)?.relation));
+        Ok(PartialRelation { relation: store.any(over.collect::<Result<Vec<_>>>()?)?, support })
+    }
+
+    /// The steps that both take at once, each moving its own bits.
+    pub(super) fn beside(&self, store: &Store, other: &PartialRelation) -> Result<PartialRelation> {
+        let relation = store.and(&self.relation, &other.relation)?;
+        Ok(PartialRelation { relation, support: self.support.union(&other.support) })
+    }
+
+    /// The first bit that the relation reads or touches; `u32::MAX` for none.
+    pub(super) fn top(&self, m: &ManagerOf<'_>) -> u32 {
+        (m.level_of(self.relation.as_edge(m)) / 2).min(self.support.top())
+    }
+
+    /// What is left below `bit` of the steps on which it has the value `from` before and `to` after;
+    /// none where the relation does not touch it and the values differ. No earlier bit may matter.
+    pub(super) fn below(&self, m: &ManagerOf<'_>, bit: u32, from: bool, to: bool) -> Option<PartialRelation> {
+        let touches = self.support.top() == bit;
+        if !touches && from != to {
+            return None;
+        }
+        let side = |f, level, value: bool| {
+            let (set, clear) = m.children(f, level);
+            if value { set } else { clear }
+        };
+        let mut relation = side(self.relation.as_edge(m), 2 * bit, from);
+        if touches {
+            relation = side(relation, 2 * bit + 1, to);
+        }
+        Some(PartialRelation { relation: m.handle(relation), support: self.support.below(bit) })
+    }
+}
