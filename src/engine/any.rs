@@ -296,7 +296,7 @@ impl Engine for AnyEngine {
         on!(self, e => Ok(e.can_reach(target.of(e), within.of(e), &moves_of(e, moves))?.into()))
     }
 
-    fn lose(
+    fn remove_attractor(
         &self,
         left: Region<AnyStates, AnyChoices>,
         (within, won): (&AnyChoices, &AnyStates),
@@ -306,7 +306,7 @@ impl Engine for AnyEngine {
         on!(self, e => {
             let (within, won) = (within.of(e), won.of(e));
             let lost = lost.of(e).clone();
-            Ok(region(e.lose(region_of(e, &left), (within, won), &moves_of(e, moves), lost)?))
+            Ok(region(e.remove_attractor(region_of(e, &left), (within, won), &moves_of(e, moves), lost)?))
         })
     }
 

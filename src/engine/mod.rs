@@ -213,7 +213,7 @@ pub trait Engine:
     /// there are none, and nothing is safe.
     ///
     /// Cost: a pre-image for each set of moves and each layer of states that are lost.
-    fn lose(
+    fn remove_attractor(
         &self,
         left: Region<Self::States, Self::Choices>,
         (within, won): (&Self::Choices, &Self::States),
@@ -223,7 +223,7 @@ pub trait Engine:
     where
         Self: Sized,
     {
-        moves::lose(self, left, (within, won), moves, lost, |_, _| false)
+        moves::remove_attractor(self, left, (within, won), moves, lost, |_, _| false)
     }
 
     /// The greatest Z ⊆ X in which every state has a pair of C with all successors in Z, with those
@@ -241,7 +241,8 @@ pub trait Engine:
         let states = self.intersection(x, &self.sources(within)?)?;
         let removed = self.difference(&self.all_states(), &states)?;
         let left = Region { states, choices: within.clone() };
-        let Region { states, choices } = self.lose(left, (within, &self.no_states()), &[], removed)?;
+        let Region { states, choices } =
+            self.remove_attractor(left, (within, &self.no_states()), &[], removed)?;
         Ok(Region { choices: self.choices_in(&choices, &states)?, states })
     }
 
@@ -267,7 +268,7 @@ pub trait Engine:
         let mut lost = self.difference(&self.all_states(), &left.states)?;
         loop {
             if !self.is_empty(&lost) {
-                left = self.lose(left, (within, target), &[], lost)?;
+                left = self.remove_attractor(left, (within, target), &[], lost)?;
             }
             let reaching = self.can_reach(target, &left.choices, &[])?;
             lost = self.difference(&left.states, &reaching)?;

@@ -171,13 +171,13 @@ pub(super) fn almost_surely_win<E: Engine>(
             left.choices = engine.choices_in(&left.choices, &left.states)?;
             return Ok(left);
         }
-        left = engine.lose(left, (&within, &engine.no_states()), moves, lost)?;
+        left = engine.remove_attractor(left, (&within, &engine.no_states()), moves, lost)?;
     }
 }
 
-/// [`Engine::lose`] layer by layer. `is_simpler` says whether work on a set costs less than on another, however
+/// [`Engine::remove_attractor`] layer by layer. `is_simpler` says whether work on a set costs less than on another, however
 /// many states they have: never, where an engine cannot tell.
-pub(super) fn lose<E: Engine>(
+pub(super) fn remove_attractor<E: Engine>(
     engine: &E,
     mut left: Region<E::States, E::Choices>,
     (within, won): (&E::Choices, &E::States),

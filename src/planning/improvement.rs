@@ -109,7 +109,7 @@ impl<E: Engine> Improvement<E> {
         let total = engine.count_transitions(&engine.all_choices(), &all)?;
         let mut kept = engine.count_transitions(&arena.choices, &all)?;
         for (from, into) in &dropped(engine, &arena.moves)? {
-            // What a kept choice loses; choices that lose everything are not in `arena.choices`.
+            // What a kept choice loses; choices that drop all their successors are not in `arena.choices`.
             kept -= engine.count_transitions(&engine.choices_in(&arena.choices, from)?, into)?;
         }
         let states = engine.count(&all)? * 2u32;

@@ -3,9 +3,9 @@
 use std::sync::atomic::Ordering::Relaxed;
 
 use super::ExplicitEngine;
+use super::almost_sure::Rules;
 use super::graph::Predecessors;
 use super::meter::Array;
-use super::pursuit::Rules;
 use super::set::{BitSet, clear, set, test};
 use crate::engine::Region;
 use crate::error::Result;
@@ -44,12 +44,12 @@ impl ExplicitEngine {
         let mut removal = Removal::new(self, graph, x.copy()?, self.choices_of_states(within, x)?)?;
         let outside = self.every_state.zip(x, |all, x| all & !x)?;
         for state in outside.iter() {
-            removal.lose(state)?;
+            removal.remove_attractor(state)?;
         }
         for state in x.iter() {
             if test(removal.states.words(), state) && removal.left[state] == 0 {
                 clear(removal.states.words_mut(), state);
-                removal.lose(state)?;
+                removal.remove_attractor(state)?;
             }
         }
         Ok(Region { states: removal.states, choices: removal.choices })
@@ -100,7 +100,7 @@ impl<'a> Removal<'a> {
 
     /// Disallows the choices that may step into a state, which is not among those left any more, and
     /// so on where no choice is left.
-    fn lose(&mut self, state: usize) -> Result<()> {
+    fn remove_attractor(&mut self, state: usize) -> Result<()> {
         let (states, choices) = (self.states.words_mut(), self.choices.words_mut());
         self.work.push(state as u32)?;
         while let Some(state) = self.work.pop() {

@@ -3,14 +3,15 @@
 //! States are codes of a few words (`layout`). The program is compiled (`compile`, `machine`,
 //! `program`) and stepped through state by state (`stepper`, `explore`); codes are numbered by
 //! an open-addressing index (`index`). Fixpoints are work lists over a reversed graph
-//! (`fixpoint`, `pursuit`, `graph`).
+//! (`fixpoint`, `almost_sure`, `graph`).
 
+mod almost_sure;
 mod bounds;
 mod compile;
-mod dispatch;
 mod explore;
 mod fixpoint;
 mod graph;
+mod guard_index;
 mod index;
 mod initial;
 mod layout;
@@ -18,7 +19,6 @@ mod machine;
 mod meter;
 mod operators;
 mod program;
-mod pursuit;
 mod set;
 mod share;
 mod stepper;

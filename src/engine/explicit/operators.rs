@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use super::almost_sure::{Entering, Table};
 use super::compile::Compiler;
 use super::machine::Machine;
-use super::pursuit::{Entering, Table};
 use super::set::{BitSet, set, test};
 use super::stepper::Stepper;
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};

@@ -4,7 +4,7 @@ use ahash::AHashMap;
 
 use super::bounds::Bounds;
 use super::compile::Compiler;
-use super::dispatch::{Dispatch, Division};
+use super::guard_index::{Division, GuardIndex};
 use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
 use crate::error::Result;
@@ -35,7 +35,7 @@ pub(super) struct Prepared {
 /// The commands of a participant.
 pub(super) struct Factor {
     /// Which of them may be enabled.
-    pub(super) dispatch: Dispatch,
+    pub(super) guard_index: GuardIndex,
     /// No command of it can be at fault in any state before its updates are looked at.
     pub(super) is_sound: bool,
 }
@@ -104,8 +104,8 @@ impl Prepared {
         };
         let mut factors = Vec::with_capacity(divisions.len());
         for (division, own) in divisions.iter().zip(&participants) {
-            let dispatch = division.compile(program, &mut compiler, &mut poll)?;
-            factors.push(Factor { dispatch, is_sound: own.iter().all(sound) });
+            let guard_index = division.compile(program, &mut compiler, &mut poll)?;
+            factors.push(Factor { guard_index, is_sound: own.iter().all(sound) });
         }
         let watching = program.observers.as_ref();
         let field = |v: &VarId| (v.index(), layout.field(v.index()));

@@ -1,6 +1,6 @@
 //! The choices of one state, as differences of codes.
 
-use super::dispatch::Rows;
+use super::guard_index::Rows;
 use super::layout::Layout;
 use super::machine::Machine;
 use super::program::{Chances, Prepared, Ready, Update};
@@ -203,10 +203,10 @@ impl<'a, const W: usize> Stepper<'a, W> {
         }
         let prepared = self.prepared;
         let start = self.enabled.len() as u32;
-        let dispatch = &prepared.factors[index].dispatch;
-        let (from, to) = self.rows[index].of(dispatch, &mut self.machine, &prepared.code)?;
+        let guard_index = &prepared.factors[index].guard_index;
+        let (from, to) = self.rows[index].of(guard_index, &mut self.machine, &prepared.code)?;
         for at in from..to {
-            let candidate = &dispatch.candidates[self.rows[index].members[at as usize] as usize];
+            let candidate = &guard_index.candidates[self.rows[index].members[at as usize] as usize];
             if !candidate.rest.map_or(Ok(true), |rest| self.machine.run(&prepared.code, rest.start))? {
                 continue;
             }

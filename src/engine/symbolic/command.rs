@@ -53,8 +53,10 @@ impl CommandBuilder<'_> {
             relations.push(relation);
             bad.push(bad_states);
         }
-        let steps =
-            PartialRelation { support: self.encoding.support_of(&writes), relation: self.store.any(relations)? };
+        let steps = PartialRelation {
+            support: self.encoding.support_of(&writes),
+            relation: self.store.any(relations)?,
+        };
         let bad_update = self.store.any(bad)?;
         Ok((CommandRelation { guard, steps, bad_update }, self.store.or(&fails, &wrong)?))
     }

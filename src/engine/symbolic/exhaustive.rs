@@ -232,12 +232,12 @@ proptest! {
         let won = Table::from(won) & !new;
         given.push(Part { allowed: set(&store, 3, won), except: store.zero(), list });
         expected.push((Vec::new(), won, 0));
-        let found = store.lose(&set(&store, 3, new), &given, Budget::ENDLESS).unwrap().unwrap();
+        let found = store.remove_attractor(&set(&store, 3, new), &given, Budget::ENDLESS).unwrap().unwrap();
         let (lost, allowed) = lost(&expected, new);
         prop_assert!(found.lost == set(&store, 3, lost));
         for (found, expected) in found.allowed.iter().zip(allowed) {
             prop_assert!(*found == set(&store, 3, expected));
         }
-        prop_assert!(store.lose(&set(&store, 3, new), &given, Budget::NONE).unwrap().is_none_or(|l| l.lost == found.lost));
+        prop_assert!(store.remove_attractor(&set(&store, 3, new), &given, Budget::NONE).unwrap().is_none_or(|l| l.lost == found.lost));
     }
 }

@@ -5,9 +5,10 @@
 //! ones are united (`clusters`). What sets and relations become together is found by `recursions`
 //! down the diagrams of sets and `lists` of relations at once: a step (`walk`), what is reached (`reach`,
 //! `saturation`); and, for each group of choices with a bound of its own (`parts`), what is reached by
-//! allowed choices (`confined`) and what is lost (`losing`).
+//! allowed choices (`confined`) and what is lost (`attractor`).
 
 mod algebra;
+mod attractor;
 mod build;
 mod clusters;
 mod command;
@@ -18,7 +19,6 @@ mod dump;
 mod encoding;
 #[cfg(test)]
 mod exhaustive;
-mod losing;
 pub mod order;
 mod partial_relation;
 mod partition;
@@ -309,20 +309,20 @@ impl Engine for SymbolicEngine {
     }
 
     /// By recursion where that is worth it, else layer by layer.
-    fn lose(
+    fn remove_attractor(
         &self,
         left: Region<StateSet, ChoiceSet>,
         (within, won): (&ChoiceSet, &StateSet),
         moves: &[Moves<StateSet>],
         lost: StateSet,
     ) -> Result<Region<StateSet, ChoiceSet>> {
-        let found = losing::lose(self, &lost, won, &left.choices, moves)?;
+        let found = attractor::remove_attractor(self, &lost, won, &left.choices, moves)?;
         self.store.work.lost[usize::from(found.is_some())].fetch_add(1, Relaxed);
         match found {
             Some((lost, choices)) => Ok(Region { states: self.difference(&left.states, &lost)?, choices }),
             None => {
                 let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
-                moves::lose(self, left, (within, won), moves, lost, is_simpler)
+                moves::remove_attractor(self, left, (within, won), moves, lost, is_simpler)
             }
         }
     }

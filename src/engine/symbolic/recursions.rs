@@ -4,8 +4,8 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use oxidd::Function;
 
+use super::attractor::Removed;
 use super::diagram::Bdd;
-use super::losing::Loss;
 use super::parts::{Budget, Known, Part};
 use super::relation_lists::RelationList;
 use super::store::Store;
@@ -76,10 +76,15 @@ impl Store {
         Ok(found)
     }
 
-    /// What is lost with `new`; none where that takes more than `most`. See [`Walk::lose`].
-    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], most: Budget) -> Result<Option<Loss>> {
+    /// What is lost with `new`; none where that takes more than `most`. See [`Walk::remove_attractor`].
+    pub(super) fn remove_attractor(
+        &self,
+        new: &Bdd,
+        parts: &[Part],
+        most: Budget,
+    ) -> Result<Option<Removed>> {
         let how = (Direction::Backward, Some("losing states"));
-        self.walk(how, most.steps, |walk| walk.lose(new, parts, &mut Known::new(most.cases)))
+        self.walk(how, most.steps, |walk| walk.remove_attractor(new, parts, &mut Known::new(most.cases)))
     }
 
     /// What can reach X by some parts; none where that takes more than `most`. See

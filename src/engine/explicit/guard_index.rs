@@ -94,7 +94,7 @@ impl Division {
         program: &Program,
         compiler: &mut Compiler<'_>,
         poll: &mut Poll<'_>,
-    ) -> Result<Dispatch> {
+    ) -> Result<GuardIndex> {
         let mut entry = |of: &[ExprId]| (!of.is_empty()).then(|| compiler.conjunction(of));
         let mut candidates = Vec::with_capacity(self.commands.len());
         for c in &self.commands {
@@ -103,7 +103,7 @@ impl Division {
             candidates.push(Candidate { command: c.command.0, settled, rest });
         }
         let (keys, cells) = share::table(program, &self.keys);
-        Ok(Dispatch { keys, cells, candidates })
+        Ok(GuardIndex { keys, cells, candidates })
     }
 }
 
@@ -159,7 +159,7 @@ fn keys(program: &Program, guards: &[Vec<Conjunct>], most: u64) -> Vec<u32> {
 }
 
 /// The commands of a participant by cell.
-pub(super) struct Dispatch {
+pub(super) struct GuardIndex {
     keys: Vec<Key>,
     cells: u32,
     pub(super) candidates: Vec<Candidate>,
@@ -174,14 +174,14 @@ pub(super) struct Candidate {
     pub(super) rest: Option<Entry>,
 }
 
-/// The table of a [`Dispatch`], as far as it is filled.
+/// The table of a [`GuardIndex`], as far as it is filled.
 #[derive(Default)]
 pub(super) struct Rows {
     /// For each cell the number of its row.
     cells: Vec<u16>,
     /// Where each row is in `members`.
     rows: Vec<(u32, u32)>,
-    /// Positions in [`Dispatch::candidates`]; those in front are the last row that was not kept.
+    /// Positions in [`GuardIndex::candidates`]; those in front are the last row that was not kept.
     pub(super) members: Vec<u32>,
     known: AHashMap<Vec<u32>, u16>,
     asked: u32,
@@ -193,17 +193,17 @@ impl Rows {
     #[inline]
     pub(super) fn of(
         &mut self,
-        dispatch: &Dispatch,
+        guard_index: &GuardIndex,
         machine: &mut Machine,
         code: &Code,
     ) -> Result<(u32, u32), EvalError> {
         let mut cell = 0;
-        for key in &dispatch.keys {
+        for key in &guard_index.keys {
             cell += key.offset(&machine.regs);
         }
         match self.cells.get(cell) {
             Some(&row) if row != UNKNOWN => Ok(self.rows[row as usize]),
-            _ => self.fill(cell, dispatch, machine, code),
+            _ => self.fill(cell, guard_index, machine, code),
         }
     }
 
@@ -211,18 +211,18 @@ impl Rows {
     fn fill(
         &mut self,
         cell: usize,
-        dispatch: &Dispatch,
+        guard_index: &GuardIndex,
         machine: &mut Machine,
         code: &Code,
     ) -> Result<(u32, u32), EvalError> {
         let mut row = Vec::new();
-        for (position, candidate) in dispatch.candidates.iter().enumerate() {
+        for (position, candidate) in guard_index.candidates.iter().enumerate() {
             if candidate.settled.map_or(Ok(true), |entry| machine.run(code, entry.start))? {
                 row.push(position as u32);
             }
         }
         if self.members.is_empty() {
-            self.members.resize(dispatch.candidates.len(), 0);
+            self.members.resize(guard_index.candidates.len(), 0);
         }
         self.asked = self.asked.saturating_add(1);
         let full = self.rows.len() >= usize::from(UNKNOWN) || self.members.len() + row.len() > MOST_MEMBERS;
@@ -231,7 +231,7 @@ impl Rows {
             return Ok((0, row.len() as u32));
         }
         if self.cells.is_empty() {
-            self.cells.resize(dispatch.cells as usize, UNKNOWN);
+            self.cells.resize(guard_index.cells as usize, UNKNOWN);
         }
         let number = self.number(row);
         self.cells[cell] = number;

@@ -1,10 +1,10 @@
-//! Losing states: what is stuck when choices that may step into a lost state are withdrawn, and what is
-//! lost by that in turn, in one recursion over all sets and relations.
+//! Removal of the attractor of losing states: states left without a choice once the choices that may step into a
+//! lost state are withdrawn, and so on, in one recursion over all sets and relations.
 //!
-//! At the first bit everything falls apart into halves, which lose by themselves; then the choices of
-//! one half that may step into what is lost in the other are withdrawn, and what is stuck by that is
-//! lost there, until nothing is. So states that lose in many layers, as those with less and less in a
-//! battery, are found without going through all sets layer by layer.
+//! At the first bit the sets split into halves. Each half removes its own lost states. Then the choices of one half
+//! that may step into lost states of the other half are withdrawn; states without a choice are lost in their half,
+//! until nothing changes. This finds losses that take many layers, such as a battery that runs down, without a pass
+//! over all sets for each layer.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -22,7 +22,7 @@ use crate::error::Result;
 
 /// What a recursion found.
 #[derive(Clone)]
-pub(super) struct Loss {
+pub(super) struct Removed {
     /// All that is lost.
     pub(super) lost: Bdd,
     /// For each part where its choices are still allowed: none in what is lost.
@@ -33,11 +33,16 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// The least set L with `new` ⊆ L in which every state has no part that allows it and whose steps
     /// all avoid L or do not count.
     ///
-    /// No part may allow a state of `new`; those of which nothing can step lose nothing.
-    pub(super) fn lose(&self, new: &Bdd, parts: &[Part], known: &mut Known<Loss>) -> Result<Loss, Halt> {
+    /// No part may allow a state of `new`; parts whose choices have no step into it change nothing.
+    pub(super) fn remove_attractor(
+        &self,
+        new: &Bdd,
+        parts: &[Part],
+        known: &mut Known<Removed>,
+    ) -> Result<Removed, Halt> {
         let same = || parts.iter().map(|p| p.allowed.clone()).collect();
         if self.store.is_zero(new) || !parts.iter().any(|p| p.moves(self.store)) {
-            return Ok(Loss { lost: new.clone(), allowed: same() });
+            return Ok(Removed { lost: new.clone(), allowed: same() });
         }
         let key = (new.clone(), parts::operands(parts));
         if let Some(found) = known.found.get(&key) {
@@ -45,25 +50,25 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         }
         self.tick()?;
         known.check()?;
-        let found = self.lose_across(self.first_bit(new, parts), new, parts, known)?;
+        let found = self.remove_across(self.first_bit(new, parts), new, parts, known)?;
         known.found.insert(key, found.clone());
         Ok(found)
     }
 
     /// The same by halves of a bit.
-    fn lose_across(
+    fn remove_across(
         &self,
         bit: u32,
         new: &Bdd,
         parts: &[Part],
-        known: &mut Known<Loss>,
-    ) -> Result<Loss, Halt> {
+        known: &mut Known<Removed>,
+    ) -> Result<Removed, Halt> {
         let half =
             |value| Ok::<_, Halt>(Half { parts: self.half(bit, value, parts)?, lost: self.store.zero() });
         let mut halves = [half(false)?, half(true)?];
         for (half, value) in halves.iter_mut().zip([false, true]) {
             let new = self.side(new, bit, value);
-            self.lose_in(half, &new, known)?;
+            self.remove_in(half, &new, known)?;
         }
         let arcs = [self.arcs(bit, parts, true, false)?, self.arcs(bit, parts, false, true)?];
         let mut crossed = [self.store.zero(), self.store.zero()];
@@ -76,7 +81,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
                 crossed[at] = halves[at].lost.clone();
                 let stuck = self.withdraw(&new, &arcs[at], &mut halves, at)?;
                 if !self.store.is_zero(&stuck) {
-                    self.lose_in(&mut halves[1 - at], &stuck, known)?;
+                    self.remove_in(&mut halves[1 - at], &stuck, known)?;
                     quiet = 1;
                 }
             }
@@ -85,15 +90,15 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let [clear, set] = &halves;
         let both = set.parts.iter().zip(&clear.parts);
         let allowed = both.map(|(set, clear)| self.joined(bit, &set.allowed, &clear.allowed));
-        Ok(Loss {
+        Ok(Removed {
             allowed: allowed.collect::<Result<_, Halt>>()?,
             lost: self.joined(bit, &set.lost, &clear.lost)?,
         })
     }
 
     /// Adds to a half what is lost in it by `new`.
-    fn lose_in(&self, half: &mut Half, new: &Bdd, known: &mut Known<Loss>) -> Result<(), Halt> {
-        let Loss { lost, allowed } = self.lose(new, &half.parts, known)?;
+    fn remove_in(&self, half: &mut Half, new: &Bdd, known: &mut Known<Removed>) -> Result<(), Halt> {
+        let Removed { lost, allowed } = self.remove_attractor(new, &half.parts, known)?;
         half.lost = self.own(|w| w.or(half.lost.as_edge(w.m), lost.as_edge(w.m)))?;
         half.parts.iter_mut().zip(allowed.iter()).for_each(|(part, left)| part.allowed = left.clone());
         Ok(())
@@ -132,8 +137,8 @@ struct Half {
     lost: Bdd,
 }
 
-/// [`Engine::lose`](crate::engine::Engine::lose): each group of choices by what its edges are worth.
-pub(super) fn lose(
+/// [`Engine::remove_attractor`](crate::engine::Engine::remove_attractor): each group of choices by what its edges are worth.
+pub(super) fn remove_attractor(
     engine: &SymbolicEngine,
     lost: &StateSet,
     won: &StateSet,
@@ -146,7 +151,7 @@ pub(super) fn lose(
     }
     let game = Game::new(engine, lost, won, within, moves)?;
     let most = Budget::of(store, &game.parts);
-    let Some(loss) = store.lose(&lost.0, &game.parts, most)? else {
+    let Some(loss) = store.remove_attractor(&lost.0, &game.parts, most)? else {
         store.work.given_up.fetch_add(1, Relaxed);
         return Ok(None);
     };
@@ -194,7 +199,7 @@ impl Game {
 
     /// The choices of `within` that a loss leaves. Those of what was lost before lead to nothing that
     /// can win: left alone, they keep what is remembered of their group.
-    fn left(&self, store: &Store, lost: &StateSet, within: &ChoiceSet, loss: &Loss) -> Result<ChoiceSet> {
+    fn left(&self, store: &Store, lost: &StateSet, within: &ChoiceSet, loss: &Removed) -> Result<ChoiceSet> {
         let mut choices = Vec::with_capacity(within.0.len());
         for (group, before) in within.0.iter().enumerate() {
             let own = |index: &usize| self.groups[*index] == group;

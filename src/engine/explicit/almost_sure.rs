@@ -71,7 +71,7 @@ impl Rules for Table<'_> {
     }
 }
 
-struct Pursuit<'a, R> {
+struct AlmostSureSolver<'a, R> {
     engine: &'a ExplicitEngine,
     graph: &'a Predecessors,
     rules: &'a R,
@@ -95,25 +95,25 @@ impl ExplicitEngine {
         let graph = self.graph.predecessors()?;
         let by = Array::filled(&self.meter, self.graph.states(), NOBODY)?;
         let level = Array::filled(&self.meter, self.graph.states(), 0)?;
-        let mut pursuit = Pursuit { engine: self, graph, rules, choices, by, level };
-        pursuit.start()?;
+        let mut solver = AlmostSureSolver { engine: self, graph, rules, choices, by, level };
+        solver.start()?;
         let mut lost = Array::new(&self.meter);
-        for state in states.iter().filter(|&s| pursuit.by[s] == NOBODY) {
+        for state in states.iter().filter(|&s| solver.by[s] == NOBODY) {
             lost.push(state as u32)?;
         }
         while !lost.is_empty() {
-            let detached = pursuit.lose(&lost)?;
-            lost = pursuit.attach(detached)?;
+            let detached = solver.remove_attractor(&lost)?;
+            lost = solver.attach(detached)?;
         }
         let mut left = states.copy()?;
-        for state in states.iter().filter(|&s| pursuit.by[s] == NOBODY) {
+        for state in states.iter().filter(|&s| solver.by[s] == NOBODY) {
             clear(left.words_mut(), state);
         }
-        Ok(Region { states: left, choices: pursuit.choices })
+        Ok(Region { states: left, choices: solver.choices })
     }
 }
 
-impl<R: Rules> Pursuit<'_, R> {
+impl<R: Rules> AlmostSureSolver<'_, R> {
     /// An edge that is there and does not win: what becomes of its end matters.
     #[inline]
     fn leans(&self, from: u32, to: usize) -> bool {
@@ -163,7 +163,7 @@ impl<R: Rules> Pursuit<'_, R> {
 
     /// Takes the choices away that may step into a lost state, among them all of the lost states
     /// themselves; detaches states that then have no choice that leads lower.
-    fn lose(&mut self, lost: &[u32]) -> Result<Array<u32>> {
+    fn remove_attractor(&mut self, lost: &[u32]) -> Result<Array<u32>> {
         let graph = self.graph;
         let mut detached = Array::new(&self.engine.meter);
         for &state in lost {
