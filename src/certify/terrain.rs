@@ -5,7 +5,7 @@ use super::outcomes::Class;
 use super::sets::Sets;
 use super::stop::{Check, Stop};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
-use crate::engine::{Algebra, Engine, Moves};
+use crate::engine::{Algebra, EdgeLabels, Engine};
 use crate::model::preference::Change;
 use crate::names;
 
@@ -20,7 +20,7 @@ pub(super) struct Terrain {
     /// The kept choices.
     pub(super) kept: ChoiceSet,
     /// For the states of each class (or, under `prefix`, of all): a step into their goal improves.
-    pub(super) moves: Vec<Moves<StateSet>>,
+    pub(super) edge_labels: Vec<EdgeLabels<StateSet>>,
 }
 
 /// A class with what steps into others mean.
@@ -64,7 +64,7 @@ fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> Check<Vec<Side>> {
 fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Terrain> {
     let engine = &checker.engine;
     let mut kept = engine.all_choices();
-    let mut moves = Vec::new();
+    let mut edge_labels = Vec::new();
     for class in sides {
         let refused = if drops {
             engine.every_successor_in(&class.worse)?
@@ -73,10 +73,10 @@ fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Terrain
         };
         kept = engine.difference(&kept, &engine.choices_in(&refused, &class.states)?)?;
         let dropped = if drops { class.worse } else { engine.no_states() };
-        moves.push(Moves { from: class.states, goal: class.better, dropped });
+        edge_labels.push(EdgeLabels { from: class.states, goal: class.better, dropped });
     }
     let all = engine.all_states();
-    Ok(Terrain { reference: None, start: all.clone(), states: all, kept, moves })
+    Ok(Terrain { reference: None, start: all.clone(), states: all, kept, edge_labels })
 }
 
 /// One terrain a class: the states from which it need never be weakened.
@@ -94,7 +94,7 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Terrain>> {
         checker.subset(&safe, &engine.sources(&kept)?, condition)?;
         unsafe_rounds(checker, &name, &safe, &class.worse)?;
         let goal = engine.intersection(&class.better, &safe)?;
-        let moves = Moves { from: safe.clone(), goal, dropped: engine.no_states() };
+        let edge_labels = EdgeLabels { from: safe.clone(), goal, dropped: engine.no_states() };
         let start = engine.intersection(&class.states, &safe)?;
         if !engine.is_empty(&start) {
             terrains.push(Terrain {
@@ -102,7 +102,7 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Terrain>> {
                 start,
                 states: safe,
                 kept,
-                moves: vec![moves],
+                edge_labels: vec![edge_labels],
             });
         }
         checker.passed(&name);
@@ -138,11 +138,11 @@ impl Terrain {
     pub(super) fn into(
         &self,
         checker: &Checker<'_>,
-        target: impl Fn(usize, &Moves<StateSet>) -> Check<StateSet>,
+        target: impl Fn(usize, &EdgeLabels<StateSet>) -> Check<StateSet>,
     ) -> Check<ChoiceSet> {
         let engine = &checker.engine;
         let mut all = engine.no_choices();
-        for (index, part) in self.moves.iter().enumerate() {
+        for (index, part) in self.edge_labels.iter().enumerate() {
             let entering = engine.some_successor_in(&target(index, part)?)?;
             all = engine.union(&all, &engine.choices_in(&entering, &part.from)?)?;
         }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::explicit::{self, ExplicitEngine};
 use super::symbolic::{self, SymbolicEngine};
-use super::{Algebra, Count, Engine, Moves, Region, Settings, Storage, Usage};
+use super::{Algebra, Count, EdgeLabels, Engine, Region, Settings, Storage, Usage};
 use crate::error::{Error, Result};
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -184,12 +184,15 @@ where
 }
 
 /// What edges are worth, for one of the engines.
-fn moves_of<E: Engine>(engine: &E, moves: &[Moves<AnyStates>]) -> Vec<Moves<E::States>>
+fn edge_labels_of<E: Engine>(engine: &E, edge_labels: &[EdgeLabels<AnyStates>]) -> Vec<EdgeLabels<E::States>>
 where
     AnyStates: Of<E, Set = E::States>,
 {
     let of = |set: &AnyStates| set.of(engine).clone();
-    moves.iter().map(|m| Moves { from: of(&m.from), goal: of(&m.goal), dropped: of(&m.dropped) }).collect()
+    edge_labels
+        .iter()
+        .map(|m| EdgeLabels { from: of(&m.from), goal: of(&m.goal), dropped: of(&m.dropped) })
+        .collect()
 }
 
 macro_rules! algebra_of {
@@ -291,22 +294,22 @@ impl Engine for AnyEngine {
         &self,
         target: &AnyStates,
         within: &AnyChoices,
-        moves: &[Moves<AnyStates>],
+        edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<AnyStates> {
-        on!(self, e => Ok(e.can_reach(target.of(e), within.of(e), &moves_of(e, moves))?.into()))
+        on!(self, e => Ok(e.can_reach(target.of(e), within.of(e), &edge_labels_of(e, edge_labels))?.into()))
     }
 
     fn remove_attractor(
         &self,
         left: Region<AnyStates, AnyChoices>,
         (within, won): (&AnyChoices, &AnyStates),
-        moves: &[Moves<AnyStates>],
+        edge_labels: &[EdgeLabels<AnyStates>],
         lost: AnyStates,
     ) -> Result<Region<AnyStates, AnyChoices>> {
         on!(self, e => {
             let (within, won) = (within.of(e), won.of(e));
             let lost = lost.of(e).clone();
-            Ok(region(e.remove_attractor(region_of(e, &left), (within, won), &moves_of(e, moves), lost)?))
+            Ok(region(e.remove_attractor(region_of(e, &left), (within, won), &edge_labels_of(e, edge_labels), lost)?))
         })
     }
 
@@ -325,9 +328,9 @@ impl Engine for AnyEngine {
     fn almost_surely_win(
         &self,
         start: Region<AnyStates, AnyChoices>,
-        moves: &[Moves<AnyStates>],
+        edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start), &moves_of(e, moves))?)))
+        on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start), &edge_labels_of(e, edge_labels))?)))
     }
 
     fn count_unobserved(&self, x: &AnyStates) -> Result<Option<Count>> {

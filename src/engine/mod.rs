@@ -6,8 +6,8 @@
 
 pub mod any;
 pub mod diagrams;
+pub mod edge_labels;
 pub mod explicit;
-pub mod moves;
 pub mod regions;
 pub mod symbolic;
 
@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 pub use any::AnyEngine;
 pub use diagrams::Dumpable;
-pub use moves::Moves;
+pub use edge_labels::EdgeLabels;
 use num_bigint::BigUint;
 use serde::Serialize;
 
@@ -202,28 +202,28 @@ pub trait Engine:
         &self,
         target: &Self::States,
         within: &Self::Choices,
-        moves: &[Moves<Self::States>],
+        edge_labels: &[EdgeLabels<Self::States>],
     ) -> Result<Self::States>;
 
     /// Takes lost states out of what is left of a game, and all its pairs that may step into them other than
     /// by a safe edge; states that have no pair left then, and have not won, are lost too, and so on.
     ///
     /// The pairs of `left` are what is left of `within`, and none of a state lost before leads to what can
-    /// still win. Safe is what wins and what is not there: every state of a pair is in one of `moves`, or
+    /// still win. Safe is what wins and what is not there: every state of a pair is in one of `edge_labels`, or
     /// there are none, and nothing is safe.
     ///
-    /// Cost: a pre-image for each set of moves and each layer of states that are lost.
+    /// Cost: a pre-image for each part and each layer of states that are lost.
     fn remove_attractor(
         &self,
         left: Region<Self::States, Self::Choices>,
         (within, won): (&Self::Choices, &Self::States),
-        moves: &[Moves<Self::States>],
+        edge_labels: &[EdgeLabels<Self::States>],
         lost: Self::States,
     ) -> Result<Region<Self::States, Self::Choices>>
     where
         Self: Sized,
     {
-        moves::remove_attractor(self, left, (within, won), moves, lost, |_, _| false)
+        edge_labels::remove_attractor(self, left, (within, won), edge_labels, lost, |_, _| false)
     }
 
     /// The greatest Z ⊆ X in which every state has a pair of C with all successors in Z, with those
@@ -284,16 +284,16 @@ pub trait Engine:
     /// of edges that are there, with the pairs of C that stay; `start` holds S and C.
     ///
     /// Every pair of C must have its state in S and all its edges winning or into S. Cost: one
-    /// `can_reach` a round, and a pre-image for each set of moves and each layer of losing states.
+    /// `can_reach` a round, and a pre-image for each part and each layer of losing states.
     fn almost_surely_win(
         &self,
         start: Region<Self::States, Self::Choices>,
-        moves: &[Moves<Self::States>],
+        edge_labels: &[EdgeLabels<Self::States>],
     ) -> Result<Region<Self::States, Self::Choices>>
     where
         Self: Sized,
     {
-        moves::almost_surely_win(self, start, moves)
+        edge_labels::almost_surely_win(self, start, edge_labels)
     }
 
     /// How many states of the model X has, whatever observers saw; none without observers.

@@ -6,9 +6,9 @@ use super::Named;
 use super::layers::{backward, forward, layers, rounds};
 use super::plays::Secured;
 use super::regions::{class_name, numbered};
-use crate::engine::moves::{leaning, winning};
+use crate::engine::edge_labels::{leaning, winning};
 use crate::engine::symbolic::{StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Engine, Moves};
+use crate::engine::{Algebra, EdgeLabels, Engine};
 use crate::error::Result;
 use crate::names;
 use crate::planning::improvement::Arena;
@@ -109,7 +109,7 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
             }
             layers(named, &name, &strategy.layers);
             if kind == Kind::Sasi {
-                rounds(named, &name, &level_rounds(engine, arena, &game.moves, &before)?);
+                rounds(named, &name, &level_rounds(engine, arena, &game.edge_labels, &before)?);
                 before = game.states.clone();
             }
         }
@@ -133,17 +133,17 @@ fn last_level(
     let found = &analysis.levels(kind).found;
     let name = name_in(analysis, arena, kind, found.len() + 1);
     let entered = found.last().map_or_else(|| engine.all_states(), |level| level.states.clone());
-    let moves = entering(engine, arena, &entered)?;
+    let edge_labels = entering(engine, arena, &entered)?;
     let left = match kind {
         Kind::Sasi => {
-            let lost = level_rounds(engine, arena, &moves, before)?;
+            let lost = level_rounds(engine, arena, &edge_labels, before)?;
             rounds(named, &name, &lost);
             lost.iter().try_fold(before.clone(), |x, lost| engine.difference(&x, lost))?
         }
         Kind::Spi => {
-            let winning = winning(engine, &engine.all_choices(), &moves)?;
+            let winning = winning(engine, &engine.all_choices(), &edge_labels)?;
             let seeds = engine.sources(&engine.intersection(&arena.choices, &winning)?)?;
-            engine.can_reach(&seeds, &arena.choices, &moves)?
+            engine.can_reach(&seeds, &arena.choices, &edge_labels)?
         }
     };
     if arena.reference.is_some() {
@@ -171,18 +171,18 @@ fn name_in(
 fn level_rounds(
     engine: &SymbolicEngine,
     arena: &Arena<SymbolicEngine>,
-    moves: &[Moves<StateSet>],
+    edge_labels: &[EdgeLabels<StateSet>],
     before: &StateSet,
 ) -> Result<Vec<StateSet>> {
-    let winning = winning(engine, &engine.all_choices(), moves)?;
+    let winning = winning(engine, &engine.all_choices(), edge_labels)?;
     let (mut left, mut rounds) = (before.clone(), Vec::new());
     let mut lost = engine.difference(&engine.all_states(), before)?;
     let mut choices = arena.choices.clone();
     loop {
-        choices = engine.difference(&choices, &leaning(engine, &choices, moves, &lost)?)?;
+        choices = engine.difference(&choices, &leaning(engine, &choices, edge_labels, &lost)?)?;
         choices = engine.choices_in(&choices, &left)?;
         let seeds = engine.sources(&engine.intersection(&choices, &winning)?)?;
-        let reaching = engine.can_reach(&seeds, &choices, moves)?;
+        let reaching = engine.can_reach(&seeds, &choices, edge_labels)?;
         lost = engine.difference(&left, &reaching)?;
         if engine.is_empty(&lost) {
             return Ok(rounds);

@@ -1,14 +1,14 @@
 //! The improvement MDP, on sets: which choices are kept, which edges are dropped, which improve.
 //!
 //! The paper's V = S × {0,1} remembers whether the last step improved. (s,0) and (s,1) have the
-//! same moves, so everything is computed over S with improving steps as goal *edges*; only
+//! same choices, so everything is computed over S with improving steps as goal *edges*; only
 //! [`Sizes`] speaks of V.
 
 use std::fmt;
 
 use super::classes::{Class, Classes};
-use crate::engine::moves::{dropped, grouped, pairs_into};
-use crate::engine::{Count, Engine, Moves, Region};
+use crate::engine::edge_labels::{dropped, grouped, pairs_into};
+use crate::engine::{Count, EdgeLabels, Engine, Region};
 use crate::error::Result;
 
 /// What is kept: `--safety`.
@@ -60,7 +60,7 @@ pub struct Arena<E: Engine> {
     pub choices: E::Choices,
     /// Which edges improve, those into `goal`; and which are dropped, none but under [`Safety::Transition`].
     /// Together they cover `states`.
-    pub moves: Vec<Moves<E::States>>,
+    pub edge_labels: Vec<EdgeLabels<E::States>>,
 }
 
 /// The size of the improvement MDP.
@@ -108,7 +108,7 @@ impl<E: Engine> Improvement<E> {
         let all = engine.all_states();
         let total = engine.count_transitions(&engine.all_choices(), &all)?;
         let mut kept = engine.count_transitions(&arena.choices, &all)?;
-        for (from, into) in &dropped(engine, &arena.moves)? {
+        for (from, into) in &dropped(engine, &arena.edge_labels)? {
             // What a kept choice loses; choices that drop all their successors are not in `arena.choices`.
             kept -= engine.count_transitions(&engine.choices_in(&arena.choices, from)?, into)?;
         }
@@ -124,7 +124,7 @@ fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
         reference: None,
         states: engine.all_states(),
         choices: engine.difference(&engine.all_choices(), &weakening)?,
-        moves: moves(engine, classes, |_| engine.no_states())?,
+        edge_labels: edge_labels(engine, classes, |_| engine.no_states())?,
     })
 }
 
@@ -136,8 +136,8 @@ fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
         let emptied = engine.choices_in(&engine.every_successor_in(worse)?, from)?;
         choices = engine.difference(&choices, &emptied)?;
     }
-    let moves = moves(engine, classes, |c| c.worse.clone())?;
-    Ok(Arena { reference: None, states: engine.all_states(), choices, moves })
+    let edge_labels = edge_labels(engine, classes, |c| c.worse.clone())?;
+    Ok(Arena { reference: None, states: engine.all_states(), choices, edge_labels })
 }
 
 /// For each class c: Safe_c = νZ. S \ Worse(c) ∩ { s : some choice has all successors in Z }.
@@ -150,9 +150,9 @@ fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> 
             continue;
         }
         let goal = engine.intersection(&class.better, &safe.states)?;
-        let moves = vec![Moves { from: safe.states.clone(), goal, dropped: engine.no_states() }];
+        let edge_labels = vec![EdgeLabels { from: safe.states.clone(), goal, dropped: engine.no_states() }];
         let Region { states, choices } = safe;
-        arenas.push(Arena { reference: Some(reference), states, choices, moves });
+        arenas.push(Arena { reference: Some(reference), states, choices, edge_labels });
     }
     Ok(arenas)
 }
@@ -162,23 +162,24 @@ fn by_worse<E: Engine>(classes: &Classes<E>) -> Vec<(E::States, E::States)> {
 }
 
 /// What the edges from each class are worth; classes with the same Better(c) and the same dropped set are one.
-fn moves<E: Engine>(
+fn edge_labels<E: Engine>(
     engine: &E,
     classes: &Classes<E>,
     dropped: impl Fn(&Class<E>) -> E::States,
-) -> Result<Vec<Moves<E::States>>> {
-    let mut moves: Vec<Moves<E::States>> = Vec::new();
+) -> Result<Vec<EdgeLabels<E::States>>> {
+    let mut edge_labels: Vec<EdgeLabels<E::States>> = Vec::new();
     for class in &classes.list {
         let lost = dropped(class);
-        let same =
-            |m: &&mut Moves<E::States>| engine.same(&m.goal, &class.better) && engine.same(&m.dropped, &lost);
-        match moves.iter_mut().find(same) {
+        let same = |m: &&mut EdgeLabels<E::States>| {
+            engine.same(&m.goal, &class.better) && engine.same(&m.dropped, &lost)
+        };
+        match edge_labels.iter_mut().find(same) {
             Some(m) => m.from = engine.union(&m.from, &class.states)?,
             None => {
                 let (from, goal) = (class.states.clone(), class.better.clone());
-                moves.push(Moves { from, goal, dropped: lost });
+                edge_labels.push(EdgeLabels { from, goal, dropped: lost });
             }
         }
     }
-    Ok(moves)
+    Ok(edge_labels)
 }

@@ -10,8 +10,8 @@ use serde::{Serialize, Serializer};
 
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement, Safety};
-use crate::engine::moves::{pairs_into, winning};
-use crate::engine::{Engine, Moves, Region};
+use crate::engine::edge_labels::{pairs_into, winning};
+use crate::engine::{EdgeLabels, Engine, Region};
 use crate::error::Result;
 
 /// Which of the paper's two solution concepts.
@@ -75,7 +75,7 @@ impl Serialize for Rank {
 /// What is won in one arena at one level.
 pub struct Game<E: Engine> {
     /// Those of the arena, where improving steps must enter W_{k-1} to win.
-    pub moves: Vec<Moves<E::States>>,
+    pub edge_labels: Vec<EdgeLabels<E::States>>,
     /// The winning states.
     pub states: E::States,
     /// Of the kept choices of the winning states: for SASI those whose kept edges all are goal edges
@@ -85,7 +85,11 @@ pub struct Game<E: Engine> {
 
 impl<E: Engine> Clone for Game<E> {
     fn clone(&self) -> Self {
-        Game { moves: self.moves.clone(), states: self.states.clone(), choices: self.choices.clone() }
+        Game {
+            edge_labels: self.edge_labels.clone(),
+            states: self.states.clone(),
+            choices: self.choices.clone(),
+        }
     }
 }
 
@@ -225,19 +229,21 @@ fn play<E: Engine>(
     entered: &E::States,
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
-    let moves = entering(engine, arena, entered)?;
+    let edge_labels = entering(engine, arena, entered)?;
     match before {
-        Some(game) if game.moves.iter().zip(&moves).all(|(x, y)| engine.same(&x.goal, &y.goal)) => {
+        Some(game)
+            if game.edge_labels.iter().zip(&edge_labels).all(|(x, y)| engine.same(&x.goal, &y.goal)) =>
+        {
             Ok(game.clone())
         }
         _ => match kind {
-            Kind::Sasi => almost_surely(engine, arena, moves, before),
-            Kind::Spi => positively(engine, arena, moves, before),
+            Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
+            Kind::Spi => positively(engine, arena, edge_labels, before),
         },
     }
 }
 
-/// The moves of an arena, of which improving steps must enter X to win.
+/// The edge labels of an arena, of which improving steps must enter X to win.
 ///
 /// # Errors
 /// A limit of the engine. Cost: no image.
@@ -245,9 +251,10 @@ pub(crate) fn entering<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
     x: &E::States,
-) -> Result<Vec<Moves<E::States>>> {
-    let within = |m: &Moves<E::States>| Ok(Moves { goal: engine.intersection(&m.goal, x)?, ..m.clone() });
-    arena.moves.iter().map(within).collect()
+) -> Result<Vec<EdgeLabels<E::States>>> {
+    let within =
+        |m: &EdgeLabels<E::States>| Ok(EdgeLabels { goal: engine.intersection(&m.goal, x)?, ..m.clone() });
+    arena.edge_labels.iter().map(within).collect()
 }
 
 /// μX. { s : some kept choice has a goal edge or a kept edge into X }.
@@ -256,15 +263,15 @@ pub(crate) fn entering<E: Engine>(
 fn positively<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
-    moves: Vec<Moves<E::States>>,
+    edge_labels: Vec<EdgeLabels<E::States>>,
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
     let within = before.map_or(&arena.choices, |game| &game.choices);
-    let goals = winning(engine, &engine.all_choices(), &moves)?;
+    let goals = winning(engine, &engine.all_choices(), &edge_labels)?;
     let seeds = engine.sources(&engine.intersection(within, &goals)?)?;
-    let states = engine.can_reach(&seeds, within, &moves)?;
+    let states = engine.can_reach(&seeds, within, &edge_labels)?;
     let choices = engine.choices_in(within, &states)?;
-    Ok(Game { moves, states, choices })
+    Ok(Game { edge_labels, states, choices })
 }
 
 /// νY. μX. { s : some kept choice has every kept edge in Y or a goal edge, and one in X or a goal
@@ -272,18 +279,18 @@ fn positively<E: Engine>(
 fn almost_surely<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
-    moves: Vec<Moves<E::States>>,
+    edge_labels: Vec<EdgeLabels<E::States>>,
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
     let start = match before {
         Some(game) => {
-            let choices = still_good(engine, &moves, game)?;
+            let choices = still_good(engine, &edge_labels, game)?;
             Region { states: game.states.clone(), choices }
         }
         None => Region { states: arena.states.clone(), choices: arena.choices.clone() },
     };
-    let Region { states, choices } = engine.almost_surely_win(start, &moves)?;
-    Ok(Game { moves, states, choices })
+    let Region { states, choices } = engine.almost_surely_win(start, &edge_labels)?;
+    Ok(Game { edge_labels, states, choices })
 }
 
 /// The choices of the last level's game that are not lost at once at the next level.
@@ -291,9 +298,13 @@ fn almost_surely<E: Engine>(
 /// A choice that was lost stays lost: its bad edge left W_k and was no goal edge, and now both the
 /// winning states and the goals are fewer. Of the others, those are lost that have an edge which was
 /// a goal edge, is none any more and ends outside of W_k.
-fn still_good<E: Engine>(engine: &E, moves: &[Moves<E::States>], before: &Game<E>) -> Result<E::Choices> {
-    let mut edges = Vec::with_capacity(moves.len());
-    for (new, old) in moves.iter().zip(&before.moves) {
+fn still_good<E: Engine>(
+    engine: &E,
+    edge_labels: &[EdgeLabels<E::States>],
+    before: &Game<E>,
+) -> Result<E::Choices> {
+    let mut edges = Vec::with_capacity(edge_labels.len());
+    for (new, old) in edge_labels.iter().zip(&before.edge_labels) {
         let gone = engine.difference(&engine.difference(&old.goal, &new.goal)?, &before.states)?;
         edges.push((engine.intersection(&new.from, &before.states)?, gone));
     }

@@ -9,7 +9,7 @@ use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level};
 use crate::engine::Engine;
-use crate::engine::moves::{keeping, winning};
+use crate::engine::edge_labels::{keeping, winning};
 use crate::error::Result;
 
 /// The two strategies of one level in one arena.
@@ -42,8 +42,8 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
         Kind::Sasi => Ok(game.choices.clone()),
         Kind::Spi => {
             let all = engine.all_choices();
-            let staying = keeping(engine, &all, &game.moves, &game.states)?;
-            let ahead = engine.union(&staying, &winning(engine, &all, &game.moves)?)?;
+            let staying = keeping(engine, &all, &game.edge_labels, &game.states)?;
+            let ahead = engine.union(&staying, &winning(engine, &all, &game.edge_labels)?)?;
             engine.intersection(&game.choices, &ahead)
         }
     }
@@ -55,7 +55,7 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
 /// A limit of the engine. Cost: one pre-image a layer and part.
 pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
-    let mut progress = engine.intersection(&permissive, &winning(engine, &all, &game.moves)?)?;
+    let mut progress = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
     let mut layer = engine.sources(&progress)?;
     let mut open = engine.difference(&game.states, &layer)?;
     let mut layers = Vec::new();
@@ -63,7 +63,7 @@ pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game
         if let Some(limit) = engine.settings().observer.stop() {
             return Err(limit.into());
         }
-        let closer = engine.intersection(&permissive, &keeping(engine, &all, &game.moves, &layer)?)?;
+        let closer = engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, &layer)?)?;
         let closer = engine.choices_in(&closer, &open)?;
         progress = engine.union(&progress, &closer)?;
         layers.push(layer);
@@ -115,5 +115,5 @@ pub fn permitted_at_start<E: Engine>(
 /// the level below.
 pub fn is_goal<E: Engine>(engine: &E, game: &Game<E>, from: &[i64], to: &[i64]) -> bool {
     let holds = |x: &E::States, state: &[i64]| engine.contains(x, state);
-    game.moves.iter().any(|m| holds(&m.from, from) && holds(&m.goal, to))
+    game.edge_labels.iter().any(|m| holds(&m.from, from) && holds(&m.goal, to))
 }

@@ -1,6 +1,6 @@
 //! Every operation of an engine against the same one by the book.
 
-use meliora::engine::{Engine, Moves};
+use meliora::engine::{EdgeLabels, Engine};
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
 
@@ -113,7 +113,7 @@ impl<E: Engine> Both<'_, E> {
         let rest = engine.difference(&engine.all_states(), y).unwrap();
         let brute_rest = &brute.all_states() - brute_y;
         let none = engine.no_states();
-        let dropping = |from: &E::States, into: &E::States| Moves {
+        let dropping = |from: &E::States, into: &E::States| EdgeLabels {
             from: from.clone(),
             goal: none.clone(),
             dropped: into.clone(),

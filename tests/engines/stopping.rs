@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{Order, SymbolicEngine};
-use meliora::engine::{Engine, Moves, Observer, Region, Settings, regions};
+use meliora::engine::{EdgeLabels, Engine, Observer, Region, Settings, regions};
 use meliora::error::{Error, Limit, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
@@ -84,15 +84,16 @@ fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
     let others = engine.difference(&all, &last).unwrap();
     let moving = engine.choices_in(&choices, &others).unwrap();
     let none = engine.no_states();
-    let moves = |goal: &E::States| Moves { from: others.clone(), goal: goal.clone(), dropped: none.clone() };
-    let dropping = [Moves { from: last.clone(), goal: none.clone(), dropped: others.clone() }];
+    let edge_labels =
+        |goal: &E::States| EdgeLabels { from: others.clone(), goal: goal.clone(), dropped: none.clone() };
+    let dropping = [EdgeLabels { from: last.clone(), goal: none.clone(), dropped: others.clone() }];
     let game = || Region { states: others.clone(), choices: moving.clone() };
     observer.allowed.store(0, Relaxed);
     stopped("can_reach", engine.can_reach(&last, &choices, &[]));
     stopped("can_reach", engine.can_reach(&last, &choices, &dropping));
     stopped("stay_within", engine.stay_within(&others, &choices));
     stopped("almost_surely_reach", engine.almost_surely_reach(&last, &choices));
-    stopped("almost_surely_win", engine.almost_surely_win(game(), &[moves(&last)]));
+    stopped("almost_surely_win", engine.almost_surely_win(game(), &[edge_labels(&last)]));
     stopped("pmax_one", regions::pmax_one(&engine, &last));
     stopped("pmin_positive", regions::pmin_positive(&engine, &last));
     stopped("regions", regions::regions(&engine, &last));

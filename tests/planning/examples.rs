@@ -98,7 +98,7 @@ fn a_fixpoint_strategy_stays_in_the_fixpoint() {
     assert_eq!(rank, Rank::Unbounded);
     let fixpoint = spi.level(rank).unwrap();
     for game in &fixpoint.games {
-        for m in &game.moves {
+        for m in &game.edge_labels {
             assert!(m.goal.iter().zip(&fixpoint.states).all(|(goal, inside)| !goal || *inside));
         }
     }

@@ -1,6 +1,6 @@
 //! An engine of plain vectors, each operator word by word as the trait states it.
 
-use meliora::engine::{Algebra, Count, Engine, Moves, Settings, Usage};
+use meliora::engine::{Algebra, Count, EdgeLabels, Engine, Settings, Usage};
 use meliora::error::Result;
 use meliora::model::State;
 use meliora::model::expr::{ExprId, ExprPool};
@@ -156,8 +156,8 @@ impl Engine for Tiny {
         Ok(entered)
     }
 
-    fn can_reach(&self, target: &Bits, within: &Pairs, moves: &[Moves<Bits>]) -> Result<Bits> {
-        let is_dropped = |s: usize, t: usize| moves.iter().any(|m| m.from[s] && m.dropped[t]);
+    fn can_reach(&self, target: &Bits, within: &Pairs, edge_labels: &[EdgeLabels<Bits>]) -> Result<Bits> {
+        let is_dropped = |s: usize, t: usize| edge_labels.iter().any(|m| m.from[s] && m.dropped[t]);
         let mut reached = target.clone();
         loop {
             let enters = |s: usize, a: usize| {

@@ -12,7 +12,7 @@ use super::index::NOBODY;
 use super::meter::Array;
 use super::set::{BitSet, clear, test};
 use super::{ExplicitEngine, StateSet};
-use crate::engine::{Moves, Region};
+use crate::engine::{EdgeLabels, Region};
 use crate::error::Result;
 
 /// What the edges of a game are worth.
@@ -38,36 +38,36 @@ impl Rules for Entering<'_> {
     }
 }
 
-/// [`Moves`], with the number of its own for each state.
+/// [`EdgeLabels`], with the number of its own for each state.
 pub(super) struct Table<'a> {
     entry: Array<u32>,
-    moves: Vec<(&'a [u64], &'a [u64])>,
+    edge_labels: Vec<(&'a [u64], &'a [u64])>,
 }
 
 impl<'a> Table<'a> {
-    /// The rules of `moves`.
+    /// The rules of `edge_labels`.
     ///
     /// # Errors
     /// The memory limit would be passed.
-    pub(super) fn new(engine: &ExplicitEngine, moves: &'a [Moves<StateSet>]) -> Result<Self> {
+    pub(super) fn new(engine: &ExplicitEngine, edge_labels: &'a [EdgeLabels<StateSet>]) -> Result<Self> {
         let mut entry = Array::filled(&engine.meter, engine.graph.states(), NOBODY)?;
-        for (number, m) in moves.iter().enumerate() {
+        for (number, m) in edge_labels.iter().enumerate() {
             m.from.0.iter().for_each(|s| entry[s] = number as u32);
         }
-        let moves = moves.iter().map(|m| (m.goal.0.words(), m.dropped.0.words())).collect();
-        Ok(Table { entry, moves })
+        let edge_labels = edge_labels.iter().map(|m| (m.goal.0.words(), m.dropped.0.words())).collect();
+        Ok(Table { entry, edge_labels })
     }
 }
 
 impl Rules for Table<'_> {
     #[inline]
     fn keeps(&self, from: usize, to: usize) -> bool {
-        self.moves.get(self.entry[from] as usize).is_none_or(|&(_, dropped)| !test(dropped, to))
+        self.edge_labels.get(self.entry[from] as usize).is_none_or(|&(_, dropped)| !test(dropped, to))
     }
 
     #[inline]
     fn wins(&self, from: usize, to: usize) -> bool {
-        self.moves.get(self.entry[from] as usize).is_some_and(|&(goal, _)| test(goal, to))
+        self.edge_labels.get(self.entry[from] as usize).is_some_and(|&(goal, _)| test(goal, to))
     }
 }
 

@@ -169,7 +169,7 @@ impl Predecessors {
     }
 }
 
-/// Moves each number of a sorted list to the front once; how many there are.
+/// EdgeLabels each number of a sorted list to the front once; how many there are.
 fn keep_once(sorted: &mut [u32]) -> usize {
     let mut kept = 1;
     for at in 1..sorted.len() {

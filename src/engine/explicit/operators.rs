@@ -8,7 +8,7 @@ use super::machine::Machine;
 use super::set::{BitSet, set, test};
 use super::stepper::Stepper;
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
-use crate::engine::{Algebra, Count, Engine, Moves, Region, Settings, Usage};
+use crate::engine::{Algebra, Count, EdgeLabels, Engine, Region, Settings, Usage};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -126,11 +126,11 @@ impl Engine for ExplicitEngine {
         &self,
         target: &StateSet,
         within: &ChoiceSet,
-        moves: &[Moves<StateSet>],
+        edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<StateSet> {
-        let found = match moves.iter().all(|m| m.dropped.0.is_empty()) {
+        let found = match edge_labels.iter().all(|m| m.dropped.0.is_empty()) {
             true => self.attract(&target.0, &within.0, &Entering(&target.0))?,
-            false => self.attract(&target.0, &within.0, &Table::new(self, moves)?)?,
+            false => self.attract(&target.0, &within.0, &Table::new(self, edge_labels)?)?,
         };
         Ok(StateSet(found))
     }
@@ -161,9 +161,9 @@ impl Engine for ExplicitEngine {
     fn almost_surely_win(
         &self,
         start: Region<StateSet, ChoiceSet>,
-        moves: &[Moves<StateSet>],
+        edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Region<StateSet, ChoiceSet>> {
-        let rules = Table::new(self, moves)?;
+        let rules = Table::new(self, edge_labels)?;
         let Region { states, choices } = self.pursue(&start.states.0, start.choices.0, &rules)?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }

@@ -17,7 +17,7 @@ use super::relation_lists::RelationList;
 use super::store::Store;
 use super::walk::{Halt, Walk};
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::Moves;
+use crate::engine::EdgeLabels;
 use crate::error::Result;
 
 /// What a recursion found.
@@ -41,7 +41,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         known: &mut Known<Removed>,
     ) -> Result<Removed, Halt> {
         let same = || parts.iter().map(|p| p.allowed.clone()).collect();
-        if self.store.is_zero(new) || !parts.iter().any(|p| p.moves(self.store)) {
+        if self.store.is_zero(new) || !parts.iter().any(|p| p.edge_labels(self.store)) {
             return Ok(Removed { lost: new.clone(), allowed: same() });
         }
         let key = (new.clone(), parts::operands(parts));
@@ -143,13 +143,13 @@ pub(super) fn remove_attractor(
     lost: &StateSet,
     won: &StateSet,
     within: &ChoiceSet,
-    moves: &[Moves<StateSet>],
+    edge_labels: &[EdgeLabels<StateSet>],
 ) -> Result<Option<(StateSet, ChoiceSet)>> {
     let store = &engine.store;
     if !parts::are_few(engine)? {
         return Ok(None);
     }
-    let game = Game::new(engine, lost, won, within, moves)?;
+    let game = Game::new(engine, lost, won, within, edge_labels)?;
     let most = Budget::of(store, &game.parts);
     let Some(loss) = store.remove_attractor(&lost.0, &game.parts, most)? else {
         store.work.given_up.fetch_add(1, Relaxed);
@@ -172,11 +172,11 @@ impl Game {
         lost: &StateSet,
         won: &StateSet,
         within: &ChoiceSet,
-        moves: &[Moves<StateSet>],
+        edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Self> {
         let store = &engine.store;
         let nothing = store.lists.of(store, Vec::new())?;
-        let safe = moves.iter().map(|m| Ok((m.from.0.clone(), store.or(&m.goal.0, &m.dropped.0)?)));
+        let safe = edge_labels.iter().map(|m| Ok((m.from.0.clone(), store.or(&m.goal.0, &m.dropped.0)?)));
         let safe = safe.collect::<Result<Vec<_>>>()?;
         let mut game = Game { parts: Vec::new(), groups: Vec::new() };
         // The self-loops of deadlocks lead nowhere else.

@@ -81,7 +81,7 @@ impl Draft {
         Ok(pick::list(store, encoding, &store.and(&translated.rounded, states)?, 1)?.pop())
     }
 
-    /// Moves everything into a store that suits what is still to come: as the states tell, the fixpoints
+    /// EdgeLabels everything into a store that suits what is still to come: as the states tell, the fixpoints
     /// after exploring take hundreds of nodes for each node of theirs.
     pub(super) fn size_to(&mut self, states: &mut Bdd) -> Result<()> {
         let relations = self.translated.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation));
@@ -90,7 +90,7 @@ impl Draft {
         self.enlarge(entries, Some(states))
     }
 
-    /// Moves everything into a store whose operation cache has so many entries, unless it has them here.
+    /// EdgeLabels everything into a store whose operation cache has so many entries, unless it has them here.
     fn enlarge(&mut self, entries: u64, states: Option<&mut Bdd>) -> Result<()> {
         let Some(larger) = self.store.larger(entries, &self.settings) else { return Ok(()) };
         let Translated { transitions, initial, initial_fails, rounded } = &mut self.translated;

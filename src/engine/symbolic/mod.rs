@@ -49,7 +49,7 @@ pub use pick::Listing;
 pub use thresholds::{Thresholds, Ways};
 pub use transitions::Numbered;
 
-use super::{Algebra, Count, Engine, Moves, Region, Settings, Usage, moves};
+use super::{Algebra, Count, EdgeLabels, Engine, Region, Settings, Usage, edge_labels};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -284,10 +284,12 @@ impl Engine for SymbolicEngine {
         &self,
         target: &StateSet,
         within: &ChoiceSet,
-        moves: &[Moves<StateSet>],
+        edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<StateSet> {
-        let dropped: Vec<(Bdd, Bdd)> =
-            moves::dropped(self, moves)?.into_iter().map(|(from, into)| (from.0, into.0)).collect();
+        let dropped: Vec<(Bdd, Bdd)> = edge_labels::dropped(self, edge_labels)?
+            .into_iter()
+            .map(|(from, into)| (from.0, into.0))
+            .collect();
         let confinement = self.confinement(within);
         let free = dropped.is_empty() && confinement.iter().all(Option::is_none);
         if let (true, Some(found)) = (free, self.recall(target)) {
@@ -313,16 +315,16 @@ impl Engine for SymbolicEngine {
         &self,
         left: Region<StateSet, ChoiceSet>,
         (within, won): (&ChoiceSet, &StateSet),
-        moves: &[Moves<StateSet>],
+        edge_labels: &[EdgeLabels<StateSet>],
         lost: StateSet,
     ) -> Result<Region<StateSet, ChoiceSet>> {
-        let found = attractor::remove_attractor(self, &lost, won, &left.choices, moves)?;
+        let found = attractor::remove_attractor(self, &lost, won, &left.choices, edge_labels)?;
         self.store.work.lost[usize::from(found.is_some())].fetch_add(1, Relaxed);
         match found {
             Some((lost, choices)) => Ok(Region { states: self.difference(&left.states, &lost)?, choices }),
             None => {
                 let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
-                moves::remove_attractor(self, left, (within, won), moves, lost, is_simpler)
+                edge_labels::remove_attractor(self, left, (within, won), edge_labels, lost, is_simpler)
             }
         }
     }

@@ -1,4 +1,4 @@
-//! PartialRelation relations: over the bits that something moves, and no next copies of the others.
+//! Partial relations: over the bits that something moves, and no next copies of the others.
 
 use oxidd::Function;
 

@@ -109,8 +109,8 @@ impl Budget {
 
 impl Part {
     /// Whether a step may change anything.
-    pub(super) fn moves(&self, store: &Store) -> bool {
-        self.list.moves() && !store.is_zero(&self.allowed)
+    pub(super) fn edge_labels(&self, store: &Store) -> bool {
+        self.list.edge_labels() && !store.is_zero(&self.allowed)
     }
 }
 

@@ -39,14 +39,14 @@ pub(super) enum ListKind {
     /// All keep the state, where one of several relations allows a step.
     KeepsSeverally,
     /// Some may change it.
-    Moves,
+    EdgeLabels,
 }
 
 impl ListKind {
     fn of(entries: &[PartialRelation]) -> Self {
         match entries {
             [] => ListKind::Empty,
-            several if several.iter().any(|e| !e.support.is_empty()) => ListKind::Moves,
+            several if several.iter().any(|e| !e.support.is_empty()) => ListKind::EdgeLabels,
             [_] => ListKind::Keeps,
             _ => ListKind::KeepsSeverally,
         }
@@ -63,8 +63,8 @@ impl RelationList {
     }
 
     /// Whether a step may change anything.
-    pub(super) fn moves(&self) -> bool {
-        self.kind == ListKind::Moves
+    pub(super) fn edge_labels(&self) -> bool {
+        self.kind == ListKind::EdgeLabels
     }
 
     /// Where one relation alone allows a step, and every step keeps the state: the states that may take one.
@@ -165,7 +165,7 @@ impl Lists {
         let mut stack = vec![lists.to_vec()];
         while let Some(lists) = stack.pop() {
             let numbers: Vec<u32> = lists.iter().map(|l| l.number).collect();
-            let Some(bit) = lists.iter().filter(|l| l.moves()).map(|l| l.top).min() else { continue };
+            let Some(bit) = lists.iter().filter(|l| l.edge_labels()).map(|l| l.top).min() else { continue };
             if !seen.insert(numbers) {
                 continue;
             }

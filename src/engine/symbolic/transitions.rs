@@ -24,7 +24,7 @@ const MOST_GROUPS: usize = 1 << 14;
 /// A partial relation of one group.
 #[derive(Clone)]
 pub(super) struct Piece {
-    /// Whose choices it moves.
+    /// The group whose choices these are.
     pub(super) group: usize,
     pub(super) steps: PartialRelation,
 }

@@ -5,8 +5,8 @@ use crate::error::Result;
 
 /// What the edges from some states are worth.
 #[derive(Debug, Clone)]
-pub struct Moves<S> {
-    /// The states; those of different moves of a game are disjoint.
+pub struct EdgeLabels<S> {
+    /// The states; those of different parts of a game are disjoint.
     pub from: S,
     /// An edge from `from` into these wins.
     pub goal: S,
@@ -24,9 +24,9 @@ type Edges<S> = Vec<(S, S)>;
 pub(crate) fn winning<E: Engine>(
     engine: &E,
     choices: &E::Choices,
-    moves: &[Moves<E::States>],
+    edge_labels: &[EdgeLabels<E::States>],
 ) -> Result<E::Choices> {
-    edges_into(engine, choices, moves, |m| Ok(m.goal.clone()))
+    edges_into(engine, choices, edge_labels, |m| Ok(m.goal.clone()))
 }
 
 /// { (s,a) ∈ C : some edge that is there enters X }
@@ -36,10 +36,10 @@ pub(crate) fn winning<E: Engine>(
 pub(crate) fn keeping<E: Engine>(
     engine: &E,
     choices: &E::Choices,
-    moves: &[Moves<E::States>],
+    edge_labels: &[EdgeLabels<E::States>],
     x: &E::States,
 ) -> Result<E::Choices> {
-    edges_into(engine, choices, moves, |m| engine.difference(x, &m.dropped))
+    edges_into(engine, choices, edge_labels, |m| engine.difference(x, &m.dropped))
 }
 
 /// { (s,a) ∈ C : some edge that is there and does not win enters X }
@@ -49,20 +49,22 @@ pub(crate) fn keeping<E: Engine>(
 pub(crate) fn leaning<E: Engine>(
     engine: &E,
     choices: &E::Choices,
-    moves: &[Moves<E::States>],
+    edge_labels: &[EdgeLabels<E::States>],
     x: &E::States,
 ) -> Result<E::Choices> {
-    edges_into(engine, choices, moves, |m| engine.difference(&engine.difference(x, &m.goal)?, &m.dropped))
+    edges_into(engine, choices, edge_labels, |m| {
+        engine.difference(&engine.difference(x, &m.goal)?, &m.dropped)
+    })
 }
 
-/// { (s,a) ∈ C : some edge enters what `into` says of the moves that s is of }
+/// { (s,a) ∈ C : some edge enters what `into` says of the edge labels of the part of s }
 fn edges_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
-    moves: &[Moves<E::States>],
-    into: impl Fn(&Moves<E::States>) -> Result<E::States>,
+    edge_labels: &[EdgeLabels<E::States>],
+    into: impl Fn(&EdgeLabels<E::States>) -> Result<E::States>,
 ) -> Result<E::Choices> {
-    let edges = moves.iter().map(|m| Ok((m.from.clone(), into(m)?)));
+    let edges = edge_labels.iter().map(|m| Ok((m.from.clone(), into(m)?)));
     pairs_into(engine, choices, edges.collect::<Result<_>>()?)
 }
 
@@ -70,8 +72,11 @@ fn edges_into<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine. Cost: no image.
-pub(crate) fn dropped<E: Engine>(engine: &E, moves: &[Moves<E::States>]) -> Result<Edges<E::States>> {
-    grouped(engine, moves.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect())
+pub(crate) fn dropped<E: Engine>(
+    engine: &E,
+    edge_labels: &[EdgeLabels<E::States>],
+) -> Result<Edges<E::States>> {
+    grouped(engine, edge_labels.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect())
 }
 
 /// ⋃ over (X, Y) of { (s,a) ∈ C : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }.
@@ -157,21 +162,21 @@ fn withdraw<E: Engine>(
 pub(super) fn almost_surely_win<E: Engine>(
     engine: &E,
     start: Region<E::States, E::Choices>,
-    moves: &[Moves<E::States>],
+    edge_labels: &[EdgeLabels<E::States>],
 ) -> Result<Region<E::States, E::Choices>> {
-    let winning = winning(engine, &start.choices, moves)?;
+    let winning = winning(engine, &start.choices, edge_labels)?;
     let within = start.choices.clone();
     let mut left = start;
     loop {
         let seeds = engine.sources(&engine.intersection(&left.choices, &winning)?)?;
-        let reaching = engine.can_reach(&seeds, &left.choices, moves)?;
+        let reaching = engine.can_reach(&seeds, &left.choices, edge_labels)?;
         let lost = engine.difference(&left.states, &reaching)?;
         left.states = engine.intersection(&left.states, &reaching)?;
         if engine.is_empty(&lost) {
             left.choices = engine.choices_in(&left.choices, &left.states)?;
             return Ok(left);
         }
-        left = engine.remove_attractor(left, (&within, &engine.no_states()), moves, lost)?;
+        left = engine.remove_attractor(left, (&within, &engine.no_states()), edge_labels, lost)?;
     }
 }
 
@@ -181,15 +186,15 @@ pub(super) fn remove_attractor<E: Engine>(
     engine: &E,
     mut left: Region<E::States, E::Choices>,
     (within, won): (&E::Choices, &E::States),
-    moves: &[Moves<E::States>],
+    edge_labels: &[EdgeLabels<E::States>],
     mut lost: E::States,
     is_simpler: impl Fn(&E::States, &E::States) -> bool,
 ) -> Result<Region<E::States, E::Choices>> {
     while !engine.is_empty(&lost) {
-        let stuck = if moves.is_empty() {
+        let stuck = if edge_labels.is_empty() {
             withdraw(engine, &mut left, within, &lost, &is_simpler)?
         } else {
-            let gone = leaning(engine, &left.choices, moves, &lost)?;
+            let gone = leaning(engine, &left.choices, edge_labels, &lost)?;
             disallow(engine, &mut left.choices, &gone)?
         };
         lost = engine.intersection(&engine.difference(&stuck, won)?, &left.states)?;
