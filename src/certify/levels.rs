@@ -3,15 +3,15 @@
 use super::checker::Checker;
 use super::outcomes::Class;
 use super::stop::{Check, Stop};
-use super::terrain::{Terrain, terrains};
+use super::arena::{Arena, arenas};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, Engine};
 use crate::names;
 
 /// Checks the levels of both kinds.
 pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check {
-    let terrains = terrains(checker, classes)?;
-    let found = [levels(checker, &terrains, "sasi")?, levels(checker, &terrains, "spi")?];
+    let arenas = arenas(checker, classes)?;
+    let found = [levels(checker, &arenas, "sasi")?, levels(checker, &arenas, "spi")?];
     match checker.manifest.max_level {
         Some(max) if found.iter().max() != Some(&max) => {
             Err(Stop::violated(format!("the search for levels was cut after {max}"), None))
@@ -31,7 +31,7 @@ struct Level<'n> {
 }
 
 /// The levels of one kind; gives their number.
-fn levels(checker: &mut Checker<'_>, terrains: &[Terrain], kind: &str) -> Check<usize> {
+fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> Check<usize> {
     let found = (1..).take_while(|k| checker.regions.has(&names::level(kind, k))).count();
     let (mut entered, mut below) = (checker.engine.all_states(), None);
     for k in 1..=found {
@@ -44,13 +44,13 @@ fn levels(checker: &mut Checker<'_>, terrains: &[Terrain], kind: &str) -> Check<
         checker.subset(&states, &level.entered, || {
             format!("each state of `{}` is in the level below", level.name)
         })?;
-        whole(checker, terrains, &level, &states)?;
+        whole(checker, arenas, &level, &states)?;
         (entered, below) = (states, Some(level.name));
     }
     if checker.manifest.max_level != Some(found) {
         ending(
             checker,
-            terrains,
+            arenas,
             kind,
             found,
             Level { kind, name: names::level(kind, names::UNBOUNDED), entered, below },
@@ -62,7 +62,7 @@ fn levels(checker: &mut Checker<'_>, terrains: &[Terrain], kind: &str) -> Check<
 /// The last level is the fixpoint of unbounded ranks, or the one after it is empty.
 fn ending(
     checker: &mut Checker<'_>,
-    terrains: &[Terrain],
+    arenas: &[Arena],
     kind: &str,
     found: usize,
     unbounded: Level<'_>,
@@ -71,7 +71,7 @@ fn ending(
     let states = checker.regions.states(name)?;
     if !checker.engine.is_empty(&states) {
         checker.equal(&states, &unbounded.entered, || format!("`{name}` is the last level"))?;
-        return whole(checker, terrains, &unbounded, &states);
+        return whole(checker, arenas, &unbounded, &states);
     }
     let nobody = checker.engine.no_states();
     let strategy = names::strategy(name);
@@ -80,32 +80,32 @@ fn ending(
     checker.passed(name);
     checker.passed(&strategy);
     let next = Level { name: names::level(kind, found + 1), ..unbounded };
-    for terrain in terrains {
-        let upper = match &terrain.reference {
-            Some(_) => checker.proof.states(&terrain.name(&next.name))?,
+    for arena in arenas {
+        let upper = match &arena.reference {
+            Some(_) => checker.proof.states(&arena.name(&next.name))?,
             None => nobody.clone(),
         };
-        outside(checker, terrain, &next, &upper)?;
-        let winning = checker.engine.intersection(&upper, &terrain.start)?;
+        outside(checker, arena, &next, &upper)?;
+        let winning = checker.engine.intersection(&upper, &arena.start)?;
         checker.subset(&winning, &nobody, || format!("no state wins `{}`", next.name))?;
     }
     Ok(())
 }
 
-/// A level in all terrains.
-fn whole(checker: &mut Checker<'_>, terrains: &[Terrain], level: &Level<'_>, states: &StateSet) -> Check {
+/// A level in all arenas.
+fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states: &StateSet) -> Check {
     let name = &level.name;
     let mut won = checker.engine.no_states();
     let mut permitted = checker.engine.no_choices();
-    for terrain in terrains {
-        let own = terrain.name(name);
-        let region = terrain.sets(checker).states(&own)?;
-        let strategy = terrain.sets(checker).choices(&names::strategy(&own))?;
-        inside(checker, terrain, level, &own, &region, &strategy)?;
-        outside(checker, terrain, level, &region)?;
+    for arena in arenas {
+        let own = arena.name(name);
+        let region = arena.sets(checker).states(&own)?;
+        let strategy = arena.sets(checker).choices(&names::strategy(&own))?;
+        inside(checker, arena, level, &own, &region, &strategy)?;
+        outside(checker, arena, level, &region)?;
         let engine = &checker.engine;
-        won = engine.union(&won, &engine.intersection(&region, &terrain.start)?)?;
-        permitted = engine.union(&permitted, &engine.choices_in(&strategy, &terrain.start)?)?;
+        won = engine.union(&won, &engine.intersection(&region, &arena.start)?)?;
+        permitted = engine.union(&permitted, &engine.choices_in(&strategy, &arena.start)?)?;
     }
     checker.equal(states, &won, || format!("`{name}` is what its reference classes win"))?;
     let strategy = names::strategy(name);
@@ -117,15 +117,15 @@ fn whole(checker: &mut Checker<'_>, terrains: &[Terrain], level: &Level<'_>, sta
 }
 
 impl Level<'_> {
-    /// The choices of a terrain with a goal edge: one that improves and enters the level below.
-    fn goals(&self, checker: &Checker<'_>, terrain: &Terrain) -> Check<ChoiceSet> {
-        terrain.into(checker, |_, part| Ok(checker.engine.intersection(&part.goal, &self.entered)?))
+    /// The choices of a arena with a goal edge: one that improves and enters the level below.
+    fn goals(&self, checker: &Checker<'_>, arena: &Arena) -> Check<ChoiceSet> {
+        arena.into(checker, |_, part| Ok(checker.engine.intersection(&part.goal, &self.entered)?))
     }
 
     /// The choices with a kept edge into X that is no goal edge.
-    fn straying(&self, checker: &Checker<'_>, terrain: &Terrain, x: &StateSet) -> Check<ChoiceSet> {
+    fn straying(&self, checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> Check<ChoiceSet> {
         let engine = &checker.engine;
-        terrain.into(checker, |_, part| {
+        arena.into(checker, |_, part| {
             let goal = engine.intersection(&part.goal, &self.entered)?;
             Ok(engine.difference(&engine.difference(x, &goal)?, &part.dropped)?)
         })
@@ -133,34 +133,34 @@ impl Level<'_> {
 }
 
 /// The choices with a kept edge into X.
-fn moving(checker: &Checker<'_>, terrain: &Terrain, x: &StateSet) -> Check<ChoiceSet> {
-    terrain.into(checker, |_, part| Ok(checker.engine.difference(x, &part.dropped)?))
+fn moving(checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> Check<ChoiceSet> {
+    arena.into(checker, |_, part| Ok(checker.engine.difference(x, &part.dropped)?))
 }
 
 /// The strategy is the permissive one, and layers lead to a goal edge under it.
 fn inside(
     checker: &Checker<'_>,
-    terrain: &Terrain,
+    arena: &Arena,
     level: &Level<'_>,
     name: &str,
     region: &StateSet,
     strategy: &ChoiceSet,
 ) -> Check {
     let engine = &checker.engine;
-    let kept = engine.choices_in(&terrain.kept, region)?;
-    let goals = level.goals(checker, terrain)?;
+    let kept = engine.choices_in(&arena.kept, region)?;
+    let goals = level.goals(checker, arena)?;
     let expected = if level.kind == "sasi" {
         let out = engine.difference(&engine.all_states(), region)?;
-        engine.difference(&kept, &level.straying(checker, terrain, &out)?)?
+        engine.difference(&kept, &level.straying(checker, arena, &out)?)?
     } else {
-        let ahead = engine.union(&goals, &moving(checker, terrain, region)?)?;
+        let ahead = engine.union(&goals, &moving(checker, arena, region)?)?;
         engine.intersection(&kept, &ahead)?
     };
     let condition = || format!("`strategy:{name}` are the kept choices that keep winning");
     checker.equal_choices(strategy, &expected, condition)?;
     let start = engine.sources(&engine.intersection(strategy, &goals)?)?;
     let step = |layer: &StateSet| {
-        let entering = moving(checker, terrain, layer)?;
+        let entering = moving(checker, arena, layer)?;
         Ok(engine.sources(&engine.intersection(strategy, &entering)?)?)
     };
     checker.layers(name, region, &start, step)
@@ -168,25 +168,25 @@ fn inside(
 
 /// SASI: rounds in which the states outside are lost, after those outside of the level below. SPI: no
 /// kept choice enters the region or a goal edge from outside.
-fn outside(checker: &Checker<'_>, terrain: &Terrain, level: &Level<'_>, region: &StateSet) -> Check {
+fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &StateSet) -> Check {
     let engine = &checker.engine;
-    let name = terrain.name(&level.name);
-    let goals = level.goals(checker, terrain)?;
+    let name = arena.name(&level.name);
+    let goals = level.goals(checker, arena)?;
     if level.kind == "spi" {
-        let ahead = engine.union(&goals, &moving(checker, terrain, region)?)?;
-        let entering = engine.sources(&engine.intersection(&terrain.kept, &ahead)?)?;
+        let ahead = engine.union(&goals, &moving(checker, arena, region)?)?;
+        let entering = engine.sources(&engine.intersection(&arena.kept, &ahead)?)?;
         return checker
             .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
     }
     let below = match &level.below {
-        Some(below) => terrain.sets(checker).states(&terrain.name(below))?,
-        None => terrain.states.clone(),
+        Some(below) => arena.sets(checker).states(&arena.name(below))?,
+        None => arena.states.clone(),
     };
     let left = checker.rounds(&name, &below, |j, lost, left, rest| {
         let gone = engine.difference(&engine.all_states(), left)?;
-        let safe = engine.choices_in(&terrain.kept, lost)?;
-        let safe = engine.difference(&safe, &level.straying(checker, terrain, &gone)?)?;
-        let ahead = engine.union(&goals, &moving(checker, terrain, rest)?)?;
+        let safe = engine.choices_in(&arena.kept, lost)?;
+        let safe = engine.difference(&safe, &level.straying(checker, arena, &gone)?)?;
+        let ahead = engine.union(&goals, &moving(checker, arena, rest)?)?;
         let saved = engine.sources(&engine.intersection(&safe, &ahead)?)?;
         let condition = || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
         checker.subset(&saved, &engine.no_states(), condition)

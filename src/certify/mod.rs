@@ -18,13 +18,13 @@
 //! | `spi:k` | layers towards a goal edge | no kept choice enters it from outside |
 
 mod checker;
-mod claims;
+mod manifest_check;
 mod levels;
 mod outcomes;
-mod plays;
+mod temporal;
 mod sets;
 mod stop;
-mod terrain;
+mod arena;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -113,13 +113,13 @@ fn run(
     checked: &mut Vec<Checked>,
 ) -> Result<(), Stop> {
     let manifest = &dump.manifest;
-    claims::inputs(manifest, hashes)?;
+    manifest_check::inputs(manifest, hashes)?;
     manifest.check_file(FILE, &manifest.regions, &dump.regions)?;
     if let (Some(file), Some(diagram)) = (&manifest.certificate, &dump.certificate) {
         manifest.check_file(FILE, file, diagram)?;
     }
     let mut checker = Checker::new(program, preferences, dump, settings)?;
-    claims::all(&checker.engine, preferences, hashes, manifest)?;
+    manifest_check::all(&checker.engine, preferences, hashes, manifest)?;
     checker.scope()?;
     checker.counts()?;
     let result = outcomes::check(&mut checker)

@@ -1,7 +1,7 @@
 //! Targets, positive and almost-sure regions, classes.
 
 use super::checker::Checker;
-use super::plays;
+use super::temporal;
 use super::stop::Check;
 use crate::engine::symbolic::StateSet;
 use crate::engine::{Algebra, Engine};
@@ -25,7 +25,7 @@ pub(super) fn check(checker: &mut Checker<'_>) -> Check<Vec<Class>> {
         let (target, what) = match &objective.goal {
             Goal::Reach(target) => (checker.engine.states_where(*target)?, "in which the target holds"),
             Goal::Satisfy { condition, .. } => {
-                (plays::secured(checker, &objective.name, condition)?, "in which the objective is secured")
+                (temporal::secured(checker, &objective.name, condition)?, "in which the objective is secured")
             }
         };
         let name = names::target(&objective.name);

@@ -10,7 +10,7 @@ use crate::model::preference::Change;
 use crate::names;
 
 /// The safe choices, with the edges that improve.
-pub(super) struct Terrain {
+pub(super) struct Arena {
     /// Under `prefix` the class that improvements are measured against.
     pub(super) reference: Option<String>,
     /// The states that count for a level; under `prefix` those of the reference class.
@@ -31,8 +31,8 @@ struct Side {
     worse: StateSet,
 }
 
-/// The terrains for the safety of the dump.
-pub(super) fn terrains(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Terrain>> {
+/// The arenas for the safety of the dump.
+pub(super) fn arenas(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Arena>> {
     let sides = sides(checker, classes)?;
     match checker.manifest.safety.as_str() {
         "action" => Ok(vec![single(checker, sides, false)?]),
@@ -61,7 +61,7 @@ fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> Check<Vec<Side>> {
 
 /// `action`: no choice with a weakening edge is kept. `transition`: weakening edges are dropped, and
 /// choices that have no others.
-fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Terrain> {
+fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Arena> {
     let engine = &checker.engine;
     let mut kept = engine.all_choices();
     let mut edge_labels = Vec::new();
@@ -76,12 +76,12 @@ fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Terrain
         edge_labels.push(EdgeLabels { from: class.states, goal: class.better, dropped });
     }
     let all = engine.all_states();
-    Ok(Terrain { reference: None, start: all.clone(), states: all, kept, edge_labels })
+    Ok(Arena { reference: None, start: all.clone(), states: all, kept, edge_labels })
 }
 
-/// One terrain a class: the states from which it need never be weakened.
-fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Terrain>> {
-    let mut terrains = Vec::new();
+/// One arena a class: the states from which it need never be weakened.
+fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
+    let mut arenas = Vec::new();
     for class in sides {
         let name = names::safe(&class.name);
         let safe = checker.proof.states(&name)?;
@@ -97,7 +97,7 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Terrain>> {
         let edge_labels = EdgeLabels { from: safe.clone(), goal, dropped: engine.no_states() };
         let start = engine.intersection(&class.states, &safe)?;
         if !engine.is_empty(&start) {
-            terrains.push(Terrain {
+            arenas.push(Arena {
                 reference: Some(class.name),
                 start,
                 states: safe,
@@ -107,7 +107,7 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Terrain>> {
         }
         checker.passed(&name);
     }
-    Ok(terrains)
+    Ok(arenas)
 }
 
 /// A state is lost that weakens, or whose every choice may step into states lost before.
@@ -123,8 +123,8 @@ fn unsafe_rounds(checker: &Checker<'_>, name: &str, safe: &StateSet, worse: &Sta
     checker.subset(&left, safe, || format!("each state outside of `{name}` is lost in some round"))
 }
 
-impl Terrain {
-    /// What a level is called in the terrain.
+impl Arena {
+    /// What a level is called in the arena.
     pub(super) fn name(&self, level: &str) -> String {
         self.reference.as_ref().map_or_else(|| level.to_owned(), |class| names::against(level, class))
     }
