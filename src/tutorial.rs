@@ -136,7 +136,7 @@
 //!
 //! # 5. What to do, and why
 //!
-//! A [`Playbook`](crate::planning::Playbook) has the strategies of all levels. It explains each action of a
+//! A [`FiniteMemoryStrategy`](crate::planning::FiniteMemoryStrategy) has the strategies of all levels. It explains each action of a
 //! state: whether it is permitted, what it leads to, and why.
 //!
 //! ```
@@ -146,7 +146,7 @@
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
 //! # use meliora::planning::{Analysis, Kind, Options};
-//! use meliora::planning::{Picks, Playbook, Setup, Simulation};
+//! use meliora::planning::{Scheduler, FiniteMemoryStrategy, Setup, Simulation};
 //! use meliora::planning::explain::Verdict;
 //!
 //! # fn main() -> Result<(), Error> {
@@ -158,7 +158,7 @@
 //! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! # analysis.run(&mut |_| ())?;
 //! # let missing = || Error::Usage("the levels are known".into());
-//! let mut book = Playbook::new(&analysis, &program, Kind::Sasi).ok_or_else(missing)?;
+//! let mut book = FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).ok_or_else(missing)?;
 //! let start = [0];
 //! let at = book.explain(&start, book.start(&start))?;
 //! let said: Vec<(&str, bool, Verdict)> =
@@ -169,7 +169,7 @@
 //! assert_eq!(said[2], ("c", true, Verdict::Improves));
 //!
 //! // Random plays under the strategy keep what it promises. The same seed gives the same plays.
-//! let setup = Setup { picks: Picks::Permissive, runs: 100, steps: 50, seed: 1 };
+//! let setup = Setup { scheduler: Scheduler::Permissive, runs: 100, steps: 50, seed: 1 };
 //! let plays = Simulation::new(&mut book, setup).run(&start)?;
 //! assert_eq!(plays.fewer_than(1), 0);
 //! assert_eq!(plays.weakened_step, 0);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use meliora::embed::Exploration;
 use meliora::engine::symbolic::Order;
-use meliora::planning::{Kind, Options, Picks};
+use meliora::planning::{Kind, Options, Scheduler};
 use meliora::{Safety, Scope, Settings, SourceFile, Storage};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyString};
@@ -34,8 +34,8 @@ pub(crate) fn kind(name: &str) -> PyResult<Kind> {
     named("kind", name, &Kind::ALL.map(|k| (k.name(), k)))
 }
 
-pub(crate) fn picks(name: &str) -> PyResult<Picks> {
-    named("picks", name, &[Picks::Permissive, Picks::Progress].map(|p| (p.name(), p)))
+pub(crate) fn picks(name: &str) -> PyResult<Scheduler> {
+    named("picks", name, &[Scheduler::Permissive, Scheduler::Progress].map(|p| (p.name(), p)))
 }
 
 /// What an analysis computes.

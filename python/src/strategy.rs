@@ -239,7 +239,7 @@ impl Strategy {
         timeout: Option<f64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Simulation> {
-        let setup = Setup { picks: options::picks(picks)?, runs, steps, seed };
+        let setup = Setup { scheduler: options::picks(picks)?, runs, steps, seed };
         let call = Call::new(timeout, progress)?;
         let start = self.desk.state(py, state)?;
         let book = Arc::clone(&self.desk.book);

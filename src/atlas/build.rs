@@ -9,7 +9,7 @@ use crate::export;
 use crate::model::preference::ObjectiveSet;
 use crate::model::{Program, VarId};
 use crate::planning::levels::{End, Level};
-use crate::planning::{Analysis, Kind, Playbook, strategy};
+use crate::planning::{Analysis, FiniteMemoryStrategy, Kind, strategy};
 
 /// The most choices for which a page tells where they are permitted.
 const MOST_CHOICES: usize = 256;
@@ -158,7 +158,7 @@ fn permitted<E: Dumpable>(analysis: &Analysis<'_, E>, program: &Program, kind: K
     let engine = analysis.engine();
     let mut all = engine.no_choices();
     let (Some(book), Some(classes), Some(improvement)) =
-        (Playbook::new(analysis, program, kind), analysis.classes(), analysis.improvement())
+        (FiniteMemoryStrategy::new(analysis, program, kind), analysis.classes(), analysis.improvement())
     else {
         return Ok(engine.choices_diagram(&all).clone());
     };

@@ -1,9 +1,9 @@
 //! Levels and strategies.
 
+use super::arena::{Arena, arenas};
 use super::checker::Checker;
 use super::outcomes::Class;
 use super::stop::{Check, Stop};
-use super::arena::{Arena, arenas};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, Engine};
 use crate::names;

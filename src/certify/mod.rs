@@ -17,14 +17,14 @@
 //! | `sasi:k` | closed under its strategy, layers towards a goal edge | rounds of lost states |
 //! | `spi:k` | layers towards a goal edge | no kept choice enters it from outside |
 
+mod arena;
 mod checker;
-mod manifest_check;
 mod levels;
+mod manifest_check;
 mod outcomes;
-mod temporal;
 mod sets;
 mod stop;
-mod arena;
+mod temporal;
 
 use std::path::Path;
 use std::sync::Arc;

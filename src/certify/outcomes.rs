@@ -1,8 +1,8 @@
 //! Targets, positive and almost-sure regions, classes.
 
 use super::checker::Checker;
-use super::temporal;
 use super::stop::Check;
+use super::temporal;
 use crate::engine::symbolic::StateSet;
 use crate::engine::{Algebra, Engine};
 use crate::model::preference::{Goal, ObjectiveSet};

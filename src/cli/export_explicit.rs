@@ -8,7 +8,7 @@ use meliora::error::Error;
 use meliora::export::explicit::{Graph, action_table, drn, explored, induced, prism};
 use meliora::output::ExplicitReport;
 use meliora::output::report::ModelSummary;
-use meliora::planning::course::Picks;
+use meliora::planning::induced_model::Scheduler;
 use meliora::planning::{Analysis, Kind, Phase};
 
 use super::exit::Status;
@@ -22,21 +22,21 @@ use super::{load, plan};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct StrategyArg {
     kind: Kind,
-    picks: Picks,
+    scheduler: Scheduler,
 }
 
 impl StrategyArg {
     /// Reads `sasi`, `spi:progress`, …
     pub(super) fn parse(text: &str) -> Result<Self, String> {
-        let (kind, picks) = text.split_once(':').unwrap_or((text, "permissive"));
-        match (Kind::named(kind), Picks::named(picks)) {
-            (Some(kind), Some(picks)) => Ok(StrategyArg { kind, picks }),
+        let (kind, scheduler) = text.split_once(':').unwrap_or((text, "permissive"));
+        match (Kind::named(kind), Scheduler::named(scheduler)) {
+            (Some(kind), Some(scheduler)) => Ok(StrategyArg { kind, scheduler }),
             _ => Err("such as sasi, spi, sasi:progress or spi:permissive".to_owned()),
         }
     }
 
     fn name(self) -> String {
-        format!("{}:{}", self.kind.name(), self.picks.name())
+        format!("{}:{}", self.kind.name(), self.scheduler.name())
     }
 }
 
@@ -103,7 +103,7 @@ fn listed<E: Engine>(
 ) -> Result<Graph, Error> {
     let Some(strategy) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
     let mut book = plan::playbook(analysis, program, strategy.kind)?;
-    induced(analysis, program, &mut book, strategy.picks, wanted.limit)
+    induced(analysis, program, &mut book, strategy.scheduler, wanted.limit)
 }
 
 /// The names of the files.

@@ -5,7 +5,7 @@ use meliora::engine::{Engine, Scope};
 use meliora::error::{Diagnostic, Error, SourceFile};
 use meliora::lang;
 use meliora::model::{Program, State};
-use meliora::planning::{Analysis, Kind, Phase, Picks, Playbook};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, Scheduler};
 
 use super::load::Question;
 use super::options::{ModelArgs, PreferenceArgs};
@@ -41,11 +41,11 @@ pub(super) enum PicksArg {
     Permissive,
 }
 
-impl From<PicksArg> for Picks {
-    fn from(picks: PicksArg) -> Self {
-        match picks {
-            PicksArg::Permissive => Picks::Permissive,
-            PicksArg::Progress => Picks::Progress,
+impl From<PicksArg> for Scheduler {
+    fn from(scheduler: PicksArg) -> Self {
+        match scheduler {
+            PicksArg::Permissive => Scheduler::Permissive,
+            PicksArg::Progress => Scheduler::Progress,
         }
     }
 }
@@ -117,7 +117,7 @@ pub(super) fn playbook<'a, E: Engine>(
     analysis: &Analysis<'a, E>,
     program: &'a Program,
     kind: Kind,
-) -> Result<Playbook<'a, E>, Error> {
+) -> Result<FiniteMemoryStrategy<'a, E>, Error> {
     let missing = || Error::Usage(format!("the levels of {kind} are not known"));
-    Playbook::new(analysis, program, kind).ok_or_else(missing)
+    FiniteMemoryStrategy::new(analysis, program, kind).ok_or_else(missing)
 }

@@ -287,12 +287,12 @@ impl Run<'_> {
         }
         let program = &self.question.program;
         let mut book = plan::playbook(self.analysis, program, kind)?;
-        let (picks, seed) = (self.args.strategy.into(), self.args.seed);
-        let setup = Setup { picks, runs: PLAYS, steps: STEPS, seed };
+        let (scheduler, seed) = (self.args.strategy.into(), self.args.seed);
+        let setup = Setup { scheduler, runs: PLAYS, steps: STEPS, seed };
         let (told, end) = Simulation::new(&mut book, setup).telling(start)?;
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);
         let visited = told.turns.iter().map(|turn| turn.state.clone());
         let states = std::iter::once(start.clone()).chain(visited).collect();
-        Ok(Some(Play { kind, picks, seed, trace, states, end }))
+        Ok(Some(Play { kind, scheduler, seed, trace, states, end }))
     }
 }

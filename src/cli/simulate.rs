@@ -65,7 +65,7 @@ const MOST_STEPS: u64 = 1_000_000;
 
 impl SimulateArgs {
     fn setup(&self) -> Setup {
-        Setup { picks: self.strategy.into(), runs: self.runs, steps: self.steps, seed: self.seed }
+        Setup { scheduler: self.strategy.into(), runs: self.runs, steps: self.steps, seed: self.seed }
     }
 }
 

@@ -7,7 +7,7 @@ use meliora::model::State;
 use meliora::output::report::ModelSummary;
 use meliora::output::strategy::StateReport;
 use meliora::output::{Number, StrategyReport, strategy_table};
-use meliora::planning::{Analysis, Course, Kind, Phase, Picks, Playbook, Rank};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler};
 
 use super::exit::Status;
 use super::load::{self, Question};
@@ -133,7 +133,7 @@ struct Run<'a, 'b, E: Engine> {
     question: &'a Question,
     args: &'a StrategyArgs,
     analysis: &'a Analysis<'b, E>,
-    book: Playbook<'a, E>,
+    book: FiniteMemoryStrategy<'a, E>,
 }
 
 impl<E: Engine> Run<'_, '_, E> {
@@ -188,7 +188,8 @@ impl<E: Engine> Run<'_, '_, E> {
         let mut report = StateReport::new(program, preferences, kind, &at, ranks);
         // A list of states gets no story each.
         if self.args.rank.is_none() && !self.args.csv && memory.level != Rank::Finite(0) {
-            let course = Course::unfold(&mut self.book, &[state.to_vec()], Picks::Progress, COURSE)?;
+            let course =
+                InducedModel::unfold(&mut self.book, &[state.to_vec()], Scheduler::Progress, COURSE)?;
             report.set_course(program, preferences, kind, &course);
         }
         Ok(report)
@@ -196,7 +197,7 @@ impl<E: Engine> Run<'_, '_, E> {
 
     fn draw(&mut self, states: &[State]) -> Result<(), Error> {
         let limit = self.args.limit as usize;
-        let course = Course::unfold(&mut self.book, states, Picks::Permissive, limit)?;
+        let course = InducedModel::unfold(&mut self.book, states, Scheduler::Permissive, limit)?;
         if !course.complete {
             self.desk.watch.warn(&format!("the drawing ends after {limit} places; `--limit` draws more"));
         }

@@ -12,7 +12,7 @@ use crate::planning::regions::regions;
 use crate::planning::result::Prospects;
 use crate::planning::simulate::Tally;
 use crate::planning::{
-    Analysis, AnalysisResult, Event, Kind, Options, Phase, Playbook, Rank, Setup, Simulation,
+    Analysis, AnalysisResult, Event, FiniteMemoryStrategy, Kind, Options, Phase, Rank, Setup, Simulation,
 };
 
 /// Outcomes, classes, improvement MDP and levels of an explored model under preferences.
@@ -146,14 +146,15 @@ impl Planning {
     /// [`Error::Usage`] before the levels of this kind were searched.
     pub fn strategy(&self, kind: Kind) -> Result<Strategy> {
         let missing = || Error::Usage("strategies come of levels: run the planning first".to_owned());
-        let book = Playbook::new(&self.analysis, Arc::clone(self.program()), kind).ok_or_else(missing)?;
+        let book = FiniteMemoryStrategy::new(&self.analysis, Arc::clone(self.program()), kind)
+            .ok_or_else(missing)?;
         Ok(Strategy { book })
     }
 }
 
 /// What to do in each state, and why.
 pub struct Strategy {
-    book: Playbook<'static, AnyEngine>,
+    book: FiniteMemoryStrategy<'static, AnyEngine>,
 }
 
 impl Strategy {
@@ -163,7 +164,7 @@ impl Strategy {
     }
 
     /// The playbook, with the strategies computed so far.
-    pub fn book(&mut self) -> &mut Playbook<'static, AnyEngine> {
+    pub fn book(&mut self) -> &mut FiniteMemoryStrategy<'static, AnyEngine> {
         &mut self.book
     }
 

@@ -13,7 +13,7 @@ use crate::engine::Scope;
 use crate::model::Program;
 use crate::model::preference::Preferences;
 use crate::planning::simulate::{Tally, Trace, Turn, Wait};
-use crate::planning::{Kind, Picks, Rank, Setup};
+use crate::planning::{Kind, Rank, Scheduler, Setup};
 
 /// What came of the plays, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
@@ -34,7 +34,7 @@ pub struct SimulateFindings {
     /// `sasi` or `spi`.
     pub kind: Kind,
     /// `permissive` or `progress`.
-    pub strategy: Picks,
+    pub strategy: Scheduler,
     /// How many plays from each state.
     pub runs: u64,
     /// A play is given up after so many steps.
@@ -222,7 +222,7 @@ impl SimulateReport {
             safety,
             empty: None,
             kind,
-            strategy: setup.picks,
+            strategy: setup.scheduler,
             runs: setup.runs,
             steps: setup.steps,
             seed: setup.seed,

@@ -12,7 +12,7 @@ use crate::engine::Scope;
 use crate::model::Program;
 use crate::model::preference::{Change, Preferences};
 use crate::planning::explain::{self, Explanation, Verdict};
-use crate::planning::{Course, Kind, Rank};
+use crate::planning::{InducedModel, Kind, Rank};
 
 /// What `strategy` found, in the order in which JSON has it.
 #[derive(Debug, Clone, Serialize)]
@@ -206,7 +206,13 @@ impl StateReport {
     }
 
     /// Adds what can come of a play.
-    pub fn set_course(&mut self, program: &Program, preferences: &Preferences, kind: Kind, course: &Course) {
+    pub fn set_course(
+        &mut self,
+        program: &Program,
+        preferences: &Preferences,
+        kind: Kind,
+        course: &InducedModel,
+    ) {
         self.longest_play = course.longest_play();
         self.course = Some(strategy_text::course(Words { program, preferences, kind }, course));
     }

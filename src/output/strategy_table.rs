@@ -8,8 +8,8 @@ use super::strategy::StateReport;
 use super::strategy_text::Probability;
 use crate::model::Program;
 use crate::model::preference::Preferences;
-use crate::planning::course::Node;
-use crate::planning::{Course, Kind};
+use crate::planning::induced_model::Node;
+use crate::planning::{InducedModel, Kind};
 
 /// The line of headings: the variables, then what is said of each action.
 pub fn csv_heading(program: &Program) -> String {
@@ -55,13 +55,13 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 
 /// The part reachable under a strategy: boxes are states, points are actions.
 ///
-/// Double boxes are where plays start; the progress strategy's picks are drawn bold, improvements
+/// Double boxes are where plays start; the actions of the progress strategy are drawn bold, improvements
 /// green, weakenings red, and what lies past the limit as `…`.
 pub fn dot(
     program: &Program,
     preferences: &Preferences,
     kind: Kind,
-    course: &Course,
+    course: &InducedModel,
     starts: usize,
 ) -> String {
     let words = Words { program, preferences, kind };

@@ -7,7 +7,7 @@ use super::reason::Words;
 use super::report::show_state;
 use super::strategy::{ActionReport, CourseLine, Shown, StateReport, StrategyReport, SuccessorReport};
 use super::{ranks, text};
-use crate::planning::{self, Course, Kind};
+use crate::planning::{self, InducedModel, Kind};
 
 /// The whole report.
 pub(super) fn render(report: &StrategyReport, style: Style) -> String {
@@ -139,9 +139,9 @@ pub(super) fn columns(rows: &[Vec<String>]) -> Vec<String> {
 }
 
 /// How plays under a strategy go, a line a place.
-pub(super) fn course(words: Words<'_>, course: &Course) -> Vec<CourseLine> {
+pub(super) fn course(words: Words<'_>, course: &InducedModel) -> Vec<CourseLine> {
     let Some(start) = course.nodes.first() else { return Vec::new() };
-    let line = |(index, node): (usize, &planning::course::Node)| CourseLine {
+    let line = |(index, node): (usize, &planning::induced_model::Node)| CourseLine {
         place: match index {
             0 => "the start".to_owned(),
             _ => words.changed(&start.at.state, &node.at.state),
@@ -154,7 +154,7 @@ pub(super) fn course(words: Words<'_>, course: &Course) -> Vec<CourseLine> {
 }
 
 /// `W to 3, 4 (B gained) or 5 (C gained)`
-fn then(words: Words<'_>, node: &planning::course::Node) -> String {
+fn then(words: Words<'_>, node: &planning::induced_model::Node) -> String {
     let mut played = Vec::new();
     for (action, next) in node.at.actions.iter().zip(&node.next) {
         let mut goes = Vec::new();

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::classes::Classes;
+use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::{Improvement, Safety};
 use super::levels::{End, Kind, Levels, Rank};
 use super::outcomes::Outcomes;
-use super::playbook::Playbook;
 use super::result::{
     AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
@@ -96,7 +96,7 @@ pub struct Analysis<'a, E: Engine> {
     preferences: Held<'a, Preferences>,
     options: Options,
     outcomes: Option<Outcomes<E>>,
-    // Shared with the playbooks made of them.
+    // Shared with the strategies made of them.
     classes: Option<Arc<Classes<E>>>,
     improvement: Option<Arc<Improvement<E>>>,
     sasi: Arc<Levels<E>>,
@@ -243,7 +243,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
             Kind::Sasi => (&mut self.sasi, &mut self.result.sasi),
             Kind::Spi => (&mut self.spi, &mut self.result.spi),
         };
-        // Only complete levels are shared with playbooks.
+        // Only complete levels are shared with strategies.
         let Some(levels) = Arc::get_mut(levels) else { return Ok(()) };
         while levels.advance(&*self.engine, classes, improvement, self.options.max_level)? {
             count_levels(&*self.engine, levels, counts, listener)?;
@@ -356,8 +356,8 @@ impl<'a, E: Engine> Analysis<'a, E> {
     }
 }
 
-impl<'a, E: Engine> Playbook<'a, E> {
-    /// The playbook of an analysis; none before the levels of this kind were searched.
+impl<'a, E: Engine> FiniteMemoryStrategy<'a, E> {
+    /// The finite-memory strategy of an analysis; none before the levels of this kind were searched.
     pub fn new(
         analysis: &Analysis<'a, E>,
         program: impl Into<Held<'a, Program>>,
@@ -367,7 +367,7 @@ impl<'a, E: Engine> Playbook<'a, E> {
         levels.end.as_ref()?;
         let lent = (analysis.engine.clone(), analysis.preferences.clone());
         let (classes, improvement) = (analysis.classes.clone()?, analysis.improvement.clone()?);
-        Some(Playbook::of(lent, program.into(), classes, improvement, Arc::clone(levels)))
+        Some(FiniteMemoryStrategy::of(lent, program.into(), classes, improvement, Arc::clone(levels)))
     }
 }
 

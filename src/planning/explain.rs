@@ -1,8 +1,8 @@
 //! Why an action is permitted in a state, or is not.
 
+use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::improvement::Safety;
 use super::levels::{Kind, Rank};
-use super::playbook::{Memory, Playbook};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
@@ -96,12 +96,12 @@ pub struct Successor {
     pub improves: bool,
 }
 
-impl<E: Engine> Playbook<'_, E> {
+impl<E: Engine> FiniteMemoryStrategy<'_, E> {
     /// All that is to be said of a state in which a play has the given memory.
     ///
     /// # Errors
     /// A limit of the engine, or a command without a meaning in the state. Cost: that of
-    /// [`Playbook::strategy`]; then no image.
+    /// [`FiniteMemoryStrategy::strategy`]; then no image.
     pub fn explain(&mut self, state: &[i64], memory: Memory) -> Result<Explanation> {
         if let Some(limit) = self.engine.settings().observer.stop() {
             return Err(limit.into());

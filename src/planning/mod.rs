@@ -5,19 +5,19 @@
 //! | outcomes, MP(s) | [`outcomes`], [`classes`] |
 //! | Definition "Improvement MDP" | [`improvement`] |
 //! | Algorithm "Level set", rank | [`levels`] |
-//! | SPI and SASI strategies | [`strategy`], [`playbook`] |
+//! | SPI and SASI strategies | [`strategy`], [`finite_memory`] |
 //!
 //! [`Analysis`] runs them one after the other and keeps what is known when a limit is hit. [`explain`]
-//! says why a strategy does what it does, [`course`] what can come of it, [`simulate`] what does.
+//! says why a strategy does what it does, [`induced_model`] what can come of it, [`simulate`] what does.
 
 pub mod analysis;
 pub mod classes;
-pub mod course;
 pub mod explain;
+pub mod finite_memory;
 pub mod improvement;
+pub mod induced_model;
 pub mod levels;
 pub mod outcomes;
-pub mod playbook;
 pub mod regions;
 pub mod result;
 pub mod simulate;
@@ -26,11 +26,11 @@ pub mod temporal;
 
 pub use analysis::{Analysis, Event, Options, Phase};
 pub use classes::{Class, Classes};
-pub use course::{Course, Picks};
 pub use explain::Explanation;
+pub use finite_memory::{FiniteMemoryStrategy, Memory};
 pub use improvement::{Improvement, Safety};
+pub use induced_model::{InducedModel, Scheduler};
 pub use levels::{Kind, Levels, Rank};
 pub use outcomes::Outcomes;
-pub use playbook::{Memory, Playbook};
 pub use result::AnalysisResult;
 pub use simulate::{Setup, Simulation};

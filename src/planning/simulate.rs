@@ -5,10 +5,10 @@ use std::rc::Rc;
 
 use ahash::AHashMap;
 
-use super::course::Picks;
 use super::explain::{Explanation, lost};
+use super::finite_memory::{FiniteMemoryStrategy, Memory};
+use super::induced_model::Scheduler;
 use super::levels::Rank;
-use super::playbook::{Memory, Playbook};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::State;
@@ -22,7 +22,7 @@ const REMEMBERED: usize = 1 << 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Setup {
     /// Under which strategy.
-    pub picks: Picks,
+    pub scheduler: Scheduler,
     /// How many.
     pub runs: u64,
     /// A play is given up after so many steps.
@@ -204,23 +204,23 @@ impl Tally {
     }
 }
 
-/// Plays under the strategies of a playbook.
+/// Plays under the a finite-memory strategy.
 pub struct Simulation<'b, 'a, E: Engine> {
-    book: &'b mut Playbook<'a, E>,
+    book: &'b mut FiniteMemoryStrategy<'a, E>,
     setup: Setup,
     seen: AHashMap<(State, Memory), Rc<Explanation>>,
 }
 
 impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
     /// A simulation without plays yet.
-    pub fn new(book: &'b mut Playbook<'a, E>, setup: Setup) -> Self {
+    pub fn new(book: &'b mut FiniteMemoryStrategy<'a, E>, setup: Setup) -> Self {
         Simulation { book, setup, seen: AHashMap::new() }
     }
 
     /// All plays from one state of the scope.
     ///
     /// # Errors
-    /// As [`Playbook::explain`]. Cost: that for each state and memory visited.
+    /// As [`FiniteMemoryStrategy::explain`]. Cost: that for each state and memory visited.
     pub fn run(&mut self, start: &[i64]) -> Result<Tally> {
         self.run_each(start, &mut |_| ())
     }
@@ -289,7 +289,8 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
 
     /// One step; none where the strategy has no action.
     fn turn(&self, at: &Explanation, first: &ObjectiveSet, draw: &mut Draw) -> Option<(Turn, Memory)> {
-        let played: Vec<usize> = (0..at.actions.len()).filter(|&a| self.setup.picks.plays(at, a)).collect();
+        let played: Vec<usize> =
+            (0..at.actions.len()).filter(|&a| self.setup.scheduler.plays(at, a)).collect();
         let action = &at.actions[*played.get(draw.below(played.len()))?];
         let drawn = draw.unit();
         let mut sum = 0.0;

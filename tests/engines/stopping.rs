@@ -11,7 +11,7 @@ use meliora::error::{Error, Limit, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
 use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Kind, Options, Phase, Picks, Playbook, Setup, Simulation};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Phase, Scheduler, Setup, Simulation};
 
 /// Stops the work from the question of this number on; hears of the phases.
 struct Patience {
@@ -136,13 +136,13 @@ fn everything<E: Engine>(
     analysis.run_phase(Phase::Sasi, &mut |_| ())?;
     analysis.run_phase(Phase::Spi, &mut |_| ())?;
     done("levels");
-    let Some(mut book) = Playbook::new(&analysis, program, Kind::Sasi) else { return Ok(()) };
+    let Some(mut book) = FiniteMemoryStrategy::new(&analysis, program, Kind::Sasi) else { return Ok(()) };
     let memory = book.start(&[0, 0]);
     book.strategy(memory)?;
     done("strategy");
     book.explain(&[0, 0], memory)?;
     done("explanation");
-    let setup = Setup { picks: Picks::Progress, runs: 2, steps: 10, seed: 1 };
+    let setup = Setup { scheduler: Scheduler::Progress, runs: 2, steps: 10, seed: 1 };
     Simulation::new(&mut book, setup).run(&[0, 0])?;
     done("simulation");
     Ok(())

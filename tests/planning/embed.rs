@@ -8,7 +8,7 @@ use meliora::engine::{Algebra, Count};
 use meliora::model::State;
 use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};
-use meliora::planning::{Picks, Setup, Simulation};
+use meliora::planning::{Scheduler, Setup, Simulation};
 use meliora::{Error, Kind, Limit, Model, Options, Rank, Scope, Settings, SourceFile, Storage, lang};
 
 const TOY: &str = "mdp
@@ -82,7 +82,7 @@ fn a_strategy_outlives_what_it_was_made_of() {
             planning.strategy(Kind::Sasi).unwrap()
         };
         assert_eq!(strategy.permitted(&start).unwrap(), ["b", "c"]);
-        let setup = Setup { picks: Picks::Permissive, runs: 20, steps: 50, seed: 1 };
+        let setup = Setup { scheduler: Scheduler::Permissive, runs: 20, steps: 50, seed: 1 };
         let tally = strategy.simulate(setup, &start).unwrap();
         assert_eq!((tally.plays, tally.fewer_than(1)), (20, 0));
     }
@@ -259,7 +259,7 @@ fn every_play_can_be_seen() {
     assert!(
         strategy.knows(&[0, 0]) && strategy.book().is_state(&[5, 0]) && !strategy.book().is_state(&[5, 1])
     );
-    let setup = Setup { picks: Picks::Permissive, runs: 20, steps: 50, seed: 1 };
+    let setup = Setup { scheduler: Scheduler::Permissive, runs: 20, steps: 50, seed: 1 };
     let mut seen = Vec::new();
     let tally = Simulation::new(strategy.book(), setup)
         .run_each(&[0, 0], &mut |play| seen.push(play.clone()))

@@ -11,7 +11,9 @@ use meliora::lang;
 use meliora::model::Program;
 use meliora::model::preference::Preferences;
 use meliora::planning::explain::Verdict;
-use meliora::planning::{Analysis, Course, Kind, Options, Picks, Playbook, Rank, Safety, Setup, Simulation};
+use meliora::planning::{
+    Analysis, FiniteMemoryStrategy, InducedModel, Kind, Options, Rank, Safety, Scheduler, Setup, Simulation,
+};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
@@ -45,8 +47,8 @@ fn program(
 }
 
 /// For each node the nodes it may lead to, each with whether the step is an improvement.
-fn edges(course: &Course) -> Vec<Vec<(usize, bool)>> {
-    let of = |node: &meliora::planning::course::Node| {
+fn edges(course: &InducedModel) -> Vec<Vec<(usize, bool)>> {
+    let of = |node: &meliora::planning::induced_model::Node| {
         let pairs = node.at.actions.iter().zip(&node.next);
         pairs
             .flat_map(|(a, next)| a.successors.iter().zip(next))
@@ -93,7 +95,7 @@ fn can_improve(edges: &[Vec<(usize, bool)>], times: usize) -> bool {
 
 /// The Markov chain of a play keeps its promise: under SASI it almost surely comes to an end, and
 /// every end lies behind at least rank improvements; under SPI so many are possible.
-fn check_course(kind: Kind, course: &Course, rank: Rank, label: &str) {
+fn check_course(kind: Kind, course: &InducedModel, rank: Rank, label: &str) {
     assert!(course.complete);
     let edges = edges(course);
     let ends = |n: usize| course.nodes[n].at.memory.level == Rank::Finite(0);
@@ -122,14 +124,14 @@ fn check_course(kind: Kind, course: &Course, rank: Rank, label: &str) {
 }
 
 fn check_plays(
-    book: &mut Playbook<'_, SymbolicEngine>,
+    book: &mut FiniteMemoryStrategy<'_, SymbolicEngine>,
     safety: Safety,
     start: &[i64],
-    picks: Picks,
+    scheduler: Scheduler,
     bound: Option<usize>,
 ) {
     let steps = bound.map_or(60, |b| b as u64);
-    let tally = Simulation::new(book, Setup { picks, runs: 10, steps, seed: 3 }).run(start).unwrap();
+    let tally = Simulation::new(book, Setup { scheduler, runs: 10, steps, seed: 3 }).run(start).unwrap();
     assert_eq!(tally.plays, 10);
     match safety {
         Safety::Action => assert_eq!(tally.weakened_step, 0),
@@ -152,17 +154,18 @@ fn check(program: Program, preferences: &Preferences, ranks: &mut Ranks) {
         let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
         for kind in [Kind::Sasi, Kind::Spi] {
-            let mut book = Playbook::new(&analysis, &program, kind).unwrap();
+            let mut book = FiniteMemoryStrategy::new(&analysis, &program, kind).unwrap();
             for start in engine.list_states(&engine.all_states(), 10).unwrap() {
                 ranks.note(kind, safety, book.rank(&start));
-                for picks in [Picks::Permissive, Picks::Progress] {
+                for scheduler in [Scheduler::Permissive, Scheduler::Progress] {
                     let course =
-                        Course::unfold(&mut book, std::slice::from_ref(&start), picks, 10_000).unwrap();
+                        InducedModel::unfold(&mut book, std::slice::from_ref(&start), scheduler, 10_000)
+                            .unwrap();
                     // `transition` promises what the real system, which the course follows, need not keep.
                     if safety != Safety::Transition {
                         check_course(kind, &course, book.rank(&start), &format!("{kind} {safety} {start:?}"));
                     }
-                    check_plays(&mut book, safety, &start, picks, course.longest_play());
+                    check_plays(&mut book, safety, &start, scheduler, course.longest_play());
                 }
             }
         }
@@ -253,7 +256,7 @@ fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
     let options = Options { safety: Safety::Prefix, ..Options::default() };
     let mut analysis = Analysis::new(&engine, &preferences, options);
     analysis.run(&mut |_| ()).unwrap();
-    let mut book = Playbook::new(&analysis, &program, Kind::Sasi).unwrap();
+    let mut book = FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).unwrap();
     let memory = book.start(&[0]);
     let actions = book.explain(&[0], memory).unwrap().actions;
     let go = actions.iter().find(|a| a.name == "go").unwrap();

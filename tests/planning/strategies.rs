@@ -43,11 +43,11 @@ impl Play<'_> {
     }
 
     /// The chain of these choices; state |S| is the goal.
-    fn chain(&self, picks: &[Vec<usize>]) -> Vec<Vec<usize>> {
-        let goal = picks.len();
+    fn chain(&self, scheduler: &[Vec<usize>]) -> Vec<Vec<usize>> {
+        let goal = scheduler.len();
         let node = |s: usize, t: usize| if self.is_goal(s, t) { goal } else { t };
         let row = |s: usize| {
-            let kept = picks[s].iter().flat_map(|&a| self.kept(s, a));
+            let kept = scheduler[s].iter().flat_map(|&a| self.kept(s, a));
             kept.map(|t| node(s, t)).collect::<Vec<_>>()
         };
         (0..goal).map(row).chain([vec![goal]]).collect()
@@ -93,8 +93,8 @@ fn check_strategy(kind: Kind, play: &Play<'_>, strategy: &Strategy<Tiny>) {
     let first: Vec<Vec<usize>> = progress.iter().map(|p| p.iter().copied().take(1).collect()).collect();
     let last: Vec<Vec<usize>> =
         progress.iter().map(|p| p.iter().copied().last().into_iter().collect()).collect();
-    for picks in [&permitted, &first, &last] {
-        let chain = play.chain(picks);
+    for scheduler in [&permitted, &first, &last] {
+        let chain = play.chain(scheduler);
         for &s in &won {
             assert!(wins(kind, &chain, s), "{kind} does not win from {s}");
         }

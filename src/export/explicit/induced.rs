@@ -12,30 +12,30 @@ use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::{Program, State};
 use crate::planning::Analysis;
-use crate::planning::course::{Course, Picks};
+use crate::planning::finite_memory::{FiniteMemoryStrategy, Memory};
+use crate::planning::induced_model::{InducedModel, Scheduler};
 use crate::planning::levels::Rank;
-use crate::planning::playbook::{Memory, Playbook};
 
 /// A node of the course, and whether an improvement led there.
 type Key = (usize, bool);
 
-/// The model that a strategy induces from the initial states: a chain for [`Picks::Progress`], a part of
-/// the model for [`Picks::Permissive`]. Labels are "improved" (the last step was an improvement), "settled"
+/// The model that a strategy induces from the initial states: a chain for [`Scheduler::Progress`], a part of
+/// the model for [`Scheduler::Permissive`]. Labels are "improved" (the last step was an improvement), "settled"
 /// (the play ends there), and the regions and ranks of the states.
 ///
 /// # Errors
-/// More than `limit` states; as [`Course::unfold`].
+/// More than `limit` states; as [`InducedModel::unfold`].
 pub fn induced<E: Engine>(
     analysis: &Analysis<'_, E>,
     program: &Program,
-    book: &mut Playbook<'_, E>,
-    picks: Picks,
+    book: &mut FiniteMemoryStrategy<'_, E>,
+    scheduler: Scheduler,
     limit: usize,
 ) -> Result<Graph> {
     let engine = analysis.engine();
     let starts = engine.list_states(&engine.initial_states(), limit.saturating_add(1))?;
     fits(starts.len().saturating_sub(1), limit)?;
-    let course = Course::unfold(book, &starts, picks, limit)?;
+    let course = InducedModel::unfold(book, &starts, scheduler, limit)?;
     if !course.complete {
         fits(limit, limit)?;
     }
@@ -49,7 +49,7 @@ pub fn induced<E: Engine>(
     let keys = found.keys;
     let labels = labels(analysis, &course, &keys);
     let states = keys.iter().map(|key| values(&course, *key)).collect();
-    let (is_dtmc, columns) = (picks == Picks::Progress, columns(program));
+    let (is_dtmc, columns) = (scheduler == Scheduler::Progress, columns(program));
     Ok(Graph { is_dtmc, columns, states, rows, initial: (0..starts.len()).collect(), labels })
 }
 
@@ -75,7 +75,7 @@ impl Found {
 }
 
 /// The choices that the strategy takes in a state; a self-loop where there is none.
-fn choices(course: &Course, (node, _): Key, number: usize, found: &mut Found) -> Vec<Row> {
+fn choices(course: &InducedModel, (node, _): Key, number: usize, found: &mut Found) -> Vec<Row> {
     let node = &course.nodes[node];
     let mut rows = Vec::new();
     for (action, next) in node.at.actions.iter().zip(&node.next) {
@@ -109,7 +109,7 @@ fn columns(program: &Program) -> Vec<Column> {
     columns
 }
 
-fn values(course: &Course, (node, improved): Key) -> State {
+fn values(course: &InducedModel, (node, improved): Key) -> State {
     let at = &course.nodes[node].at;
     let Memory { level, arena } = at.memory;
     let level = match level {
@@ -122,7 +122,11 @@ fn values(course: &Course, (node, improved): Key) -> State {
     values
 }
 
-fn labels<E: Engine>(analysis: &Analysis<'_, E>, course: &Course, keys: &[Key]) -> Vec<(String, Vec<usize>)> {
+fn labels<E: Engine>(
+    analysis: &Analysis<'_, E>,
+    course: &InducedModel,
+    keys: &[Key],
+) -> Vec<(String, Vec<usize>)> {
     let numbered = |holds: &dyn Fn(&Key) -> bool| -> Vec<usize> {
         keys.iter().enumerate().filter(|(_, key)| holds(key)).map(|(number, _)| number).collect()
     };

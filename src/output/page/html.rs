@@ -12,7 +12,7 @@ use crate::atlas::Atlas;
 use crate::model::Variable;
 use crate::model::preference::Empty;
 use crate::model::value::Type;
-use crate::planning::{Picks, Rank};
+use crate::planning::{Rank, Scheduler};
 
 /// The page.
 pub(super) fn page(content: &Content<'_>) -> String {
@@ -247,11 +247,11 @@ fn played(play: &Play) -> Markup {
         section #play {
             h2 { "A play" }
             p.hint {
-                "Play " (play.trace.play) " with seed " (play.seed) " under the " (play.picks.name()) " "
+                "Play " (play.trace.play) " with seed " (play.seed) " under the " (play.scheduler.name()) " "
                 (play.kind) " strategy, which takes "
-                @match play.picks {
-                    Picks::Permissive => "each permitted action as likely as the others. ",
-                    Picks::Progress => "the first permitted action that comes closer to an improvement. ",
+                @match play.scheduler {
+                    Scheduler::Permissive => "each permitted action as likely as the others. ",
+                    Scheduler::Progress => "the first permitted action that comes closer to an improvement. ",
                 }
                 b { (words::outcome(play)) }
             }

@@ -24,7 +24,7 @@ use crate::atlas::Atlas;
 use crate::model::preference::{Outline, Preferences};
 use crate::model::{Program, State};
 use crate::planning::simulate::PlayEnd;
-use crate::planning::{Kind, Picks};
+use crate::planning::{Kind, Scheduler};
 
 /// All that a page shows.
 pub struct Content<'a> {
@@ -46,7 +46,7 @@ pub struct Play {
     /// Under which strategies.
     pub kind: Kind,
     /// Which of the two.
-    pub picks: Picks,
+    pub scheduler: Scheduler,
     /// What the random draws started from.
     pub seed: u64,
     /// The play in words.

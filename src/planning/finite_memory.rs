@@ -40,7 +40,7 @@ pub struct Memory {
 }
 
 /// The strategies of one kind, computed as they are asked for.
-pub struct Playbook<'a, E: Engine> {
+pub struct FiniteMemoryStrategy<'a, E: Engine> {
     pub(super) engine: Held<'a, E>,
     pub(super) program: Held<'a, Program>,
     pub(super) preferences: Held<'a, Preferences>,
@@ -51,7 +51,7 @@ pub struct Playbook<'a, E: Engine> {
     strategies: BTreeMap<(usize, usize), Strategy<E>>,
 }
 
-impl<'a, E: Engine> Playbook<'a, E> {
+impl<'a, E: Engine> FiniteMemoryStrategy<'a, E> {
     /// A playbook without a strategy yet.
     pub(super) fn of(
         (engine, preferences): (Held<'a, E>, Held<'a, Preferences>),
@@ -61,7 +61,7 @@ impl<'a, E: Engine> Playbook<'a, E> {
         levels: Arc<Levels<E>>,
     ) -> Self {
         let strategies = BTreeMap::new();
-        Playbook { engine, program, preferences, classes, improvement, levels, strategies }
+        FiniteMemoryStrategy { engine, program, preferences, classes, improvement, levels, strategies }
     }
 
     /// Which kind of strategies.
@@ -154,7 +154,7 @@ impl<'a, E: Engine> Playbook<'a, E> {
         class.map_or_else(|| self.most_preferred(state), |class| class.most_preferred.clone())
     }
 
-    /// What a step is, measured against [`Playbook::reference`].
+    /// What a step is, measured against [`FiniteMemoryStrategy::reference`].
     fn change(&self, memory: Memory, from: &[i64], to: &[i64]) -> Change {
         self.preferences.change(&self.reference(memory, from), &self.most_preferred(to))
     }
@@ -169,7 +169,7 @@ impl<'a, E: Engine> Playbook<'a, E> {
         self.levels.level(memory.level)?.games.get(memory.arena?)
     }
 
-    /// Whether [`Playbook::strategy`] has nothing left to compute for a memory.
+    /// Whether [`FiniteMemoryStrategy::strategy`] has nothing left to compute for a memory.
     pub fn knows(&self, memory: Memory) -> bool {
         let Some(index) = memory.arena else { return true };
         self.game(memory).is_none() || self.strategies.contains_key(&(key(memory.level), index))

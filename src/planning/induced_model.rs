@@ -6,7 +6,7 @@ use ahash::AHashMap;
 use serde::Serialize;
 
 use super::explain::{Action, Explanation};
-use super::playbook::{Memory, Playbook};
+use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::State;
@@ -14,32 +14,32 @@ use crate::model::State;
 /// Which of the two strategies is played.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Picks {
+pub enum Scheduler {
     /// Every permitted action, each as likely as the others.
     Permissive,
     /// The first action that makes progress.
     Progress,
 }
 
-impl Picks {
+impl Scheduler {
     /// The name in reports and options.
     pub fn name(self) -> &'static str {
         match self {
-            Picks::Permissive => "permissive",
-            Picks::Progress => "progress",
+            Scheduler::Permissive => "permissive",
+            Scheduler::Progress => "progress",
         }
     }
 
     /// The strategy of a name.
-    pub fn named(name: &str) -> Option<Picks> {
-        [Picks::Permissive, Picks::Progress].into_iter().find(|picks| picks.name() == name)
+    pub fn named(name: &str) -> Option<Scheduler> {
+        [Scheduler::Permissive, Scheduler::Progress].into_iter().find(|scheduler| scheduler.name() == name)
     }
 
     /// Whether this strategy may take the action at this position.
     pub fn plays(self, at: &Explanation, action: usize) -> bool {
         match self {
-            Picks::Permissive => at.actions.get(action).is_some_and(|a: &Action| a.permitted),
-            Picks::Progress => at.pick == Some(action),
+            Scheduler::Permissive => at.actions.get(action).is_some_and(|a: &Action| a.permitted),
+            Scheduler::Progress => at.pick == Some(action),
         }
     }
 }
@@ -56,26 +56,26 @@ pub struct Node {
 
 /// The part reachable under a strategy.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct InducedModel {
     /// The nodes, those where plays start first, then breadth first.
     pub nodes: Vec<Node>,
     /// Whether all nodes are there: the limit was not passed.
     pub complete: bool,
 }
 
-impl Course {
+impl InducedModel {
     /// Unfolds a strategy from some states, up to `limit` nodes. Branches that the improvement MDP
     /// drops are followed too: the real system may take them.
     ///
     /// # Errors
-    /// As [`Playbook::explain`]. Cost: that for each node.
+    /// As [`FiniteMemoryStrategy::explain`]. Cost: that for each node.
     pub fn unfold<E: Engine>(
-        book: &mut Playbook<'_, E>,
+        book: &mut FiniteMemoryStrategy<'_, E>,
         starts: &[State],
-        picks: Picks,
+        scheduler: Scheduler,
         limit: usize,
     ) -> Result<Self> {
-        let mut course = Course { nodes: Vec::new(), complete: true };
+        let mut course = InducedModel { nodes: Vec::new(), complete: true };
         let mut index: AHashMap<(State, Memory), usize> = AHashMap::new();
         let mut queue = VecDeque::new();
         for start in starts {
@@ -85,7 +85,7 @@ impl Course {
             let at = book.explain(&state, memory)?;
             let mut next = Vec::with_capacity(at.actions.len());
             for (position, action) in at.actions.iter().enumerate() {
-                let played = picks.plays(&at, position);
+                let played = scheduler.plays(&at, position);
                 let mut follow = |key: (State, Memory)| {
                     let found = enter(&mut index, &mut queue, limit, key);
                     course.complete &= found.is_some();
