@@ -195,7 +195,7 @@ impl Analysis {
         self.settings.safety
     }
 
-    /// The states that the analysis is about. Where whole plays count, they have the variables of observers too.
+    /// The states that the analysis is about. Where whole plays count, they have the variables of monitors too.
     #[getter]
     fn exploration(&self, py: Python<'_>) -> PyResult<Exploration> {
         let inner = self.look(py, |planning| Ok(planning.exploration()))?;
@@ -216,7 +216,7 @@ impl Analysis {
     }
 
     /// How many `states`, `choices`, `transitions`, `deadlocks` and `initial` states there are; where whole plays
-    /// count, `model_states` are those without observers. None where a limit ended the work before.
+    /// count, `model_states` are those without monitors. None where a limit ended the work before.
     #[getter]
     fn counts<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let counts = lock(&self.shared.known).counts.clone();

@@ -115,7 +115,7 @@ impl Exploration {
     }
 
     /// How many `states`, `choices`, `transitions`, `deadlocks` and `initial` states there are; where whole plays
-    /// count, `model_states` are those without observers.
+    /// count, `model_states` are those without monitors.
     #[getter]
     fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let known = lock(&self.counts).clone();
@@ -185,7 +185,7 @@ impl Exploration {
     }
 
     /// An analysis under preferences: `Model.check` without exploring again. Where whole plays count (`history =
-    /// play`) the model is explored anew beside its observers.
+    /// play`) the model is explored anew beside its monitors.
     #[pyo3(signature = (preferences, *, safety="action", max_level=None, timeout=None, progress=None))]
     fn check(
         &self,

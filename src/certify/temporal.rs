@@ -1,6 +1,6 @@
 //! Where what an objective over whole plays asks can be kept to for ever.
 //!
-//! With observers beside the model, a formula in disjunctive normal form asks in each case d that from some step on
+//! With monitors beside the model, a formula in disjunctive normal form asks in each case d that from some step on
 //! certain marks stay on or off all steps (P_d are the states where they are so), and that others (R_d1, …, R_dm)
 //! come again and again; U_d is where some strategy keeps to that almost surely from now on.
 //!

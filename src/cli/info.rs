@@ -28,7 +28,7 @@ pub(super) struct InfoArgs {
     #[command(flatten)]
     shown: ShownArgs,
 
-    /// Take the model with the observers of temporal objectives beside it
+    /// Take the model with the monitors of temporal objectives beside it
     #[arg(long, value_name = "PREFS", conflicts_with = "flat")]
     preferences: Option<PathBuf>,
 

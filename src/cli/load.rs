@@ -67,7 +67,7 @@ pub(super) enum Goal {
 }
 
 impl Goal {
-    /// From which states plays are judged: with observers, where these are fresh.
+    /// From which states plays are judged: with monitors, where these are fresh.
     ///
     /// # Errors
     /// A limit.
@@ -79,7 +79,7 @@ impl Goal {
     }
 }
 
-/// A model with the observers of one formula.
+/// A model with the monitors of one formula.
 pub(super) struct Watched {
     /// The model with them.
     pub(super) program: Arc<Program>,
@@ -226,7 +226,7 @@ pub(super) fn asked(
     Ok(Asked { program: Arc::new(program), questions, overlap })
 }
 
-/// What a formula asks: a target, or observers beside the model.
+/// What a formula asks: a target, or monitors beside the model.
 ///
 /// # Errors
 /// The formula is wrong, or not supported.

@@ -1,6 +1,6 @@
 //! `meliora reach` with several properties, those of a file or of the command line.
 //!
-//! All reachabilities share one engine; a temporal formula has one of its own, with its observers.
+//! All reachabilities share one engine; a temporal formula has one of its own, with its monitors.
 
 use std::path::PathBuf;
 use std::sync::Arc;

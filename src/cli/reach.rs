@@ -155,7 +155,7 @@ fn slot(which: Which) -> Slot {
 struct Search<'a, E: Engine> {
     desk: &'a Desk<ReachReport>,
     engine: &'a E,
-    /// From which states plays are judged: with observers, where these are fresh.
+    /// From which states plays are judged: with monitors, where these are fresh.
     judged: E::States,
 }
 

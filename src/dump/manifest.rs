@@ -121,7 +121,7 @@ pub struct Variable {
     /// The names of its values from `low` on, where they have names, as locations do.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<String>,
-    /// Whether it is the state of an observer, which sees what an objective over whole plays asks.
+    /// Whether it is the state of a monitor, which follows what an objective over whole plays asks.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub observer: bool,
 }

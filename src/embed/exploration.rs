@@ -103,7 +103,7 @@ impl Exploration {
     }
 
     /// An analysis under the preferences of a text, of which nothing is computed yet. Where whole plays count
-    /// (`history = play`), the model is explored anew beside its observers.
+    /// (`history = play`), the model is explored anew beside its monitors.
     ///
     /// # Errors
     /// What is wrong in the text, each with its place.
@@ -111,7 +111,7 @@ impl Exploration {
         let mut program = Program::clone(self.program());
         let preferences: Preferences = lang::load_preferences(source, &mut program)?;
         let program = Arc::new(program);
-        // Observers are variables of their own: with them there are other states.
+        // Monitors are variables of their own: with them there are other states.
         let engine = match preferences.history {
             History::State => self.engine.reading(program)?,
             History::Play => AnyEngine::new(program, self.engine.settings().clone())?,

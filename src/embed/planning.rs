@@ -80,7 +80,7 @@ impl Planning {
         &self.engine
     }
 
-    /// The states that it is about: those explored, or where whole plays count those beside observers.
+    /// The states that it is about: those explored, or where whole plays count those beside monitors.
     pub fn exploration(&self) -> Exploration {
         Exploration::of(AnyEngine::clone(&self.engine))
     }

@@ -333,8 +333,8 @@ impl Engine for AnyEngine {
         on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start), &edge_labels_of(e, edge_labels))?)))
     }
 
-    fn count_unobserved(&self, x: &AnyStates) -> Result<Option<Count>> {
-        on!(self, e => e.count_unobserved(x.of(e)))
+    fn count_model_states(&self, x: &AnyStates) -> Result<Option<Count>> {
+        on!(self, e => e.count_model_states(x.of(e)))
     }
 
     fn count_transitions(&self, c: &AnyChoices, x: &AnyStates) -> Result<Count> {

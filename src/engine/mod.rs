@@ -296,8 +296,8 @@ pub trait Engine:
         edge_labels::almost_surely_win(self, start, edge_labels)
     }
 
-    /// How many states of the model X has, whatever observers saw; none without observers.
-    fn count_unobserved(&self, x: &Self::States) -> Result<Option<Count>>;
+    /// How many states of the model X has, whatever monitors saw; none without monitors.
+    fn count_model_states(&self, x: &Self::States) -> Result<Option<Count>>;
     /// The number of triples (s, a, s') with (s,a) ∈ C and s' ∈ succ(s,a) ∩ X.
     fn count_transitions(&self, c: &Self::Choices, x: &Self::States) -> Result<Count>;
 

@@ -31,7 +31,7 @@ pub(crate) fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
         let commands = commands(program, choice);
         let name = match (&action, choice) {
             (_, Numbered::Uniform) => "uniform".to_owned(),
-            // Where there are observers, they step there.
+            // Where there are monitors, they step there.
             (None, _) if commands.is_empty() => "deadlock".to_owned(),
             (Some(action), _) if !several => action.clone(),
             (Some(action), _) => format!("{action}({})", alternatives(&commands)),
@@ -50,10 +50,10 @@ fn label<'a>(program: &'a Program, choice: &Numbered) -> Option<&'a String> {
     program.actions.get(program.synchronisations[*synchronisation].action?)
 }
 
-/// For each module that takes part its commands; observers take part in every step, which is nobody's choice.
+/// For each module that takes part its commands; monitors take part in every step, which is nobody's choice.
 fn commands(program: &Program, choice: &Numbered) -> Vec<Vec<String>> {
-    let observers = program.observers.as_ref().map(|o| o.module);
-    let watches = |id: &CommandId| Some(program.commands[id.index()].module) == observers;
+    let monitors = program.monitors.as_ref().map(|o| o.module);
+    let watches = |id: &CommandId| Some(program.commands[id.index()].module) == monitors;
     let name = |id: &CommandId| {
         let command = &program.commands[id.index()];
         format!("{}#{}", program.modules[command.module], command.number)
@@ -125,7 +125,7 @@ fn json(value: Value) -> Json {
 }
 
 fn encoding(engine: &SymbolicEngine) -> Encoding {
-    let watching = engine.program().observers.as_ref().map(|o| o.module);
+    let watching = engine.program().monitors.as_ref().map(|o| o.module);
     let variable = |v: &crate::model::Variable| {
         let boolean = v.ty == Type::Bool;
         let bit = |k: u32| if boolean { v.name.clone() } else { format!("{}.{k}", v.name) };

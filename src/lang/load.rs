@@ -23,14 +23,14 @@ pub struct Given {
 /// # Errors
 /// All errors of the text that could be told apart: of syntax first, then of meaning.
 pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
-    load_observed(source, constants, &Unobserved)
+    load_with_progress(source, constants, &Unobserved)
 }
 
 /// As [`load`], for models so large that one may want to stop reading them.
 ///
 /// # Errors
 /// Those of [`load`]; a limit.
-pub fn load_observed(
+pub fn load_with_progress(
     source: &Arc<SourceFile>,
     constants: &Arc<SourceFile>,
     observer: &dyn Observer,
@@ -39,10 +39,10 @@ pub fn load_observed(
     load_given(source, &Given { constants: Arc::clone(constants), bounds }, observer)
 }
 
-/// As [`load_observed`], with bounds for integers that have none.
+/// As [`load_with_progress`], with bounds for integers that have none.
 ///
 /// # Errors
-/// Those of [`load_observed`].
+/// Those of [`load_with_progress`].
 pub fn load_given(source: &Arc<SourceFile>, given: &Given, observer: &dyn Observer) -> Result<Checked> {
     if jani::is_jani(source) {
         return jani::load(source, given, observer);

@@ -22,7 +22,7 @@ pub use check::{
     Checked, load_preferences, lower_part, lower_preferences, lower_target, outline_preferences,
 };
 pub use flat::flat;
-pub use load::{Given, load, load_given, load_observed};
+pub use load::{Given, load, load_given, load_with_progress};
 pub use parse::{parse_expression, parse_model};
 pub use pref::parse_preferences;
 pub use property::parse_property;

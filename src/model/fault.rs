@@ -76,7 +76,7 @@ fn initial(program: &Program, state: &[i64]) -> Error {
 fn title(program: &Program, id: CommandId) -> String {
     let command = &program.commands[id.index()];
     let module = &program.modules[command.module];
-    if program.observers.as_ref().is_some_and(|o| o.module == command.module) {
+    if program.monitors.as_ref().is_some_and(|o| o.module == command.module) {
         return "a state formula of a temporal objective".to_owned();
     }
     match command.action {

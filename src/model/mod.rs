@@ -85,7 +85,7 @@ pub struct Program {
     /// Formulas by name, for targets that use them: those that could be given a meaning of their own.
     pub formulas: Vec<(String, ExprId)>,
     /// What watches plays for temporal formulas, as the last module.
-    pub observers: Option<temporal::Observers>,
+    pub monitors: Option<temporal::Monitors>,
 }
 
 /// A variable with its range.

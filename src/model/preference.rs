@@ -68,12 +68,12 @@ impl History {
 pub enum Goal {
     /// To reach a state in which this holds.
     Reach(ExprId),
-    /// To satisfy a formula, as observers see the whole play.
+    /// To satisfy a formula, as monitors see the whole play.
     Satisfy {
         /// What is asked of their marks.
         condition: Condition,
-        /// How many states its observers have together.
-        observer: u64,
+        /// How many states its monitors have together.
+        monitor: u64,
     },
 }
 
@@ -97,11 +97,11 @@ impl Objective {
         }
     }
 
-    /// How many states its observers have together; none for a reachability from the present state.
-    pub fn observer(&self) -> Option<u64> {
+    /// How many states its monitors have together; none for a reachability from the present state.
+    pub fn monitor(&self) -> Option<u64> {
         match self.goal {
             Goal::Reach(_) => None,
-            Goal::Satisfy { observer, .. } => Some(observer),
+            Goal::Satisfy { monitor, .. } => Some(monitor),
         }
     }
 }

@@ -222,8 +222,8 @@ impl Program {
 
     /// `m1#2,m2#1`
     fn numbers(&self, commands: &[CommandId]) -> String {
-        // Observers take part in every step: that is nobody's choice.
-        let watches = |id: &&CommandId| self.observers.as_ref().is_some_and(|o| o.command == id.index());
+        // Monitors take part in every step: that is nobody's choice.
+        let watches = |id: &&CommandId| self.monitors.as_ref().is_some_and(|o| o.command == id.index());
         let number = |id: &CommandId| {
             let command = &self.commands[id.index()];
             format!("{}#{}", self.modules[command.module], command.number)

@@ -1,6 +1,6 @@
-//! What a temporal formula asks of the plays of a program that its observers watch.
+//! What a temporal formula asks of the plays of a program that its monitors watch.
 //!
-//! Observers run beside the model: one variable each, which every choice updates alike by what holds in the
+//! Monitors run beside the model: one variable each, which every choice updates alike by what holds in the
 //! present state. They mark some steps; what a formula asks is that marks come, or stay away.
 
 use super::expr::ExprId;
@@ -9,7 +9,7 @@ use super::{Program, VarId};
 /// More disjuncts than this are refused: each is a search of its own.
 pub const MOST_DISJUNCTS: usize = 64;
 
-/// What a formula asks of the marks of one observer.
+/// What a formula asks of the marks of one monitor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Asks {
     /// Some step is marked, and then all later ones are: a co-safe formula.
@@ -154,35 +154,35 @@ fn least(mut all: Vec<Disjunct>) -> Option<Vec<Disjunct>> {
     (kept.len() <= MOST_DISJUNCTS).then_some(kept)
 }
 
-/// The observers of a program.
+/// The monitors of a program.
 #[derive(Debug, Clone)]
-pub struct Observers {
+pub struct Monitors {
     /// Their variables.
     pub variables: Vec<VarId>,
     /// The module that stands for all of them, a position in [`super::Program::modules`].
     pub module: usize,
     /// Its command that takes part in every synchronisation, a position in [`super::Program::commands`].
     pub command: usize,
-    /// Where no command of the model is enabled: there the observers step alone.
+    /// Where no command of the model is enabled: there the monitors step alone.
     pub deadlock: Option<ExprId>,
-    /// Where the model begins, whatever observers have seen.
+    /// Where the model begins, whatever monitors have seen.
     pub initial: ExprId,
-    /// Where observers are fresh: they have read nothing yet.
+    /// Where monitors are fresh: they have read nothing yet.
     pub fresh: ExprId,
     /// Where they may begin.
     pub begin: Begin,
 }
 
 impl Program {
-    /// The same program without its observers.
-    pub fn unobserved(&self) -> Program {
+    /// The same program without its monitors.
+    pub fn without_monitors(&self) -> Program {
         let mut program = self.clone();
-        let Some(observers) = program.observers.take() else { return program };
-        program.initial = observers.initial;
-        program.variables.truncate(program.variables.len() - observers.variables.len());
-        program.modules.truncate(observers.module);
-        program.commands.truncate(observers.command);
-        if observers.deadlock.is_some() {
+        let Some(monitors) = program.monitors.take() else { return program };
+        program.initial = monitors.initial;
+        program.variables.truncate(program.variables.len() - monitors.variables.len());
+        program.modules.truncate(monitors.module);
+        program.commands.truncate(monitors.command);
+        if monitors.deadlock.is_some() {
             program.synchronisations.pop();
             program.actions.pop();
         }
@@ -191,7 +191,7 @@ impl Program {
     }
 }
 
-/// Where observers may begin.
+/// Where monitors may begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begin {
     /// Where plays begin.

@@ -57,7 +57,7 @@ pub struct ObjectiveReport {
     pub name: String,
     /// States of the target; of a temporal objective, those in which it is secured.
     pub target: Number,
-    /// How many states its observer has, where it has one.
+    /// How many states its monitor has, where it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observer: Option<u64>,
     /// States that reach it almost surely under some strategy.
@@ -220,7 +220,7 @@ fn objective(preferences: &Preferences, counts: &ObjectiveCounts) -> ObjectiveRe
     ObjectiveReport {
         name: declared.map(|o| o.name.clone()).unwrap_or_default(),
         target: counts.target.clone().into(),
-        observer: declared.and_then(|o| o.observer()),
+        observer: declared.and_then(|o| o.monitor()),
         almost_sure: counts.almost_sure.clone().into(),
         positive: counts.positive.clone().into(),
     }

@@ -210,9 +210,9 @@ pub fn show_state(state: &Map<String, Json>) -> String {
 /// How many states, choices and transitions a model has.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// States of the scope, each with what observers have seen.
+    /// States of the scope, each with what monitors have seen.
     pub states: Number,
-    /// States of the model without observers; only where there are some.
+    /// States of the model without monitors; only where there are some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model_states: Option<Number>,
     /// Pairs of a state and a choice enabled there.

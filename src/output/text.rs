@@ -79,7 +79,7 @@ pub(super) fn model(model: &ModelSummary, counts: Option<&Counts>, style: Style)
             ("initial states", &counts.initial),
         ];
         if let Some(states) = &counts.model_states {
-            numbers.insert(1, ("without observers", states));
+            numbers.insert(1, ("without monitors", states));
         }
         text.push_str(&aligned(&numbers));
     }

@@ -29,7 +29,7 @@ pub struct AnalysisResult {
 pub struct ModelCounts {
     /// |S|
     pub states: Count,
-    /// Where observers watch plays, how many states the model has without them.
+    /// Where monitors watch plays, how many states the model has without them.
     pub model_states: Option<Count>,
     /// The enabled pairs of a state and a choice.
     pub choices: Count,
@@ -49,7 +49,7 @@ impl ModelCounts {
     pub fn of<E: Engine>(engine: &E) -> Result<Self> {
         let (states, choices) = (engine.all_states(), engine.all_choices());
         Ok(ModelCounts {
-            model_states: engine.count_unobserved(&states)?,
+            model_states: engine.count_model_states(&states)?,
             states: engine.count(&states)?,
             choices: engine.count(&choices)?,
             transitions: engine.count_transitions(&choices, &states)?,

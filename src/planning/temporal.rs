@@ -1,4 +1,4 @@
-//! Regions of temporal formulas: what is asked of the marks of observers, on the product.
+//! Regions of temporal formulas: what is asked of the marks of monitors, on the product.
 //!
 //! With a condition in disjunctive normal form, an Emerson-Lei condition, U_d is where the disjunct d can be kept
 //! to for ever; a play that satisfies the condition almost surely comes to one of them (L. de Alfaro, *Formal
@@ -123,7 +123,7 @@ pub fn regions_by<E: Engine>(
     Ok(Regions { pmax_one, pmax_positive: positive, pmin_one, pmin_positive })
 }
 
-/// The states of a region in which observers are fresh: formulas are judged from there on.
+/// The states of a region in which monitors are fresh: formulas are judged from there on.
 ///
 /// # Errors
 /// A limit of the engine. Cost: no image.

@@ -50,13 +50,13 @@ fn none() -> Arc<SourceFile> {
 fn reading_a_model_can_be_interrupted_anywhere() {
     let source = many(20_000);
     let counting = StopAt::new(usize::MAX);
-    lang::load_observed(&source, &none(), &*counting).unwrap();
+    lang::load_with_progress(&source, &none(), &*counting).unwrap();
     let all = counting.asked();
     // Tokens, their parser, and the checks: each asks at least once in two thousand steps.
     assert!(all > 300, "{all} questions");
     for question in [1, 2, all / 8, all / 4, all / 2, all * 3 / 4, all] {
         let observer = StopAt::new(question);
-        let stopped = lang::load_observed(&source, &none(), &*observer);
+        let stopped = lang::load_with_progress(&source, &none(), &*observer);
         assert!(matches!(stopped, Err(Error::Limit(Limit::Interrupted))), "{question} of {all}");
         assert_eq!(observer.asked(), question, "asked again after the answer");
     }
@@ -66,7 +66,7 @@ fn reading_a_model_can_be_interrupted_anywhere() {
 fn a_wrong_model_whose_reading_is_interrupted_is_not_called_wrong() {
     let source = SourceFile::new("wrong", many(2_000).text.replace("x'", "y'"));
     assert!(matches!(lang::load(&source, &none()), Err(Error::Input(_))));
-    let stopped = lang::load_observed(&source, &none(), &*StopAt::new(20));
+    let stopped = lang::load_with_progress(&source, &none(), &*StopAt::new(20));
     assert!(matches!(stopped, Err(Error::Limit(Limit::Interrupted))));
 }
 

@@ -169,9 +169,9 @@ trait Observed: Engine {
 }
 
 fn judged_from<E: Observed>(engine: &E, condition: &Condition, initial: bool) -> [String; 4] {
-    let start = match &engine.observed().observers {
+    let start = match &engine.observed().monitors {
         _ if initial => engine.initial_states(),
-        Some(observers) => engine.states_where(observers.fresh).unwrap(),
+        Some(monitors) => engine.states_where(monitors.fresh).unwrap(),
         None => engine.all_states(),
     };
     counts(engine, condition, &start)

@@ -90,7 +90,7 @@ struct Case {
     condition: Condition,
 }
 
-/// A random program with the observers of a formula; none where the formula is outside of the fragment.
+/// A random program with the monitors of a formula; none where the formula is outside of the fragment.
 fn case(numbers: &[u16], predicates: &[Vec<u16>; 2], formula: &str, begin: Begin) -> Option<Case> {
     let mut program = random_program(numbers, false);
     for (name, predicate) in ["p", "q"].into_iter().zip(predicates) {
@@ -110,7 +110,7 @@ fn listed<E: Engine>(engine: &E, x: &E::States) -> Vec<State> {
 }
 
 fn answers<E: Engine>(engine: &E, case: &Case) -> [Vec<State>; 5] {
-    let fresh = case.program.observers.as_ref().unwrap().fresh;
+    let fresh = case.program.monitors.as_ref().unwrap().fresh;
     let found = judged(engine, fresh, regions(engine, &case.condition).unwrap()).unwrap();
     let all = engine.states_where(fresh).unwrap();
     [&found.pmax_one, &found.pmax_positive, &found.pmin_one, &found.pmin_positive, &all]
@@ -145,7 +145,7 @@ proptest! {
         prop_assert_eq!(&found, &answers(&explicit, &case), "{}", &formula);
         if brute.states.len() <= MOST_STATES {
             let expected = enumerated(&brute, &case.program, &case.condition);
-            let fresh = brute.states_where(&case.program, case.program.observers.as_ref().unwrap().fresh);
+            let fresh = brute.states_where(&case.program, case.program.monitors.as_ref().unwrap().fresh);
             for (found, expected) in found.iter().zip(&expected) {
                 let expected: Vec<State> = (expected & &fresh).iter().map(|&s| brute.states[s].clone()).collect();
                 let mut found = found.clone();
@@ -165,9 +165,9 @@ proptest! {
         let Some(case) = case(&program, &[p, q], &formula, Begin::Everywhere) else { return Ok(()) };
         let (symbolic, explicit) = engines(&case.program, Scope::Reachable);
         prop_assert_eq!(answers(&symbolic, &case), answers(&explicit, &case), "{}", &formula);
-        // With fresh observers the states are those of the model, and so are its deadlocks.
-        let plain = Brute::new(&case.program.unobserved(), Scope::Reachable).unwrap();
-        let fresh = explicit.states_where(case.program.observers.as_ref().unwrap().fresh).unwrap();
+        // With fresh monitors the states are those of the model, and so are its deadlocks.
+        let plain = Brute::new(&case.program.without_monitors(), Scope::Reachable).unwrap();
+        let fresh = explicit.states_where(case.program.monitors.as_ref().unwrap().fresh).unwrap();
         prop_assert_eq!(listed(&explicit, &fresh).len(), plain.states.len());
         let stuck = explicit.intersection(&explicit.deadlock_states(), &fresh).unwrap();
         prop_assert_eq!(listed(&explicit, &stuck).len(), plain.deadlocks.len());

@@ -213,7 +213,7 @@ fn program(pool: ExprPool, initial: ExprId) -> Program {
         synchronisations: vec![],
         labels: vec![],
         formulas: vec![],
-        observers: None,
+        monitors: None,
     }
 }
 

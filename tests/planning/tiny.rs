@@ -173,7 +173,7 @@ impl Engine for Tiny {
         }
     }
 
-    fn count_unobserved(&self, _x: &Bits) -> Result<Option<Count>> {
+    fn count_model_states(&self, _x: &Bits) -> Result<Option<Count>> {
         Ok(None)
     }
     fn count_transitions(&self, c: &Pairs, x: &Bits) -> Result<Count> {

@@ -122,7 +122,7 @@ impl Graph {
             given_constants: vec![],
             labels: vec![],
             formulas: vec![],
-            observers: None,
+            monitors: None,
             modules: vec!["m".into()],
             actions: vec![],
             pool,

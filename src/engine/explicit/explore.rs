@@ -55,7 +55,7 @@ pub(super) struct Task<'a> {
 /// # Errors
 /// There are too many valuations, or variables.
 pub(super) fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
-    let begin = program.observers.as_ref().map(|o| o.begin);
+    let begin = program.monitors.as_ref().map(|o| o.begin);
     if settings.scope == Scope::Reachable || begin == Some(Begin::Initially) {
         return Layout::packed(program);
     }
@@ -116,7 +116,7 @@ impl Task<'_> {
             Some(n) => Space::Every(n as usize),
             None => Space::Met(self.initial_states::<W>()?),
         };
-        let begin = self.program.observers.as_ref().map(|o| o.begin);
+        let begin = self.program.monitors.as_ref().map(|o| o.begin);
         Ok(Run {
             restarts: begin == Some(Begin::Everywhere) && matches!(space, Space::Met(_)),
             started: space.len(),
@@ -167,8 +167,8 @@ impl Task<'_> {
 
     fn initial_states<const W: usize>(&self) -> Result<Index> {
         let mut index = Index::new(W, self.meter)?;
-        let start = match (self.settings.scope, &self.program.observers) {
-            (Scope::All, Some(observers)) => observers.fresh,
+        let start = match (self.settings.scope, &self.program.monitors) {
+            (Scope::All, Some(monitors)) => monitors.fresh,
             _ => self.program.initial,
         };
         let mut search = Search::new(self.program, start, &*self.settings.observer)?;
@@ -214,7 +214,7 @@ struct Run<'a, const W: usize> {
     space: Space,
     /// How many states there were before the first step.
     started: usize,
-    /// Whether observers may begin in every state that is met.
+    /// Whether monitors may begin in every state that is met.
     restarts: bool,
     stepper: Stepper<'a, W>,
     graph: Graph,

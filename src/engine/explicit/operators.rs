@@ -168,14 +168,14 @@ impl Engine for ExplicitEngine {
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
 
-    fn count_unobserved(&self, x: &StateSet) -> Result<Option<Count>> {
-        let Some(observers) = &self.program.observers else { return Ok(None) };
+    fn count_model_states(&self, x: &StateSet) -> Result<Option<Count>> {
+        let Some(monitors) = &self.program.monitors else { return Ok(None) };
         let mut met = ahash::AHashSet::new();
         for state in x.0.iter() {
             self.tick()?;
             let mut code: Vec<u64> = Vec::new();
             self.with_code(state, |own| code.extend_from_slice(own));
-            for variable in &observers.variables {
+            for variable in &monitors.variables {
                 let field = self.layout.field(variable.index());
                 let value = self.layout.value(&code, variable.index());
                 field.add(&mut code, value, 0);

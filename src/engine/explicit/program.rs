@@ -26,9 +26,9 @@ pub(super) struct Prepared {
     pub(super) initial: Entry,
     /// The expression for the initial states may have no value in some state.
     pub(super) initial_is_partial: bool,
-    /// The variables of observers.
-    pub(super) observers: Vec<(usize, Field)>,
-    /// The participant that is enabled in deadlocks, where observers step there.
+    /// The variables of monitors.
+    pub(super) monitors: Vec<(usize, Field)>,
+    /// The participant that is enabled in deadlocks, where monitors step there.
     pub(super) alone: Option<usize>,
 }
 
@@ -107,10 +107,10 @@ impl Prepared {
             let guard_index = division.compile(program, &mut compiler, &mut poll)?;
             factors.push(Factor { guard_index, is_sound: own.iter().all(sound) });
         }
-        let watching = program.observers.as_ref();
+        let watching = program.monitors.as_ref();
         let field = |v: &VarId| (v.index(), layout.field(v.index()));
         Ok(Prepared {
-            observers: watching.iter().flat_map(|o| o.variables.iter().map(field)).collect(),
+            monitors: watching.iter().flat_map(|o| o.variables.iter().map(field)).collect(),
             alone: watching
                 .and_then(|o| o.deadlock)
                 .and(synchronisations.last())

@@ -103,7 +103,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(())
     }
 
-    /// Whether the state expanded is a deadlock in which observers step.
+    /// Whether the state expanded is a deadlock in which monitors step.
     pub(super) fn steps_alone(&self) -> bool {
         let enabled = |factor: usize| {
             let found = self.factors[factor];
@@ -112,10 +112,10 @@ impl<'a, const W: usize> Stepper<'a, W> {
         self.prepared.alone.is_some_and(enabled)
     }
 
-    /// What leads from the state entered to the one with fresh observers.
+    /// What leads from the state entered to the one with fresh monitors.
     pub(super) fn restart(&self) -> [u64; W] {
         let mut effect = [0; W];
-        for &(variable, field) in &self.prepared.observers {
+        for &(variable, field) in &self.prepared.monitors {
             field.add(&mut effect, self.machine.regs[variable], 0);
         }
         effect

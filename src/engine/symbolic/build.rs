@@ -82,9 +82,9 @@ fn enabled(store: &Store, transitions: &Transitions, states: &Bdd) -> Result<(Ve
     Ok((enabled, deadlocks))
 }
 
-/// The deadlocks of the model, where observers step there: for the engine it is a choice like any other.
+/// The deadlocks of the model, where monitors step there: for the engine it is a choice like any other.
 fn deadlocks(program: &Program, encoding: &Encoding, store: &Store, states: &Bdd) -> Result<Option<Bdd>> {
-    let Some(deadlock) = program.observers.as_ref().and_then(|o| o.deadlock) else { return Ok(None) };
+    let Some(deadlock) = program.monitors.as_ref().and_then(|o| o.deadlock) else { return Ok(None) };
     let (holds, _) = Translator::new(program, encoding, store).condition(deadlock)?;
     store.and(&holds, states).map(Some)
 }

@@ -50,7 +50,7 @@ impl Draft {
 
     /// The states of the scope; none where exploring takes more than so many steps.
     ///
-    /// Where observers may begin everywhere, all their states go with each state of the model: the set is
+    /// Where monitors may begin everywhere, all their states go with each state of the model: the set is
     /// simpler than that of the pairs that can be reached, and answers are the same.
     fn scope(&self, steps: Option<u64>) -> Result<Option<Bdd>> {
         let Draft { program, encoding, store, domain, .. } = self;
@@ -59,7 +59,7 @@ impl Draft {
             return Ok(Some(domain.clone()));
         };
         let Some(met) = self.clusters.forward(store, &start, domain, steps)? else { return Ok(None) };
-        match &program.observers {
+        match &program.monitors {
             Some(o) if o.begin == Begin::Everywhere => {
                 let bits = encoding.bits_of(store, &o.variables)?;
                 store.and(&store.exists(&met, &bits)?, domain).map(Some)
@@ -111,7 +111,7 @@ pub(super) fn beginnings(
     scope: Scope,
     (initial, domain): (&Bdd, &Bdd),
 ) -> Result<Option<Bdd>> {
-    match (scope, &program.observers) {
+    match (scope, &program.monitors) {
         (Scope::Reachable, _) => Ok(Some(initial.clone())),
         (Scope::All, Some(o)) if o.begin == Begin::Initially => {
             let (fresh, _) = Translator::new(program, encoding, store).condition(o.fresh)?;

@@ -50,7 +50,7 @@ impl SymbolicEngine {
         StateSet(self.domain.clone())
     }
 
-    /// The states in which plays of the scope begin, states of it or not: the initial ones, or with observers
+    /// The states in which plays of the scope begin, states of it or not: the initial ones, or with monitors
     /// in the scope `all` every valuation in which these are fresh; none where all valuations are the scope.
     ///
     /// # Errors

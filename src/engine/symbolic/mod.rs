@@ -329,10 +329,10 @@ impl Engine for SymbolicEngine {
         }
     }
 
-    fn count_unobserved(&self, x: &StateSet) -> Result<Option<Count>> {
-        let Some(observers) = &self.program.observers else { return Ok(None) };
-        let plain = self.store.exists(&x.0, &self.encoding.bits_of(&self.store, &observers.variables)?)?;
-        let unseen = observers.variables.iter().map(|&v| self.encoding.positions(v).len());
+    fn count_model_states(&self, x: &StateSet) -> Result<Option<Count>> {
+        let Some(monitors) = &self.program.monitors else { return Ok(None) };
+        let plain = self.store.exists(&x.0, &self.encoding.bits_of(&self.store, &monitors.variables)?)?;
+        let unseen = monitors.variables.iter().map(|&v| self.encoding.positions(v).len());
         self.store.count(&plain, (self.encoding.width() + unseen.sum::<usize>()) as u32).map(Some)
     }
 

@@ -93,11 +93,11 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// Where three or more copies of a module advance their clocks together: what stands before the
 /// clocks first, and the clocks and what follows them side by side.
 ///
-/// A few observers stand on top of all of it, many below.
+/// A few monitors stand on top of all of it, many below.
 pub fn from_structure(program: &Program) -> Ordered {
-    if program.observers.is_some() {
-        let Ordered { bits, why } = from_structure(&program.unobserved());
-        return Ordered { bits: beside_observers(program, bits), why };
+    if program.monitors.is_some() {
+        let Ordered { bits, why } = from_structure(&program.without_monitors());
+        return Ordered { bits: beside_monitors(program, bits), why };
     }
     if let Some(variables) = copies::by_roles(program) {
         let why = "copies of a module whose clocks advance together: the clocks side by side";
@@ -112,17 +112,17 @@ pub fn from_structure(program: &Program) -> Ordered {
     }
 }
 
-/// More observers than this stand below the model. With four a run takes about a third of the time there, with twelve
+/// More monitors than this stand below the model. With four a run takes about a third of the time there, with twelve
 /// a sixth; one or two are as fast on top, or faster.
 const MOST_ON_TOP: usize = 3;
 
-/// An order of the model's bits with those of observers: a few on top, since what they have seen divides the states
+/// An order of the model's bits with those of monitors: a few on top, since what they have seen divides the states
 /// into few parts, each explored once. Many stand below the model: the relation of a step reads what they test
 /// above all of them, where on top it would tell apart each set of those that may move.
-fn beside_observers(program: &Program, mut bits: Vec<Bit>) -> Vec<Bit> {
-    let Some(observers) = &program.observers else { return bits };
-    let place = if observers.variables.len() > MOST_ON_TOP { bits.len() } else { 0 };
-    let watching = by_variables(program, &observers.variables);
+fn beside_monitors(program: &Program, mut bits: Vec<Bit>) -> Vec<Bit> {
+    let Some(monitors) = &program.monitors else { return bits };
+    let place = if monitors.variables.len() > MOST_ON_TOP { bits.len() } else { 0 };
+    let watching = by_variables(program, &monitors.variables);
     let watching: Vec<Bit> = watching.into_iter().filter(|b| !bits.contains(b)).collect();
     bits.splice(place..place, watching);
     bits
@@ -233,7 +233,7 @@ pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Vec<Bit>> {
         }
     }
     // Orders for a model need not know what watches it.
-    order = beside_observers(program, order);
+    order = beside_monitors(program, order);
     seen.extend(&order);
     let missing: Vec<Bit> = declared(program).into_iter().filter(|b| !seen.contains(b)).collect();
     if let (Some(first), true) = (missing.first(), errors.is_empty()) {

@@ -73,7 +73,7 @@ struct Alternative {
 pub(super) struct Builder<'a> {
     store: &'a Store,
     commands: Vec<CommandRelation>,
-    /// The command of the observers, which takes part in every synchronisation.
+    /// The command of the monitors, which takes part in every synchronisation.
     watching: Option<CommandId>,
 }
 
@@ -90,7 +90,7 @@ impl<'a> Builder<'a> {
             relations.push(relation);
             bad.push(wrong);
         }
-        let watching = program.observers.as_ref().map(|o| CommandId(o.command as u32));
+        let watching = program.monitors.as_ref().map(|o| CommandId(o.command as u32));
         let builder = Builder { store, commands: relations, watching };
         let uniform = program.kind == ModelKind::Dtmc;
         let mut all =
@@ -184,7 +184,7 @@ impl<'a> Builder<'a> {
         all.guards.push(guard);
         match combination {
             [single] => self.single(group, single, None, all),
-            // Pieces stay local beside the observers.
+            // Pieces stay local beside the monitors.
             [single, other] if self.watching.is_some_and(|w| other.members == [w]) => {
                 self.single(group, single, self.watching, all)
             }

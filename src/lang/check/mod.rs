@@ -115,7 +115,7 @@ impl<'a> Lowerer<'a> {
             synchronisations,
             labels: labels.into_iter().collect::<Option<_>>()?,
             formulas: formulas.into_iter().collect::<Option<_>>()?,
-            observers: None,
+            monitors: None,
         })
     }
 

@@ -103,8 +103,8 @@ impl Goals for Plain<'_> {
 impl Goals for Watching<'_> {
     fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal> {
         let condition = self.watch(source, &objective.formula, &objective.name.name)?;
-        let observer = self.states_of(&condition);
-        Ok(Goal::Satisfy { condition, observer })
+        let monitor = self.states_of(&condition);
+        Ok(Goal::Satisfy { condition, monitor })
     }
 }
 

@@ -1,8 +1,8 @@
-//! All formulas up to a size on all short words: the verdict of the observers against the definition of LTL.
+//! All formulas up to a size on all short words: the verdict of the monitors against the definition of LTL.
 //!
 //! A word is a lasso u v^ω with |u| + |v| ≤ 4 over two atoms. The values of a formula at all positions of all words
 //! are one bit set ([`Values`]), so that the definition is evaluated operator by operator, and the verdict of a leaf
-//! on all words is found from tables of its observer. Formulas are taken modulo renaming (the first atom is `a`) and
+//! on all words is found from tables of its monitor. Formulas are taken modulo renaming (the first atom is `a`) and
 //! modulo the order of the larger and the smaller operand of `&` and `|`.
 
 use std::rc::Rc;
@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use ahash::AHashMap;
 
 use super::leaves::{Tree, leaves};
+use super::monitor::Monitor;
 use super::normal::{Normal, Normaliser};
-use super::observer::Observer;
 use super::words::{Atoms, made, state};
 use super::{Formula, FormulaKind, Steps};
 use crate::model::expr::ExprId;
@@ -286,16 +286,16 @@ impl Formulas {
     }
 }
 
-/// What the observers say of all words.
+/// What the monitors say of all words.
 struct Judge {
     shapes: Vec<Shape>,
     atoms: Atoms,
     known: AHashMap<(bool, Normal), Rc<Verdicts>>,
-    /// Many leaves have the same observer.
+    /// Many leaves have the same monitor.
     judged: AHashMap<Table, Rc<Verdicts>>,
 }
 
-/// For each state of an observer and each letter the next state, and whether the step is marked.
+/// For each state of a monitor and each letter the next state, and whether the step is marked.
 type Table = Vec<[(usize, bool); 4]>;
 
 impl Judge {
@@ -332,14 +332,14 @@ impl Judge {
         }
     }
 
-    /// On which words an observer marks steps again and again.
+    /// On which words a monitor marks steps again and again.
     fn leaf(&mut self, recurrence: bool, n: &Normal) -> Rc<Verdicts> {
         let key = (recurrence, n.clone());
         if let Some(known) = self.known.get(&key) {
             return Rc::clone(known);
         }
-        let observer = if recurrence { Observer::of_recurrence(n) } else { Observer::of_cosafe(n) }.unwrap();
-        let table = self.table(&observer);
+        let monitor = if recurrence { Monitor::of_recurrence(n) } else { Monitor::of_cosafe(n) }.unwrap();
+        let table = self.table(&monitor);
         let found = match self.judged.get(&table) {
             Some(found) => Rc::clone(found),
             None => Rc::new(marked(&self.shapes, &table)),
@@ -352,13 +352,13 @@ impl Judge {
         found
     }
 
-    fn table(&self, observer: &Observer) -> Table {
+    fn table(&self, monitor: &Monitor) -> Table {
         let holds = |letter: usize, e: ExprId| {
             let values = [letter & 1, letter >> 1].map(|bit| bit as i64);
             self.atoms.pool.eval(e, &values).unwrap() == Value::Bool(true)
         };
-        let row = |state| std::array::from_fn(|letter| observer.step(state, |e| holds(letter, e)));
-        (0..observer.states.len()).map(row).collect()
+        let row = |state| std::array::from_fn(|letter| monitor.step(state, |e| holds(letter, e)));
+        (0..monitor.states.len()).map(row).collect()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Boolean functions of a few variables, each once: reduced decision diagrams of a size that needs no manager.
 //!
 //! A progressed formula is a Boolean combination of a few obligations; equal combinations must be one state of
-//! an observer, however they are written. The diagrams of the engines are made for millions of nodes: their
+//! a monitor, however they are written. The diagrams of the engines are made for millions of nodes: their
 //! tables alone are larger than all that is needed here.
 
 use ahash::AHashMap;
@@ -65,7 +65,7 @@ impl Functions {
             return Ok(known);
         }
         if self.nodes.len() >= MOST_NODES {
-            let what = format!("a temporal formula whose observer needs more than {MOST_NODES} decisions");
+            let what = format!("a temporal formula whose monitor needs more than {MOST_NODES} decisions");
             return Err(Limit::Size { what }.into());
         }
         let new = self.nodes.len() as Function;

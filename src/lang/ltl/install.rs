@@ -1,4 +1,4 @@
-//! Formulas over a program, and their observers as variables of it.
+//! Formulas over a program, and their monitors as variables of it.
 
 use std::sync::Arc;
 
@@ -6,36 +6,36 @@ use ahash::AHashMap;
 
 use super::Formula;
 use super::leaves::{Refused, Tree, leaves};
+use super::monitor::{Decision, Monitor};
 use super::normal::{Form, Meaning, Normal, Normaliser};
-use super::observer::{Decision, Observer};
 use super::wording::wording;
 use crate::error::{Diagnostic, Limit, Result, Severity, SourceFile};
 use crate::lang::ast::{Expr, ExprKind, Span};
 use crate::lang::check::{lower_part, lower_target, lower_value};
 use crate::lang::names::Names;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use crate::model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Observers};
+use crate::model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Monitors};
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Command, CommandId, Program, Synchronisation, VarId, Variable};
 
-/// A leaf whose observer would decide on more state formulas is refused.
+/// A leaf whose monitor would decide on more state formulas is refused.
 const MOST_ATOMS: usize = 100;
 
 /// What is outside of the fragment is refused with this.
 const FRAGMENT: &str = "supported are `&`, `|`, `!`, `=>`, `<=>` over formulas that are co-safe (F, U, X), safe (G, W, R, X), \
     G of a co-safe one, or F of a safe one";
 
-/// A program that is being given observers.
+/// A program that is being given monitors.
 pub struct Watching<'p> {
     program: &'p mut Program,
-    watchers: Vec<Watcher>,
+    installed: Vec<Installed>,
     texts: AHashMap<(ExprId, bool), String>,
 }
 
-/// An observer with its place in the program.
-struct Watcher {
-    observer: Observer,
-    /// Its variable; none for an observer of one state.
+/// An monitor with its place in the program.
+struct Installed {
+    monitor: Monitor,
+    /// Its variable; none for a monitor of one state.
     variable: Option<VarId>,
     mark: ExprId,
     name: String,
@@ -43,16 +43,16 @@ struct Watcher {
 }
 
 impl<'p> Watching<'p> {
-    /// No observer yet.
+    /// No monitor yet.
     pub fn new(program: &'p mut Program) -> Self {
-        Watching { program, watchers: Vec::new(), texts: AHashMap::new() }
+        Watching { program, installed: Vec::new(), texts: AHashMap::new() }
     }
 
-    /// What a formula asks of observers, which are added where need be; `name` is what they are called.
+    /// What a formula asks of monitors, which are added where need be; `name` is what they are called.
     ///
     /// # Errors
     /// Unknown names and wrong types; what is outside of the fragment, with its place; a limit on the size
-    /// of observers or the number of cases.
+    /// of monitors or the number of cases.
     pub fn watch(
         &mut self,
         source: &Arc<SourceFile>,
@@ -74,11 +74,11 @@ impl<'p> Watching<'p> {
         Ok(condition)
     }
 
-    /// How many states the observers of a condition have together.
+    /// How many states the monitors of a condition have together.
     pub fn states_of(&self, condition: &Condition) -> u64 {
         let marks = condition.marks();
-        let own = self.watchers.iter().filter(|w| marks.contains(&w.mark));
-        own.fold(1, |all, w| all.saturating_mul(w.observer.states.len() as u64))
+        let own = self.installed.iter().filter(|w| marks.contains(&w.mark));
+        own.fold(1, |all, w| all.saturating_mul(w.monitor.states.len() as u64))
     }
 
     fn condition(&mut self, tree: &Tree, name: &str) -> Result<Condition> {
@@ -89,37 +89,37 @@ impl<'p> Watching<'p> {
             Tree::All(parts) => Condition::All(all(parts)?),
             Tree::Any(parts) => Condition::Any(all(parts)?),
             Tree::Leaf(asks, n) => {
-                let observer = match asks {
-                    Asks::Accept | Asks::Avoid => Observer::of_cosafe(n)?,
-                    Asks::Again | Asks::Settle => Observer::of_recurrence(n)?,
+                let monitor = match asks {
+                    Asks::Accept | Asks::Avoid => Monitor::of_cosafe(n)?,
+                    Asks::Again | Asks::Settle => Monitor::of_recurrence(n)?,
                 };
-                Condition::Leaf(*asks, self.mark(observer, *asks, name)?)
+                Condition::Leaf(*asks, self.mark(monitor, *asks, name)?)
             }
         })
     }
 
-    /// The mark of an observer, which is added if none like it is there.
-    fn mark(&mut self, observer: Observer, asks: Asks, name: &str) -> Result<ExprId> {
-        if let Some(same) = self.watchers.iter().find(|w| w.observer.is_same(&observer)) {
+    /// The mark of a monitor, which is added if none like it is there.
+    fn mark(&mut self, monitor: Monitor, asks: Asks, name: &str) -> Result<ExprId> {
+        if let Some(same) = self.installed.iter().find(|w| w.monitor.is_same(&monitor)) {
             return Ok(same.mark);
         }
-        if observer.atoms.len() > MOST_ATOMS {
+        if monitor.atoms.len() > MOST_ATOMS {
             let what = format!(
                 "a temporal formula over {} state formulas in one leaf, more than {MOST_ATOMS}",
-                observer.atoms.len()
+                monitor.atoms.len()
             );
             return Err(Limit::Size { what }.into());
         }
-        let variables = self.watchers.iter().filter(|w| w.variable.is_some()).count();
-        let variable = (observer.states.len() > 1)
+        let variables = self.installed.iter().filter(|w| w.variable.is_some()).count();
+        let variable = (monitor.states.len() > 1)
             .then(|| VarId(u32::try_from(self.program.variables.len() + variables).unwrap_or(u32::MAX)));
-        let mark = Values { pool: &mut self.program.pool, observer: &observer, variable }.mark();
-        let words = wording(&observer, asks, &self.texts);
-        self.watchers.push(Watcher { observer, variable, mark, name: name.to_owned(), words });
+        let mark = Values { pool: &mut self.program.pool, monitor: &monitor, variable }.mark();
+        let words = wording(&monitor, asks, &self.texts);
+        self.installed.push(Installed { monitor, variable, mark, name: name.to_owned(), words });
         Ok(mark)
     }
 
-    /// Makes the observers part of the program, and returns where they are fresh.
+    /// Makes the monitors part of the program, and returns where they are fresh.
     ///
     /// They are a module whose command takes part in every synchronisation, and steps alone in deadlocks. Its
     /// variables are `0` where nothing has been read.
@@ -127,17 +127,17 @@ impl<'p> Watching<'p> {
     /// # Errors
     /// None that a finished program has.
     pub fn finish(self, begin: Begin) -> Result<ExprId> {
-        let Watching { program, watchers, .. } = self;
+        let Watching { program, installed, .. } = self;
         let deadlock = deadlock(program)?;
         let mut names = Names::default();
         program.variables.iter().for_each(|v| drop(names.add(&v.name)));
         let (mut updates, mut variables) = (Vec::new(), Vec::new());
         let mut fresh = program.pool.value(Value::Bool(true));
         let module = program.modules.len();
-        for watcher in watchers {
+        for watcher in installed {
             let Some(variable) = watcher.variable else { continue };
             let next =
-                Values { pool: &mut program.pool, observer: &watcher.observer, variable: Some(variable) }
+                Values { pool: &mut program.pool, monitor: &watcher.monitor, variable: Some(variable) }
                     .next();
             updates.push((variable, next));
             variables.push(variable);
@@ -149,7 +149,7 @@ impl<'p> Watching<'p> {
                 name: names.add(&watcher.name),
                 ty: Type::Int,
                 low: 0,
-                high: watcher.observer.states.len() as i64 - 1,
+                high: watcher.monitor.states.len() as i64 - 1,
                 module: Some(module),
                 initial: Some(0),
                 values: watcher.words,
@@ -159,7 +159,7 @@ impl<'p> Watching<'p> {
         let initial = program.initial;
         program.initial = program.pool.binary(Binary::And, initial, fresh);
         let command = join_in(program, module, &updates, deadlock);
-        program.observers = Some(Observers { variables, module, command, deadlock, initial, fresh, begin });
+        program.monitors = Some(Monitors { variables, module, command, deadlock, initial, fresh, begin });
         Ok(fresh)
     }
 }
@@ -171,7 +171,7 @@ fn deadlock(program: &mut Program) -> Result<Option<ExprId>> {
     Ok((program.pool.literal(deadlock) != Some(Value::Bool(false))).then_some(deadlock))
 }
 
-/// Adds the module of observers, and returns the position of its command.
+/// Adds the module of monitors, and returns the position of its command.
 fn join_in(
     program: &mut Program,
     module: usize,
@@ -204,10 +204,10 @@ fn join_in(
     position
 }
 
-/// Expressions for what an observer does.
+/// Expressions for what a monitor does.
 struct Values<'a> {
     pool: &'a mut ExprPool,
-    observer: &'a Observer,
+    monitor: &'a Monitor,
     variable: Option<VarId>,
 }
 
@@ -216,23 +216,23 @@ impl Values<'_> {
     fn next(&mut self) -> ExprId {
         let ends = |pool: &mut ExprPool, next: usize, _| pool.value(Value::Int(next as i64));
         let of = self.decisions(ends);
-        self.select(&of, 0, self.observer.states.len())
+        self.select(&of, 0, self.monitor.states.len())
     }
 
     /// Whether the step is marked.
     fn mark(&mut self) -> ExprId {
         let of = self.decisions(|pool, _, mark| pool.value(Value::Bool(mark)));
-        self.select(&of, 0, self.observer.states.len())
+        self.select(&of, 0, self.monitor.states.len())
     }
 
     /// An expression for each decision.
     fn decisions(&mut self, end: impl Fn(&mut ExprPool, usize, bool) -> ExprId) -> Vec<ExprId> {
-        let mut made: Vec<ExprId> = Vec::with_capacity(self.observer.decisions.all.len());
-        for &decision in &self.observer.decisions.all {
+        let mut made: Vec<ExprId> = Vec::with_capacity(self.monitor.decisions.all.len());
+        for &decision in &self.monitor.decisions.all {
             let new = match decision {
                 Decision::Go { next, mark } => end(self.pool, next, mark),
                 Decision::Test { atom, no, yes } => {
-                    choose(self.pool, self.observer.atoms[atom as usize], made[yes], made[no])
+                    choose(self.pool, self.monitor.atoms[atom as usize], made[yes], made[no])
                 }
             };
             made.push(new);
@@ -240,10 +240,10 @@ impl Values<'_> {
         made
     }
 
-    /// By the state of the observer, halving the range: what nests deeply is evaluated deeply.
+    /// By the state of the monitor, halving the range: what nests deeply is evaluated deeply.
     fn select(&mut self, of: &[ExprId], from: usize, to: usize) -> ExprId {
         let Some(variable) = self.variable.filter(|_| to - from > 1) else {
-            return of[self.observer.states[from]];
+            return of[self.monitor.states[from]];
         };
         let middle = from + (to - from) / 2;
         let (low, high) = (self.select(of, from, middle), self.select(of, middle, to));

@@ -32,7 +32,7 @@ pub(super) struct Refused {
 pub(super) fn leaves(n: &Normal) -> Result<Tree, Refused> {
     let divided = match &n.form {
         Form::Constant(value) => return Ok(Tree::Constant(*value)),
-        // What is safe or co-safe as a whole needs one observer, where that is no larger than several.
+        // What is safe or co-safe as a whole needs one monitor, where that is no larger than several.
         Form::Or(_) if n.is_cosafe() => None,
         Form::And(_) if n.is_safe() => None,
         Form::And(parts) => Some(Tree::All(parts.iter().map(leaves).collect::<Result<_, _>>()?)),

@@ -3,22 +3,22 @@
 
 use ahash::AHashMap;
 
-use super::observer::{Decision, DecisionId, Decisions, Observer};
+use super::monitor::{Decision, DecisionId, Decisions, Monitor};
 
-/// Steps of an observer: for each state, whereto and whether marked.
+/// Steps of a monitor: for each state, whereto and whether marked.
 type Steps = Vec<Vec<(usize, bool)>>;
 
-/// The same observer with equivalent states merged, those that are left numbered from the first one on.
-pub(super) fn minimal(observer: &Observer) -> Observer {
-    let settled = Settled::of(&steps(observer));
-    let (never, surely) = (observer.states.len(), observer.states.len() + 1);
+/// The same monitor with equivalent states merged, those that are left numbered from the first one on.
+pub(super) fn minimal(monitor: &Monitor) -> Monitor {
+    let settled = Settled::of(&steps(monitor));
+    let (never, surely) = (monitor.states.len(), monitor.states.len() + 1);
     let redirect = |next: usize, mark: bool| match () {
         () if settled.never[next] => Decision::Go { next: never, mark: false },
         () if settled.surely[next] => Decision::Go { next: surely, mark: true },
         () => Decision::Go { next, mark },
     };
     let mut decisions = Decisions::default();
-    let mut states = rebuilt(observer, &mut decisions, redirect);
+    let mut states = rebuilt(monitor, &mut decisions, redirect);
     states.push(decisions.add(Decision::Go { next: never, mark: false }));
     states.push(decisions.add(Decision::Go { next: surely, mark: true }));
     let start = match () {
@@ -26,30 +26,30 @@ pub(super) fn minimal(observer: &Observer) -> Observer {
         () if settled.surely[0] => surely,
         () => 0,
     };
-    merged(Observer { states, decisions, atoms: observer.atoms.clone() }, start)
+    merged(Monitor { states, decisions, atoms: monitor.atoms.clone() }, start)
 }
 
 /// The decisions of all states with other ends.
 fn rebuilt(
-    observer: &Observer,
+    monitor: &Monitor,
     into: &mut Decisions,
     end: impl Fn(usize, bool) -> Decision,
 ) -> Vec<DecisionId> {
     // Decisions come after those they lead to.
-    let mut made = Vec::with_capacity(observer.decisions.all.len());
-    for &decision in &observer.decisions.all {
+    let mut made = Vec::with_capacity(monitor.decisions.all.len());
+    for &decision in &monitor.decisions.all {
         let new = match decision {
             Decision::Go { next, mark } => end(next, mark),
             Decision::Test { atom, no, yes } => Decision::Test { atom, no: made[no], yes: made[yes] },
         };
         made.push(into.add(new));
     }
-    observer.states.iter().map(|&s| made[s]).collect()
+    monitor.states.iter().map(|&s| made[s]).collect()
 }
 
-pub(super) fn steps(observer: &Observer) -> Steps {
-    let mut ends: Vec<Vec<(usize, bool)>> = Vec::with_capacity(observer.decisions.all.len());
-    for decision in &observer.decisions.all {
+pub(super) fn steps(monitor: &Monitor) -> Steps {
+    let mut ends: Vec<Vec<(usize, bool)>> = Vec::with_capacity(monitor.decisions.all.len());
+    for decision in &monitor.decisions.all {
         let mut own = match *decision {
             Decision::Go { next, mark } => vec![(next, mark)],
             Decision::Test { no, yes, .. } => [ends[no].as_slice(), ends[yes].as_slice()].concat(),
@@ -58,7 +58,7 @@ pub(super) fn steps(observer: &Observer) -> Steps {
         own.dedup();
         ends.push(own);
     }
-    observer.states.iter().map(|&s| ends[s].clone()).collect()
+    monitor.states.iter().map(|&s| ends[s].clone()).collect()
 }
 
 /// States whose future is settled.
@@ -113,12 +113,12 @@ fn least(steps: &Steps, fits: impl Fn(&[bool], (usize, bool)) -> bool, start: &[
 }
 
 /// Merges states by refinement of classes, and numbers those reachable from `start`.
-fn merged(observer: Observer, start: usize) -> Observer {
-    let mut class = vec![0; observer.states.len()];
+fn merged(monitor: Monitor, start: usize) -> Monitor {
+    let mut class = vec![0; monitor.states.len()];
     let mut count = 1;
     loop {
         let mut decisions = Decisions::default();
-        let seen = rebuilt(&observer, &mut decisions, |next, mark| Decision::Go { next: class[next], mark });
+        let seen = rebuilt(&monitor, &mut decisions, |next, mark| Decision::Go { next: class[next], mark });
         let mut numbers: AHashMap<(usize, DecisionId), usize> = AHashMap::new();
         for (state, decision) in seen.into_iter().enumerate() {
             let next = numbers.len();
@@ -129,12 +129,12 @@ fn merged(observer: Observer, start: usize) -> Observer {
         }
         count = numbers.len();
     }
-    numbered(&observer, &class, start)
+    numbered(&monitor, &class, start)
 }
 
 /// The classes that can be reached, in the order in which they are met.
-fn numbered(observer: &Observer, class: &[usize], start: usize) -> Observer {
-    let steps = steps(observer);
+fn numbered(monitor: &Monitor, class: &[usize], start: usize) -> Monitor {
+    let steps = steps(monitor);
     let (mut number, mut met) = (AHashMap::new(), vec![start]);
     number.insert(class[start], 0);
     let mut at = 0;
@@ -150,21 +150,21 @@ fn numbered(observer: &Observer, class: &[usize], start: usize) -> Observer {
     }
     let mut all = Decisions::default();
     // Ends that are not reached keep any number: no decision that is left leads to them.
-    let states = rebuilt(observer, &mut all, |next, mark| Decision::Go {
+    let states = rebuilt(monitor, &mut all, |next, mark| Decision::Go {
         next: number.get(&class[next]).copied().unwrap_or(0),
         mark,
     });
     let states: Vec<DecisionId> = met.iter().map(|&s| states[s]).collect();
-    used(&Observer { states, decisions: all, atoms: observer.atoms.clone() })
+    used(&Monitor { states, decisions: all, atoms: monitor.atoms.clone() })
 }
 
-/// The observer without decisions and atoms that no state needs.
-fn used(observer: &Observer) -> Observer {
-    let mut needed = vec![false; observer.decisions.all.len()];
-    observer.states.iter().for_each(|&s| needed[s] = true);
-    let mut tested = vec![false; observer.atoms.len()];
+/// The monitor without decisions and atoms that no state needs.
+fn used(monitor: &Monitor) -> Monitor {
+    let mut needed = vec![false; monitor.decisions.all.len()];
+    monitor.states.iter().for_each(|&s| needed[s] = true);
+    let mut tested = vec![false; monitor.atoms.len()];
     for at in (0..needed.len()).rev() {
-        if let (true, Decision::Test { atom, no, yes }) = (needed[at], observer.decisions.all[at]) {
+        if let (true, Decision::Test { atom, no, yes }) = (needed[at], monitor.decisions.all[at]) {
             (needed[no], needed[yes], tested[atom as usize]) = (true, true, true);
         }
     }
@@ -177,7 +177,7 @@ fn used(observer: &Observer) -> Observer {
         })
         .collect();
     let (mut decisions, mut made) = (Decisions::default(), vec![0; needed.len()]);
-    for (at, &decision) in observer.decisions.all.iter().enumerate().filter(|(at, _)| needed[*at]) {
+    for (at, &decision) in monitor.decisions.all.iter().enumerate().filter(|(at, _)| needed[*at]) {
         made[at] = decisions.add(match decision {
             Decision::Test { atom, no, yes } => {
                 Decision::Test { atom: places[atom as usize], no: made[no], yes: made[yes] }
@@ -185,6 +185,6 @@ fn used(observer: &Observer) -> Observer {
             go => go,
         });
     }
-    let atoms = observer.atoms.iter().zip(&tested).filter(|(_, is)| **is).map(|(a, _)| *a).collect();
-    Observer { states: observer.states.iter().map(|&s| made[s]).collect(), decisions, atoms }
+    let atoms = monitor.atoms.iter().zip(&tested).filter(|(_, is)| **is).map(|(a, _)| *a).collect();
+    Monitor { states: monitor.states.iter().map(|&s| made[s]).collect(), decisions, atoms }
 }

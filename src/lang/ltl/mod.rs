@@ -1,8 +1,8 @@
-//! Temporal formulas: linear temporal logic as PRISM writes it, and the observers that judge it.
+//! Temporal formulas: linear temporal logic as PRISM writes it, and the monitors that judge it.
 //!
 //! A formula is read ([`parse_formula`]), brought into negation normal form (`normal`) and divided into
 //! leaves under `&` and `|` (`leaves`), each co-safe, safe, a recurrence or a persistence. Each leaf has a
-//! deterministic observer (`progress`, `observer`, `minimal`), which becomes a variable of the flat
+//! deterministic monitor (`progress`, `monitor`, `minimal`), which becomes a variable of the flat
 //! program (`install`); what the formula asks is then a [`crate::model::temporal::Condition`] on states.
 
 #[cfg(test)]
@@ -11,8 +11,8 @@ mod functions;
 mod install;
 mod leaves;
 mod minimal;
+mod monitor;
 mod normal;
-mod observer;
 mod parse;
 mod progress;
 mod wording;

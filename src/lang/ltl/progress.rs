@@ -44,7 +44,7 @@ struct Chain {
     most: u64,
 }
 
-/// Progresses the formulas of one observer.
+/// Progresses the formulas of one monitor.
 pub(super) struct Progress {
     pub(super) functions: Functions,
     /// The atoms by their variables.

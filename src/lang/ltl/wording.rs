@@ -1,10 +1,10 @@
-//! The states of an observer in words that a person reads: "waiting for b".
+//! The states of a monitor in words that a person reads: "waiting for b".
 
 use ahash::AHashMap;
 
 use super::install::text_of;
 use super::minimal::{Settled, steps};
-use super::observer::{Decision, DecisionId, Observer};
+use super::monitor::{Decision, DecisionId, Monitor};
 use crate::model::expr::ExprId;
 use crate::model::temporal::Asks;
 
@@ -17,13 +17,13 @@ type Cube = Vec<(u32, bool)>;
 
 /// A name for each state, each once.
 pub(super) fn wording(
-    observer: &Observer,
+    monitor: &Monitor,
     asks: Asks,
     texts: &AHashMap<(ExprId, bool), String>,
 ) -> Vec<String> {
-    let settled = Settled::of(&steps(observer));
-    let mut names: Vec<String> = Vec::with_capacity(observer.states.len());
-    for (state, &decision) in observer.states.iter().enumerate() {
+    let settled = Settled::of(&steps(monitor));
+    let mut names: Vec<String> = Vec::with_capacity(monitor.states.len());
+    for (state, &decision) in monitor.states.iter().enumerate() {
         let wanted = match asks {
             Asks::Accept if settled.surely[state] => "done".to_owned(),
             Asks::Accept if settled.never[state] => "lost".to_owned(),
@@ -34,9 +34,9 @@ pub(super) fn wording(
             Asks::Again | Asks::Settle if state == 0 => "nothing owed".to_owned(),
             Asks::Accept => {
                 let good = |next: usize, mark: bool| mark || (next != state && !settled.never[next]);
-                waiting(observer, decision, texts, &good)
+                waiting(monitor, decision, texts, &good)
             }
-            Asks::Again | Asks::Settle => waiting(observer, decision, texts, &|_, mark| mark),
+            Asks::Again | Asks::Settle => waiting(monitor, decision, texts, &|_, mark| mark),
         };
         names.push(wanted);
     }
@@ -55,19 +55,19 @@ fn distinct(names: Vec<String>) -> Vec<String> {
 
 /// "waiting for" what leads to a good end.
 fn waiting(
-    observer: &Observer,
+    monitor: &Monitor,
     decision: DecisionId,
     texts: &AHashMap<(ExprId, bool), String>,
     good: &dyn Fn(usize, bool) -> bool,
 ) -> String {
     let mut cases: Vec<Cube> = Vec::new();
-    collect(observer, decision, &mut Vec::new(), good, &mut cases);
+    collect(monitor, decision, &mut Vec::new(), good, &mut cases);
     for case in &mut cases {
         // What does not matter is not said, negations first.
         for sign in [false, true] {
             for literal in case.clone().into_iter().filter(|l| l.1 == sign) {
                 let without: Cube = case.iter().copied().filter(|l| *l != literal).collect();
-                if surely(observer, decision, &without, good) {
+                if surely(monitor, decision, &without, good) {
                     *case = without;
                 }
             }
@@ -81,14 +81,14 @@ fn waiting(
     {
         return "under way".to_owned();
     }
-    let part = |&(atom, positive): &(u32, bool)| text_of(texts, observer.atoms[atom as usize], positive);
+    let part = |&(atom, positive): &(u32, bool)| text_of(texts, monitor.atoms[atom as usize], positive);
     let case = |c: &Cube| c.iter().map(part).collect::<Vec<_>>().join(" & ");
     format!("waiting for {}", cases.iter().map(case).collect::<Vec<_>>().join(" or "))
 }
 
 /// The ways to good ends, until there are too many.
 fn collect(
-    observer: &Observer,
+    monitor: &Monitor,
     decision: DecisionId,
     path: &mut Cube,
     good: &dyn Fn(usize, bool) -> bool,
@@ -97,13 +97,13 @@ fn collect(
     if cases.len() > 4 * MOST_CASES {
         return;
     }
-    match observer.decisions.all[decision] {
+    match monitor.decisions.all[decision] {
         Decision::Go { next, mark } if good(next, mark) => cases.push(path.clone()),
         Decision::Go { .. } => {}
         Decision::Test { atom, no, yes } => {
             for (value, then) in [(true, yes), (false, no)] {
                 path.push((atom, value));
-                collect(observer, then, path, good, cases);
+                collect(monitor, then, path, good, cases);
                 path.pop();
             }
         }
@@ -111,18 +111,13 @@ fn collect(
 }
 
 /// Whether all ends that fit an assignment are good.
-fn surely(
-    observer: &Observer,
-    decision: DecisionId,
-    case: &Cube,
-    good: &dyn Fn(usize, bool) -> bool,
-) -> bool {
+fn surely(monitor: &Monitor, decision: DecisionId, case: &Cube, good: &dyn Fn(usize, bool) -> bool) -> bool {
     let (mut open, mut seen) = (vec![decision], ahash::AHashSet::new());
     while let Some(at) = open.pop() {
         if !seen.insert(at) {
             continue;
         }
-        match observer.decisions.all[at] {
+        match monitor.decisions.all[at] {
             Decision::Go { next, mark } if good(next, mark) => {}
             Decision::Go { .. } => return false,
             Decision::Test { atom, no, yes } => match case.iter().find(|(a, _)| *a == atom) {

@@ -1,12 +1,12 @@
-//! Observers against the direct meaning of formulas on ultimately periodic words.
+//! Monitors against the direct meaning of formulas on ultimately periodic words.
 
 use std::sync::Arc;
 
 use proptest::prelude::*;
 
 use super::leaves::{Tree, leaves};
+use super::monitor::Monitor;
 use super::normal::{Form, Meaning, Normal, Normaliser};
-use super::observer::Observer;
 use super::{Formula, FormulaKind, Steps};
 use crate::error::{Result, SourceFile};
 use crate::lang::ast::{Expr, ExprKind, Span};
@@ -175,10 +175,10 @@ impl Meaning for Atoms {
     }
 }
 
-/// A formula by its observers; none outside of the fragment.
+/// A formula by its monitors; none outside of the fragment.
 struct Judge {
     tree: Tree,
-    observers: Vec<Observer>,
+    monitors: Vec<Monitor>,
     pool: ExprPool,
 }
 
@@ -187,18 +187,18 @@ impl Judge {
         let mut atoms = Atoms::new();
         let normal = Normaliser::new(&mut atoms).build(f, true).unwrap();
         let tree = leaves(&normal).ok()?;
-        let mut observers = Vec::new();
+        let mut monitors = Vec::new();
         all_leaves(&tree, &mut |asks, n| {
-            observers.push(match asks {
-                Asks::Accept | Asks::Avoid => Observer::of_cosafe(n).unwrap(),
-                Asks::Again | Asks::Settle => Observer::of_recurrence(n).unwrap(),
+            monitors.push(match asks {
+                Asks::Accept | Asks::Avoid => Monitor::of_cosafe(n).unwrap(),
+                Asks::Again | Asks::Settle => Monitor::of_recurrence(n).unwrap(),
             });
         });
-        Some(Judge { tree, observers, pool: atoms.pool })
+        Some(Judge { tree, monitors, pool: atoms.pool })
     }
 
     fn holds(&self, word: &Word) -> bool {
-        let mut marked = self.observers.iter().map(|o| self.marked(o, word));
+        let mut marked = self.monitors.iter().map(|o| self.marked(o, word));
         Self::truth(&self.tree, &mut marked)
     }
 
@@ -213,8 +213,8 @@ impl Judge {
         }
     }
 
-    /// Whether the loop of the word has marks, once the observer has come to a loop of its own.
-    fn marked(&self, observer: &Observer, word: &Word) -> bool {
+    /// Whether the loop of the word has marks, once the monitor has come to a loop of its own.
+    fn marked(&self, monitor: &Monitor, word: &Word) -> bool {
         let (mut at, mut state) = (0, 0);
         let mut seen: Vec<(usize, usize, bool)> = Vec::new();
         loop {
@@ -223,7 +223,7 @@ impl Judge {
             }
             let values: Vec<i64> = (0..3).map(|bit| i64::from(word.letters[at] >> bit & 1)).collect();
             let (next, mark) =
-                observer.step(state, |e| self.pool.eval(e, &values).unwrap() == Value::Bool(true));
+                monitor.step(state, |e| self.pool.eval(e, &values).unwrap() == Value::Bool(true));
             seen.push((at, state, mark));
             (at, state) = (word.after(at), next);
         }
@@ -325,11 +325,11 @@ fn a_step_before_what_recurs_counts_where_it_matters() {
 }
 
 #[test]
-fn observers_of_common_formulas_are_small() {
+fn monitors_of_common_formulas_are_small() {
     let states = |text: &str| {
         let f = super::parse::formula(Parser::new(&SourceFile::new("formula", text))).unwrap();
         let judge = Judge::new(&f).unwrap();
-        judge.observers.iter().map(|o| o.states.len()).collect::<Vec<_>>()
+        judge.monitors.iter().map(|o| o.states.len()).collect::<Vec<_>>()
     };
     for (text, expected) in [
         ("F a", vec![2]),

@@ -34,7 +34,7 @@ fn nothing_false_of_whole_plays_gets_past_verify() {
     table.close();
 }
 
-/// Other models and formulas over the same variables, observers included.
+/// Other models and formulas over the same variables, monitors included.
 const OTHERS: &[(&str, &str)] = &[
     ("[back] x=1", "[back] x=2"),
     ("[on] x=1 -> (x'=3);", ""),

@@ -163,7 +163,7 @@ impl Lowering<'_> {
             synchronisations,
             labels,
             formulas,
-            observers: None,
+            monitors: None,
         };
         let rewards = self.transients.iter().filter(|t| t.variable.ty.ty != Type::Bool).count();
         Ok(Checked { program, warnings: self.warnings, ignored_rewards: rewards, properties })

@@ -1,4 +1,4 @@
-//! Deterministic observers: finite automata that read states and mark some of their steps.
+//! Deterministic monitors: finite automata that read states and mark some of their steps.
 //!
 //! A co-safe formula holds when a step is marked, and then all later ones are; `G φ` with co-safe φ holds when
 //! steps are marked again and again. Marks stand on steps, so that `F a` marks the step that reads a.
@@ -12,13 +12,13 @@ use super::progress::{OBLIGATIONS, Progress};
 use crate::error::{Limit, Result};
 use crate::model::expr::ExprId;
 
-/// Observers with more states are refused.
+/// Monitors with more states are refused.
 pub(super) const MOST_STATES: usize = 1 << 12;
 
 /// A decision on the atoms of the present state, by its position.
 pub(super) type DecisionId = usize;
 
-/// What an observer does in one of its states.
+/// What a monitor does in one of its states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Decision {
     /// Goes to a state, with or without a mark.
@@ -48,9 +48,9 @@ impl Decisions {
     }
 }
 
-/// A deterministic observer; state 0 is the first.
+/// A deterministic monitor; state 0 is the first.
 #[derive(Debug)]
-pub(super) struct Observer {
+pub(super) struct Monitor {
     /// For each state what it does.
     pub(super) states: Vec<DecisionId>,
     pub(super) decisions: Decisions,
@@ -58,8 +58,8 @@ pub(super) struct Observer {
     pub(super) atoms: Vec<ExprId>,
 }
 
-impl Observer {
-    /// The observer of a co-safe formula: its mark says that the formula holds, whatever follows.
+impl Monitor {
+    /// The monitor of a co-safe formula: its mark says that the formula holds, whatever follows.
     ///
     /// # Errors
     /// It has too many states, or its formula too many obligations.
@@ -69,14 +69,14 @@ impl Observer {
         build.run((start, TRUE), None)
     }
 
-    /// The observer of `G φ` with co-safe φ: it marks a step when all that was owed at the last mark is
+    /// The monitor of `G φ` with co-safe φ: it marks a step when all that was owed at the last mark is
     /// fulfilled.
     ///
     /// What has come up since is owed from the next mark on (J. Esparza, J. Kretinsky, S. Sickert, *A unified
     /// translation of linear temporal logic to omega-automata*, 2020: the breakpoint).
     ///
     /// # Errors
-    /// As [`Observer::of_cosafe`].
+    /// As [`Monitor::of_cosafe`].
     pub(super) fn of_recurrence(n: &Normal) -> Result<Self> {
         let mut build = Build::new();
         let each = build.progress.ask(n)?;
@@ -84,7 +84,7 @@ impl Observer {
     }
 
     /// Whether the other one does the same, state by state.
-    pub(super) fn is_same(&self, other: &Observer) -> bool {
+    pub(super) fn is_same(&self, other: &Monitor) -> bool {
         self.states == other.states && self.decisions.all == other.decisions.all && self.atoms == other.atoms
     }
 
@@ -106,7 +106,7 @@ impl Observer {
 /// What is owed, and what has come up since the last mark.
 type Owed = (Function, Function);
 
-/// An observer that grows.
+/// An monitor that grows.
 struct Build {
     progress: Progress,
     decisions: Decisions,
@@ -127,7 +127,7 @@ impl Build {
     }
 
     /// All states from the first one on; `each` is what comes up in each state.
-    fn run(mut self, start: Owed, each: Option<Function>) -> Result<Observer> {
+    fn run(mut self, start: Owed, each: Option<Function>) -> Result<Monitor> {
         self.state(start)?;
         let mut states = Vec::new();
         while let Some(&owed) = self.open.get(states.len()) {
@@ -135,7 +135,7 @@ impl Build {
             states.push(self.decide(read, each.is_some())?);
         }
         let Build { progress, decisions, .. } = self;
-        Ok(minimal::minimal(&Observer { states, decisions, atoms: progress.atoms }))
+        Ok(minimal::minimal(&Monitor { states, decisions, atoms: progress.atoms }))
     }
 
     fn state(&mut self, owed: Owed) -> Result<usize> {
@@ -143,7 +143,7 @@ impl Build {
             return Ok(known);
         }
         if self.open.len() >= MOST_STATES {
-            let what = format!("a temporal formula whose observer has more than {MOST_STATES} states");
+            let what = format!("a temporal formula whose monitor has more than {MOST_STATES} states");
             return Err(Limit::Size { what }.into());
         }
         self.open.push(owed);
