@@ -28,7 +28,7 @@
 //! lays regions over a plane for pictures, [`generate`] writes models of any size; [`embed`] has owners of
 //! models, engines and analyses for other programs and languages. Imports run along this line only. The library never prints, reads the clock or the environment, or ends the process;
 //! whatever runs out of memory or time returns [`error::Limit`] and keeps what it found; an
-//! [`observer::Observer`] carries the order to stop.
+//! [`progress::ProgressSink`] carries the order to stop.
 //!
 //! # An example
 //!
@@ -83,10 +83,10 @@ pub mod held;
 pub mod lang;
 pub mod model;
 pub mod names;
-pub mod observer;
 #[cfg(feature = "output")]
 pub mod output;
 pub mod planning;
+pub mod progress;
 pub mod query;
 mod random;
 mod reading;
@@ -96,5 +96,5 @@ pub mod tutorial;
 pub use embed::{Exploration, Model, Planning, States, Strategy};
 pub use engine::{Scope, Settings, Storage};
 pub use error::{Error, Limit, Result, SourceFile};
-pub use observer::Observer;
 pub use planning::{Kind, Options, Rank, Safety};
+pub use progress::ProgressSink;

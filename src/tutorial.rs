@@ -212,7 +212,7 @@
 //!
 //! # 7. Limits
 //!
-//! Running out is an answer. An [`Observer`](crate::engine::Observer) is asked often whether to go on; what
+//! Running out is an answer. A [`ProgressSink`](crate::engine::ProgressSink) is asked often whether to go on; what
 //! was found before it says no is still there.
 //!
 //! ```
@@ -222,13 +222,13 @@
 //! # use meliora::{lang, tutorial};
 //! # use meliora::planning::{Analysis, Options, Phase};
 //! use std::sync::atomic::{AtomicBool, Ordering};
-//! use meliora::engine::{Observer, Settings};
+//! use meliora::engine::{ProgressSink, Settings};
 //! use meliora::error::Limit;
 //!
 //! #[derive(Default)]
 //! struct Button(AtomicBool);
 //!
-//! impl Observer for Button {
+//! impl ProgressSink for Button {
 //!     fn stop(&self) -> Option<Limit> {
 //!         self.0.load(Ordering::Relaxed).then_some(Limit::Interrupted)
 //!     }
@@ -239,7 +239,7 @@
 //! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
 //! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
 //! let button = Arc::new(Button::default());
-//! let settings = Settings { observer: button.clone(), ..Settings::default() };
+//! let settings = Settings { sink: button.clone(), ..Settings::default() };
 //! # let program = Arc::new(program);
 //! let engine = SymbolicEngine::new(program.clone(), settings)?;
 //! let mut analysis = Analysis::new(&engine, &preferences, Options::default());
@@ -264,7 +264,7 @@
 //! ```
 //! # use std::sync::Arc;
 //! # use meliora::engine::symbolic::SymbolicEngine;
-//! # use meliora::engine::{Count, Settings, Unobserved};
+//! # use meliora::engine::{Count, Settings, NoProgress};
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
 //! # use meliora::planning::{Analysis, Options};
@@ -287,7 +287,7 @@
 //!     preferences: ("toy.pref".into(), sha256(tutorial::WISHES.as_bytes())),
 //! };
 //! let all = Selection { wanted: &|_| true, certificate: true };
-//! write_directory(export(&engine, &analysis, &inputs, &all)?, &folder, false, &Unobserved)?;
+//! write_directory(export(&engine, &analysis, &inputs, &all)?, &folder, false, &NoProgress)?;
 //!
 //! let archive = Archive::open(&folder, Some("s <= 1"), Settings::default())?;
 //! let better = archive.select("reachable & !sasi:1")?;

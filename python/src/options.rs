@@ -83,7 +83,7 @@ impl Asked<'_, '_> {
             memory,
             order,
             threads: self.threads.min(u32::try_from(most).unwrap_or(u32::MAX)),
-            observer: Arc::clone(&desk.watch) as _,
+            sink: Arc::clone(&desk.watch) as _,
             ..Settings::default()
         };
         Ok((settings, desk))

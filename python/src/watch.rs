@@ -1,10 +1,10 @@
-//! The observer of a call: carries the order to stop into the library, and its progress out.
+//! The sink of a call: carries the order to stop into the library, and its progress out.
 
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use meliora::{Limit, Observer};
+use meliora::{Limit, ProgressSink};
 
 const RUNNING: u8 = 0;
 const TIMED_OUT: u8 = 1;
@@ -125,7 +125,7 @@ impl Watch {
     }
 }
 
-impl Observer for Watch {
+impl ProgressSink for Watch {
     fn stop(&self) -> Option<Limit> {
         self.weigh();
         match self.order.load(Relaxed) {

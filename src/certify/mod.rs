@@ -31,7 +31,7 @@ use std::sync::Arc;
 
 use crate::dump::manifest::FILE;
 use crate::dump::{Dump, dot};
-use crate::engine::{Observer, Settings};
+use crate::engine::{ProgressSink, Settings};
 use crate::error::{Error, Result};
 use crate::model::preference::Preferences;
 use crate::model::{Program, State};
@@ -92,10 +92,10 @@ pub fn verify(
 ///
 /// # Errors
 /// A limit.
-pub fn pictures(directory: &Path, dump: &Dump, observer: &dyn Observer) -> Result<Option<Violation>> {
+pub fn pictures(directory: &Path, dump: &Dump, sink: &dyn ProgressSink) -> Result<Option<Violation>> {
     let file = &dump.manifest.regions;
-    let found = dot::false_picture(file, &dump.regions, directory, observer);
-    let wrong = found.map_err(|e| observer.stop().map_or(Error::writing(directory, &e), Error::from))?;
+    let found = dot::false_picture(file, &dump.regions, directory, sink);
+    let wrong = found.map_err(|e| sink.stop().map_or(Error::writing(directory, &e), Error::from))?;
     let named = dump.manifest.certificate.iter().flat_map(|f| &f.roots).find(|r| r.dot.is_some());
     let wrong = wrong.or(named.map(|root| root.name.as_str()));
     Ok(wrong.map(|name| Violation {

@@ -1,6 +1,6 @@
 //! Whether two engines found the same: numbers first, then state by state.
 
-use meliora::engine::{Engine, Observer};
+use meliora::engine::{Engine, ProgressSink};
 use meliora::error::Error;
 use meliora::model::Program;
 use meliora::planning::regions::regions;
@@ -10,7 +10,7 @@ use super::watch::Watch;
 
 /// Initial states whose ranks and permitted actions are compared.
 const INITIAL: usize = 16;
-/// The observer is asked after so many states.
+/// The sink is asked after so many states.
 const STRIDE: usize = 1024;
 
 /// The outcome of a comparison.

@@ -292,7 +292,7 @@ pub(super) fn settings(args: &ModelArgs, storage: Storage, watch: &Arc<Watch>) -
         memory: args.memory(),
         order,
         threads: args.threads(),
-        observer: Arc::clone(watch) as _,
+        sink: Arc::clone(watch) as _,
         ..Settings::default()
     })
 }

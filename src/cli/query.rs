@@ -72,7 +72,7 @@ impl LimitArgs {
     /// What an engine is created with.
     pub(super) fn settings<R>(&self, scope: Scope, desk: &Desk<R>) -> Settings {
         let memory = self.memory();
-        Settings { scope, memory, observer: Arc::clone(&desk.watch) as _, ..Settings::default() }
+        Settings { scope, memory, sink: Arc::clone(&desk.watch) as _, ..Settings::default() }
     }
 }
 

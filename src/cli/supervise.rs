@@ -28,7 +28,7 @@ const STACK: usize = 512 << 20;
 /// The worker's place: the report that it fills in, and the watch that it heeds.
 pub(super) struct Desk<R> {
     report: Arc<Mutex<R>>,
-    /// The observer to hand to the library.
+    /// The sink to hand to the library.
     pub(super) watch: Arc<Watch>,
 }
 
@@ -180,7 +180,7 @@ fn wind_up(watch: &Watch, events: &Receiver<Event>) -> Result<(), End> {
             Ok(Event::Ended(end)) => return end,
             Ok(Event::Interrupt) => watch.interrupt(),
             Err(_) => {
-                use meliora::engine::Observer;
+                use meliora::engine::ProgressSink;
                 let limit = watch.stop().unwrap_or(Limit::Interrupted);
                 return Err(End::Error(limit.into()));
             }

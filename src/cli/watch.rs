@@ -1,11 +1,11 @@
-//! The observer of a run: carries the order to stop into the library, and its progress out.
+//! The sink of a run: carries the order to stop into the library, and its progress out.
 
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use meliora::engine::Observer;
+use meliora::engine::ProgressSink;
 use meliora::error::{Diagnostic, Limit, render};
 use meliora::escape;
 
@@ -235,7 +235,7 @@ fn spinner(elapsed: Duration) -> ProgressBar {
     }
 }
 
-impl Observer for Watch {
+impl ProgressSink for Watch {
     fn stop(&self) -> Option<Limit> {
         self.weigh();
         match self.order.load(Ordering::Relaxed) {

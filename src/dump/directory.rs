@@ -11,7 +11,7 @@ use super::place::Place;
 use super::streams::{Hashing, Watched};
 use super::{Diagram, dddmp, dot};
 use crate::error::{Error, Result};
-use crate::observer::Observer;
+use crate::progress::ProgressSink;
 
 /// A dump in memory.
 #[derive(Debug, Clone)]
@@ -43,21 +43,21 @@ pub fn write_directory(
     mut dump: Dump,
     directory: &Path,
     dot: bool,
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
 ) -> Result<Manifest> {
-    let failed = |e: io::Error| match observer.stop() {
+    let failed = |e: io::Error| match sink.stop() {
         Some(limit) => limit.into(),
         None => Error::writing(directory, &e),
     };
     let place = Place::find(directory)?;
     let new = place.beside().map_err(failed)?;
     let manifest = &mut dump.manifest;
-    fill(&mut manifest.regions, &dump.regions, new.path(), observer).map_err(failed)?;
+    fill(&mut manifest.regions, &dump.regions, new.path(), sink).map_err(failed)?;
     if let (Some(file), Some(diagram)) = (&mut manifest.certificate, &dump.certificate) {
-        fill(file, diagram, new.path(), observer).map_err(failed)?;
+        fill(file, diagram, new.path(), sink).map_err(failed)?;
     }
     if dot {
-        dot::write_all(&mut manifest.regions, &dump.regions, new.path(), observer).map_err(failed)?;
+        dot::write_all(&mut manifest.regions, &dump.regions, new.path(), sink).map_err(failed)?;
     }
     let written = fs::File::create(new.path().join(manifest::FILE))
         .and_then(|mut out| out.write_all(manifest.text().as_bytes()).and_then(|()| out.sync_all()));
@@ -79,10 +79,10 @@ fn fill(
     file: &mut manifest::File,
     diagram: &Diagram,
     directory: &Path,
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
 ) -> io::Result<()> {
     let out = fs::File::create(directory.join(&file.path))?;
-    let out = Watched { inner: out, observer };
+    let out = Watched { inner: out, sink };
     let mut out = BufWriter::with_capacity(1 << 16, Hashing { inner: out, hash: Sha256::new() });
     dddmp::write(diagram, &mut out)?;
     let hashing = out.into_inner().map_err(io::IntoInnerError::into_error)?;
@@ -96,11 +96,11 @@ fn fill(
 ///
 /// # Errors
 /// A file cannot be read, is garbled, has another hash than the manifest says, or does not fit it.
-pub fn read_directory(directory: &Path, certificate: bool, observer: &dyn Observer) -> Result<Dump> {
+pub fn read_directory(directory: &Path, certificate: bool, sink: &dyn ProgressSink) -> Result<Dump> {
     let manifest = Manifest::read(directory)?;
-    let regions = read_file(directory, &manifest, &manifest.regions, observer)?;
+    let regions = read_file(directory, &manifest, &manifest.regions, sink)?;
     let certificate = match &manifest.certificate {
-        Some(file) if certificate => Some(read_file(directory, &manifest, file, observer)?),
+        Some(file) if certificate => Some(read_file(directory, &manifest, file, sink)?),
         _ => None,
     };
     Ok(Dump { manifest, regions, certificate })
@@ -110,7 +110,7 @@ fn read_file(
     directory: &Path,
     manifest: &Manifest,
     file: &manifest::File,
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
 ) -> Result<Diagram> {
     let manifest_name = directory.join(manifest::FILE).display().to_string();
     let plain = Path::new(&file.path).file_name().is_some_and(|n| n == file.path.as_str());
@@ -121,10 +121,10 @@ fn read_file(
     let path = directory.join(&file.path);
     let name = path.display().to_string();
     let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
-    let inner = Watched { inner: fs::File::open(&path).map_err(failed)?, observer };
+    let inner = Watched { inner: fs::File::open(&path).map_err(failed)?, sink };
     let input = Hashing { inner, hash: Sha256::new() };
     let mut input = BufReader::with_capacity(1 << 16, input);
-    let diagram = dddmp::read(&name, &mut input).map_err(|e| observer.stop().map_or(e, Error::from))?;
+    let diagram = dddmp::read(&name, &mut input).map_err(|e| sink.stop().map_or(e, Error::from))?;
     let found = hex(input.into_inner().hash.finalize().as_slice());
     if found != file.sha256 {
         let message =

@@ -7,23 +7,23 @@ use std::path::Path;
 
 use super::streams::Watched;
 use super::{Diagram, Edge, manifest};
-use crate::observer::Observer;
+use crate::progress::ProgressSink;
 
 /// Writes one file a root into the directory and notes the names.
 ///
 /// # Errors
-/// The directory cannot be written; the observer wants an end.
+/// The directory cannot be written; the work is cancelled.
 pub fn write_all(
     file: &mut manifest::File,
     diagram: &Diagram,
     directory: &Path,
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
 ) -> io::Result<()> {
     let mut taken = BTreeSet::new();
     for root in &mut file.roots {
         let name = file_name(&root.name, &mut taken);
         let inner = fs::File::create(directory.join(&name))?;
-        let mut out = BufWriter::new(Watched { inner, observer });
+        let mut out = BufWriter::new(Watched { inner, sink });
         let edge = Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE);
         write(diagram, edge, &root.name, &mut out)?;
         out.flush()?;
@@ -36,12 +36,12 @@ pub fn write_all(
 /// manifest names one.
 ///
 /// # Errors
-/// The observer wants an end.
+/// The work is cancelled.
 pub fn false_picture<'f>(
     file: &'f manifest::File,
     diagram: &Diagram,
     directory: &Path,
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
 ) -> io::Result<Option<&'f str>> {
     let mut taken = BTreeSet::new();
     for root in &file.roots {
@@ -50,7 +50,7 @@ pub fn false_picture<'f>(
         let is_right = *said == name && {
             let input = fs::File::open(directory.join(&name)).ok();
             let mut same = Comparing { input: input.map(BufReader::new), differs: false };
-            let mut out = BufWriter::new(Watched { inner: &mut same, observer });
+            let mut out = BufWriter::new(Watched { inner: &mut same, sink });
             write(diagram, Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE), &root.name, &mut out)?;
             out.flush()?;
             drop(out);

@@ -4,17 +4,17 @@ use std::io::{self, Read, Write};
 
 use sha2::{Digest, Sha256};
 
-use crate::observer::Observer;
+use crate::progress::ProgressSink;
 
-/// Ends where the observer wants it.
+/// Ends when the work is cancelled.
 pub(super) struct Watched<'o, T> {
     pub(super) inner: T,
-    pub(super) observer: &'o dyn Observer,
+    pub(super) sink: &'o dyn ProgressSink,
 }
 
 impl<T> Watched<'_, T> {
     fn go_on(&self) -> io::Result<()> {
-        if self.observer.stop().is_some() { Err(io::Error::other("stopped")) } else { Ok(()) }
+        if self.sink.stop().is_some() { Err(io::Error::other("stopped")) } else { Ok(()) }
     }
 }
 

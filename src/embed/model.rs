@@ -9,7 +9,7 @@ use crate::error::{Diagnostic, Result, SourceFile};
 use crate::lang::{self, Given};
 use crate::model::value::{Type, Value};
 use crate::model::{ModelKind, Program, State};
-use crate::observer::{Observer, Unobserved};
+use crate::progress::{NoProgress, ProgressSink};
 
 /// A model in PRISM's language or in JANI, checked and flat; nothing of it is explored.
 #[derive(Debug, Clone)]
@@ -38,15 +38,15 @@ impl Model {
     fn of(source: &Arc<SourceFile>, constants: &str) -> Result<Self> {
         let constants = SourceFile::new("constants", constants);
         let given = Given { constants, bounds: SourceFile::new("bounds", "") };
-        Self::given(source, &given, &Unobserved)
+        Self::given(source, &given, &NoProgress)
     }
 
-    /// Reads a text with all that may be said of it from outside; `observer` may end the work.
+    /// Reads a text with all that may be said of it from outside; `sink` may end the work.
     ///
     /// # Errors
     /// What is wrong in the texts, each with its place; a limit.
-    pub fn given(source: &Arc<SourceFile>, given: &Given, observer: &dyn Observer) -> Result<Self> {
-        let checked = lang::load_given(source, given, observer)?;
+    pub fn given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
+        let checked = lang::load_given(source, given, sink)?;
         Ok(Model { program: Arc::new(checked.program), warnings: checked.warnings })
     }
 

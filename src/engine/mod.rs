@@ -23,7 +23,7 @@ use crate::error::Result;
 use crate::model::State;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
-pub use crate::observer::{Observer, Unobserved};
+pub use crate::progress::{NoProgress, ProgressSink};
 
 /// An exact number of states, choices or transitions.
 pub type Count = BigUint;
@@ -91,7 +91,7 @@ pub struct Settings {
     /// Where the symbolic engine takes one way or another to the same result.
     pub thresholds: symbolic::Thresholds,
     /// Where progress goes and interruptions come from.
-    pub observer: Arc<dyn Observer>,
+    pub sink: Arc<dyn ProgressSink>,
 }
 
 impl Default for Settings {
@@ -103,7 +103,7 @@ impl Default for Settings {
             order: symbolic::Order::Auto,
             threads: 1,
             thresholds: symbolic::Thresholds::default(),
-            observer: Arc::new(Unobserved),
+            sink: Arc::new(NoProgress),
         }
     }
 }

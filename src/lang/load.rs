@@ -6,7 +6,7 @@ use super::check::{Checked, check};
 use super::parse::outline;
 use super::{jani, parse_constants};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::observer::{Observer, Unobserved};
+use crate::progress::{NoProgress, ProgressSink};
 
 /// What is said of a model from outside.
 #[derive(Debug, Clone)]
@@ -23,7 +23,7 @@ pub struct Given {
 /// # Errors
 /// All errors of the text that could be told apart: of syntax first, then of meaning.
 pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
-    load_with_progress(source, constants, &Unobserved)
+    load_with_progress(source, constants, &NoProgress)
 }
 
 /// As [`load`], for models so large that one may want to stop reading them.
@@ -33,23 +33,23 @@ pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Che
 pub fn load_with_progress(
     source: &Arc<SourceFile>,
     constants: &Arc<SourceFile>,
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
 ) -> Result<Checked> {
     let bounds = SourceFile::new("bounds", "");
-    load_given(source, &Given { constants: Arc::clone(constants), bounds }, observer)
+    load_given(source, &Given { constants: Arc::clone(constants), bounds }, sink)
 }
 
 /// As [`load_with_progress`], with bounds for integers that have none.
 ///
 /// # Errors
 /// Those of [`load_with_progress`].
-pub fn load_given(source: &Arc<SourceFile>, given: &Given, observer: &dyn Observer) -> Result<Checked> {
+pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
     if jani::is_jani(source) {
-        return jani::load(source, given, observer);
+        return jani::load(source, given, sink);
     }
-    let model = outline(source, observer);
+    let model = outline(source, sink);
     let bindings = parse_constants(&given.constants)?;
-    let checked = check(&model?, source, &given.constants, &bindings, observer)?;
+    let checked = check(&model?, source, &given.constants, &bindings, sink)?;
     if given.bounds.text.trim().is_empty() {
         return Ok(checked);
     }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use logos::Logos;
 
 use super::ast::Span;
-use crate::observer::{Poll, Unobserved};
+use crate::progress::{NoProgress, Poll};
 
 /// What a piece of text is; the text itself is found through its span.
 #[derive(Logos, Debug, Clone, Copy, PartialEq, Eq)]
@@ -269,7 +269,7 @@ fn read(lexer: &mut logos::Lexer<'_, Token>, part: Span) -> Option<(Token, Span)
 
 /// All tokens of a short text, [`Token::End`] among them.
 pub(crate) fn tokens(text: &str) -> Vec<(Token, Span)> {
-    let mut poll = Poll::new(&Unobserved);
+    let mut poll = Poll::new(&NoProgress);
     Tokens::new(text, Span::new(0, text.len()), &mut poll).rest().collect()
 }
 

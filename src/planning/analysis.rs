@@ -85,7 +85,7 @@ pub enum Event<'a> {
     Objective(&'a ObjectiveCounts),
     /// A level is known: which kind, which number (from 1), how many states.
     Level(Kind, usize, &'a Count),
-    /// A phase is done, after so long by [`crate::observer::Observer::clock`]. A phase that a limit ends has
+    /// A phase is done, after so long by [`crate::progress::ProgressSink::clock`]. A phase that a limit ends has
     /// no such event.
     Finished(Phase, Duration),
 }
@@ -146,7 +146,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
             let message = format!("the phase `{}` needs the phase `{}`", phase.name(), before.name());
             return Err(Error::Usage(message));
         }
-        let clock = Arc::clone(&self.engine.settings().observer);
+        let clock = Arc::clone(&self.engine.settings().sink);
         let start = clock.clock();
         listener(Event::Started(phase));
         match phase {

@@ -103,7 +103,7 @@ impl<E: Engine> FiniteMemoryStrategy<'_, E> {
     /// A limit of the engine, or a command without a meaning in the state. Cost: that of
     /// [`FiniteMemoryStrategy::strategy`]; then no image.
     pub fn explain(&mut self, state: &[i64], memory: Memory) -> Result<Explanation> {
-        if let Some(limit) = self.engine.settings().observer.stop() {
+        if let Some(limit) = self.engine.settings().sink.stop() {
             return Err(limit.into());
         }
         let steps = self.program.steps(state).map_err(|f| fault::error(&self.program, &f, state))?;

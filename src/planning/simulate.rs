@@ -320,7 +320,7 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
     fn explained(&mut self, state: &[i64], memory: Memory) -> Result<Rc<Explanation>> {
         let key = (state.to_vec(), memory);
         if let Some(found) = self.seen.get(&key) {
-            if let Some(limit) = self.book.engine.settings().observer.stop() {
+            if let Some(limit) = self.book.engine.settings().sink.stop() {
                 return Err(limit.into());
             }
             return Ok(Rc::clone(found));

@@ -60,7 +60,7 @@ pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game
     let mut open = engine.difference(&game.states, &layer)?;
     let mut layers = Vec::new();
     while !engine.is_empty(&layer) {
-        if let Some(limit) = engine.settings().observer.stop() {
+        if let Some(limit) = engine.settings().sink.stop() {
             return Err(limit.into());
         }
         let closer = engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, &layer)?)?;

@@ -14,7 +14,7 @@ use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang;
 use crate::model::expr::ExprId;
 use crate::model::{Program, State};
-use crate::observer::Poll;
+use crate::progress::Poll;
 use region::Region;
 
 /// A dump that answers.
@@ -51,7 +51,7 @@ impl Archive {
     /// The dump or the condition is wrong; a limit. Cost: linear in the nodes of `reachable`.
     pub fn open(directory: &Path, condition: Option<&str>, settings: Settings) -> Result<Self> {
         let name = directory.join(FILE).display().to_string();
-        let dump = read_directory(directory, false, settings.observer.as_ref())?;
+        let dump = read_directory(directory, false, settings.sink.as_ref())?;
         let mut program = program::rebuild(&name, &dump.manifest)?;
         let condition = condition.map(|text| lower(&mut program, text)).transpose()?;
         let program = Arc::new(program);
@@ -229,7 +229,7 @@ impl Archive {
             Selected::Choices(c) => self.engine.sources(c)?,
         };
         let mut members = Vec::new();
-        let mut poll = Poll::new(self.engine.settings().observer.as_ref());
+        let mut poll = Poll::new(self.engine.settings().sink.as_ref());
         for state in self.engine.list_states(&states, limit)? {
             poll.step()?;
             members.extend(self.member(selected, &state)?);

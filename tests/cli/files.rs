@@ -214,7 +214,7 @@ fn an_old_dump_is_there_until_the_new_one_is_whatever_happens() {
         let mut said = String::new();
         child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
         child.wait().unwrap();
-        let read = meliora::dump::read_directory(&dump, true, &meliora::engine::Unobserved);
+        let read = meliora::dump::read_directory(&dump, true, &meliora::engine::NoProgress);
         assert!(read.is_ok(), "killed after {delay} ms: {:?} {said}", read.err());
     }
 }

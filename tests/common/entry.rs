@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use meliora::dump::{Diagram, Manifest, dddmp, directory};
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{SymbolicEngine, order};
-use meliora::engine::{Engine, Observer, Scope, Settings};
+use meliora::engine::{Engine, ProgressSink, Scope, Settings};
 use meliora::error::{Error, Limit, SourceFile, render};
 use meliora::export::{Inputs, Selection, export};
 use meliora::lang;
@@ -85,10 +85,10 @@ fn written(program: &Program) -> Option<String> {
 /// A JANI model: reads it, writes it in the modelling language, reads that, takes the steps of one state.
 pub fn jani(text: &str) {
     let given = lang::Given { constants: source("K=2"), bounds: source("x=0..3") };
-    let observer = Patience(AtomicU32::new(0));
+    let sink = Patience(AtomicU32::new(0));
     let document = SourceFile::new("fuzz.jani", text);
     let without = lang::Given { constants: source(""), bounds: source("") };
-    let loaded = [given, without].map(|given| seen(lang::load_given(&document, &given, &observer)));
+    let loaded = [given, without].map(|given| seen(lang::load_given(&document, &given, &sink)));
     for program in loaded.into_iter().flatten().map(|checked| checked.program) {
         let Some(text) = written(&program) else { continue };
         let again = lang::load(&source(&text), &source(""));
@@ -111,7 +111,7 @@ fn branching(program: &Program) -> f64 {
 /// Stops an engine that takes long, by the number of times it asks.
 struct Patience(AtomicU32);
 
-impl Observer for Patience {
+impl ProgressSink for Patience {
     fn stop(&self) -> Option<Limit> {
         (self.0.fetch_add(1, Ordering::Relaxed) > 20_000).then_some(Limit::Interrupted)
     }
@@ -121,7 +121,7 @@ fn settings() -> Settings {
     Settings {
         scope: Scope::All,
         memory: 16 << 20,
-        observer: Arc::new(Patience(AtomicU32::new(0))),
+        sink: Arc::new(Patience(AtomicU32::new(0))),
         ..Settings::default()
     }
 }
@@ -274,7 +274,7 @@ pub fn exported() -> directory::Dump {
 fn archive() -> Archive {
     let directory = tempfile::tempdir().unwrap();
     let target = directory.path().join("dump");
-    directory::write_directory(exported(), &target, false, &meliora::engine::Unobserved).unwrap();
+    directory::write_directory(exported(), &target, false, &meliora::engine::NoProgress).unwrap();
     let settings = Settings { memory: 16 << 20, ..Settings::default() };
     Archive::open(&target, None, settings).unwrap()
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::SymbolicEngine;
-use meliora::engine::{Observer, Settings};
+use meliora::engine::{ProgressSink, Settings};
 use meliora::error::{Error, Limit, SourceFile};
 use meliora::lang;
 
@@ -26,7 +26,7 @@ impl StopAt {
     }
 }
 
-impl Observer for StopAt {
+impl ProgressSink for StopAt {
     fn stop(&self) -> Option<Limit> {
         let asked = self.asked.fetch_add(1, Ordering::Relaxed) + 1;
         (asked >= self.question).then_some(Limit::Interrupted)
@@ -55,10 +55,10 @@ fn reading_a_model_can_be_interrupted_anywhere() {
     // Tokens, their parser, and the checks: each asks at least once in two thousand steps.
     assert!(all > 300, "{all} questions");
     for question in [1, 2, all / 8, all / 4, all / 2, all * 3 / 4, all] {
-        let observer = StopAt::new(question);
-        let stopped = lang::load_with_progress(&source, &none(), &*observer);
+        let sink = StopAt::new(question);
+        let stopped = lang::load_with_progress(&source, &none(), &*sink);
         assert!(matches!(stopped, Err(Error::Limit(Limit::Interrupted))), "{question} of {all}");
-        assert_eq!(observer.asked(), question, "asked again after the answer");
+        assert_eq!(sink.asked(), question, "asked again after the answer");
     }
 }
 
@@ -70,7 +70,7 @@ fn a_wrong_model_whose_reading_is_interrupted_is_not_called_wrong() {
     assert!(matches!(stopped, Err(Error::Limit(Limit::Interrupted))));
 }
 
-/// The engine is not built once an observer says so.
+/// The engine is not built once a sink says so.
 #[track_caller]
 fn building_stops(build: impl Fn(Arc<StopAt>) -> Option<Error>) {
     let counting = StopAt::new(usize::MAX);
@@ -78,26 +78,26 @@ fn building_stops(build: impl Fn(Arc<StopAt>) -> Option<Error>) {
     let all = counting.asked();
     assert!(all > 20, "{all} questions");
     for question in [1, 2, all / 4, all / 2] {
-        let observer = StopAt::new(question);
-        let stopped = build(observer.clone());
+        let sink = StopAt::new(question);
+        let stopped = build(sink.clone());
         assert!(matches!(stopped, Some(Error::Limit(Limit::Interrupted))), "{question} of {all}");
-        assert_eq!(observer.asked(), question, "asked again after the answer");
+        assert_eq!(sink.asked(), question, "asked again after the answer");
     }
 }
 
 #[test]
 fn building_an_engine_for_many_commands_can_be_interrupted_anywhere() {
     let program = Arc::new(lang::load(&many(2_000), &none()).unwrap().program);
-    let settings = |observer: Arc<StopAt>| Settings { memory: 64 << 20, observer, ..Settings::default() };
-    building_stops(|observer| ExplicitEngine::new(program.clone(), settings(observer)).err());
-    building_stops(|observer| SymbolicEngine::new(program.clone(), settings(observer)).err());
+    let settings = |sink: Arc<StopAt>| Settings { memory: 64 << 20, sink, ..Settings::default() };
+    building_stops(|sink| ExplicitEngine::new(program.clone(), settings(sink)).err());
+    building_stops(|sink| SymbolicEngine::new(program.clone(), settings(sink)).err());
 }
 
 #[test]
 fn the_explicit_engine_asks_while_it_compiles_commands() {
     let program = Arc::new(lang::load(&many(5_000), &none()).unwrap().program);
     let counting = StopAt::new(usize::MAX);
-    let settings = Settings { memory: 1, observer: counting.clone(), ..Settings::default() };
+    let settings = Settings { memory: 1, sink: counting.clone(), ..Settings::default() };
     // There is no room for a state: all questions are about the preparation.
     assert!(ExplicitEngine::new(program.clone(), settings).is_err());
     assert!(counting.asked() >= 10, "{} questions", counting.asked());

@@ -1,4 +1,4 @@
-//! An observer ends the work of both engines, wherever it is asked, and is obeyed at once.
+//! Both engines end their work at once when the progress sink cancels it, at every question.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use meliora::engine::explicit::ExplicitEngine;
 use meliora::engine::symbolic::{Order, SymbolicEngine};
-use meliora::engine::{EdgeLabels, Engine, Observer, Region, Settings, regions};
+use meliora::engine::{EdgeLabels, Engine, ProgressSink, Region, Settings, regions};
 use meliora::error::{Error, Limit, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
@@ -30,7 +30,7 @@ impl Patience {
     }
 }
 
-impl Observer for Patience {
+impl ProgressSink for Patience {
     fn stop(&self) -> Option<Limit> {
         let before = self.asked.fetch_add(1, Relaxed);
         (before >= self.allowed.load(Relaxed)).then_some(Limit::Interrupted)
@@ -68,17 +68,17 @@ fn symbolic(program: &Arc<Program>, settings: Settings) -> Result<SymbolicEngine
     SymbolicEngine::new(program.clone(), Settings { order: Order::Declared, ..settings })
 }
 
-fn settings(observer: &Arc<Patience>) -> Settings {
-    Settings { memory: 64 << 20, observer: observer.clone(), ..Settings::default() }
+fn settings(sink: &Arc<Patience>) -> Settings {
+    Settings { memory: 64 << 20, sink: sink.clone(), ..Settings::default() }
 }
 
 type Build<E> = fn(&Arc<Program>, Settings) -> Result<E>;
 
-/// Every fixpoint over the ways needs a look at the observer, which now wants the work to end.
+/// Every fixpoint over the ways needs a look at the progress sink, which now wants the work to end.
 fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
     let (program, preferences) = ways(size);
-    let observer = Patience::new(u64::MAX);
-    let engine = build(&program, settings(&observer)).unwrap();
+    let sink = Patience::new(u64::MAX);
+    let engine = build(&program, settings(&sink)).unwrap();
     let (all, choices) = (engine.all_states(), engine.all_choices());
     let last = engine.states_where(preferences.objectives[0].target().unwrap()).unwrap();
     let others = engine.difference(&all, &last).unwrap();
@@ -88,7 +88,7 @@ fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
         |goal: &E::States| EdgeLabels { from: others.clone(), goal: goal.clone(), dropped: none.clone() };
     let dropping = [EdgeLabels { from: last.clone(), goal: none.clone(), dropped: others.clone() }];
     let game = || Region { states: others.clone(), choices: moving.clone() };
-    observer.allowed.store(0, Relaxed);
+    sink.allowed.store(0, Relaxed);
     stopped("can_reach", engine.can_reach(&last, &choices, &[]));
     stopped("can_reach", engine.can_reach(&last, &choices, &dropping));
     stopped("stay_within", engine.stay_within(&others, &choices));
@@ -97,7 +97,7 @@ fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
     stopped("pmax_one", regions::pmax_one(&engine, &last));
     stopped("pmin_positive", regions::pmin_positive(&engine, &last));
     stopped("regions", regions::regions(&engine, &last));
-    stopped("build", build(&program, settings(&observer)));
+    stopped("build", build(&program, settings(&sink)));
 }
 
 #[track_caller]
@@ -123,11 +123,11 @@ fn no_fixpoint_of_the_symbolic_engine_goes_on() {
 fn everything<E: Engine>(
     (program, preferences): &(Arc<Program>, Preferences),
     build: Build<E>,
-    observer: &Arc<Patience>,
+    sink: &Arc<Patience>,
     finished: &mut Vec<(&'static str, u64)>,
 ) -> Result<()> {
-    let mut done = |what| finished.push((what, observer.asked.load(Relaxed)));
-    let engine = build(program, settings(observer))?;
+    let mut done = |what| finished.push((what, sink.asked.load(Relaxed)));
+    let engine = build(program, settings(sink))?;
     done("build");
     let mut analysis = Analysis::new(&engine, preferences, Options::default());
     analysis.run_phase(Phase::Outcomes, &mut |_| ())?;
@@ -151,16 +151,16 @@ fn everything<E: Engine>(
 /// The work tells of its phases; wherever it is ended, it ends with that, and asks no more.
 fn each_answer_is_obeyed<E: Engine>(size: Size, build: Build<E>, phases: [&str; 2]) {
     let case = ways(size);
-    let (observer, mut finished) = (Patience::new(u64::MAX), Vec::new());
-    everything(&case, build, &observer, &mut finished).unwrap();
+    let (sink, mut finished) = (Patience::new(u64::MAX), Vec::new());
+    everything(&case, build, &sink, &mut finished).unwrap();
     assert_eq!(finished.len(), 6, "{finished:?}");
     assert!(finished.windows(2).all(|w| w[0].1 < w[1].1), "a phase never asks: {finished:?}");
-    assert_eq!(*observer.heard.lock().unwrap(), phases.into());
-    let questions = observer.asked.load(Relaxed);
+    assert_eq!(*sink.heard.lock().unwrap(), phases.into());
+    let questions = sink.asked.load(Relaxed);
     for allowed in (0..questions).step_by(questions as usize / 60 + 1).chain([questions - 1]) {
-        let observer = Patience::new(allowed);
-        stopped("everything", everything(&case, build, &observer, &mut Vec::new()));
-        assert_eq!(observer.asked.load(Relaxed), allowed + 1, "of {questions} questions");
+        let sink = Patience::new(allowed);
+        stopped("everything", everything(&case, build, &sink, &mut Vec::new()));
+        assert_eq!(sink.asked.load(Relaxed), allowed + 1, "of {questions} questions");
     }
 }
 
@@ -177,17 +177,17 @@ fn the_symbolic_engine_obeys_each_answer() {
 /// An analysis that was stopped goes on where it was, and ends with the same result.
 fn the_rest_can_be_done_later<E: Engine>(size: Size, build: Build<E>) {
     let (program, preferences) = ways(size);
-    let observer = Patience::new(u64::MAX);
-    let engine = build(&program, settings(&observer)).unwrap();
+    let sink = Patience::new(u64::MAX);
+    let engine = build(&program, settings(&sink)).unwrap();
     let mut whole = Analysis::new(&engine, &preferences, Options::default());
-    let before = observer.asked.load(Relaxed);
+    let before = sink.asked.load(Relaxed);
     whole.run(&mut |_| ()).unwrap();
-    for more in (0..observer.asked.load(Relaxed) - before).rev() {
-        let engine = build(&program, settings(&observer)).unwrap();
+    for more in (0..sink.asked.load(Relaxed) - before).rev() {
+        let engine = build(&program, settings(&sink)).unwrap();
         let mut analysis = Analysis::new(&engine, &preferences, Options::default());
-        observer.allowed.store(observer.asked.load(Relaxed) + more, Relaxed);
+        sink.allowed.store(sink.asked.load(Relaxed) + more, Relaxed);
         let first = analysis.run(&mut |_| ());
-        observer.allowed.store(u64::MAX, Relaxed);
+        sink.allowed.store(u64::MAX, Relaxed);
         stopped("run", first);
         analysis.run(&mut |_| ()).unwrap();
         assert_eq!(analysis.result(), whole.result(), "stopped after {more} questions");

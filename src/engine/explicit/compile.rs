@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::model::Program;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::Type;
-use crate::observer::Poll;
+use crate::progress::Poll;
 
 /// Translates expressions of a program.
 pub(super) struct Compiler<'a> {

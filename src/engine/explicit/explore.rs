@@ -17,7 +17,7 @@ use crate::error::{Error, Limit, Result};
 use crate::model::temporal::Begin;
 use crate::model::{Program, State, fault};
 
-/// How many states are visited between two looks at the observer.
+/// How many states are visited between two looks at the progress sink.
 const PATIENCE: usize = 1 << 12;
 /// Every state takes this many bytes at the very least: its place in the rows.
 const LEAST_BYTES: u64 = 12;
@@ -171,7 +171,7 @@ impl Task<'_> {
             (Scope::All, Some(monitors)) => monitors.fresh,
             _ => self.program.initial,
         };
-        let mut search = Search::new(self.program, start, &*self.settings.observer)?;
+        let mut search = Search::new(self.program, start, &*self.settings.sink)?;
         search.run(&mut |values| {
             if let Some(code) = self.layout.encode(values) {
                 index.intern::<W>(&fixed(&code))?;
@@ -184,8 +184,8 @@ impl Task<'_> {
     fn report(&self, explored: usize, reached: usize) -> Result<()> {
         self.meter.reached(reached);
         let detail = || format!("{explored} states explored, {reached} reached");
-        self.settings.observer.progress("reachable states", &detail);
-        match self.settings.observer.stop() {
+        self.settings.sink.progress("reachable states", &detail);
+        match self.settings.sink.stop() {
             Some(limit) => Err(limit.into()),
             None => Ok(()),
         }

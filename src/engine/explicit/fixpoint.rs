@@ -10,7 +10,7 @@ use super::set::{BitSet, clear, set, test};
 use crate::engine::Region;
 use crate::error::Result;
 
-/// How many states are taken from a work list between two looks at the observer.
+/// How many states are taken from a work list between two looks at the progress sink.
 const PATIENCE: usize = 1 << 14;
 
 impl ExplicitEngine {
@@ -55,7 +55,7 @@ impl ExplicitEngine {
         Ok(Region { states: removal.states, choices: removal.choices })
     }
 
-    /// Looks at the observer now and then.
+    /// Looks at the progress sink now and then.
     #[inline]
     pub(super) fn tick(&self) -> Result<()> {
         let ticks = self.ticks.load(Relaxed).wrapping_add(1);
@@ -65,8 +65,8 @@ impl ExplicitEngine {
 
     #[cold]
     fn poll(&self) -> Result<()> {
-        self.settings.observer.progress("fixpoints", &|| format!("{} steps", self.ticks.load(Relaxed)));
-        match self.settings.observer.stop() {
+        self.settings.sink.progress("fixpoints", &|| format!("{} steps", self.ticks.load(Relaxed)));
+        match self.settings.sink.stop() {
             Some(limit) => Err(limit.into()),
             None => Ok(()),
         }

@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::model::expr::{Binary, ExprId, Node};
 use crate::model::value::{EvalError, Type, Value};
 use crate::model::{CommandId, Program};
-use crate::observer::Poll;
+use crate::progress::Poll;
 
 /// A table has at most so many cells.
 const MOST_CELLS: u64 = 1 << 18;

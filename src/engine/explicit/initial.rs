@@ -5,15 +5,15 @@ use super::machine::{Code, Machine};
 use crate::error::Result;
 use crate::model::expr::{Binary, ExprId, Node};
 use crate::model::{Program, State};
-use crate::observer::{Observer, Poll};
+use crate::progress::{Poll, ProgressSink};
 
-/// How many partial valuations are tried between two looks at the observer.
+/// How many partial valuations are tried between two looks at the progress sink.
 const PATIENCE: u64 = 1 << 16;
 
 /// Searches the valuations in which all conjuncts of a predicate hold, variable by variable.
 pub(super) struct Search<'a> {
     program: &'a Program,
-    observer: &'a dyn Observer,
+    sink: &'a dyn ProgressSink,
     code: Code,
     machine: Machine,
     /// For each variable the conjuncts that can be tested once it and all before it have values.
@@ -27,8 +27,8 @@ impl<'a> Search<'a> {
     /// A search for the states of a predicate, that of the initial ones say; conjuncts that fix a variable cut its range.
     ///
     /// # Errors
-    /// The observer stops it.
-    pub(super) fn new(program: &'a Program, predicate: ExprId, observer: &'a dyn Observer) -> Result<Self> {
+    /// The work is cancelled.
+    pub(super) fn new(program: &'a Program, predicate: ExprId, sink: &'a dyn ProgressSink) -> Result<Self> {
         let mut conjuncts = Vec::new();
         split(program, predicate, &mut conjuncts);
         let mut order: Vec<(usize, i64, i64)> =
@@ -41,7 +41,7 @@ impl<'a> Search<'a> {
         }
         // Variables with few values first: they cost nothing, and let more conjuncts be tested.
         order.sort_by_key(|&(variable, low, high)| (high > low, variable));
-        let mut compiler = Compiler::new(program, &conjuncts, &mut Poll::new(observer))?;
+        let mut compiler = Compiler::new(program, &conjuncts, &mut Poll::new(sink))?;
         let mut tests = vec![Vec::new(); order.len() + 1];
         for &e in &conjuncts {
             let support = program.pool.support(e);
@@ -50,7 +50,7 @@ impl<'a> Search<'a> {
         }
         let code = compiler.finish();
         let machine = Machine::new(&code);
-        Ok(Search { program, observer, code, machine, tests, order, tried: 0 })
+        Ok(Search { program, sink, code, machine, tests, order, tried: 0 })
     }
 
     /// Calls `found` with every initial state.
@@ -96,7 +96,7 @@ impl<'a> Search<'a> {
     fn poll(&mut self) -> Result<()> {
         self.tried += 1;
         if self.tried.is_multiple_of(PATIENCE)
-            && let Some(limit) = self.observer.stop()
+            && let Some(limit) = self.sink.stop()
         {
             return Err(limit.into());
         }

@@ -60,7 +60,7 @@ pub struct ExplicitEngine {
     initial: BitSet,
     deadlocks: BitSet,
     rounded: Option<State>,
-    /// Counts steps of work lists, to look at the observer now and then.
+    /// Counts steps of work lists, to look at the progress sink now and then.
     ticks: AtomicUsize,
 }
 
@@ -75,7 +75,7 @@ impl ExplicitEngine {
     /// Cost: all guards in every state once, one look-up a transition.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         let layout = explore::layout(&program, &settings)?;
-        let prepared = Prepared::new(&program, &layout, &*settings.observer)?;
+        let prepared = Prepared::new(&program, &layout, &*settings.sink)?;
         let meter = Meter::new(settings.memory);
         let task = Task {
             program: &program,

@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
-use crate::observer::Poll;
+use crate::progress::Poll;
 
 macro_rules! algebra_of {
     ($set:ident) => {
@@ -250,7 +250,7 @@ impl ExplicitEngine {
     /// # Errors
     /// Those of [`Engine::states_where`].
     pub fn states_where_in(&self, program: &Program, predicate: ExprId) -> Result<StateSet> {
-        let mut poll = Poll::new(&*self.settings.observer);
+        let mut poll = Poll::new(&*self.settings.sink);
         let mut compiler = Compiler::new(program, &[predicate], &mut poll)?;
         let start = compiler.condition(predicate).start;
         let code = compiler.finish();

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::model::expr::{ExprId, Node};
 use crate::model::rounding::Sum;
 use crate::model::{Branch, Command, CommandId, ModelKind, Program, VarId};
-use crate::observer::{Observer, Poll};
+use crate::progress::{Poll, ProgressSink};
 
 /// A program over the codes of one layout.
 pub(super) struct Prepared {
@@ -80,9 +80,9 @@ impl Prepared {
     /// Compiles all expressions of `program`.
     ///
     /// # Errors
-    /// The observer stops it.
-    pub(super) fn new(program: &Program, layout: &Layout, observer: &dyn Observer) -> Result<Self> {
-        let mut poll = Poll::new(observer);
+    /// The work is cancelled.
+    pub(super) fn new(program: &Program, layout: &Layout, sink: &dyn ProgressSink) -> Result<Self> {
+        let mut poll = Poll::new(sink);
         let bounds = Bounds::new(program);
         let (participants, synchronisations) = participants(program);
         let mut divide = |commands: &&[CommandId]| {

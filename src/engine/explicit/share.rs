@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::model::Program;
 use crate::model::expr::{ExprId, Node};
 use crate::model::value::Type;
-use crate::observer::Poll;
+use crate::progress::Poll;
 
 /// Nodes with at least this many operators below them are worth a routine.
 const WORTH_SHARING: u32 = 3;

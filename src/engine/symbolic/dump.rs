@@ -10,7 +10,7 @@ use super::store::Store;
 use super::transitions::Numbered;
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build, draft};
 use crate::dump::{Diagram, Edge};
-use crate::engine::{Engine, Observer, Settings};
+use crate::engine::{Engine, ProgressSink, Settings};
 use crate::error::Result;
 use crate::model::{ModelKind, Program, VarId};
 
@@ -87,7 +87,7 @@ impl SymbolicEngine {
         let mut diagram = Diagram { variables, ..Diagram::default() };
         let functions: Vec<&Bdd> = sets.iter().flat_map(functions).collect();
         let (offset, width) = (choice_bits.len() as u32, self.encoding.width());
-        let edges = store_in(&mut diagram, offset, width, &functions, &*self.settings.observer)?;
+        let edges = store_in(&mut diagram, offset, width, &functions, &*self.settings.sink)?;
         let mut edges = edges.into_iter();
         let mut leaves: Vec<Vec<Edge>> =
             sets.iter().map(|set| edges.by_ref().take(functions_of(set)).collect()).collect();
@@ -224,7 +224,7 @@ fn store_in(
     offset: u32,
     width: usize,
     functions: &[&Bdd],
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
 ) -> Result<Vec<Edge>> {
     let Some(first) = functions.first() else { return Ok(Vec::new()) };
     first.with_manager_shared(|m, _| {
@@ -232,7 +232,7 @@ fn store_in(
         let levels = by_level(m, &roots, width);
         let mut known = AHashMap::new();
         for (level, nodes) in levels.iter().enumerate().rev() {
-            if let Some(limit) = observer.stop() {
+            if let Some(limit) = sink.stop() {
                 return Err(limit.into());
             }
             let mut unique = AHashMap::new();

@@ -1,6 +1,6 @@
 //! The diagram store: OxiDD's manager, with limits, collection of garbage and interruption.
 //!
-//! Every operation goes through here. It first gives the observer the chance to stop the work and
+//! Every operation goes through here. It first gives the sink the chance to stop the work and
 //! collects garbage when enough has gathered; when the node table is full it collects and tries
 //! once more.
 
@@ -20,7 +20,7 @@ use super::diagram::{Bdd, ManagerOf};
 use super::relation_lists::Lists;
 use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
 use super::thresholds::{Thresholds, Work};
-use crate::engine::{Count, Observer, Settings, Usage};
+use crate::engine::{Count, ProgressSink, Settings, Usage};
 use crate::error::{Error, Limit, Result};
 
 /// What a recursion takes of the stack for a bit of a state, those of OxiDD within ours.
@@ -34,7 +34,7 @@ const NODES_PER_THREAD: u64 = 4 << 16;
 /// The manager of all diagrams of one engine.
 pub(super) struct Store {
     manager: BDDManagerRef,
-    observer: Arc<dyn Observer>,
+    sink: Arc<dyn ProgressSink>,
     capacity: u64,
     cache_entries: u64,
     collect_at: AtomicUsize,
@@ -80,12 +80,12 @@ impl Store {
         });
         let collect_at = thresholds.first_collection.min(capacity as usize / 2);
         let (collect_at, peak) = (AtomicUsize::new(collect_at), AtomicUsize::new(0));
-        let (lists, observer) = (Lists::default(), settings.observer.clone());
+        let (lists, sink) = (Lists::default(), settings.sink.clone());
         Ok(Store {
             work: Work::default(),
             saturates: Default::default(),
             manager,
-            observer,
+            sink,
             capacity,
             cache_entries,
             collect_at,
@@ -258,9 +258,9 @@ impl Store {
         self.shared(|m| self.safe_point_in(m))
     }
 
-    /// Lets the observer stop the work and collects garbage when there is much of it.
+    /// Lets the sink stop the work and collects garbage when there is much of it.
     pub(super) fn safe_point_in(&self, m: &ManagerOf<'_>) -> Result<()> {
-        if let Some(limit) = self.observer.stop() {
+        if let Some(limit) = self.sink.stop() {
             return Err(limit.into());
         }
         if m.approx_num_inner_nodes() >= self.collect_at.load(Relaxed) {
@@ -269,9 +269,9 @@ impl Store {
         Ok(())
     }
 
-    /// Tells the observer what is being done.
+    /// Tells the sink what is being done.
     pub(super) fn progress(&self, phase: &'static str) {
-        self.observer.progress(phase, &|| format!("{} nodes in the table", self.nodes()));
+        self.sink.progress(phase, &|| format!("{} nodes in the table", self.nodes()));
     }
 
     pub(super) fn collect_in(&self, m: &ManagerOf<'_>) {

@@ -30,7 +30,7 @@ pub fn explored<E: Engine>(analysis: &Analysis<'_, E>, program: &Program, limit:
     let index: AHashMap<&State, usize> = states.iter().zip(0..).collect();
     let mut rows = Vec::with_capacity(states.len());
     for state in &states {
-        if let Some(limit) = engine.settings().observer.stop() {
+        if let Some(limit) = engine.settings().sink.stop() {
             return Err(limit.into());
         }
         let steps = program.steps(state).map_err(|e| fault::error(program, &e, state))?;

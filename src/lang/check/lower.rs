@@ -12,7 +12,7 @@ use crate::lang::ast::Span;
 use crate::lang::parse::expression_at;
 use crate::model::expr::{ExprId, ExprPool};
 use crate::model::value::{Type, Value};
-use crate::observer::{Observer, Poll};
+use crate::progress::{Poll, ProgressSink};
 
 /// What lowering works on: the pool that grows, the names, and the errors so far.
 pub(in crate::lang) struct Lowerer<'a> {
@@ -43,7 +43,7 @@ impl<'a> Lowerer<'a> {
         source: &Arc<SourceFile>,
         scope: Scope<'a>,
         pool: ExprPool,
-        observer: &'a dyn Observer,
+        sink: &'a dyn ProgressSink,
     ) -> Self {
         Lowerer {
             source: Arc::clone(source),
@@ -55,7 +55,7 @@ impl<'a> Lowerer<'a> {
             heights: Vec::new(),
             faults: AHashMap::new(),
             sound: AHashSet::new(),
-            poll: Poll::new(observer),
+            poll: Poll::new(sink),
             work: 0,
             is_full: false,
         }
@@ -212,7 +212,7 @@ impl<'a> Lowerer<'a> {
         let Some(body) = self.scope.definitions[definition as usize].body else { return Vec::new() };
         let mut mentioned = Mentioned::default();
         // What cannot be read again is reported where it is lowered.
-        let _ = expression_at(&self.source, body, self.poll.observer(), &mut mentioned);
+        let _ = expression_at(&self.source, body, self.poll.sink(), &mut mentioned);
         let resolve = |place: Span| {
             let (name, inside) = self.scope.rename(&self.source.text[place.range()], env);
             match self.scope.symbol(name) {

@@ -22,7 +22,7 @@ use super::parse::Outline;
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::model::expr::ExprPool;
 use crate::model::{ModelKind, Program};
-use crate::observer::Observer;
+use crate::progress::ProgressSink;
 use collect::Parts;
 use scope::NO_RENAMING;
 
@@ -60,10 +60,10 @@ pub(in crate::lang) fn check(
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,
     bindings: &[super::valuation::Binding],
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
 ) -> Result<Checked> {
     let mut parts = Parts::default();
-    let mut lowerer = Lowerer::new(source, scope::Scope::default(), ExprPool::default(), observer);
+    let mut lowerer = Lowerer::new(source, scope::Scope::default(), ExprPool::default(), sink);
     parts.collect(model, &mut lowerer);
     lowerer.declare(&parts);
     let mut foreign = lowerer.give_constants(&parts, given, bindings);

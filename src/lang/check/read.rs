@@ -28,8 +28,8 @@ impl Body for Expr {
 /// The place of an expression, which was read before and found to be one.
 impl Body for Span {
     fn lowered(&self, lowerer: &mut Lowerer<'_>, env: Env) -> Lowered {
-        let (source, observer) = (Arc::clone(&lowerer.source), lowerer.poll.observer());
-        match expression_at(&source, *self, observer, Reading { lowerer, env }) {
+        let (source, sink) = (Arc::clone(&lowerer.source), lowerer.poll.sink());
+        match expression_at(&source, *self, sink, Reading { lowerer, env }) {
             Ok(lowered) => lowered,
             Err(error) => {
                 lowerer.unread(error);
@@ -49,8 +49,8 @@ impl Body for Lowered {
 impl Lowerer<'_> {
     /// The command at a place, with its expressions in the pool.
     pub(super) fn read_command(&mut self, place: Span, env: Env) -> Option<Command<Lowered>> {
-        let (source, observer) = (Arc::clone(&self.source), self.poll.observer());
-        let read = command_at(&source, place, observer, Reading { lowerer: self, env });
+        let (source, sink) = (Arc::clone(&self.source), self.poll.sink());
+        let read = command_at(&source, place, sink, Reading { lowerer: self, env });
         read.map_err(|error| self.unread(error)).ok()
     }
 

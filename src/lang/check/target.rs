@@ -12,7 +12,7 @@ use crate::lang::ast::{BinaryOp, Expr, Span};
 use crate::model::expr::{Binary, ExprId, ExprPool, Unary};
 use crate::model::value::Value;
 use crate::model::{Program, VarId};
-use crate::observer::Unobserved;
+use crate::progress::NoProgress;
 
 /// Checks a target, such as that of an objective, and puts it into the pool of the program. Names are
 /// the variables, constants and formulas of the model; names in quotes its labels, "init" (the
@@ -54,7 +54,7 @@ fn lowered(
     lower: impl FnOnce(&mut Lowerer<'_>) -> Option<ExprId>,
 ) -> Result<ExprId> {
     let pool = std::mem::take(&mut program.pool);
-    let mut lowerer = Lowerer::new(source, scope(program), pool, &Unobserved);
+    let mut lowerer = Lowerer::new(source, scope(program), pool, &NoProgress);
     let mut labels: AHashMap<String, ExprId> = program.labels.iter().cloned().collect();
     labels.insert("init".to_owned(), program.initial);
     if let Some(deadlock) = deadlock(program, &mut lowerer) {

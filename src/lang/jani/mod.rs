@@ -13,7 +13,7 @@ use std::sync::Arc;
 use super::check::Checked;
 use super::{Given, parse_constants};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::observer::Observer;
+use crate::progress::ProgressSink;
 
 /// The texts that make a model.
 struct Inputs<'i> {
@@ -36,7 +36,7 @@ pub fn is_jani(source: &SourceFile) -> bool {
 ///
 /// # Errors
 /// All errors that could be told apart: of JSON, of the shape of the document, of meaning; a limit.
-pub(super) fn load(source: &Arc<SourceFile>, given: &Given, observer: &dyn Observer) -> Result<Checked> {
+pub(super) fn load(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
     let inputs = &Inputs { source, constants: &given.constants, bounds: &given.bounds };
     let located = |error| match error {
         Error::Input(diagnostics) => {
@@ -44,10 +44,10 @@ pub(super) fn load(source: &Arc<SourceFile>, given: &Given, observer: &dyn Obser
         }
         other => other,
     };
-    let model = read::model(inputs.source, observer).map_err(located)?;
+    let model = read::model(inputs.source, sink).map_err(located)?;
     let bindings = parse_constants(inputs.constants)?;
     let bounds = bounds(inputs.bounds)?;
-    lower::program(&model, inputs, &bindings, bounds, observer).map_err(located)
+    lower::program(&model, inputs, &bindings, bounds, sink).map_err(located)
 }
 
 /// Says where in the document a message points.

@@ -16,7 +16,7 @@ use super::ast::{Command, Expr, Ident, Item, Model, Span};
 use super::slip::is_slip;
 use super::token::{Token, Tokens, is_keyword, is_property_operator};
 use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
-use crate::observer::{Observer, Poll, Unobserved};
+use crate::progress::{NoProgress, Poll, ProgressSink};
 
 /// How deep brackets, conditionals and signs may nest.
 pub const MAX_NESTING: usize = 200;
@@ -56,10 +56,10 @@ pub(crate) fn items_at(source: &Arc<SourceFile>, place: Span) -> Result<Vec<Item
 /// little more memory than the text.
 pub(crate) type Outline = Model<Span, Span>;
 
-/// As [`parse_model`], until the observer stops it.
-pub(crate) fn outline(source: &Arc<SourceFile>, observer: &dyn Observer) -> Result<Outline> {
+/// As [`parse_model`], until the sink stops it.
+pub(crate) fn outline(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Result<Outline> {
     super::mistaken::no_model(source)?;
-    let mut parser = Parser::of_part(source, whole(source), observer, Places);
+    let mut parser = Parser::of_part(source, whole(source), sink, Places);
     let model = parser.model();
     parser.finish(model)
 }
@@ -68,10 +68,10 @@ pub(crate) fn outline(source: &Arc<SourceFile>, observer: &dyn Observer) -> Resu
 pub(crate) fn expression_at<M: Maker>(
     source: &Arc<SourceFile>,
     place: Span,
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
     maker: M,
 ) -> Result<M::Expr> {
-    let mut parser = Parser::of_part(source, place, observer, maker);
+    let mut parser = Parser::of_part(source, place, sink, maker);
     let parsed = parser.expression();
     parser.finish_parsed(parsed)
 }
@@ -80,10 +80,10 @@ pub(crate) fn expression_at<M: Maker>(
 pub(crate) fn command_at<M: Maker>(
     source: &Arc<SourceFile>,
     place: Span,
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
     maker: M,
 ) -> Result<Command<M::Expr>> {
-    let mut parser = Parser::of_part(source, place, observer, maker);
+    let mut parser = Parser::of_part(source, place, sink, maker);
     let parsed = parser.command();
     parser.finish_parsed(parsed)
 }
@@ -115,21 +115,21 @@ pub(crate) struct Parser<'a, M = Trees> {
 
 impl<'a> Parser<'a> {
     pub(crate) fn new(source: &'a Arc<SourceFile>) -> Self {
-        Parser::of_part(source, whole(source), &Unobserved, Trees)
+        Parser::of_part(source, whole(source), &NoProgress, Trees)
     }
 }
 
 impl<'a> Parser<'a, Places> {
     /// A parser of a part of a text that keeps places only.
     pub(crate) fn places(source: &'a Arc<SourceFile>, part: Span) -> Self {
-        Parser::of_part(source, part, &Unobserved, Places)
+        Parser::of_part(source, part, &NoProgress, Places)
     }
 }
 
 impl<'a, M> Parser<'a, M> {
     /// A parser of a part of a text.
-    fn of_part(source: &'a Arc<SourceFile>, part: Span, observer: &'a dyn Observer, maker: M) -> Self {
-        let mut poll = Poll::new(observer);
+    fn of_part(source: &'a Arc<SourceFile>, part: Span, sink: &'a dyn ProgressSink, maker: M) -> Self {
+        let mut poll = Poll::new(sink);
         let tokens = Tokens::new(&source.text, part, &mut poll);
         Parser { source, tokens, depth: 0, diagnostics: Vec::new(), poll, maker }
     }

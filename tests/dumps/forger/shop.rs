@@ -8,7 +8,7 @@ use meliora::certify;
 use meliora::dump::manifest::{File, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, dddmp, read_directory};
 use meliora::engine::symbolic::{Encoding, Order, SymbolicEngine};
-use meliora::engine::{Scope, Settings, Unobserved};
+use meliora::engine::{NoProgress, Scope, Settings};
 use meliora::error::{Result, SourceFile};
 use meliora::export::{Inputs, Selection, export};
 use meliora::lang;
@@ -77,7 +77,7 @@ impl Shop {
 
     /// What `meliora verify` says of a directory: accepted, with what was read, or not.
     pub(super) fn verify(&self, directory: &Path) -> Option<Dump> {
-        let dump = read_directory(directory, true, &Unobserved).ok()?;
+        let dump = read_directory(directory, true, &NoProgress).ok()?;
         let (program, preferences) = self.program(&dump.manifest.given_constants()).ok()?;
         let scope = scope_named(&dump.manifest.scope).unwrap_or_default();
         let settings = Settings { memory: 4 << 20, scope, ..Settings::default() };

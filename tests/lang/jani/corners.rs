@@ -197,11 +197,11 @@ fn integers_without_bounds_take_those_that_are_given() {
         constants: SourceFile::new("--const", ""),
         bounds: SourceFile::new("--bounds", bounds),
     };
-    let observer = meliora::observer::Unobserved;
-    let program = load_given(&source, &given("x=-1..7"), &observer).unwrap().program;
+    let sink = meliora::progress::NoProgress;
+    let program = load_given(&source, &given("x=-1..7"), &sink).unwrap().program;
     assert_eq!((program.variables[0].low, program.variables[0].high), (-1, 7));
     for wrong in ["", "y=0..1", "x=0..7,y=0..1", "x", "x=1..0"] {
-        assert!(load_given(&source, &given(wrong), &observer).is_err(), "{wrong}");
+        assert!(load_given(&source, &given(wrong), &sink).is_err(), "{wrong}");
     }
 }
 

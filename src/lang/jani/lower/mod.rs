@@ -25,7 +25,7 @@ use crate::lang::valuation::Binding;
 use crate::model::expr::{ExprId, ExprPool};
 use crate::model::value::{Type, Value};
 use crate::model::{Command, ModelKind, Program, Synchronisation, VarId, Variable};
-use crate::observer::Observer;
+use crate::progress::ProgressSink;
 use scope::{Declared, Instance, Level, Place, Transient};
 
 /// How many functions are looked through for what they read.
@@ -90,9 +90,9 @@ pub(super) fn program<'a>(
     inputs: &Inputs<'a>,
     bindings: &[Binding],
     bounds: Vec<(String, i64, i64)>,
-    observer: &dyn Observer,
+    sink: &dyn ProgressSink,
 ) -> Result<Checked> {
-    let lowerer = Lowerer::new(inputs.source, Scope::default(), ExprPool::default(), observer);
+    let lowerer = Lowerer::new(inputs.source, Scope::default(), ExprPool::default(), sink);
     let mut lowering = Lowering {
         lowerer,
         model,

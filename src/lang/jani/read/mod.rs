@@ -12,7 +12,7 @@ use super::json::Node;
 use crate::error::{Result, SourceFile};
 use crate::lang::ast::{Ident, ModelType};
 use crate::model::value::Type;
-use crate::observer::Observer;
+use crate::progress::ProgressSink;
 use reader::{Object, Reader, Value};
 
 /// Features that change nothing here, or are supported.
@@ -30,8 +30,8 @@ const SUPPORTED: &[&str] = &[
 ///
 /// # Errors
 /// What is no JSON, and whatever of it is no model, or asks for something that is not supported.
-pub(super) fn model(source: &Arc<SourceFile>, observer: &dyn Observer) -> Result<Model> {
-    let mut reader = Reader::new(source, observer);
+pub(super) fn model(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Result<Model> {
+    let mut reader = Reader::new(source, sink);
     let document = reader.document();
     let model = document.and_then(|node| reader.model(node));
     reader.finish(model)

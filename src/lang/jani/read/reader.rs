@@ -7,7 +7,7 @@ use ahash::AHashMap;
 use super::super::json::{self, Malformed, Member, Node, Shape};
 use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use crate::lang::ast::{Ident, Span};
-use crate::observer::{Observer, Poll};
+use crate::progress::{Poll, ProgressSink};
 
 /// After this many errors the rest is not reported.
 const MAX_ERRORS: usize = 20;
@@ -49,8 +49,8 @@ impl<'a> Object<'a> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(source: &'a Arc<SourceFile>, observer: &'a dyn Observer) -> Self {
-        Reader { source, diagnostics: Vec::new(), poll: Poll::new(observer), values: 0, is_full: false }
+    pub(super) fn new(source: &'a Arc<SourceFile>, sink: &'a dyn ProgressSink) -> Self {
+        Reader { source, diagnostics: Vec::new(), poll: Poll::new(sink), values: 0, is_full: false }
     }
 
     /// The whole document.

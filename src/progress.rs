@@ -1,13 +1,13 @@
-//! How long work hears that it is to stop, and tells how far it is.
+//! Cancellation and progress.
 
 use std::time::Duration;
 
 use crate::error::Limit;
 
-/// What long work is told from outside, and what it tells.
+/// Cancels long work and receives its progress.
 ///
 /// The library reads no clock and installs no handler: the caller does, and answers here.
-pub trait Observer: Send + Sync {
+pub trait ProgressSink: Send + Sync {
     /// Called often, from inside loops: an answer ends the work with this limit.
     fn stop(&self) -> Option<Limit> {
         None
@@ -23,30 +23,30 @@ pub trait Observer: Send + Sync {
     fn progress(&self, _phase: &'static str, _detail: &dyn Fn() -> String) {}
 }
 
-/// An observer that never stops the work and ignores its progress.
+/// A sink that never stops the work and ignores its progress.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Unobserved;
+pub struct NoProgress;
 
-impl Observer for Unobserved {}
+impl ProgressSink for NoProgress {}
 
-/// Steps between two questions to an observer: some tens of microseconds.
+/// Steps between two questions to a sink: some tens of microseconds.
 const PATIENCE: u32 = 1 << 10;
 
-/// Asks an observer once in many steps, and keeps the answer.
+/// Asks a sink once in many steps, and keeps the answer.
 pub(crate) struct Poll<'o> {
-    observer: &'o dyn Observer,
+    sink: &'o dyn ProgressSink,
     steps: u32,
     limit: Option<Limit>,
 }
 
 impl<'o> Poll<'o> {
-    pub(crate) fn new(observer: &'o dyn Observer) -> Self {
-        Poll { observer, steps: 0, limit: None }
+    pub(crate) fn new(sink: &'o dyn ProgressSink) -> Self {
+        Poll { sink, steps: 0, limit: None }
     }
 
     /// Who is asked.
-    pub(crate) fn observer(&self) -> &'o dyn Observer {
-        self.observer
+    pub(crate) fn sink(&self) -> &'o dyn ProgressSink {
+        self.sink
     }
 
     /// Ends the work: another one heard this.
@@ -58,7 +58,7 @@ impl<'o> Poll<'o> {
     pub(crate) fn is_over(&mut self) -> bool {
         self.steps = self.steps.wrapping_add(1);
         if self.limit.is_none() && self.steps.is_multiple_of(PATIENCE) {
-            self.limit = self.observer.stop();
+            self.limit = self.sink.stop();
         }
         self.limit.is_some()
     }
