@@ -24,7 +24,7 @@
 //! [`engine`], symbolic or explicit, offers sets of states and of choices; [`planning`] is written once
 //! over these. Its results are plain data, which `output` turns into text, JSON and pages. [`export`] and
 //! [`dump`] write regions as decision diagrams, [`query`] answers from them without the model, and
-//! [`certify`] re-checks them by one-step conditions with none of the code that computed them. [`atlas`]
+//! [`certify`] re-checks them by one-step conditions with none of the code that computed them. [`projections`]
 //! lays regions over a plane for pictures, [`generate`] writes models of any size; [`embed`] has owners of
 //! models, engines and analyses for other programs and languages. Imports run along this line only. The library never prints, reads the clock or the environment, or ends the process;
 //! whatever runs out of memory or time returns [`error::Limit`] and keeps what it found; an
@@ -69,7 +69,6 @@
 //! # }
 //! ```
 
-pub mod atlas;
 pub mod certify;
 pub mod diagnostic;
 pub mod dump;
@@ -87,6 +86,7 @@ pub mod names;
 pub mod output;
 pub mod planning;
 pub mod progress;
+pub mod projections;
 pub mod query;
 mod random;
 mod reading;

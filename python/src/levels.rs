@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::embed::{Planning, Raster, States};
+use meliora::embed::{Planning, Projection, States};
 use meliora::planning::levels::End;
 use meliora::planning::{Kind, Rank};
 use meliora::{Error, Result};
@@ -174,7 +174,7 @@ impl Levels {
         let (shared, kind) = (Arc::clone(&self.shared), self.kind);
         let (shape, ranks) = self.space.desk.long(py, move || {
             let planning = lock(&shared.planning);
-            let scope = planning.exploration().states().raster(view.plane, &view.fixed)?;
+            let scope = planning.exploration().states().projection(view.plane, &view.fixed)?;
             let ranks = ranks(&planning, kind, &view, &scope)?;
             Ok((shape(plane, &scope), ranks))
         })?;
@@ -196,16 +196,16 @@ impl Levels {
     }
 }
 
-/// For each cell of the scope's raster the greatest rank.
-fn ranks(planning: &Planning, kind: Kind, view: &View, scope: &Raster) -> Result<Vec<f64>> {
+/// For each cell of the scope's projection the greatest rank.
+fn ranks(planning: &Planning, kind: Kind, view: &View, scope: &Projection) -> Result<Vec<f64>> {
     let mut ranks: Vec<f64> = scope.cells.iter().map(|&there| if there { 0.0 } else { f64::NAN }).collect();
     let found = planning.levels(kind);
     let unbounded = matches!(planning.analysis().levels(kind).end, Some(End::Unbounded(_)));
     for (index, level) in found.iter().enumerate() {
         let is_last = index + 1 == found.len();
         let rank = if unbounded && is_last { f64::INFINITY } else { (index + 1) as f64 };
-        let raster = level.raster(view.plane, &view.fixed)?;
-        for (cell, _) in ranks.iter_mut().zip(raster.cells).filter(|(_, there)| *there) {
+        let projection = level.projection(view.plane, &view.fixed)?;
+        for (cell, _) in ranks.iter_mut().zip(projection.cells).filter(|(_, there)| *there) {
             *cell = rank;
         }
     }

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use meliora::atlas::Plane;
-use meliora::embed::{Listing, Raster, States};
+use meliora::projections::Plane;
+use meliora::embed::{Listing, Projection, States};
 use meliora::model::VarId;
 use meliora::{Error, embed};
 use num_bigint::BigUint;
@@ -83,10 +83,10 @@ pub(crate) struct View {
 }
 
 /// The shape of an array over a plane: of two dimensions where there are rows.
-pub(crate) fn shape(plane: Plane, raster: &Raster) -> Vec<usize> {
+pub(crate) fn shape(plane: Plane, projection: &Projection) -> Vec<usize> {
     match plane.row {
-        Some(_) => vec![raster.rows, raster.columns],
-        None => vec![raster.columns],
+        Some(_) => vec![projection.rows, projection.columns],
+        None => vec![projection.columns],
     }
 }
 
@@ -238,8 +238,8 @@ impl Region {
     ) -> PyResult<Bound<'py, PyAny>> {
         let View { plane, fixed } = self.space.view(row, column, r#where)?;
         let x = self.states.clone();
-        let raster = self.space.desk.long(py, move || x.raster(plane, &fixed))?;
-        arrays::bools(py, &raster.cells, &shape(plane, &raster))
+        let projection = self.space.desk.long(py, move || x.projection(plane, &fixed))?;
+        arrays::bools(py, &projection.cells, &shape(plane, &projection))
     }
 
     /// The region as a function of the package `dd`, over variables named by bits: `x.2` for bit 2 of x.
@@ -286,9 +286,9 @@ impl Region {
         let program = &self.space.names.program;
         let Some(plane) = Plane::guess(program) else { return Ok(None) };
         let x = self.states.clone();
-        let raster = self.space.desk.long(py, move || x.raster(plane, &[]))?;
+        let projection = self.space.desk.long(py, move || x.projection(plane, &[]))?;
         let name = |v: VarId| program.variables[v.index()].name.clone();
-        let rows = raster.cells.chunks(raster.columns).map(<[bool]>::to_vec).collect();
+        let rows = projection.cells.chunks(projection.columns).map(<[bool]>::to_vec).collect();
         Ok(Some((plane.row.map(name), name(plane.column), rows)))
     }
 

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use meliora::atlas::{self, Atlas, Plane};
 use meliora::engine::Engine;
 use meliora::engine::symbolic::SymbolicEngine;
 use meliora::error::Error;
@@ -13,6 +12,7 @@ use meliora::output::report::{ModelSummary, Report};
 use meliora::output::simulate::TraceReport;
 use meliora::output::{CheckReport, PageReport};
 use meliora::planning::{Analysis, Kind, Rank, Setup, Simulation};
+use meliora::projections::{self, Plane, Projections};
 
 use super::check::{self, Checked};
 use super::exit::Status;
@@ -225,44 +225,48 @@ impl Run<'_> {
     fn write(&self, plane: Option<Plane>, start: Option<State>) -> Result<(), Error> {
         let draw = || {
             let plane = plane.zip(start.as_ref());
-            let atlas = plane
-                .map(|(plane, start)| atlas::build(self.analysis, plane, start, self.args.nodes as usize));
-            Ok((atlas.transpose()?, start.as_ref().map(|start| self.play(start)).transpose()?.flatten()))
+            let projections = plane.map(|(plane, start)| {
+                projections::build(self.analysis, plane, start, self.args.nodes as usize)
+            });
+            Ok((
+                projections.transpose()?,
+                start.as_ref().map(|start| self.play(start)).transpose()?.flatten(),
+            ))
         };
-        let (atlas, play) = self.desk.timed("draw", draw, |_, _| ())?;
-        let text = self.text(atlas.as_ref(), play.as_ref())?;
+        let (projections, play) = self.desk.timed("draw", draw, |_, _| ())?;
+        let text = self.text(projections.as_ref(), play.as_ref())?;
         let Some(target) = self.target.as_ref().filter(|t| !t.is_stdout()) else {
             self.desk.update(|r| r.drawing = Some(text));
             return Ok(());
         };
         target.write(&text)?;
-        let grid = atlas.as_ref().map_or_else(Vec::new, |a| a.names());
+        let grid = projections.as_ref().map_or_else(Vec::new, |a| a.names());
         let written = Written {
             path: target.path().display().to_string(),
             format: self.args.format.name(),
             bytes: text.len() as u64,
             grid,
-            nodes: atlas.as_ref().map_or(0, |a| a.diagram.nodes.len() as u64),
-            projected: atlas.as_ref().is_some_and(|a| a.projected),
+            nodes: projections.as_ref().map_or(0, |a| a.diagram.nodes.len() as u64),
+            projected: projections.as_ref().is_some_and(|a| a.projected),
         };
         self.desk.update(|r| r.written = Some(written));
         Ok(())
     }
 
     /// What goes into the file.
-    fn text(&self, atlas: Option<&Atlas>, play: Option<&Play>) -> Result<String, Error> {
+    fn text(&self, projections: Option<&Projections>, play: Option<&Play>) -> Result<String, Error> {
         let mut report = None;
         self.desk.update(|r| report = Some(r.check.clone()));
         let Some(mut check) = report else { return Ok(String::new()) };
         check.finish(self.desk.watch.elapsed().as_secs_f64(), size::peak_rss());
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
-        let content = Content { check: &check, program, preferences, atlas, play };
+        let content = Content { check: &check, program, preferences, projections, play };
         match self.args.format {
             FormatArg::Html => Ok(content.html()),
             FormatArg::Md => Ok(content.markdown()),
             FormatArg::Dot => Ok(content.dot()),
             FormatArg::Svg => {
-                let without = if atlas.is_some() { PictureArg::Sasi } else { PictureArg::Hasse };
+                let without = if projections.is_some() { PictureArg::Sasi } else { PictureArg::Hasse };
                 let picture = self.args.picture.unwrap_or(without);
                 content.svg(picture.into()).ok_or_else(|| {
                     let message = "no one or two integer variables span a map that can be drawn: \

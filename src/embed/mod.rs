@@ -9,7 +9,7 @@ mod exploration;
 mod members;
 mod model;
 mod planning;
-mod raster;
+mod projection;
 #[cfg(feature = "output")]
 mod report;
 mod states;
@@ -18,7 +18,7 @@ pub use exploration::Exploration;
 pub use members::Listing;
 pub use model::Model;
 pub use planning::{Planning, Strategy};
-pub use raster::Raster;
+pub use projection::Projection;
 #[cfg(feature = "output")]
 pub use report::Drawing;
 pub use states::States;

@@ -1,13 +1,13 @@
 //! A planning as report, page and pictures.
 
 use super::Planning;
-use crate::atlas::{self, Plane};
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::model::State;
 use crate::output::CheckReport;
 use crate::output::page::{Content, Picture};
 use crate::output::report::ModelSummary;
+use crate::projections::{self, Plane};
 
 /// So many initial states are listed.
 const LISTED: usize = 16;
@@ -63,14 +63,15 @@ impl Planning {
         };
         let has_maps = !matches!(drawing, Drawing::Dot | Drawing::Svg(Picture::Hasse));
         let at: Option<State> = self.engine().list_states(&self.engine().initial_states(), 1)?.pop();
-        let atlas = match (plane, at) {
+        let projections = match (plane, at) {
             (Some(plane), Some(at)) if has_maps => {
-                Some(atlas::build(self.analysis(), plane, &at, MOST_NODES)?)
+                Some(projections::build(self.analysis(), plane, &at, MOST_NODES)?)
             }
             _ => None,
         };
         let preferences = self.preferences();
-        let content = Content { check: &check, program, preferences, atlas: atlas.as_ref(), play: None };
+        let content =
+            Content { check: &check, program, preferences, projections: projections.as_ref(), play: None };
         match drawing {
             Drawing::Html => Ok(content.html()),
             Drawing::Markdown => Ok(content.markdown()),

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use meliora::atlas::Plane;
 use meliora::embed::Drawing;
 use meliora::engine::{Algebra, Count};
 use meliora::model::State;
 use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};
 use meliora::planning::{Scheduler, Setup, Simulation};
+use meliora::projections::Plane;
 use meliora::{Error, Kind, Limit, Model, Options, Rank, Scope, Settings, SourceFile, Storage, lang};
 
 const TOY: &str = "mdp
@@ -215,15 +215,15 @@ fn sets_lie_over_planes() {
         let states = explored.states_where("r + c = 3 & on | b = 2 & r = 1 & c = 5").unwrap();
         let plane = Plane { row: Some(r), column: c };
         let marks = |fixed: &[_]| {
-            let raster = states.raster(plane, fixed).unwrap();
-            assert_eq!((raster.rows, raster.columns), (3, 4));
+            let projection = states.projection(plane, fixed).unwrap();
+            assert_eq!((projection.rows, projection.columns), (3, 4));
             let row = |cells: &[bool]| cells.iter().map(|&c| if c { '#' } else { '.' }).collect::<String>();
-            raster.cells.chunks(4).map(row).collect::<Vec<_>>().join(" ")
+            projection.cells.chunks(4).map(row).collect::<Vec<_>>().join(" ")
         };
         assert_eq!(marks(&[]), "..#. .#.. #..#");
         assert_eq!(marks(&[(b, 1)]), "..#. .#.. #...");
         assert_eq!(marks(&[(b, 7)]), ".... .... ....");
-        let column = states.raster(Plane { row: None, column: r }, &[(c, 5)]).unwrap();
+        let column = states.projection(Plane { row: None, column: r }, &[(c, 5)]).unwrap();
         assert_eq!((column.rows, column.cells), (1, vec![false, false, true]));
         let slice = explored.slice(&[(b, 2), (c, 5)]).unwrap();
         assert_eq!(slice, explored.states_where("b = 2 & c = 5").unwrap());
@@ -243,7 +243,7 @@ fn planes_that_are_too_large_are_refused() {
     let model = Model::parse(text, "").unwrap();
     let plane = Plane { row: model.program().variable("x"), column: model.program().variable("y").unwrap() };
     let explored = model.explore(Settings::default()).unwrap();
-    assert!(matches!(explored.states().raster(plane, &[]), Err(Error::Limit(Limit::Size { .. }))));
+    assert!(matches!(explored.states().projection(plane, &[]), Err(Error::Limit(Limit::Size { .. }))));
 }
 
 #[test]

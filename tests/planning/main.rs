@@ -1,7 +1,6 @@
 //! The planning algorithms against literal definitions: on an engine of plain vectors, and on both
 //! engines of the library.
 
-mod atlas;
 mod differential;
 mod embed;
 #[path = "../common/engines.rs"]
@@ -12,6 +11,7 @@ mod larger;
 mod literal;
 mod plays;
 mod preorder;
+mod projections;
 mod regions;
 mod robot;
 mod strategies;

@@ -4,45 +4,47 @@ use serde_json::{Value as Json, json};
 
 use super::paint::{Paint, arrow};
 use super::{Content, Picture, palette};
-use crate::atlas::{Atlas, Ladder};
 use crate::dump::Edge;
 use crate::model::value::Type;
 use crate::planning::Rank;
+use crate::projections::{Ladder, Projections};
 
 /// The data as JSON that may stand in an HTML script element.
 pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
-    let atlas = paint.atlas;
-    let classes: Vec<Json> = atlas.classes.iter().enumerate().map(|(i, c)| class(paint, i, c.1)).collect();
+    let projections = paint.projections;
+    let classes: Vec<Json> =
+        projections.classes.iter().enumerate().map(|(i, c)| class(paint, i, c.1)).collect();
     let edges = |edges: &[Edge]| edges.iter().map(|e| e.number()).collect::<Vec<_>>();
-    let choice = |c: &crate::atlas::Direction| json!({"name": c.name, "arrow": arrow(c, atlas.rows_up)});
+    let choice =
+        |c: &crate::projections::Direction| json!({"name": c.name, "arrow": arrow(c, projections.rows_up)});
     let play: Vec<&Vec<i64>> = content.play.iter().flat_map(|p| &p.states).collect();
     let data = json!({
-        "variables": variables(atlas),
-        "row": atlas.plane.row.map(|v| v.index()),
-        "column": atlas.plane.column.index(),
-        "rows": atlas.rows(),
-        "columns": atlas.columns(),
-        "at": atlas.at,
+        "variables": variables(projections),
+        "row": projections.plane.row.map(|v| v.index()),
+        "column": projections.plane.column.index(),
+        "rows": projections.rows(),
+        "columns": projections.columns(),
+        "at": projections.at,
         "opening": paint.opening,
-        "projected": atlas.projected,
-        "width": atlas.diagram.variables.len(),
-        "nodes": nodes(atlas),
-        "scope": atlas.scope.number(),
-        "sasi": ladder(&atlas.sasi, paint, Picture::Sasi),
-        "spi": ladder(&atlas.spi, paint, Picture::Spi),
+        "projected": projections.projected,
+        "width": projections.diagram.variables.len(),
+        "nodes": nodes(projections),
+        "scope": projections.scope.number(),
+        "sasi": ladder(&projections.sasi, paint, Picture::Sasi),
+        "spi": ladder(&projections.spi, paint, Picture::Spi),
         "classes": classes,
         "objectives": content.preferences.objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
-        "targets": edges(&atlas.targets),
-        "choices": atlas.choices.iter().map(choice).collect::<Vec<_>>(),
+        "targets": edges(&projections.targets),
+        "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": play,
     });
     // No text may end the script element.
     data.to_string().replace('<', "\\u003c")
 }
 
-fn variables(atlas: &Atlas) -> Vec<Json> {
+fn variables(projections: &Projections) -> Vec<Json> {
     let mut all = Vec::new();
-    for (v, levels) in atlas.variables.iter().zip(&atlas.levels) {
+    for (v, levels) in projections.variables.iter().zip(&projections.levels) {
         let boolean = v.ty == Type::Bool;
         all.push(json!({"name": v.name, "bool": boolean, "low": v.low, "high": v.high, "levels": levels}));
     }
@@ -50,11 +52,11 @@ fn variables(atlas: &Atlas) -> Vec<Json> {
 }
 
 /// Three numbers a node: its level, where it is true, where it is false.
-fn nodes(atlas: &Atlas) -> Vec<i64> {
+fn nodes(projections: &Projections) -> Vec<i64> {
     let three = |n: &crate::dump::Node| {
         [i64::from(n.level), i64::from(n.then.number()), i64::from(n.otherwise.number())]
     };
-    atlas.diagram.nodes.iter().flat_map(three).collect()
+    projections.diagram.nodes.iter().flat_map(three).collect()
 }
 
 fn class(paint: &Paint<'_>, index: usize, edge: Edge) -> Json {

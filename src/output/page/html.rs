@@ -8,16 +8,16 @@ use super::super::simulate::TurnReport;
 use super::super::{ranks, text};
 use super::paint::Paint;
 use super::{Content, Picture, Play, bars, data, hasse, map, paint, words};
-use crate::atlas::Atlas;
 use crate::model::Variable;
 use crate::model::preference::Empty;
 use crate::model::value::Type;
 use crate::planning::{Rank, Scheduler};
+use crate::projections::Projections;
 
 /// The page.
 pub(super) fn page(content: &Content<'_>) -> String {
     let check = content.check;
-    let paint = content.atlas.map(|atlas| Paint::new(content, atlas));
+    let paint = content.projections.map(|projections| Paint::new(content, projections));
     let title = format!("{} · Meliora", file_name(&check.model.path));
     let page = html! {
         (DOCTYPE)
@@ -120,19 +120,20 @@ fn figure(label: &str, class: &str, rank: Option<Rank>, actions: Option<&Vec<Str
 }
 
 fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
-    let (atlas, opening) = (paint.atlas, &paint.opening);
+    let (projections, opening) = (paint.projections, &paint.opening);
     let open = opening.iter().any(Option::is_none);
     let inside = |index: usize| {
-        atlas.plane.row.is_some_and(|v| v.index() == index) || atlas.plane.column.index() == index
+        projections.plane.row.is_some_and(|v| v.index() == index) || projections.plane.column.index() == index
     };
-    let others = atlas.variables.iter().enumerate().filter(|(index, v)| !inside(*index) && v.low < v.high);
+    let others =
+        projections.variables.iter().enumerate().filter(|(index, v)| !inside(*index) && v.low < v.high);
     let others: Vec<(usize, &Variable)> = others.collect();
     html! {
         section #maps {
             h2 { "Where" }
-            @if !others.is_empty() && !atlas.projected {
+            @if !others.is_empty() && !projections.projected {
                 form.controls autocomplete="off" {
-                    @for (index, variable) in &others { (control(variable, opening[*index], atlas.at[*index])) }
+                    @for (index, variable) in &others { (control(variable, opening[*index], projections.at[*index])) }
                     div.buttons {
                         button #to-start type="button" { "as at the start" }
                         button #to-any type="button" { "any values" }
@@ -141,7 +142,7 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
             }
             @if content.play.is_some() { (stepper()) }
             p #view.hint aria-live="polite" data-open=(open) { (view_sentence(paint)) }
-            div.maps.strip[atlas.plane.row.is_none()] style=(format!("--least:{}rem", least_width(atlas))) {
+            div.maps.strip[projections.plane.row.is_none()] style=(format!("--least:{}rem", least_width(projections))) {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
             }
             p.hint { (key(content, paint)) }
@@ -151,8 +152,8 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
 }
 
 /// Numbers in cells are to be read: a map of many columns gets more room.
-fn least_width(atlas: &Atlas) -> usize {
-    (atlas.columns().len() * 3 / 2).clamp(19, 36)
+fn least_width(projections: &Projections) -> usize {
+    (projections.columns().len() * 3 / 2).clamp(19, 36)
 }
 
 /// What the signs in the maps mean.
@@ -177,13 +178,13 @@ fn key(content: &Content<'_>, paint: &Paint<'_>) -> String {
 }
 
 fn view_sentence(paint: &Paint<'_>) -> String {
-    let (atlas, view) = (paint.atlas, &paint.opening);
-    let values = map::view_text(atlas, view);
+    let (projections, view) = (paint.projections, &paint.opening);
+    let values = map::view_text(projections, view);
     let pale = match paint.cells.iter().flatten().any(|found| found.elsewhere) {
         true => " In pale cells no play has these values: the most that others allow.",
         false => "",
     };
-    match (atlas.projected, values.is_empty(), view.iter().any(Option::is_none)) {
+    match (projections.projected, values.is_empty(), view.iter().any(Option::is_none)) {
         (_, true, _) => String::new(),
         (true, ..) => {
             format!(

@@ -5,8 +5,8 @@ use maud::{Markup, PreEscaped, html};
 
 use super::paint::{Found, Paint, SIDE};
 use super::{Content, Picture, palette};
-use crate::atlas::{Atlas, View};
 use crate::engine::Scope;
+use crate::projections::{Projections, View};
 
 /// With more columns than this, numbers and arrows in the cells would be too small to be seen.
 const READABLE: usize = 24;
@@ -19,12 +19,12 @@ pub(super) fn style() -> Markup {
 }
 
 /// A map as a drawing on its own, with a title and a legend.
-pub(super) fn svg(content: &Content<'_>, atlas: &Atlas, picture: Picture) -> Markup {
-    let paint = Paint::new(content, atlas);
+pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Picture) -> Markup {
+    let paint = Paint::new(content, projections);
     let legend = paint.legend(picture);
-    let size = size(atlas);
+    let size = size(projections);
     let width = size.0.max(320);
-    let view = lines(&view_text(atlas, &paint.opening), width / 7);
+    let view = lines(&view_text(projections, &paint.opening), width / 7);
     let top = 34 + 16 * view.len();
     let (beside, height) = ((width / 100).max(1), top + size.1);
     let below = 24 * legend.len().div_ceil(beside) + 12;
@@ -67,10 +67,10 @@ fn lines(text: &str, width: usize) -> Vec<String> {
 
 /// A map as a part of the page.
 pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup {
-    let atlas = paint.atlas;
-    let (width, height) = size(atlas);
+    let projections = paint.projections;
+    let (width, height) = size(projections);
     let pale = paint.cells.iter().flatten().any(|found| found.elsewhere);
-    let widest = if atlas.plane.row.is_some() { (width * 8 / 5).clamp(200, 720) } else { width };
+    let widest = if projections.plane.row.is_some() { (width * 8 / 5).clamp(200, 720) } else { width };
     html! {
         figure.map id=(format!("map-{}", picture.name())) {
             figcaption {
@@ -87,7 +87,7 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
                 }
                 @if content.check.scope == Scope::Reachable {
                     li.wall-key { span.swatch.wall {} "never reached" }
-                    @if !atlas.projected { li.pale hidden[!pale] { span.swatch.pale {} "pale: not with these values" } }
+                    @if !projections.projected { li.pale hidden[!pale] { span.swatch.pale {} "pale: not with these values" } }
                 }
                 @if picture == Picture::Classes { li.several { span.swatch.several {} "several" } }
             }
@@ -103,35 +103,36 @@ fn hint(picture: Picture) -> &'static str {
     }
 }
 
-fn size(atlas: &Atlas) -> (usize, usize) {
-    let below = 5 * letters(atlas) / 2 + 6;
-    (left(atlas) + SIDE * atlas.columns().len() + 4, SIDE * atlas.rows().len() + below)
+fn size(projections: &Projections) -> (usize, usize) {
+    let below = 5 * letters(projections) / 2 + 6;
+    (left(projections) + SIDE * projections.columns().len() + 4, SIDE * projections.rows().len() + below)
 }
 
-fn is_large(atlas: &Atlas) -> bool {
-    atlas.columns().len() > READABLE
+fn is_large(projections: &Projections) -> bool {
+    projections.columns().len() > READABLE
 }
 
 /// How large the numbers of rows and columns are: pictures with many cells are shown smaller.
-fn letters(atlas: &Atlas) -> usize {
-    let cells = if atlas.plane.row.is_some() { atlas.columns().len() } else { 0 };
+fn letters(projections: &Projections) -> usize {
+    let cells = if projections.plane.row.is_some() { projections.columns().len() } else { 0 };
     (13 * cells / 10).max(16)
 }
 
 /// Room for the numbers of rows.
-fn left(atlas: &Atlas) -> usize {
-    2 * letters(atlas) + 12
+fn left(projections: &Projections) -> usize {
+    2 * letters(projections) + 12
 }
 
 /// `b=8, d=false`, or `any b, any d`.
-pub(super) fn view_text(atlas: &Atlas, view: &View) -> String {
-    let inside =
-        |index| atlas.plane.row.is_some_and(|r| r.index() == index) || atlas.plane.column.index() == index;
+pub(super) fn view_text(projections: &Projections, view: &View) -> String {
+    let inside = |index| {
+        projections.plane.row.is_some_and(|r| r.index() == index) || projections.plane.column.index() == index
+    };
     if view.len() > 3 && view.iter().enumerate().all(|(index, value)| value.is_none() || inside(index)) {
         return "any values of the other variables".to_owned();
     }
     let one = |(index, value): (usize, &Option<i64>)| {
-        let variable = &atlas.variables[index];
+        let variable = &projections.variables[index];
         let text = match value {
             Some(value) => format!("{}={}", variable.name, variable.show(*value)),
             None => format!("any {}", variable.name),
@@ -143,23 +144,23 @@ pub(super) fn view_text(atlas: &Atlas, view: &View) -> String {
 
 /// The cells with the numbers of their rows and columns.
 fn cells(picture: Picture, paint: &Paint<'_>) -> Markup {
-    let atlas = paint.atlas;
+    let projections = paint.projections;
     let ring = SIDE / 2 - 3;
     // In a picture of many small cells a ring of one cell would not be seen.
-    let many = atlas.columns().len().min(SIDE * atlas.rows().len() / 2);
+    let many = projections.columns().len().min(SIDE * projections.rows().len() / 2);
     html! {
         defs { pattern #wall width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)" {
             rect.wall width="6" height="6" {}
             line.wall x1="0" y1="0" x2="0" y2="6" {}
         } }
-        (axes(atlas, &atlas.rows(), &atlas.columns()))
+        (axes(projections, &projections.rows(), &projections.columns()))
         @for (i, row) in paint.cells.iter().enumerate() {
             @for (j, found) in row.iter().enumerate() {
-                (cell(picture, paint, (left(atlas) + SIDE * j, SIDE * i), found))
+                (cell(picture, paint, (left(projections) + SIDE * j, SIDE * i), found))
             }
         }
-        @if let Some((i, j)) = start(atlas) {
-            @let (x, y) = (left(atlas) + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
+        @if let Some((i, j)) = start(projections) {
+            @let (x, y) = (left(projections) + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
             circle.start cx=(x) cy=(y) r=(ring.max(many)) { title { "where planning starts" } }
         }
         rect.chosen width=(SIDE) height=(SIDE) visibility="hidden" {}
@@ -168,31 +169,31 @@ fn cells(picture: Picture, paint: &Paint<'_>) -> Markup {
 }
 
 /// Where the state that is shown first stands.
-fn start(atlas: &Atlas) -> Option<(usize, usize)> {
-    let value = |variable: crate::model::VarId| atlas.at[variable.index()];
-    let row = atlas.plane.row.map_or(0, value);
-    let i = atlas.rows().iter().position(|&r| r == row)?;
-    Some((i, atlas.columns().iter().position(|&c| c == value(atlas.plane.column))?))
+fn start(projections: &Projections) -> Option<(usize, usize)> {
+    let value = |variable: crate::model::VarId| projections.at[variable.index()];
+    let row = projections.plane.row.map_or(0, value);
+    let i = projections.rows().iter().position(|&r| r == row)?;
+    Some((i, projections.columns().iter().position(|&c| c == value(projections.plane.column))?))
 }
 
-fn axes(atlas: &Atlas, rows: &[i64], columns: &[i64]) -> Markup {
-    let (left, size, bottom) = (left(atlas), letters(atlas), SIDE * rows.len());
+fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
+    let (left, size, bottom) = (left(projections), letters(projections), SIDE * rows.len());
     let (first, second) = (bottom + size + 3, bottom + 9 * size / 4 + 3);
-    let name = |v: crate::model::VarId| atlas.variables[v.index()].name.as_str();
+    let name = |v: crate::model::VarId| projections.variables[v.index()].name.as_str();
     let font = format!("font-size:{size}px");
     let anchored = |anchor: &str| format!("{font};text-anchor:{anchor}");
     // About twelve numbers are enough.
     let (down, along) = (rows.len().div_ceil(12), columns.len().div_ceil(12));
     html! {
-        @if let Some(row) = atlas.plane.row {
+        @if let Some(row) = projections.plane.row {
             @for (i, value) in rows.iter().enumerate().step_by(down) {
                 text.axis x=(left - 8) y=(SIDE * i + SIDE / 2 + size / 3) style=(anchored("end")) { (value) }
             }
             text.axis x="2" y=(second) style=(anchored("start")) {
-                (name(row)) (if atlas.rows_up { " ↑ " } else { " ↓ " }) (name(atlas.plane.column)) " →"
+                (name(row)) (if projections.rows_up { " ↑ " } else { " ↓ " }) (name(projections.plane.column)) " →"
             }
         } @else {
-            text.axis x="2" y=(second) style=(anchored("start")) { (name(atlas.plane.column)) " →" }
+            text.axis x="2" y=(second) style=(anchored("start")) { (name(projections.plane.column)) " →" }
         }
         @for (j, value) in columns.iter().enumerate().step_by(along) {
             text.axis x=(left + SIDE * j + SIDE / 2) y=(first) style=(font) { (value) }
@@ -202,12 +203,12 @@ fn axes(atlas: &Atlas, rows: &[i64], columns: &[i64]) -> Markup {
 
 fn cell(picture: Picture, paint: &Paint<'_>, (x, y): (usize, usize), found: &Found) -> Markup {
     let look = paint.look(picture, found);
-    let place = !found.letters.is_empty() && paint.atlas.columns().len() > ROOMY;
+    let place = !found.letters.is_empty() && paint.projections.columns().len() > ROOMY;
     html! {
         g.cell.elsewhere[found.elsewhere].place[place] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
             data-value=(if found.elsewhere { "" } else { &look.text }) {
             rect width=(SIDE) height=(SIDE) fill=(look.fill) {}
-            @if !is_large(paint.atlas) {
+            @if !is_large(paint.projections) {
                 text class=(size_class(&look.text)) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
                 @if picture != Picture::Classes {
                     path.arrows fill=(look.ink) d=(paint.arrows(picture, found)) {}

@@ -7,9 +7,9 @@ use super::super::report::show_state;
 use super::super::{ranks, text};
 use super::map::view_text;
 use super::{Content, Number, words};
-use crate::atlas::Atlas;
 use crate::escape;
 use crate::model::hasse::Hasse;
+use crate::projections::Projections;
 
 /// More columns than this make a map that no screen shows.
 const WIDEST: usize = 64;
@@ -30,8 +30,8 @@ pub(super) fn render(content: &Content<'_>) -> String {
         }
         out.push('\n');
     }
-    if let Some(atlas) = content.atlas {
-        out.push_str(&map(atlas));
+    if let Some(projections) = content.projections {
+        out.push_str(&map(projections));
     }
     out.push_str(&levels(check));
     out.push_str(&objectives(check));
@@ -71,18 +71,18 @@ fn heading(cells: &[&str]) -> Vec<Vec<String>> {
 }
 
 /// SASI ranks by cells.
-fn map(atlas: &Atlas) -> String {
-    let (rows, columns) = (atlas.rows(), atlas.columns());
+fn map(projections: &Projections) -> String {
+    let (rows, columns) = (projections.rows(), projections.columns());
     if columns.len() > WIDEST {
         return String::new();
     }
-    let opening = atlas.opening();
-    let view = view_text(atlas, &opening);
+    let opening = projections.opening();
+    let view = view_text(projections, &opening);
     let view = if view.is_empty() { view } else { format!(" for {view}") };
     let mut out = format!("## Guaranteed improvements (SASI ranks){view}\n\n```text\n");
     let mut others = false;
     for row in rows {
-        let mark = |&column: &i64| match atlas.found(&opening, row, column) {
+        let mark = |&column: &i64| match projections.found(&opening, row, column) {
             Some((cell, exact)) => {
                 others |= !exact;
                 ranks::mark(Some(cell.sasi))
@@ -90,7 +90,7 @@ fn map(atlas: &Atlas) -> String {
             None => "·".to_owned(),
         };
         let line: Vec<String> = columns.iter().map(mark).collect();
-        let label = atlas.plane.row.map_or_else(String::new, |_| format!("{row:>4}  "));
+        let label = projections.plane.row.map_or_else(String::new, |_| format!("{row:>4}  "));
         let _ = writeln!(out, "{label}{}", line.join(" "));
     }
     out.push_str("```\n\n");

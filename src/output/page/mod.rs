@@ -20,11 +20,11 @@ pub use report::{PageReport, Written};
 
 use super::simulate::TraceReport;
 use super::{CheckReport, Number};
-use crate::atlas::Atlas;
 use crate::model::preference::{Outline, Preferences};
 use crate::model::{Program, State};
 use crate::planning::simulate::PlayEnd;
 use crate::planning::{Kind, Scheduler};
+use crate::projections::Projections;
 
 /// All that a page shows.
 pub struct Content<'a> {
@@ -35,7 +35,7 @@ pub struct Content<'a> {
     /// The preferences.
     pub preferences: &'a Preferences,
     /// The regions over a plane; none where no plane was named or guessed.
-    pub atlas: Option<&'a Atlas>,
+    pub projections: Option<&'a Projections>,
     /// A play; none where there is nothing to play for.
     pub play: Option<&'a Play>,
 }
@@ -109,7 +109,7 @@ impl Content<'_> {
     pub fn svg(&self, picture: Picture) -> Option<String> {
         let drawn = match picture {
             Picture::Hasse => hasse::svg(&self.order(), true),
-            _ => map::svg(self, self.atlas?, picture),
+            _ => map::svg(self, self.projections?, picture),
         };
         Some(drawn.into_string())
     }

@@ -2,19 +2,19 @@
 
 use super::palette::{self, Rgb};
 use super::{Content, Picture};
-use crate::atlas::{Atlas, Cell, Direction, Ladder, View};
 use crate::model::preference::ObjectiveSet;
 use crate::output::{ranks, text};
 use crate::planning::Rank;
+use crate::projections::{Cell, Direction, Ladder, Projections, View};
 
 /// The side of a cell.
 pub(super) const SIDE: usize = 40;
 /// Texts with more letters do not fit into a cell.
 const LONGEST: usize = 8;
 
-/// The opening view of an atlas with the colours and words for it.
+/// The opening view of projections with the colours and words for it.
 pub(super) struct Paint<'a> {
-    pub(super) atlas: &'a Atlas,
+    pub(super) projections: &'a Projections,
     /// The names of the classes.
     pub(super) names: Vec<String>,
     /// Their names in cells.
@@ -50,21 +50,21 @@ pub(super) struct Look {
 }
 
 impl<'a> Paint<'a> {
-    pub(super) fn new(content: &Content<'_>, atlas: &'a Atlas) -> Self {
+    pub(super) fn new(content: &Content<'_>, projections: &'a Projections) -> Self {
         let name = |class: &_| {
             let names = content.preferences.names(class);
             text::names(&names.into_iter().map(str::to_owned).collect::<Vec<_>>())
         };
         // The fixpoint has a colour of its own.
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
-        let opening = atlas.opening();
+        let opening = projections.opening();
         Paint {
-            atlas,
-            names: atlas.classes.iter().map(|(class, _)| name(class)).collect(),
-            marks: marks(content, atlas),
-            places: places(content, atlas),
-            greatest: [greatest(&atlas.sasi), greatest(&atlas.spi)],
-            cells: found(content, atlas, &opening),
+            projections,
+            names: projections.classes.iter().map(|(class, _)| name(class)).collect(),
+            marks: marks(content, projections),
+            places: places(content, projections),
+            greatest: [greatest(&projections.sasi), greatest(&projections.spi)],
+            cells: found(content, projections, &opening),
             opening,
         }
     }
@@ -99,15 +99,15 @@ impl<'a> Paint<'a> {
 
     /// The arrows of the permitted choices in a cell, where no variable is open.
     pub(super) fn arrows(&self, picture: Picture, found: &Found) -> String {
-        let view = self.atlas.view(&self.opening, found.row, found.column);
+        let view = self.projections.view(&self.opening, found.row, found.column);
         let mut path = String::new();
         if found.elsewhere || view.iter().any(Option::is_none) {
             return path;
         }
-        let ladder = ladder(self.atlas, picture);
-        for (choice, &edge) in self.atlas.choices.iter().zip(&ladder.permitted) {
-            let arrow = arrow(choice, self.atlas.rows_up);
-            if !path.contains(&arrow) && self.atlas.holds(edge, &view) {
+        let ladder = ladder(self.projections, picture);
+        for (choice, &edge) in self.projections.choices.iter().zip(&ladder.permitted) {
+            let arrow = arrow(choice, self.projections.rows_up);
+            if !path.contains(&arrow) && self.projections.holds(edge, &view) {
                 path.push_str(&arrow);
             }
         }
@@ -124,7 +124,7 @@ impl<'a> Paint<'a> {
             let one = |index| (self.class(index).0, label(index));
             return (0..self.names.len()).map(one).collect();
         }
-        let ladder = ladder(self.atlas, picture);
+        let ladder = ladder(self.projections, picture);
         let last = ladder.levels.len();
         let mut ranks: Vec<Rank> = (0..=last).map(Rank::Finite).collect();
         if ladder.open {
@@ -142,19 +142,20 @@ impl<'a> Paint<'a> {
     }
 }
 
-fn ladder(atlas: &Atlas, picture: Picture) -> &Ladder {
-    if picture == Picture::Spi { &atlas.spi } else { &atlas.sasi }
+fn ladder(projections: &Projections, picture: Picture) -> &Ladder {
+    if picture == Picture::Spi { &projections.spi } else { &projections.sasi }
 }
 
 /// The cells of a view.
-fn found(content: &Content<'_>, atlas: &Atlas, view: &View) -> Vec<Vec<Found>> {
-    let open: View = vec![None; atlas.variables.len()];
-    let everywhere = everywhere(atlas);
+fn found(content: &Content<'_>, projections: &Projections, view: &View) -> Vec<Vec<Found>> {
+    let open: View = vec![None; projections.variables.len()];
+    let everywhere = everywhere(projections);
     let letters = letters(content);
     let one = |row: i64, column: i64| {
-        let any = atlas.view(&open, row, column);
-        let targets: Vec<usize> = atlas.targets_at(&any).into_iter().filter(|&i| !everywhere[i]).collect();
-        let (cell, exact) = atlas.found(view, row, column).unzip();
+        let any = projections.view(&open, row, column);
+        let targets: Vec<usize> =
+            projections.targets_at(&any).into_iter().filter(|&i| !everywhere[i]).collect();
+        let (cell, exact) = projections.found(view, row, column).unzip();
         Found {
             row,
             column,
@@ -164,8 +165,12 @@ fn found(content: &Content<'_>, atlas: &Atlas, view: &View) -> Vec<Vec<Found>> {
             targets,
         }
     };
-    let columns = atlas.columns();
-    atlas.rows().into_iter().map(|row| columns.iter().map(|&column| one(row, column)).collect()).collect()
+    let columns = projections.columns();
+    projections
+        .rows()
+        .into_iter()
+        .map(|row| columns.iter().map(|&column| one(row, column)).collect())
+        .collect()
 }
 
 /// For each objective the letter that stands for it; none where two begin with the same one.
@@ -186,12 +191,12 @@ fn corner_letters(letters: &Option<Vec<String>>, targets: &[usize]) -> Vec<Strin
 }
 
 /// What classes are called in cells: by their names or, where these would not fit, by numbers.
-fn marks(content: &Content<'_>, atlas: &Atlas) -> Vec<String> {
+fn marks(content: &Content<'_>, projections: &Projections) -> Vec<String> {
     let name = |class: &ObjectiveSet| match class.is_empty() {
         true => "–".to_owned(),
         false => content.preferences.names(class).join(","),
     };
-    let names: Vec<String> = atlas.classes.iter().map(|(class, _)| name(class)).collect();
+    let names: Vec<String> = projections.classes.iter().map(|(class, _)| name(class)).collect();
     if names.iter().all(|name| name.chars().count() <= LONGEST) {
         return names;
     }
@@ -203,23 +208,24 @@ fn marks(content: &Content<'_>, atlas: &Atlas) -> Vec<String> {
 }
 
 /// The classes by size, so that the strongest colours go to the largest.
-fn places(content: &Content<'_>, atlas: &Atlas) -> Vec<Option<usize>> {
+fn places(content: &Content<'_>, projections: &Projections) -> Vec<Option<usize>> {
     let sizes = content.check.classes.as_deref().unwrap_or_default();
     let size = |class: usize| sizes.get(class).map(|c| c.states.clone());
     let mut order: Vec<usize> =
-        (0..atlas.classes.len()).filter(|&c| !atlas.classes[c].0.is_empty()).collect();
+        (0..projections.classes.len()).filter(|&c| !projections.classes[c].0.is_empty()).collect();
     order.sort_by_key(|&class| std::cmp::Reverse(size(class)));
-    (0..atlas.classes.len()).map(|c| order.iter().position(|&o| o == c)).collect()
+    (0..projections.classes.len()).map(|c| order.iter().position(|&o| o == c)).collect()
 }
 
 /// For each objective whether its target can be in all four corners of the plane: then it is not a place.
-fn everywhere(atlas: &Atlas) -> Vec<bool> {
-    let open: View = vec![None; atlas.variables.len()];
-    let (rows, columns) = (atlas.rows(), atlas.columns());
+fn everywhere(projections: &Projections) -> Vec<bool> {
+    let open: View = vec![None; projections.variables.len()];
+    let (rows, columns) = (projections.rows(), projections.columns());
     let ends = |values: &[i64]| [values.first().copied().unwrap_or(0), values.last().copied().unwrap_or(0)];
     let corners = ends(&rows).into_iter().flat_map(|r| ends(&columns).map(|c| (r, c)));
-    let found: Vec<Vec<usize>> = corners.map(|(r, c)| atlas.targets_at(&atlas.view(&open, r, c))).collect();
-    (0..atlas.targets.len()).map(|i| found.iter().all(|here| here.contains(&i))).collect()
+    let found: Vec<Vec<usize>> =
+        corners.map(|(r, c)| projections.targets_at(&projections.view(&open, r, c))).collect();
+    (0..projections.targets.len()).map(|i| found.iter().all(|here| here.contains(&i))).collect()
 }
 
 /// A triangle at the edge of a cell, on the side to which the choice leads; none where it leads nowhere.

@@ -1,19 +1,19 @@
 //! A set of states over a plane of one or two variables.
 
 use super::{Exploration, States};
-use crate::atlas::Plane;
 use crate::engine::Algebra;
 use crate::engine::any::AnyStates;
 use crate::engine::symbolic::{Set, StateSet, SymbolicEngine};
 use crate::error::{Error, Limit, Result};
 use crate::model::{Program, VarId};
+use crate::projections::Plane;
 
-/// A raster has at most so many cells.
+/// A projection has at most so many cells.
 const MOST_CELLS: u64 = 1 << 28;
 
 /// For each cell of a plane whether some state of a set lies there.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Raster {
+pub struct Projection {
     /// How many rows: the values of the row's variable, or 1.
     pub rows: usize,
     /// How many columns.
@@ -57,25 +57,25 @@ impl States {
     /// # Errors
     /// A limit; too many cells. Cost: symbolically a conjunction a bit, a quantification and a path a cell,
     /// explicitly a look at each state.
-    pub fn raster(&self, plane: Plane, fixed: &[(VarId, i64)]) -> Result<Raster> {
+    pub fn projection(&self, plane: Plane, fixed: &[(VarId, i64)]) -> Result<Projection> {
         let program = self.engine().program();
-        let mut raster = Raster::empty(program, plane)?;
+        let mut projection = Projection::empty(program, plane)?;
         match (self.set(), self.engine().symbolic(), self.engine().explicit()) {
             (AnyStates::Symbolic(x), Some(engine), _) => {
                 let slice = engine.intersection(&engine.slice(fixed)?, x)?;
-                raster.fill(engine, &slice, plane)?;
+                projection.fill(engine, &slice, plane)?;
             }
             (AnyStates::Explicit(x), _, Some(engine)) => {
                 let place = Place::new(program, plane);
                 engine.visit(x, &mut |state| {
                     if fits(state, fixed) {
-                        raster.cells[place.row(state) * raster.columns + place.column(state)] = true;
+                        projection.cells[place.row(state) * projection.columns + place.column(state)] = true;
                     }
                 })?;
             }
             _ => return Err(Error::Usage("a set of another engine".to_owned())),
         }
-        Ok(raster)
+        Ok(projection)
     }
 }
 
@@ -105,7 +105,7 @@ impl Place {
     }
 }
 
-impl Raster {
+impl Projection {
     fn empty(program: &Program, plane: Plane) -> Result<Self> {
         let values = |v: VarId| {
             let variable = &program.variables[v.index()];
@@ -118,7 +118,7 @@ impl Raster {
             return Err(Limit::Size { what }.into());
         }
         let (rows, columns) = (rows as usize, columns as usize);
-        Ok(Raster { rows, columns, cells: vec![false; rows * columns] })
+        Ok(Projection { rows, columns, cells: vec![false; rows * columns] })
     }
 
     /// Marks the cells of a set: follows the bits of each cell through the diagram of what the set is when

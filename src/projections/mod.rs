@@ -22,7 +22,7 @@ use crate::planning::Rank;
 
 /// Regions and strategies over a plane.
 #[derive(Debug, Clone)]
-pub struct Atlas {
+pub struct Projections {
     /// The variables of the model.
     pub variables: Vec<Variable>,
     /// For each variable the levels of its bits in the diagram, least significant first.
@@ -61,7 +61,7 @@ pub struct Ladder {
     pub unbounded: Option<Edge>,
     /// Whether there may be more levels: `--max-level` ended the search.
     pub open: bool,
-    /// For each choice of [`Atlas::choices`] the states in which the permissive strategy of their own
+    /// For each choice of [`Projections::choices`] the states in which the permissive strategy of their own
     /// rank permits it.
     pub permitted: Vec<Edge>,
 }
@@ -87,11 +87,11 @@ pub struct Cell {
     pub sasi: Rank,
     /// The greatest SPI rank.
     pub spi: Rank,
-    /// The classes of states that fit, by their positions in [`Atlas::classes`].
+    /// The classes of states that fit, by their positions in [`Projections::classes`].
     pub classes: Vec<usize>,
 }
 
-impl Atlas {
+impl Projections {
     /// What holds in the states that fit a view; none where there are none.
     ///
     /// Cost: for each region, with no variable open, its number of bits; else its nodes at most.
@@ -154,7 +154,7 @@ impl Atlas {
         (variable.low..=variable.high).collect()
     }
 
-    /// What to show first: the values of [`Atlas::at`].
+    /// What to show first: the values of [`Projections::at`].
     pub fn opening(&self) -> View {
         match self.projected {
             true => vec![None; self.at.len()],

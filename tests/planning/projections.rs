@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::sync::Arc;
 
-use meliora::atlas::{self, Atlas, Plane};
 use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
+use meliora::projections::{self, Plane, Projections};
 
-/// The robot with its analysis and an atlas over its plane, handed to a test.
+/// The robot with its analysis and projections over its plane, handed to a test.
 fn with_atlas(
     scope: Scope,
     nodes: usize,
-    test: impl Fn(&SymbolicEngine, &Analysis<'_, SymbolicEngine>, &Atlas),
+    test: impl Fn(&SymbolicEngine, &Analysis<'_, SymbolicEngine>, &Projections),
 ) {
     let read = |name: &str| SourceFile::new(name, fs::read_to_string(name).unwrap());
     let mut program =
@@ -29,17 +29,17 @@ fn with_atlas(
         Analysis::new(&engine, &preferences, Options { safety: Safety::Action, max_level: None });
     analysis.run(&mut |_| ()).unwrap();
     let at = engine.list_states(&engine.initial_states(), 1).unwrap().remove(0);
-    let atlas = atlas::build(&analysis, plane, &at, nodes).unwrap();
-    test(&engine, &analysis, &atlas);
+    let projections = projections::build(&analysis, plane, &at, nodes).unwrap();
+    test(&engine, &analysis, &projections);
 }
 
 #[test]
 fn cells_say_of_each_state_what_the_sets_say() {
-    with_atlas(Scope::All, usize::MAX, |engine, analysis, atlas| {
-        assert!(!atlas.projected && atlas.rows_up);
+    with_atlas(Scope::All, usize::MAX, |engine, analysis, projections| {
+        assert!(!projections.projected && projections.rows_up);
         for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
             let view = state.iter().copied().map(Some).collect();
-            let cell = atlas.cell(&view).unwrap();
+            let cell = projections.cell(&view).unwrap();
             let rank = |kind| analysis.levels(kind).rank(engine, &state);
             assert_eq!((cell.sasi, cell.spi), (rank(Kind::Sasi), rank(Kind::Spi)), "{state:?}");
             let class = analysis.classes().unwrap().of(engine, &state).unwrap();
@@ -50,17 +50,19 @@ fn cells_say_of_each_state_what_the_sets_say() {
 
 #[test]
 fn arrows_are_the_permitted_actions_and_point_where_they_lead() {
-    with_atlas(Scope::Reachable, usize::MAX, |engine, analysis, atlas| {
+    with_atlas(Scope::Reachable, usize::MAX, |engine, analysis, projections| {
         let directions: Vec<(&str, i8, i8)> =
-            atlas.choices.iter().map(|c| (c.name.as_str(), c.row, c.column)).collect();
+            projections.choices.iter().map(|c| (c.name.as_str(), c.row, c.column)).collect();
         assert_eq!(directions[..4], [("N", 1, 0), ("S", -1, 0), ("E", 0, 1), ("W", 0, -1)]);
         for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
             let view = state.iter().copied().map(Some).collect();
             let prospects = analysis.prospects(engine.program(), &state).unwrap();
-            for (plan, ladder) in [(prospects.sasi, &atlas.sasi), (prospects.spi, &atlas.spi)] {
-                let here = atlas.choices.iter().zip(&ladder.permitted);
-                let names: Vec<&str> =
-                    here.filter(|(_, e)| atlas.holds(**e, &view)).map(|(c, _)| c.name.as_str()).collect();
+            for (plan, ladder) in [(prospects.sasi, &projections.sasi), (prospects.spi, &projections.spi)] {
+                let here = projections.choices.iter().zip(&ladder.permitted);
+                let names: Vec<&str> = here
+                    .filter(|(_, e)| projections.holds(**e, &view))
+                    .map(|(c, _)| c.name.as_str())
+                    .collect();
                 let plan = plan.unwrap().actions;
                 let plain: Vec<&str> = plan.iter().map(|a| a.split('(').next().unwrap()).collect();
                 assert_eq!(names, plain, "{state:?}");
@@ -71,7 +73,7 @@ fn arrows_are_the_permitted_actions_and_point_where_they_lead() {
 
 #[test]
 fn open_variables_give_the_best_that_some_value_allows() {
-    with_atlas(Scope::Reachable, usize::MAX, |engine, analysis, atlas| {
+    with_atlas(Scope::Reachable, usize::MAX, |engine, analysis, projections| {
         let mut best: BTreeMap<(i64, i64), usize> = BTreeMap::new();
         for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
             let Rank::Finite(rank) = analysis.levels(Kind::Sasi).rank(engine, &state) else { panic!() };
@@ -81,11 +83,11 @@ fn open_variables_give_the_best_that_some_value_allows() {
         let open = vec![None; 7];
         for row in 0..5 {
             for column in 0..5 {
-                let cell = atlas.cell(&atlas.view(&open, row, column));
+                let cell = projections.cell(&projections.view(&open, row, column));
                 let expected = best.get(&(row, column)).map(|&k| Rank::Finite(k));
                 assert_eq!(cell.as_ref().map(|c| c.sasi), expected, "{row},{column}");
                 // With the battery full there is but one state: the others are spoken of all the same.
-                let found = atlas.found(&atlas.opening(), row, column);
+                let found = projections.found(&projections.opening(), row, column);
                 assert_eq!(found.as_ref().is_some_and(|f| f.1), (row, column) == (2, 2));
                 assert!((row, column) == (2, 2) || found.map(|f| f.0) == cell, "{row},{column}");
             }
@@ -96,16 +98,18 @@ fn open_variables_give_the_best_that_some_value_allows() {
 #[test]
 fn what_is_too_large_loses_first_its_arrows_and_then_its_sliders() {
     with_atlas(Scope::Reachable, usize::MAX, |_, _, whole| {
-        with_atlas(Scope::Reachable, whole.diagram.nodes.len() - 1, |_, _, atlas| {
-            assert!(!atlas.projected && atlas.choices.is_empty() && atlas.rows_up);
-            assert!(atlas.diagram.nodes.len() < whole.diagram.nodes.len());
+        with_atlas(Scope::Reachable, whole.diagram.nodes.len() - 1, |_, _, projections| {
+            assert!(!projections.projected && projections.choices.is_empty() && projections.rows_up);
+            assert!(projections.diagram.nodes.len() < whole.diagram.nodes.len());
         });
-        with_atlas(Scope::Reachable, 100, |_, _, atlas| {
-            assert!(atlas.projected && atlas.diagram.nodes.len() <= 100);
+        with_atlas(Scope::Reachable, 100, |_, _, projections| {
+            assert!(projections.projected && projections.diagram.nodes.len() <= 100);
             for row in 0..5 {
                 for column in 0..5 {
-                    let cell = |atlas: &Atlas| atlas.cell(&atlas.view(&vec![None; 7], row, column));
-                    assert_eq!(cell(atlas), cell(whole), "{row},{column}");
+                    let cell = |projections: &Projections| {
+                        projections.cell(&projections.view(&vec![None; 7], row, column))
+                    };
+                    assert_eq!(cell(projections), cell(whole), "{row},{column}");
                 }
             }
         });

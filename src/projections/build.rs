@@ -1,6 +1,6 @@
-//! From a finished analysis to an atlas.
+//! From a finished analysis to projections.
 
-use super::{Atlas, Ladder, Plane, directions, levels};
+use super::{Ladder, Plane, Projections, directions, levels};
 use crate::dump::{Diagram, Edge};
 use crate::engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
 use crate::engine::{Dumpable, Engine};
@@ -30,7 +30,7 @@ struct Rungs {
     permitted: Vec<StateSet>,
 }
 
-/// The atlas of a finished analysis over a plane, through a state. Where its diagram would have more nodes
+/// The projections of a finished analysis over a plane, through a state. Where its diagram would have more nodes
 /// than `most_nodes`, the permitted choices are left out; where that is not enough, the sets are
 /// projected onto the plane, so that nothing can be asked of the other variables.
 ///
@@ -42,7 +42,7 @@ pub fn build<E: Dumpable>(
     plane: Plane,
     at: &[i64],
     most_nodes: usize,
-) -> Result<Atlas> {
+) -> Result<Projections> {
     let engine = analysis.engine().diagrams()?;
     let labels = export::choice_labels(engine);
     let arrows = if labels.len() > MOST_CHOICES { 0 } else { labels.len() };
@@ -65,7 +65,7 @@ pub fn build<E: Dumpable>(
     let mut next = || roots.next().unwrap_or(Edge::FALSE);
     let scope = next();
     let [sasi, spi] = sets.ladders.map(|rungs| rungs.ladder(&mut next));
-    Ok(Atlas {
+    Ok(Projections {
         variables: engine.program().variables.clone(),
         levels: levels(engine.encoding()),
         plane,
