@@ -15,7 +15,7 @@ use crate::planning::{
     Analysis, AnalysisResult, Event, FiniteMemoryStrategy, Kind, Options, Phase, Rank, Setup, Simulation,
 };
 
-/// Outcomes, classes, improvement MDP and levels of an explored model under preferences.
+/// WinningRegions, classes, improvement MDP and levels of an explored model under preferences.
 pub struct Planning {
     engine: Arc<AnyEngine>,
     preferences: Arc<Preferences>,

@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::names;
 use crate::planning::improvement::Arena;
 use crate::planning::levels::{End, entering};
-use crate::planning::outcomes::Outcome;
+use crate::planning::winning_regions::ObjectiveRegions;
 use crate::planning::{Analysis, Kind, Safety, strategy};
 
 type Of<'a> = Analysis<'a, SymbolicEngine>;
@@ -44,7 +44,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
 fn outcome_layers(
     engine: &SymbolicEngine,
     name: &str,
-    outcome: &Outcome<SymbolicEngine>,
+    outcome: &ObjectiveRegions<SymbolicEngine>,
     named: &mut Vec<Named>,
 ) -> Result<()> {
     let positive = backward(engine, &outcome.target, &engine.all_choices())?;

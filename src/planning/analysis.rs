@@ -7,10 +7,10 @@ use super::classes::Classes;
 use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::{Improvement, Safety};
 use super::levels::{End, Kind, Levels, Rank};
-use super::outcomes::Outcomes;
 use super::result::{
     AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
+use super::winning_regions::WinningRegions;
 use super::{strategy, temporal};
 use crate::engine::{Count, Engine};
 use crate::error::{Error, Result};
@@ -90,12 +90,12 @@ pub enum Event<'a> {
     Finished(Phase, Duration),
 }
 
-/// Outcomes, classes, improvement MDP and levels of one model under one preference file.
+/// WinningRegions, classes, improvement MDP and levels of one model under one preference file.
 pub struct Analysis<'a, E: Engine> {
     engine: Held<'a, E>,
     preferences: Held<'a, Preferences>,
     options: Options,
-    outcomes: Option<Outcomes<E>>,
+    outcomes: Option<WinningRegions<E>>,
     // Shared with the strategies made of them.
     classes: Option<Arc<Classes<E>>>,
     improvement: Option<Arc<Improvement<E>>>,
@@ -128,7 +128,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
     ///
     /// # Errors
     /// A limit of the engine, or a target without a value in some state. What was found before
-    /// stays in [`Analysis::result`]. Cost: that of the phases; see [`Outcomes::advance`],
+    /// stays in [`Analysis::result`]. Cost: that of the phases; see [`WinningRegions::advance`],
     /// [`Improvement::new`] and [`super::levels::next_level`].
     pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         Phase::ALL.into_iter().try_for_each(|phase| self.run_phase(phase, listener))
@@ -176,7 +176,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Ok(())
     }
 
-    /// The regions of the objectives, and the classes. Cost: see [`Outcomes::advance`] and [`Classes::new`].
+    /// The regions of the objectives, and the classes. Cost: see [`WinningRegions::advance`] and [`Classes::new`].
     fn run_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.outcomes.is_none() {
             let target = |o: &Objective| match &o.goal {
@@ -185,14 +185,14 @@ impl<'a, E: Engine> Analysis<'a, E> {
                 Goal::Satisfy { condition, .. } => temporal::secured(&*self.engine, condition),
             };
             let targets = self.preferences.objectives.iter().map(target).collect::<Result<Vec<_>>>()?;
-            self.outcomes = Some(Outcomes::new(&*self.engine, targets)?);
+            self.outcomes = Some(WinningRegions::new(&*self.engine, targets)?);
         }
         while let Some(counts) = self.next_outcome()? {
             listener(Event::Objective(&counts));
             self.result.objectives.push(counts);
             self.result.objectives.sort_by_key(|o| o.objective);
         }
-        let Some(almost_sure) = self.outcomes.as_ref().and_then(Outcomes::almost_sure) else {
+        let Some(almost_sure) = self.outcomes.as_ref().and_then(WinningRegions::almost_sure) else {
             return Ok(());
         };
         let classes = Classes::new(&*self.engine, &self.preferences, &almost_sure)?;
@@ -329,7 +329,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
     }
 
     /// The regions of the objectives, once begun.
-    pub fn outcomes(&self) -> Option<&Outcomes<E>> {
+    pub fn outcomes(&self) -> Option<&WinningRegions<E>> {
         self.outcomes.as_ref()
     }
 

@@ -2,7 +2,7 @@
 //!
 //! | The paper | here |
 //! | --- | --- |
-//! | outcomes, MP(s) | [`outcomes`], [`classes`] |
+//! | outcomes, MP(s) | [`winning_regions`], [`classes`] |
 //! | Definition "Improvement MDP" | [`improvement`] |
 //! | Algorithm "Level set", rank | [`levels`] |
 //! | SPI and SASI strategies | [`strategy`], [`finite_memory`] |
@@ -17,12 +17,12 @@ pub mod finite_memory;
 pub mod improvement;
 pub mod induced_model;
 pub mod levels;
-pub mod outcomes;
 pub mod regions;
 pub mod result;
 pub mod simulate;
 pub mod strategy;
 pub mod temporal;
+pub mod winning_regions;
 
 pub use analysis::{Analysis, Event, Options, Phase};
 pub use classes::{Class, Classes};
@@ -31,6 +31,6 @@ pub use finite_memory::{FiniteMemoryStrategy, Memory};
 pub use improvement::{Improvement, Safety};
 pub use induced_model::{InducedModel, Scheduler};
 pub use levels::{Kind, Levels, Rank};
-pub use outcomes::Outcomes;
 pub use result::AnalysisResult;
 pub use simulate::{Setup, Simulation};
+pub use winning_regions::WinningRegions;

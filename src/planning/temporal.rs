@@ -4,7 +4,7 @@
 //! to for ever; a play that satisfies the condition almost surely comes to one of them (L. de Alfaro, *Formal
 //! verification of probabilistic systems*, 1997).
 
-use super::outcomes::almost_sure_within;
+use super::winning_regions::almost_sure_within;
 use crate::engine::regions::{Regions, Which, pmax_positive};
 use crate::engine::{Engine, Region};
 use crate::error::Result;

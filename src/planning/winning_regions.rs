@@ -5,7 +5,7 @@ use crate::engine::{Count, Engine};
 use crate::error::Result;
 
 /// The regions of one objective.
-pub struct Outcome<E: Engine> {
+pub struct ObjectiveRegions<E: Engine> {
     /// F: the target itself.
     pub target: E::States,
     /// PWin(F): where some strategy reaches F with positive probability.
@@ -14,9 +14,9 @@ pub struct Outcome<E: Engine> {
     pub almost_sure: E::States,
 }
 
-impl<E: Engine> Clone for Outcome<E> {
+impl<E: Engine> Clone for ObjectiveRegions<E> {
     fn clone(&self) -> Self {
-        Outcome {
+        ObjectiveRegions {
             target: self.target.clone(),
             positive: self.positive.clone(),
             almost_sure: self.almost_sure.clone(),
@@ -28,14 +28,14 @@ impl<E: Engine> Clone for Outcome<E> {
 ///
 /// Computed one objective at a time, the larger targets first, so that a smaller one may start from
 /// what is known of a larger one. What was computed stays when a limit ends the work.
-pub struct Outcomes<E: Engine> {
+pub struct WinningRegions<E: Engine> {
     targets: Vec<E::States>,
     /// The objectives still to do, the next one last.
     pending: Vec<usize>,
-    known: Vec<Option<Outcome<E>>>,
+    known: Vec<Option<ObjectiveRegions<E>>>,
 }
 
-impl<E: Engine> Outcomes<E> {
+impl<E: Engine> WinningRegions<E> {
     /// Nothing computed yet for these targets.
     ///
     /// # Errors
@@ -45,7 +45,7 @@ impl<E: Engine> Outcomes<E> {
         let mut pending: Vec<usize> = (0..targets.len()).collect();
         pending.sort_by(|&i, &j| sizes[i].cmp(&sizes[j]).then(j.cmp(&i)));
         let known = targets.iter().map(|_| None).collect();
-        Ok(Outcomes { targets, pending, known })
+        Ok(WinningRegions { targets, pending, known })
     }
 
     /// Computes the regions of one more objective and says which; none when all are known.
@@ -67,7 +67,7 @@ impl<E: Engine> Outcomes<E> {
         Ok(Some(objective))
     }
 
-    fn compute(&self, engine: &E, target: &E::States) -> Result<Outcome<E>> {
+    fn compute(&self, engine: &E, target: &E::States) -> Result<ObjectiveRegions<E>> {
         let mut bound: Option<E::States> = None;
         for larger in self.known.iter().flatten() {
             if engine.same(target, &larger.target) {
@@ -86,7 +86,7 @@ impl<E: Engine> Outcomes<E> {
             Some(b) => engine.intersection(&b, &positive)?,
         };
         let almost_sure = almost_sure_within(engine, target, &bound)?;
-        Ok(Outcome { target: target.clone(), positive, almost_sure })
+        Ok(ObjectiveRegions { target: target.clone(), positive, almost_sure })
     }
 
     /// F: the target of an objective, known before its regions are.
@@ -95,7 +95,7 @@ impl<E: Engine> Outcomes<E> {
     }
 
     /// The regions of an objective, if they are known yet.
-    pub fn get(&self, objective: usize) -> Option<&Outcome<E>> {
+    pub fn get(&self, objective: usize) -> Option<&ObjectiveRegions<E>> {
         self.known.get(objective)?.as_ref()
     }
 
