@@ -12,7 +12,6 @@ use meliora::{Result, SourceFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::desk::{Call, Teller};
 use crate::errors::{Failure, unpicklable, usage};
 use crate::exploration::{self, Exploration, counts_dict};
 use crate::levels::Levels;
@@ -23,6 +22,7 @@ use crate::region::{self, Region, Space};
 use crate::shared::Shared;
 use crate::strategy::Strategy;
 use crate::watch::lock;
+use crate::worker::{Call, Teller};
 use crate::{display, size};
 
 /// From where, and how often, can a play improve? What `Model.check` finds.
@@ -59,13 +59,13 @@ pub(crate) fn prefer(
     call: &Call,
 ) -> PyResult<Analysis> {
     let (inner, source) = (explored.inner.clone(), Arc::clone(&preferences.get().source));
-    let desk = Arc::clone(&explored.space.desk);
+    let worker = Arc::clone(&explored.space.worker);
     let work = move |teller: &Teller<'_>| {
         teller.turn_to("preferences", String::new());
         let planning = inner.prefer(&source, options)?;
         Ok(Shared { known: Mutex::default(), planning: Mutex::new(planning) })
     };
-    let shared = Arc::new(desk.run(py, call, work).map_err(|failure| failure.raise(py))?);
+    let shared = Arc::new(worker.run(py, call, work).map_err(|failure| failure.raise(py))?);
     let (_, space) = exploration::of_planning(py, &lock(&shared.planning), &explored.space);
     let settings = Settings {
         engine: explored.inner.engine().storage().name(),
@@ -94,7 +94,7 @@ impl Analysis {
 
     fn advance(&self, py: Python<'_>, call: &Call) -> std::result::Result<(), Failure> {
         let shared = Arc::clone(&self.shared);
-        self.space.desk.run(py, call, move |teller| shared.run(teller))
+        self.space.worker.run(py, call, move |teller| shared.run(teller))
     }
 
     /// The exception of an analysis that did not come to its end.
@@ -117,7 +117,7 @@ impl Analysis {
 
     /// The planning, by a quick look.
     fn look<T>(&self, py: Python<'_>, at: impl FnOnce(&Planning) -> Result<T>) -> PyResult<T> {
-        self.space.desk.quick(py, || at(&lock(&self.shared.planning)))
+        self.space.worker.quick(py, || at(&lock(&self.shared.planning)))
     }
 
     /// Something of the planning that may take a while.
@@ -127,7 +127,7 @@ impl Analysis {
         what: impl FnOnce(&Planning) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
         let shared = Arc::clone(&self.shared);
-        self.space.desk.long(py, move || what(&lock(&shared.planning)))
+        self.space.worker.long(py, move || what(&lock(&shared.planning)))
     }
 
     /// A report of what is known, without a look at the planning, which may be at work.

@@ -9,7 +9,6 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::analysis::{self, Analysis};
-use crate::desk::{Call, Teller};
 use crate::errors::{unpicklable, usage};
 use crate::model::Model;
 use crate::options::{self, Asked};
@@ -17,6 +16,7 @@ use crate::preferences;
 use crate::region::{Region, Space};
 use crate::values::Names;
 use crate::watch::lock;
+use crate::worker::{Call, Teller};
 
 /// The states of a model's scope with what may happen in them.
 ///
@@ -36,14 +36,14 @@ impl Exploration {
 
     pub(crate) fn explore(model: &Bound<'_, Model>, asked: &Asked<'_, '_>, call: &Call) -> PyResult<Self> {
         let (py, names) = (model.py(), Arc::clone(&model.get().names));
-        let (settings, desk) = asked.settings()?;
+        let (settings, worker) = asked.settings()?;
         let read = model.get().inner.clone();
         let work = move |teller: &Teller<'_>| {
             teller.turn_to("states", String::new());
             read.explore(settings)
         };
-        let inner = desk.run(py, call, work).map_err(|failure| failure.raise(py))?;
-        Ok(Exploration::of(inner, Space { desk, names }, model.clone().unbind()))
+        let inner = worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        Ok(Exploration::of(inner, Space { worker, names }, model.clone().unbind()))
     }
 
     /// The regions of a target that is a condition.
@@ -69,7 +69,7 @@ impl Exploration {
             let target = target()?;
             Ok((inner.reach(&target)?, target))
         };
-        let (found, target) = self.space.desk.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        let (found, target) = self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
         let region = |states| Py::new(py, self.space.region(states));
         Ok(Reachability {
             target: region(target)?,
@@ -84,10 +84,10 @@ impl Exploration {
     fn meant<'py>(&self, py: Python<'py>, condition: &Bound<'py, PyAny>) -> PyResult<Region> {
         let inner = self.inner.clone();
         let states = match condition.extract::<String>() {
-            Ok(text) => self.space.desk.long(py, move || inner.states_where(&text))?,
+            Ok(text) => self.space.worker.long(py, move || inner.states_where(&text))?,
             Err(_) => {
                 let fixed = self.space.names.fixed(&crate::values::as_dict(condition)?)?;
-                self.space.desk.long(py, move || inner.slice(&fixed))?
+                self.space.worker.long(py, move || inner.slice(&fixed))?
             }
         };
         Ok(self.space.region(states))
@@ -123,7 +123,7 @@ impl Exploration {
             Some(counts) => counts,
             None => {
                 let inner = self.inner.clone();
-                let found = self.space.desk.long(py, move || inner.counts())?;
+                let found = self.space.worker.long(py, move || inner.counts())?;
                 lock(&self.counts).insert(found).clone()
             }
         };
@@ -260,7 +260,7 @@ pub(crate) fn of_planning(
     let inner = planning.exploration();
     let same = inner.program().variables.len() == before.names.program.variables.len();
     let names = if same { Arc::clone(&before.names) } else { Names::new(py, inner.program()) };
-    (inner, Space { desk: Arc::clone(&before.desk), names })
+    (inner, Space { worker: Arc::clone(&before.worker), names })
 }
 
 /// Refuses a level that is none.

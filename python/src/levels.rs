@@ -37,7 +37,7 @@ pub(crate) fn rank_of<'py>(py: Python<'py>, rank: Rank) -> PyResult<Bound<'py, P
 
 impl Levels {
     fn look<T>(&self, py: Python<'_>, at: impl FnOnce(&Planning) -> Result<T>) -> PyResult<T> {
-        self.space.desk.quick(py, || at(&lock(&self.shared.planning)))
+        self.space.worker.quick(py, || at(&lock(&self.shared.planning)))
     }
 
     /// W_k: all states for k = 0; past the last level the fixpoint, which may be empty.
@@ -137,7 +137,7 @@ impl Levels {
             return Err(crate::errors::usage(format!("{k} is no rank: an int from 0, or math.inf")));
         }
         let (shared, kind, k) = (Arc::clone(&self.shared), self.kind, k as usize);
-        let states = self.space.desk.long(py, move || {
+        let states = self.space.worker.long(py, move || {
             let planning = lock(&shared.planning);
             Levels::level(&planning, kind, k)?.difference(&Levels::level(&planning, kind, k + 1)?)
         })?;
@@ -172,7 +172,7 @@ impl Levels {
         let view = self.space.view(row, column, r#where)?;
         let plane = view.plane;
         let (shared, kind) = (Arc::clone(&self.shared), self.kind);
-        let (shape, ranks) = self.space.desk.long(py, move || {
+        let (shape, ranks) = self.space.worker.long(py, move || {
             let planning = lock(&shared.planning);
             let scope = planning.exploration().states().projection(view.plane, &view.fixed)?;
             let ranks = ranks(&planning, kind, &view, &scope)?;

@@ -1,11 +1,10 @@
 //! The compiled part of the Python package `meliora`: the owners of `meliora::embed` as classes.
 //!
-//! Classes are frozen and hold no state of Python's but what they hand out. Long work is done at a `desk`, on a
+//! Classes are frozen and hold no state of Python's but what they hand out. Long work is done at a `worker`, on a
 //! thread that never touches the interpreter; what a class needs beyond the library is in the file of its name.
 
 mod analysis;
 mod arrays;
-mod desk;
 mod display;
 mod errors;
 mod explanation;
@@ -20,6 +19,7 @@ mod region;
 mod region_export;
 mod shared;
 mod simulation;
+mod worker;
 // The command line and Python take the same sizes, and the same share of the machine's memory.
 #[path = "../../src/cli/size.rs"]
 mod size;

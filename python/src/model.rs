@@ -12,12 +12,12 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::analysis::Analysis;
-use crate::desk::{Call, Desk};
 use crate::errors::Failure;
 use crate::exploration::Exploration;
 use crate::options::{self, Asked};
 use crate::preferences::{self, Preferences};
 use crate::values::{self, Names};
+use crate::worker::{Call, Worker};
 use crate::{display, files, size};
 
 /// A model in PRISM's language or in JANI: read, checked and flat. Nothing of it is explored yet.
@@ -70,13 +70,13 @@ impl Model {
             constants: SourceFile::new("constants", constants.as_str()),
             bounds: SourceFile::new("bounds", bounds.as_str()),
         };
-        let desk = Desk::new(size::default_memory());
-        let watch = Arc::clone(&desk.watch);
-        let work = move |teller: &crate::desk::Teller<'_>| {
+        let worker = Worker::new(size::default_memory());
+        let watch = Arc::clone(&worker.watch);
+        let work = move |teller: &crate::worker::Teller<'_>| {
             teller.turn_to("model", String::new());
             embed::Model::given(&source, &given, &*watch)
         };
-        let inner = desk.run(py, call, work).map_err(|failure: Failure| failure.raise(py))?;
+        let inner = worker.run(py, call, work).map_err(|failure: Failure| failure.raise(py))?;
         let names = Names::new(py, inner.program());
         Ok(Model { inner, names, constants, bounds })
     }

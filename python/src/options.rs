@@ -9,9 +9,9 @@ use meliora::{Safety, Scope, Settings, SourceFile, Storage};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyString};
 
-use crate::desk::Desk;
 use crate::errors::usage;
 use crate::size;
+use crate::worker::Worker;
 
 /// The one of some values that has a name.
 fn named<T: Copy>(what: &str, given: &str, known: &[(&str, T)]) -> PyResult<T> {
@@ -61,11 +61,11 @@ pub(crate) struct Asked<'a, 'py> {
 }
 
 impl Asked<'_, '_> {
-    /// Settings for the library, with a desk to work at.
+    /// Settings for the library, with a worker to work at.
     ///
     /// # Errors
     /// `UsageError` where something is unknown or does not fit together.
-    pub(crate) fn settings(&self) -> PyResult<(Settings, Arc<Desk>)> {
+    pub(crate) fn settings(&self) -> PyResult<(Settings, Arc<Worker>)> {
         let storage = engine(self.engine)?;
         let order = order(self.order)?;
         if storage == Storage::Explicit && order != Order::Auto {
@@ -76,17 +76,17 @@ impl Asked<'_, '_> {
         }
         let most = std::thread::available_parallelism().map_or(1, usize::from);
         let memory = self.memory.map_or_else(|| Ok(size::default_memory()), memory)?;
-        let desk = Desk::new(memory);
+        let worker = Worker::new(memory);
         let settings = Settings {
             scope: scope(self.scope)?,
             storage,
             memory,
             order,
             threads: self.threads.min(u32::try_from(most).unwrap_or(u32::MAX)),
-            sink: Arc::clone(&desk.watch) as _,
+            sink: Arc::clone(&worker.watch) as _,
             ..Settings::default()
         };
-        Ok((settings, desk))
+        Ok((settings, worker))
     }
 }
 

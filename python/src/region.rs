@@ -2,25 +2,25 @@
 
 use std::sync::{Arc, Mutex};
 
-use meliora::projections::Plane;
 use meliora::embed::{Listing, Projection, States};
 use meliora::model::VarId;
+use meliora::projections::Plane;
 use meliora::{Error, embed};
 use num_bigint::BigUint;
 use pyo3::basic::CompareOp;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
-use crate::desk::Desk;
 use crate::errors::{unpicklable, usage};
 use crate::values::{Names, as_dict};
 use crate::watch::lock;
+use crate::worker::Worker;
 use crate::{arrays, display, region_export};
 
-/// Where sets of states are from: the desk at which work on them is done, and the names of their variables.
+/// Where sets of states are from: the worker at which work on them is done, and the names of their variables.
 #[derive(Clone)]
 pub(crate) struct Space {
-    pub(crate) desk: Arc<Desk>,
+    pub(crate) worker: Arc<Worker>,
     pub(crate) names: Arc<Names>,
 }
 
@@ -46,7 +46,7 @@ impl Space {
         small: bool,
         work: impl FnOnce() -> Result<T, Error> + Send + 'static,
     ) -> PyResult<T> {
-        if small { self.desk.quick(py, work) } else { self.desk.long(py, work) }
+        if small { self.worker.quick(py, work) } else { self.worker.long(py, work) }
     }
 
     /// The plane that names of variables span, and what fixes other variables.
@@ -150,7 +150,7 @@ impl Region {
     /// All other states of the scope.
     fn __invert__(&self, py: Python<'_>) -> PyResult<Region> {
         let x = self.states.clone();
-        Ok(self.space.region(self.space.desk.long(py, move || x.complement())?))
+        Ok(self.space.region(self.space.worker.long(py, move || x.complement())?))
     }
 
     fn __richcmp__<'py>(
@@ -178,7 +178,7 @@ impl Region {
 
     fn __contains__(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<bool> {
         let state = self.space.names.state(state)?;
-        self.space.desk.quick(py, || Ok(self.states.contains(&state)))
+        self.space.worker.quick(py, || Ok(self.states.contains(&state)))
     }
 
     /// How many states there are, exactly. (`len` cannot say it: it ends at 2**63 - 1.)
@@ -198,7 +198,7 @@ impl Region {
 
     fn __iter__(&self, py: Python<'_>) -> PyResult<RegionIterator> {
         let x = self.states.clone();
-        let listing = self.space.desk.long(py, move || x.listing())?;
+        let listing = self.space.worker.long(py, move || x.listing())?;
         Ok(RegionIterator { rest: Mutex::new(listing), space: self.space.clone() })
     }
 
@@ -211,7 +211,7 @@ impl Region {
     #[pyo3(signature = (size=1, seed=0))]
     fn sample<'py>(&self, py: Python<'py>, size: usize, seed: u64) -> PyResult<Bound<'py, PyList>> {
         let x = self.states.clone();
-        let found = self.space.desk.long(py, move || x.sample(size, seed))?;
+        let found = self.space.worker.long(py, move || x.sample(size, seed))?;
         self.members(py, &found)
     }
 
@@ -220,7 +220,7 @@ impl Region {
     fn restricted(&self, py: Python<'_>, values: Option<&Bound<'_, PyDict>>) -> PyResult<Region> {
         let fixed = values.map_or(Ok(Vec::new()), |values| self.space.names.fixed(values))?;
         let x = self.states.clone();
-        Ok(self.space.region(self.space.desk.long(py, move || x.slice(&fixed))?))
+        Ok(self.space.region(self.space.worker.long(py, move || x.slice(&fixed))?))
     }
 
     /// The region as a picture over one or two integer variables: a Boolean array of shape (rows, columns), or
@@ -238,7 +238,7 @@ impl Region {
     ) -> PyResult<Bound<'py, PyAny>> {
         let View { plane, fixed } = self.space.view(row, column, r#where)?;
         let x = self.states.clone();
-        let projection = self.space.desk.long(py, move || x.projection(plane, &fixed))?;
+        let projection = self.space.worker.long(py, move || x.projection(plane, &fixed))?;
         arrays::bools(py, &projection.cells, &shape(plane, &projection))
     }
 
@@ -273,7 +273,7 @@ impl Region {
 
     fn __str__(&self, py: Python<'_>) -> PyResult<String> {
         let x = self.states.clone();
-        self.space.desk.long(py, move || Ok(x.to_string()))
+        self.space.worker.long(py, move || Ok(x.to_string()))
     }
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -286,7 +286,7 @@ impl Region {
         let program = &self.space.names.program;
         let Some(plane) = Plane::guess(program) else { return Ok(None) };
         let x = self.states.clone();
-        let projection = self.space.desk.long(py, move || x.projection(plane, &[]))?;
+        let projection = self.space.worker.long(py, move || x.projection(plane, &[]))?;
         let name = |v: VarId| program.variables[v.index()].name.clone();
         let rows = projection.cells.chunks(projection.columns).map(<[bool]>::to_vec).collect();
         Ok(Some((plane.row.map(name), name(plane.column), rows)))
@@ -300,7 +300,7 @@ impl Region {
 impl Region {
     fn diagram(&self, py: Python<'_>) -> PyResult<meliora::dump::Diagram> {
         let x = self.states.clone();
-        self.space.desk.long(py, move || region_export::diagram(&x))
+        self.space.worker.long(py, move || region_export::diagram(&x))
     }
 }
 
@@ -318,7 +318,7 @@ impl RegionIterator {
     }
 
     fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let next = self.space.desk.quick(py, || lock(&self.rest).next().transpose())?;
+        let next = self.space.worker.quick(py, || lock(&self.rest).next().transpose())?;
         next.map(|state| self.space.names.dict(py, &state)).transpose()
     }
 }

@@ -6,8 +6,8 @@ use meliora::Result;
 use meliora::embed::Planning;
 use meliora::planning::{AnalysisResult, Event, Kind, Phase};
 
-use crate::desk::Teller;
 use crate::watch::lock;
+use crate::worker::Teller;
 
 /// A planning, and what is known of it while it is at work.
 pub(crate) struct Shared {

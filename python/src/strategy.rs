@@ -9,7 +9,6 @@ use meliora::{Error, output};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::desk::{Call, Teller};
 use crate::errors::{unpicklable, usage};
 use crate::explanation::Explanation;
 use crate::levels::rank_of;
@@ -17,6 +16,7 @@ use crate::region::Space;
 use crate::shared::Shared;
 use crate::simulation::{Recorder, Simulation};
 use crate::watch::lock;
+use crate::worker::{Call, Teller};
 use crate::{arrays, options};
 
 /// What to do in each state: the strategies of all levels of one kind.
@@ -25,12 +25,12 @@ use crate::{arrays, options};
 /// a state, the names tell them apart: `label(m1#2,m2#1)`.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Strategy {
-    desk: Desk,
+    worker: Worker,
 }
 
 /// What a strategy and its plays share.
 #[derive(Clone)]
-pub(crate) struct Desk {
+pub(crate) struct Worker {
     kind: Kind,
     book: Arc<Mutex<embed::Strategy>>,
     pub(crate) space: Space,
@@ -64,10 +64,10 @@ impl Which {
     }
 }
 
-impl Desk {
+impl Worker {
     /// Explains a state; on a thread of its own where a strategy must be computed first.
     fn explain(&self, py: Python<'_>, state: Vec<i64>, memory: Option<Memory>) -> PyResult<Explained> {
-        let known = self.space.desk.quick(py, || {
+        let known = self.space.worker.quick(py, || {
             let mut book = lock(&self.book);
             let book = book.book();
             let memory = memory.unwrap_or_else(|| book.start(&state));
@@ -84,13 +84,13 @@ impl Desk {
             let memory = memory.unwrap_or_else(|| book.start(&state));
             book.explain(&state, memory)
         };
-        self.space.desk.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
+        self.space.worker.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
     }
 
     /// A state of the scope.
     fn state(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {
         let state = self.space.names.state(state)?;
-        let inside = self.space.desk.quick(py, || Ok(lock(&self.book).book().is_state(&state)))?;
+        let inside = self.space.worker.quick(py, || Ok(lock(&self.book).book().is_state(&state)))?;
         if inside {
             return Ok(state);
         }
@@ -118,7 +118,7 @@ impl Desk {
     }
 
     fn explanation(&self, py: Python<'_>, at: &Explained) -> PyResult<Explanation> {
-        let rank = self.space.desk.quick(py, || Ok(lock(&self.book).book().rank(&at.state)))?;
+        let rank = self.space.worker.quick(py, || Ok(lock(&self.book).book().rank(&at.state)))?;
         let mut book = lock(&self.book);
         let book = book.book();
         let report = output::strategy::StateReport::new(
@@ -134,14 +134,14 @@ impl Desk {
 
 impl Strategy {
     pub(crate) fn new(py: Python<'_>, shared: &Shared, space: &Space, kind: Kind) -> PyResult<Self> {
-        let book = space.desk.quick(py, || {
+        let book = space.worker.quick(py, || {
             lock(&shared.planning).strategy(kind).map_err(|_| {
                 let name = kind.name().to_uppercase();
                 Error::Usage(format!("the levels of {name} are not known: `resume` the analysis first"))
             })
         })?;
-        let desk = Desk { kind, book: Arc::new(Mutex::new(book)), space: space.clone() };
-        Ok(Strategy { desk })
+        let worker = Worker { kind, book: Arc::new(Mutex::new(book)), space: space.clone() };
+        Ok(Strategy { worker })
     }
 }
 
@@ -150,7 +150,7 @@ impl Strategy {
     /// `"sasi"` or `"spi"`.
     #[getter]
     fn kind(&self) -> &'static str {
-        self.desk.kind.name()
+        self.worker.kind.name()
     }
 
     /// The actions of a state in which planning starts: those permitted, the one that makes progress, or those that
@@ -165,20 +165,20 @@ impl Strategy {
     #[pyo3(signature = (state, which="permitted"))]
     fn actions(&self, py: Python<'_>, state: &Bound<'_, PyAny>, which: &str) -> PyResult<Vec<String>> {
         let which = Which::named(which)?;
-        let state = self.desk.state(py, state)?;
-        Ok(which.names(&self.desk.explain(py, state, None)?))
+        let state = self.worker.state(py, state)?;
+        Ok(which.names(&self.worker.explain(py, state, None)?))
     }
 
     /// Where the enabled actions of a state lead: for each action a list of pairs (probability, state).
     fn successors<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
-        let state = self.desk.state(py, state)?;
-        let at = self.desk.explain(py, state, None)?;
+        let state = self.worker.state(py, state)?;
+        let at = self.worker.explain(py, state, None)?;
         let all = PyDict::new(py);
         for action in &at.actions {
             let successors = action
                 .successors
                 .iter()
-                .map(|s| Ok((s.probability, self.desk.space.names.dict(py, &s.state)?)));
+                .map(|s| Ok((s.probability, self.worker.space.names.dict(py, &s.state)?)));
             all.set_item(&action.name, PyList::new(py, successors.collect::<PyResult<Vec<_>>>()?)?)?;
         }
         Ok(all)
@@ -186,9 +186,9 @@ impl Strategy {
 
     /// Every enabled action of a state in which planning starts: whether it is permitted, where it leads, and why.
     fn explain(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Explanation> {
-        let state = self.desk.state(py, state)?;
-        let at = self.desk.explain(py, state, None)?;
-        self.desk.explanation(py, &at)
+        let state = self.worker.state(py, state)?;
+        let at = self.worker.explain(py, state, None)?;
+        self.worker.explanation(py, &at)
     }
 
     /// An action mask, as environments for reinforcement learning take them: a Boolean array with an entry for each
@@ -203,17 +203,18 @@ impl Strategy {
         actions: Option<Vec<String>>,
         which: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let state = self.desk.state(py, state)?;
-        let at = self.desk.explain(py, state, None)?;
-        self.desk.mask(py, &at, actions, which)
+        let state = self.worker.state(py, state)?;
+        let at = self.worker.explain(py, state, None)?;
+        self.worker.mask(py, &at, actions, which)
     }
 
     /// A play that starts in a state: it remembers what the strategy must know of the past.
     fn play(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Play> {
-        let state = self.desk.state(py, state)?;
-        let memory = self.desk.space.desk.quick(py, || Ok(lock(&self.desk.book).book().start(&state)))?;
+        let state = self.worker.state(py, state)?;
+        let memory =
+            self.worker.space.worker.quick(py, || Ok(lock(&self.worker.book).book().start(&state)))?;
         let at = Moment { state, memory, improvements: 0 };
-        Ok(Play { desk: self.desk.clone(), at: Mutex::new(at) })
+        Ok(Play { worker: self.worker.clone(), at: Mutex::new(at) })
     }
 
     /// Random plays from a state, as arrays. The same seed gives the same plays, with any engine, on any machine.
@@ -241,19 +242,19 @@ impl Strategy {
     ) -> PyResult<Simulation> {
         let setup = Setup { scheduler: options::picks(picks)?, runs, steps, seed };
         let call = Call::new(timeout, progress)?;
-        let start = self.desk.state(py, state)?;
-        let book = Arc::clone(&self.desk.book);
+        let start = self.worker.state(py, state)?;
+        let book = Arc::clone(&self.worker.book);
         let work = move |teller: &Teller<'_>| {
             teller.turn_to("plays", format!("{runs} plays"));
             Recorder::record(&mut lock(&book), setup, &start)
         };
-        let desk = &self.desk.space.desk;
-        let (tally, record) = desk.run(py, &call, work).map_err(|failure| failure.raise(py))?;
-        Simulation::new(py, &self.desk.space.names, &tally, record)
+        let worker = &self.worker.space.worker;
+        let (tally, record) = worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
+        Simulation::new(py, &self.worker.space.names, &tally, record)
     }
 
     fn __repr__(&self) -> String {
-        format!("<Strategy of {}>", self.desk.kind.name())
+        format!("<Strategy of {}>", self.worker.kind.name())
     }
 
     fn __reduce__(&self) -> PyResult<Py<PyAny>> {
@@ -273,7 +274,7 @@ struct Moment {
 /// Not to be used by several threads at once.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Play {
-    desk: Desk,
+    worker: Worker,
     at: Mutex<Moment>,
 }
 
@@ -283,7 +284,7 @@ impl Play {
             let at = lock(&self.at);
             (at.state.clone(), at.memory)
         };
-        self.desk.explain(py, state, Some(memory))
+        self.worker.explain(py, state, Some(memory))
     }
 }
 
@@ -293,7 +294,7 @@ impl Play {
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let state = lock(&self.at).state.clone();
-        self.desk.space.names.dict(py, &state)
+        self.worker.space.names.dict(py, &state)
     }
 
     /// How many improvements the strategy still aims for: an int, or `math.inf`; 0 where the play is over.
@@ -330,12 +331,12 @@ impl Play {
         actions: Option<Vec<String>>,
         which: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.desk.mask(py, &self.explained(py)?, actions, which)
+        self.worker.mask(py, &self.explained(py)?, actions, which)
     }
 
     /// As `Strategy.explain`, at this point of the play.
     fn explain(&self, py: Python<'_>) -> PyResult<Explanation> {
-        self.desk.explanation(py, &self.explained(py)?)
+        self.worker.explanation(py, &self.explained(py)?)
     }
 
     /// A step was taken, and this is the state it led to. Returns whether it was an improvement.
@@ -343,19 +344,19 @@ impl Play {
     /// Raises:
     ///     UsageError: It is no state of the scope, or no enabled action leads there.
     fn step(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<bool> {
-        let state = self.desk.state(py, state)?;
+        let state = self.worker.state(py, state)?;
         let (from, memory) = {
             let at = lock(&self.at);
             (at.state.clone(), at.memory)
         };
-        let program = &self.desk.space.names.program;
-        let improved = self.desk.space.desk.quick(py, || {
+        let program = &self.worker.space.names.program;
+        let improved = self.worker.space.worker.quick(py, || {
             let steps = program.steps(&from).map_err(|f| meliora::model::fault::error(program, &f, &from))?;
             if !steps.iter().any(|step| step.successors.iter().any(|(to, _)| *to == state)) {
                 let (from, to) = (program.show_state(&from), program.show_state(&state));
                 return Err(Error::Usage(format!("no enabled action leads from {from} to {to}")));
             }
-            Ok(lock(&self.desk.book).book().after(memory, &from, &state))
+            Ok(lock(&self.worker.book).book().after(memory, &from, &state))
         });
         let (memory, is_improvement) = improved?;
         let mut at = lock(&self.at);
@@ -366,7 +367,7 @@ impl Play {
 
     fn __repr__(&self) -> String {
         let at = lock(&self.at);
-        format!("<Play at {}>", self.desk.space.names.program.show_state(&at.state))
+        format!("<Play at {}>", self.worker.space.names.program.show_state(&at.state))
     }
 
     fn __reduce__(&self) -> PyResult<Py<PyAny>> {

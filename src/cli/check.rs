@@ -11,7 +11,7 @@ use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
 /// At most so many initial states are listed; the counts have them all.
@@ -57,7 +57,7 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
         args.preferences.safety.name(),
     );
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
-    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
 /// A report that has that of `check` in it.
@@ -72,17 +72,17 @@ impl Checked for CheckReport {
     }
 }
 
-fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
-    let read = || load::question(&args.model, &args.preferences, &desk.watch);
-    let question = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    desk.update(|r| {
+fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
+    let read = || load::question(&args.model, &args.preferences, &job.watch);
+    let question = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    job.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
         r.history = question.preferences.whole_plays();
     });
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &desk.watch);
-    let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-    analyse(desk, &engine, &question, &args.preferences).map(|_| ())
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    analyse(job, &engine, &question, &args.preferences).map(|_| ())
 }
 
 /// All phases, each of which leaves what it found in the report.
@@ -90,13 +90,13 @@ fn work(desk: &Desk<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
 /// # Errors
 /// A limit; a target without a value in some state.
 pub(super) fn analyse<'a, E: Engine, R: Checked>(
-    desk: &Desk<R>,
+    job: &Job<R>,
     engine: &'a E,
     question: &'a Question,
     args: &PreferenceArgs,
 ) -> Result<Analysis<'a, E>, Error> {
     let mut analysis = Analysis::new(engine, &question.preferences, args.options());
-    let mut run = Run { desk, question, analysis: &mut analysis };
+    let mut run = Run { job, question, analysis: &mut analysis };
     run.phase(Phase::Counts)?;
     run.warn_of_states()?;
     run.phase(Phase::Outcomes)?;
@@ -112,24 +112,24 @@ pub(super) fn analyse<'a, E: Engine, R: Checked>(
 
 /// An analysis with the report that it fills in.
 struct Run<'a, 'b, E: Engine, R: Checked> {
-    desk: &'a Desk<R>,
+    job: &'a Job<R>,
     question: &'a Question,
     analysis: &'a mut Analysis<'b, E>,
 }
 
 impl<E: Engine, R: Checked> Run<'_, '_, E, R> {
     fn phase(&mut self, phase: Phase) -> Result<(), Error> {
-        let (desk, preferences) = (self.desk, &self.question.preferences);
+        let (job, preferences) = (self.job, &self.question.preferences);
         let mut hear = |event: Event<'_>| {
-            desk.update(|r| match (r.check(), event) {
+            job.update(|r| match (r.check(), event) {
                 (r, Event::Objective(counts)) => r.add_objective(preferences, counts),
                 (r, Event::Level(kind, _, count)) => r.add_level(kind, count),
                 (r, Event::Started(_) | Event::Finished(..)) => phases::note(&mut r.time, event),
             });
         };
-        let result = phases::run(self.analysis, &[phase], &desk.watch, &mut hear);
+        let result = phases::run(self.analysis, &[phase], &job.watch, &mut hear);
         let usage = self.analysis.engine().usage();
-        desk.update(|r| {
+        job.update(|r| {
             let r = r.check();
             r.fill(preferences, self.analysis.result());
             r.memory.peak_nodes = usage.peak_nodes;
@@ -141,7 +141,7 @@ impl<E: Engine, R: Checked> Run<'_, '_, E, R> {
     fn initial(&mut self) -> Result<(), Error> {
         let prospects = self.analysis.initial_prospects(&self.question.program, LISTED)?;
         let question = self.question;
-        self.desk.update(|r| r.check().set_initial(&question.program, &question.preferences, &prospects));
+        self.job.update(|r| r.check().set_initial(&question.program, &question.preferences, &prospects));
         Ok(())
     }
 
@@ -149,7 +149,7 @@ impl<E: Engine, R: Checked> Run<'_, '_, E, R> {
         match &self.analysis.result().counts {
             Some(counts) => {
                 let engine = self.analysis.engine();
-                let (question, watch) = (self.question, &self.desk.watch);
+                let (question, watch) = (self.question, &self.job.watch);
                 load::warn_of_states(watch, engine, &question.program, &counts.deadlocks, question.overlap)
             }
             None => Ok(()),
@@ -164,7 +164,7 @@ impl<E: Engine, R: Checked> Run<'_, '_, E, R> {
                     Some(_) => "no strategy can make sure of the objective",
                     None => "no state satisfies the target of objective",
                 };
-                self.desk.watch.warn(&format!("{what} `{name}`"));
+                self.job.watch.warn(&format!("{what} `{name}`"));
             }
         }
     }

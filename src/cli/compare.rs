@@ -17,7 +17,7 @@ use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
 /// Below this factor, times are about the same.
@@ -58,50 +58,50 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
     let safety = args.preferences.safety.name();
     let report = CompareReport::new(&model, &preferences, args.model.scope.into(), safety);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
-    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
-fn work(desk: &Desk<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
-    let read = || load::question(&args.model, &args.preferences, &desk.watch);
-    let question = desk.timed("parse", read, |_, _| ())?;
-    desk.update(|r| {
+fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
+    let read = || load::question(&args.model, &args.preferences, &job.watch);
+    let question = job.timed("parse", read, |_, _| ())?;
+    job.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
     });
-    let left = analysed(desk, args, &question, (Storage::Symbolic, "symbolic: build"))?;
-    let right = analysed(desk, args, &question, (Storage::Explicit, "explicit: build"))?;
-    conclude(desk, args, &question, &left, &right)
+    let left = analysed(job, args, &question, (Storage::Symbolic, "symbolic: build"))?;
+    let right = analysed(job, args, &question, (Storage::Explicit, "explicit: build"))?;
+    conclude(job, args, &question, &left, &right)
 }
 
 /// All that one engine finds.
 fn analysed<'q>(
-    desk: &Desk<CompareReport>,
+    job: &Job<CompareReport>,
     args: &CompareArgs,
     question: &'q Question,
     (storage, phase): (Storage, &'static str),
 ) -> Result<Analysis<'q, AnyEngine>, Error> {
     let start = Instant::now();
-    let build = || load::engine(&question.program, &args.model, storage, &desk.watch);
-    let engine = Arc::new(desk.timed(phase, build, |_, _| ())?);
+    let build = || load::engine(&question.program, &args.model, storage, &job.watch);
+    let engine = Arc::new(job.timed(phase, build, |_, _| ())?);
     let built = start.elapsed().as_secs_f64();
     let mut analysis = Analysis::new(engine, &question.preferences, args.preferences.options());
-    analyse(desk, storage.name(), built, &mut analysis)?;
+    analyse(job, storage.name(), built, &mut analysis)?;
     Ok(analysis)
 }
 
 /// Runs all phases of one engine and notes what they took.
 fn analyse<E: Engine>(
-    desk: &Desk<CompareReport>,
+    job: &Job<CompareReport>,
     name: &'static str,
     built: f64,
     analysis: &mut Analysis<'_, E>,
 ) -> Result<(), Error> {
     let mut time = CheckTime { build: Some(built), ..CheckTime::default() };
-    phases::run(analysis, &Phase::ALL, &desk.watch, &mut |event| phases::note(&mut time, event))?;
+    phases::run(analysis, &Phase::ALL, &job.watch, &mut |event| phases::note(&mut time, event))?;
     let parts = [time.build, time.outcomes, time.improvement, time.sasi, time.spi];
     time.total = parts.into_iter().flatten().sum();
     let usage = analysis.engine().usage();
-    desk.update(|r| {
+    job.update(|r| {
         r.counts = analysis.result().counts.as_ref().map(Counts::from);
         r.memory.peak_nodes = r.memory.peak_nodes.max(usage.peak_nodes);
         let (peak_nodes, table_bytes) = (usage.peak_nodes, usage.bytes);
@@ -112,18 +112,18 @@ fn analyse<E: Engine>(
 
 /// Compares what both found, and says which engine to prefer.
 fn conclude<E: Engine, F: Engine>(
-    desk: &Desk<CompareReport>,
+    job: &Job<CompareReport>,
     args: &CompareArgs,
     question: &Question,
     left: &Analysis<'_, E>,
     right: &Analysis<'_, F>,
 ) -> Result<(), Error> {
-    let Agreement { compared, membership, difference } = desk.timed(
+    let Agreement { compared, membership, difference } = job.timed(
         "compare",
-        || agreement::compare(left, right, &question.program, args.membership, &desk.watch),
+        || agreement::compare(left, right, &question.program, args.membership, &job.watch),
         |_, _| (),
     )?;
-    desk.update(|r| {
+    job.update(|r| {
         r.compared = compared;
         r.membership = membership.map(|n| n.into());
         r.equal = Some(difference.is_none());

@@ -16,7 +16,7 @@ use super::export_explicit::{self, StrategyArg, Texts, Wanted};
 use super::load;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 
 /// Write regions and strategies for other programs: decision diagrams, or models state by state
 ///
@@ -116,7 +116,7 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
         &args.out.display().to_string(),
     );
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |desk| work(desk, &args, &globs))
+    supervise(report, timeout, &shown, move |job| work(job, &args, &globs))
 }
 
 fn globs(patterns: &[String]) -> Result<GlobSet, Error> {
@@ -135,19 +135,19 @@ fn unmatched(error: Error) -> Error {
     }
 }
 
-fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(), Error> {
+fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(), Error> {
     if args.out.as_os_str() == "-" {
         let message = "a dump is a directory of files: it cannot go to standard output";
         return Err(Error::Usage(message.to_owned()));
     }
     check_directory(&args.out)?;
-    let read = || load::question(&args.model, &args.preferences, &desk.watch);
-    let question = desk.timed("parse", read, |_, _| ())?;
-    desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &question.program));
-    let build = || load::symbolic(&question.program, &args.model, &desk.watch);
-    let engine = desk.timed("build", build, |_, _| ())?;
+    let read = || load::question(&args.model, &args.preferences, &job.watch);
+    let question = job.timed("parse", read, |_, _| ())?;
+    job.update(|r| r.model = ModelSummary::of(&args.model.path(), &question.program));
+    let build = || load::symbolic(&question.program, &args.model, &job.watch);
+    let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    phases::run(&mut analysis, &Phase::ALL, &desk.watch, &mut |_| ())?;
+    phases::run(&mut analysis, &Phase::ALL, &job.watch, &mut |_| ())?;
     let inputs = Inputs {
         model: (args.model.path(), sha256(question.program.source.original().as_bytes())),
         preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),
@@ -156,12 +156,12 @@ fn work(desk: &Desk<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result
     let wanted = |name: &str| all || globs.is_match(name);
     let selection = Selection { wanted: &wanted, certificate: all && !args.no_certificate };
     let dump = || export(&engine, &analysis, &inputs, &selection).map_err(unmatched);
-    let dump = desk.timed("dump", dump, |_, _| ())?;
+    let dump = job.timed("dump", dump, |_, _| ())?;
     let dot = args.format == Format::Dot;
-    let write = || write_directory(dump, &args.out, dot, desk.watch.as_ref());
-    let manifest = desk.timed("write", write, |_, _| ())?;
+    let write = || write_directory(dump, &args.out, dot, job.watch.as_ref());
+    let manifest = job.timed("write", write, |_, _| ())?;
     let peak = meliora::engine::Engine::usage(&engine).peak_nodes;
-    desk.update(|r| {
+    job.update(|r| {
         r.set(&manifest);
         r.memory.peak_nodes = peak;
     });

@@ -15,7 +15,7 @@ use super::exit::Status;
 use super::folder::Folder;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 use super::{load, plan};
 
 /// `--strategy`: whose model is written.
@@ -72,24 +72,24 @@ pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
         &wanted.out.display().to_string(),
         wanted.strategy.map(StrategyArg::name),
     );
-    supervise(report, wanted.model.timeout, shown, move |desk| work(desk, &wanted))
+    supervise(report, wanted.model.timeout, shown, move |job| work(job, &wanted))
 }
 
-fn work(desk: &Desk<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
+fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let inputs: [&Path; 2] = [&wanted.model.model, &wanted.preferences.preferences];
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
-    let read = || load::question(&wanted.model, &wanted.preferences, &desk.watch);
-    let question = desk.timed("parse", read, |_, _| ())?;
-    desk.update(|r| r.model = ModelSummary::of(&wanted.model.path(), &question.program));
-    let build = || load::symbolic(&question.program, &wanted.model, &desk.watch);
-    let engine = desk.timed("build", build, |_, _| ())?;
+    let read = || load::question(&wanted.model, &wanted.preferences, &job.watch);
+    let question = job.timed("parse", read, |_, _| ())?;
+    job.update(|r| r.model = ModelSummary::of(&wanted.model.path(), &question.program));
+    let build = || load::symbolic(&question.program, &wanted.model, &job.watch);
+    let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());
-    phases::run(&mut analysis, &Phase::ALL, &desk.watch, &mut |_| ())?;
+    phases::run(&mut analysis, &Phase::ALL, &job.watch, &mut |_| ())?;
     let list = || listed(wanted, &analysis, &question.program);
-    let graph = desk.timed("states", list, |_, _| ())?;
-    let names = desk.timed("write", || folder.write(&texts(wanted, &graph)), |_, _| ())?;
+    let graph = job.timed("states", list, |_, _| ())?;
+    let names = job.timed("write", || folder.write(&texts(wanted, &graph)), |_, _| ())?;
     let peak = engine.usage().peak_nodes;
-    desk.update(|r| {
+    job.update(|r| {
         r.set(&graph, names);
         r.memory.peak_nodes = peak;
     });

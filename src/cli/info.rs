@@ -16,7 +16,7 @@ use meliora::output::report::{Counts, ModelSummary};
 use super::exit::Status;
 use super::load;
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 
 /// Variables, sizes, the order of the BDD variables and node counts of a model
 #[derive(Debug, Clone, Args)]
@@ -49,54 +49,54 @@ pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
     let scope: Scope = args.model.scope.into();
     let report = InfoReport::new(&args.model.path(), args.engine.engine.name(), scope);
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
 /// Writes the flat program; no engine is needed.
 fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     let args = args.clone();
-    supervise(FlatReport::default(), timeout, &shown, move |desk| {
-        let (program, _) = load::program(&args.model, &desk.watch)?;
+    supervise(FlatReport::default(), timeout, &shown, move |job| {
+        let (program, _) = load::program(&args.model, &job.watch)?;
         let flat = Flat::of(program)?;
-        desk.update(|r| r.flat = Some(flat));
+        job.update(|r| r.flat = Some(flat));
         Ok(())
     })
 }
 
-fn work(desk: &Desk<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
+fn work(job: &Job<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
     let read = || match &args.preferences {
-        None => load::program(&args.model, &desk.watch),
+        None => load::program(&args.model, &job.watch),
         Some(file) => {
-            let question = load::preferring(&args.model, file, &desk.watch)?;
+            let question = load::preferring(&args.model, file, &job.watch)?;
             Ok((question.program, question.overlap))
         }
     };
-    let (program, overlap) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &program));
-    let build = || load::engine(&program, &args.model, args.engine.engine, &desk.watch);
-    let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
+    let (program, overlap) = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    job.update(|r| r.model = ModelSummary::of(&args.model.path(), &program));
+    let build = || load::engine(&program, &args.model, args.engine.engine, &job.watch);
+    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
     if let Some(engine) = engine.symbolic() {
         let sizes = engine.sizes();
-        desk.update(|r| {
+        job.update(|r| {
             r.order = Some(engine.encoding().names());
             r.order_reason = (args.model.order == "auto").then(|| order::from_structure(&program).why);
             let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
             r.nodes = Some(Nodes { transition, reachable });
         });
     }
-    count(desk, &engine, &program, overlap)
+    count(job, &engine, &program, overlap)
 }
 
 fn count<E: Engine>(
-    desk: &Desk<InfoReport>,
+    job: &Job<InfoReport>,
     engine: &E,
     program: &Program,
     overlap: Option<ExprId>,
 ) -> Result<(), Error> {
-    let counts = desk.timed("count", || Counts::of(engine), |r, s| r.time.count = Some(s))?;
-    load::warn_of_states(&desk.watch, engine, program, &counts.deadlocks.0, overlap)?;
-    desk.update(|r| {
+    let counts = job.timed("count", || Counts::of(engine), |r, s| r.time.count = Some(s))?;
+    load::warn_of_states(&job.watch, engine, program, &counts.deadlocks.0, overlap)?;
+    job.update(|r| {
         r.counts = Some(counts);
         r.memory.peak_nodes = engine.usage().peak_nodes;
     });

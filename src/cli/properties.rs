@@ -19,7 +19,7 @@ use meliora::planning::temporal;
 use super::exit::Status;
 use super::load::{self, Asked, Asking, Goal};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 
 /// What is asked of which model.
 pub(super) struct Questions {
@@ -38,9 +38,9 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
     let Questions { model, engine, .. } = &questions;
     let report = PropertiesReport::new(&model.path(), Some(&file), engine.engine.name(), model.scope.into());
     let shown = shown.of(&questions.model);
-    supervise(report, questions.model.timeout, &shown, move |desk| {
-        let (asked, open) = desk.timed("parse", || read(desk, &questions), |_, _| ())?;
-        work(desk, &questions.model, &questions.engine, &asked, &open)
+    supervise(report, questions.model.timeout, &shown, move |job| {
+        let (asked, open) = job.timed("parse", || read(job, &questions), |_, _| ())?;
+        work(job, &questions.model, &questions.engine, &asked, &open)
     })
 }
 
@@ -56,26 +56,26 @@ pub(super) fn several(
 ) -> Result<Status, Error> {
     let report = PropertiesReport::new(&model.path(), None, engine.engine.name(), model.scope.into());
     let (shown, timeout) = (shown.of(&model), model.timeout);
-    supervise(report, timeout, &shown, move |desk| {
-        let read = || load::asked(&model, None, &properties, &desk.watch);
-        let asked = desk.timed("parse", read, |_, _| ())?;
+    supervise(report, timeout, &shown, move |job| {
+        let read = || load::asked(&model, None, &properties, &job.watch);
+        let asked = job.timed("parse", read, |_, _| ())?;
         let open: Vec<usize> = (0..asked.questions.len()).collect();
-        desk.update(|r| {
+        job.update(|r| {
             let entry = |q: &Asking| PropertyAnswer::open(None, q.text.clone(), None);
             r.properties = asked.questions.iter().map(entry).collect();
         });
-        work(desk, &model, &engine, &asked, &open)
+        work(job, &model, &engine, &asked, &open)
     })
 }
 
 /// The model with what the file defines, the properties that can be answered, and where these stand in the
 /// report.
-fn read(desk: &Desk<PropertiesReport>, questions: &Questions) -> Result<(Asked, Vec<usize>), Error> {
+fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Vec<usize>), Error> {
     let source = load::read(&questions.file)?;
     let given = SourceFile::new("--const", questions.model.constants());
     let [theirs, others] = split_constants(&given, &open_constants(&source)?)?;
     let model = questions.model.with_constants(&others.text);
-    let (program, overlap) = load::program(&model, &desk.watch)?;
+    let (program, overlap) = load::program(&model, &job.watch)?;
     let mut program = Arc::unwrap_or_clone(program);
     let mut stated = parse_properties(&source, &theirs, &mut program)?;
     if let Some(only) = &questions.only {
@@ -88,7 +88,7 @@ fn read(desk: &Desk<PropertiesReport>, questions: &Questions) -> Result<(Asked, 
     for (position, stated) in stated.into_iter().enumerate() {
         let reason = stated.property.as_ref().err().cloned();
         let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
-        desk.update(|r| r.properties.push(entry));
+        job.update(|r| r.properties.push(entry));
         if let Ok(property) = &stated.property {
             let goal = load::goal(&mut program, &stated.source, &property.formula)?;
             let asks = Some((property.strategies, property.bound));
@@ -101,41 +101,41 @@ fn read(desk: &Desk<PropertiesReport>, questions: &Questions) -> Result<(Asked, 
 
 /// Answers the reachabilities with one engine, then each formula with its own.
 fn work(
-    desk: &Desk<PropertiesReport>,
+    job: &Job<PropertiesReport>,
     model: &ModelArgs,
     engine: &EngineArgs,
     asked: &Asked,
     open: &[usize],
 ) -> Result<(), Error> {
-    desk.update(|r| r.model = ModelSummary::of(&model.path(), &asked.program));
+    job.update(|r| r.model = ModelSummary::of(&model.path(), &asked.program));
     let all = || asked.questions.iter().zip(open.iter().copied());
     let plain: Vec<_> = all().filter(|(q, _)| matches!(q.goal, Goal::Target(_))).collect();
     if !plain.is_empty() || asked.questions.is_empty() {
-        run_engine(desk, model, engine, asked, &asked.program, &plain)?;
+        run_engine(job, model, engine, asked, &asked.program, &plain)?;
     }
     for question in all() {
         if let Goal::Formula(watched) = &question.0.goal {
-            run_engine(desk, model, engine, asked, &watched.program, &[question])?;
+            run_engine(job, model, engine, asked, &watched.program, &[question])?;
         }
     }
     Ok(())
 }
 
 fn run_engine(
-    desk: &Desk<PropertiesReport>,
+    job: &Job<PropertiesReport>,
     model: &ModelArgs,
     engine: &EngineArgs,
     asked: &Asked,
     program: &Arc<Program>,
     questions: &[(&Asking, usize)],
 ) -> Result<(), Error> {
-    let build = || load::engine(program, model, engine.engine, &desk.watch);
-    let engine = desk.timed("build", build, |_, _| ())?;
-    answer(desk, &engine, asked, questions)
+    let build = || load::engine(program, model, engine.engine, &job.watch);
+    let engine = job.timed("build", build, |_, _| ())?;
+    answer(job, &engine, asked, questions)
 }
 
 fn answer<E: Engine>(
-    desk: &Desk<PropertiesReport>,
+    job: &Job<PropertiesReport>,
     engine: &E,
     asked: &Asked,
     questions: &[(&Asking, usize)],
@@ -144,12 +144,12 @@ fn answer<E: Engine>(
         Some((asking, _)) => asking.goal.judged(engine)?,
         None => engine.all_states(),
     };
-    let counts = desk.timed("count", || Counts::within(engine, &judged), |_, _| ())?;
+    let counts = job.timed("count", || Counts::within(engine, &judged), |_, _| ())?;
     let mut known = false;
-    desk.update(|r| known = r.counts.is_some());
+    job.update(|r| known = r.counts.is_some());
     if !known {
-        load::warn_of_states(&desk.watch, engine, &asked.program, &counts.deadlocks.0, asked.overlap)?;
-        desk.update(|r| r.counts = Some(counts));
+        load::warn_of_states(&job.watch, engine, &asked.program, &counts.deadlocks.0, asked.overlap)?;
+        job.update(|r| r.counts = Some(counts));
     }
     let initial = engine.initial_states();
     for &(asking, position) in questions {
@@ -159,7 +159,7 @@ fn answer<E: Engine>(
                 temporal::judged(engine, watched.fresh, temporal::regions(engine, &watched.condition)?)
             }
         };
-        let found = desk.timed("regions", find, |_, _| ())?;
+        let found = job.timed("regions", find, |_, _| ())?;
         let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));
         let (pmax_one, pmax_positive) = (size(&found.pmax_one)?, size(&found.pmax_positive)?);
         let (pmin_one, pmin_positive) = (size(&found.pmin_one)?, size(&found.pmin_positive)?);
@@ -168,7 +168,7 @@ fn answer<E: Engine>(
             Ok::<_, Error>(engine.is_empty(&engine.difference(&initial, &satisfying)?))
         };
         let holds = asking.property.map(truth).transpose()?;
-        desk.update(|r| {
+        job.update(|r| {
             let answer = &mut r.properties[position];
             (answer.pmax_one, answer.pmax_positive) = (pmax_one, pmax_positive);
             (answer.pmin_one, answer.pmin_positive) = (pmin_one, pmin_positive);

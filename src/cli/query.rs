@@ -16,7 +16,7 @@ use super::exit::Status;
 use super::load;
 use super::options::{self, ShownArgs};
 use super::size;
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 
 /// Ask a dump, without the model: how many states, which, and is this one among them?
 #[derive(Debug, Clone, Args)]
@@ -70,9 +70,9 @@ impl LimitArgs {
     }
 
     /// What an engine is created with.
-    pub(super) fn settings<R>(&self, scope: Scope, desk: &Desk<R>) -> Settings {
+    pub(super) fn settings<R>(&self, scope: Scope, job: &Job<R>) -> Settings {
         let memory = self.memory();
-        Settings { scope, memory, sink: Arc::clone(&desk.watch) as _, ..Settings::default() }
+        Settings { scope, memory, sink: Arc::clone(&job.watch) as _, ..Settings::default() }
     }
 }
 
@@ -85,22 +85,22 @@ pub(super) fn run(args: QueryArgs) -> Result<Status, Error> {
     let mut report = QueryReport::new(&directory, &args.region, args.condition.as_deref());
     report.plain = args.count;
     let (timeout, shown) = (args.limits.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
-fn work(desk: &Desk<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
-    desk.watch.bound_memory(args.limits.memory());
-    let settings = args.limits.settings(Scope::All, desk);
+fn work(job: &Job<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
+    job.watch.bound_memory(args.limits.memory());
+    let settings = args.limits.settings(Scope::All, job);
     let open = || Archive::open(load::dump(&args.directory)?, args.condition.as_deref(), settings);
-    let archive = desk.timed("load", open, |_, _| ())?;
-    let selected = desk.timed("select", || archive.select(&args.region), |_, _| ())?;
-    desk.update(|r| {
+    let archive = job.timed("load", open, |_, _| ())?;
+    let selected = job.timed("select", || archive.select(&args.region), |_, _| ())?;
+    job.update(|r| {
         r.kind = Some(if matches!(selected, Selected::States(_)) { "states" } else { "choices" });
     });
     // The number is wanted unless something else is asked for.
     if args.count || (args.contains.is_empty() && args.list.is_none()) {
         let count = archive.count(&selected)?;
-        desk.update(|r| r.count = Some(count.into()));
+        job.update(|r| r.count = Some(count.into()));
     }
     for text in &args.contains {
         let state = archive.state(text)?;
@@ -110,11 +110,11 @@ fn work(desk: &Desk<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
             contained: member.is_some(),
             choices: member.and_then(|m| m.choices),
         };
-        desk.update(|r| r.contains.push(found));
+        job.update(|r| r.contains.push(found));
     }
     if let Some(limit) = args.list {
         let members = archive.list(&selected, limit)?;
-        desk.update(|r| r.states = Some(Rows::new(archive.program(), members)));
+        job.update(|r| r.states = Some(Rows::new(archive.program(), members)));
     }
     Ok(())
 }

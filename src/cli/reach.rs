@@ -16,7 +16,7 @@ use super::exit::Status;
 use super::load::{self, Asked, Asking, Goal};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::properties::{self, satisfying};
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
 /// From which states can, or must, a target be reached, or a temporal formula hold: surely or possibly?
@@ -73,41 +73,41 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     let report =
         ReachReport::new(&args.model.path(), args.engine.engine.name(), args.model.scope.into(), &asked);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
-    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
-fn work(desk: &Desk<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
-    let read = || load::asked(&args.model, args.target.as_deref(), &args.property, &desk.watch);
-    let asked = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    desk.update(|r| r.model = ModelSummary::of(&args.model.path(), &asked.program));
+fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
+    let read = || load::asked(&args.model, args.target.as_deref(), &args.property, &job.watch);
+    let asked = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    job.update(|r| r.model = ModelSummary::of(&args.model.path(), &asked.program));
     let Some(asking) = asked.questions.first() else { return Ok(()) };
     let program = match &asking.goal {
         Goal::Target(_) => &asked.program,
         Goal::Formula(watched) => &watched.program,
     };
-    let build = || load::engine(program, &args.model, args.engine.engine, &desk.watch);
-    let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-    answer(desk, &engine, &asked, asking)
+    let build = || load::engine(program, &args.model, args.engine.engine, &job.watch);
+    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    answer(job, &engine, &asked, asking)
 }
 
 /// All four regions, each of which is in the report as soon as it is known.
 fn answer<E: Engine>(
-    desk: &Desk<ReachReport>,
+    job: &Job<ReachReport>,
     engine: &E,
     asked: &Asked,
     asking: &Asking,
 ) -> Result<(), Error> {
     let judged = asking.goal.judged(engine)?;
-    let counts = desk.timed(
+    let counts = job.timed(
         "count",
         || Counts::within(engine, &judged),
         |r, s| {
             r.time.build = Some(r.time.build.unwrap_or(0.0) + s);
         },
     )?;
-    load::warn_of_states(&desk.watch, engine, &asked.program, &counts.deadlocks.0, asked.overlap)?;
-    desk.update(|r| r.counts = Some(counts));
-    let search = Search { desk, engine, judged };
+    load::warn_of_states(&job.watch, engine, &asked.program, &counts.deadlocks.0, asked.overlap)?;
+    job.update(|r| r.counts = Some(counts));
+    let search = Search { job, engine, judged };
     let found = match &asking.goal {
         Goal::Target(target) => {
             let states = search.target(*target)?;
@@ -121,7 +121,7 @@ fn answer<E: Engine>(
     };
     if let Some(property) = asking.property {
         let holds = search.share(&satisfying(engine, property, found)?)? == Share::All;
-        desk.update(|r| {
+        job.update(|r| {
             r.holds = Some(holds);
             r.list_property();
         });
@@ -153,7 +153,7 @@ fn slot(which: Which) -> Slot {
 }
 
 struct Search<'a, E: Engine> {
-    desk: &'a Desk<ReachReport>,
+    job: &'a Job<ReachReport>,
     engine: &'a E,
     /// From which states plays are judged: with monitors, where these are fresh.
     judged: E::States,
@@ -165,9 +165,9 @@ impl<E: Engine> Search<'_, E> {
         let states = self.engine.states_where(target)?;
         let size = self.engine.count(&states)?;
         if size == Count::ZERO {
-            self.desk.watch.warn("no state satisfies the target");
+            self.job.watch.warn("no state satisfies the target");
         }
-        self.desk.update(|r| r.target = Some(size.into()));
+        self.job.update(|r| r.target = Some(size.into()));
         Ok(states)
     }
 
@@ -182,11 +182,10 @@ impl<E: Engine> Search<'_, E> {
             let states = find()?;
             Ok((self.engine.intersection(&states, &self.judged)?, states))
         };
-        let (judged, states) =
-            self.desk.timed(slot.name, work, |r, s| *(slot.time)(&mut r.time) = Some(s))?;
+        let (judged, states) = self.job.timed(slot.name, work, |r, s| *(slot.time)(&mut r.time) = Some(s))?;
         let size = self.engine.count(&judged)?;
         let share = self.share(&judged)?;
-        self.desk.update(|r| {
+        self.job.update(|r| {
             *(slot.size)(r) = Some(size.into());
             *(slot.share)(&mut r.initial) = Some(share);
             r.memory.peak_nodes = self.engine.usage().peak_nodes;

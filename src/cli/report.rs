@@ -21,7 +21,7 @@ use super::load::{self, Question};
 use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, KindArg, PicksArg};
 use super::size;
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 
 /// The play in a page has at most so many steps.
 const STEPS: u64 = 500;
@@ -150,7 +150,7 @@ pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
         args.preferences.safety.name(),
     ));
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
 impl ReportArgs {
@@ -175,7 +175,7 @@ impl ReportArgs {
     }
 }
 
-fn work(desk: &Desk<PageReport>, args: &ReportArgs) -> Result<(), Error> {
+fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     let inputs = [args.model.model.as_path(), &args.preferences.preferences, Path::new(&args.model.order)];
     let target = args.out.as_ref().map(|out| Target::new(out, &inputs)).transpose()?;
     if args.shown.json && target.as_ref().is_some_and(Target::is_stdout) {
@@ -183,7 +183,7 @@ fn work(desk: &Desk<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         return Err(Error::Usage(message.to_owned()));
     }
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &desk.watch)?;
+        let question = load::question(&args.model, &args.preferences, &job.watch)?;
         let plane = match &args.grid {
             Some(names) => Some(Plane::named(&question.program, names)?),
             None => Plane::guess(&question.program),
@@ -192,28 +192,28 @@ fn work(desk: &Desk<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         let start = plan::states(&question.program, &at)?.pop();
         Ok((question, plane, start))
     };
-    let (question, plane, start) = desk.timed("parse", read, |r, s| r.check.time.parse = Some(s))?;
-    desk.update(|r| {
+    let (question, plane, start) = job.timed("parse", read, |r, s| r.check.time.parse = Some(s))?;
+    job.update(|r| {
         r.check.model = ModelSummary::of(&args.model.path(), &question.program);
         r.check.empty = Some(question.preferences.empty.name());
         r.check.history = question.preferences.whole_plays();
     });
-    let build = || load::symbolic(&question.program, &args.model, &desk.watch);
-    let engine = desk.timed("build", build, |r, s| r.check.time.build = Some(s))?;
+    let build = || load::symbolic(&question.program, &args.model, &job.watch);
+    let engine = job.timed("build", build, |r, s| r.check.time.build = Some(s))?;
     if let (Some(text), Some(start)) = (&args.at, &start) {
         plan::in_scope(&engine, &args.model, std::slice::from_ref(text), std::slice::from_ref(start))?;
     }
-    let analysis = check::analyse(desk, &engine, &question, &args.preferences)?;
+    let analysis = check::analyse(job, &engine, &question, &args.preferences)?;
     let start = match start {
         Some(start) => Some(start),
         None => engine.list_states(&engine.initial_states(), 1)?.pop(),
     };
-    Run { desk, question: &question, args, target, analysis: &analysis }.write(plane, start)
+    Run { job, question: &question, args, target, analysis: &analysis }.write(plane, start)
 }
 
 /// A finished analysis with the report that it fills in.
 struct Run<'a> {
-    desk: &'a Desk<PageReport>,
+    job: &'a Job<PageReport>,
     question: &'a Question,
     args: &'a ReportArgs,
     target: Option<Target>,
@@ -233,10 +233,10 @@ impl Run<'_> {
                 start.as_ref().map(|start| self.play(start)).transpose()?.flatten(),
             ))
         };
-        let (projections, play) = self.desk.timed("draw", draw, |_, _| ())?;
+        let (projections, play) = self.job.timed("draw", draw, |_, _| ())?;
         let text = self.text(projections.as_ref(), play.as_ref())?;
         let Some(target) = self.target.as_ref().filter(|t| !t.is_stdout()) else {
-            self.desk.update(|r| r.drawing = Some(text));
+            self.job.update(|r| r.drawing = Some(text));
             return Ok(());
         };
         target.write(&text)?;
@@ -249,16 +249,16 @@ impl Run<'_> {
             nodes: projections.as_ref().map_or(0, |a| a.diagram.nodes.len() as u64),
             projected: projections.as_ref().is_some_and(|a| a.projected),
         };
-        self.desk.update(|r| r.written = Some(written));
+        self.job.update(|r| r.written = Some(written));
         Ok(())
     }
 
     /// What goes into the file.
     fn text(&self, projections: Option<&Projections>, play: Option<&Play>) -> Result<String, Error> {
         let mut report = None;
-        self.desk.update(|r| report = Some(r.check.clone()));
+        self.job.update(|r| report = Some(r.check.clone()));
         let Some(mut check) = report else { return Ok(String::new()) };
-        check.finish(self.desk.watch.elapsed().as_secs_f64(), size::peak_rss());
+        check.finish(self.job.watch.elapsed().as_secs_f64(), size::peak_rss());
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
         let content = Content { check: &check, program, preferences, projections, play };
         match self.args.format {

@@ -13,7 +13,7 @@ use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, KindArg, PicksArg};
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 
 /// Plays start in at most so many initial states.
 const STARTS: usize = 16;
@@ -85,27 +85,27 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
         args.setup(),
     );
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
-fn work(desk: &Desk<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
+fn work(job: &Job<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &desk.watch)?;
+        let question = load::question(&args.model, &args.preferences, &job.watch)?;
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
-    let (question, states) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    desk.update(|r| {
+    let (question, states) = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    job.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
     });
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &desk.watch);
-    let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-    play(desk, &engine, &question, args, states)
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    play(job, &engine, &question, args, states)
 }
 
 fn play<E: Engine>(
-    desk: &Desk<SimulateReport>,
+    job: &Job<SimulateReport>,
     engine: &E,
     question: &Question,
     args: &SimulateArgs,
@@ -117,19 +117,19 @@ fn play<E: Engine>(
         false => given,
     };
     let asked = [Phase::levels(args.kind.into())];
-    let levels = || plan::analysis(engine, question, &args.preferences, &asked, &desk.watch);
-    let analysis = desk.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
+    let levels = || plan::analysis(engine, question, &args.preferences, &asked, &job.watch);
+    let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
     let mut book = plan::playbook(&analysis, &question.program, args.kind.into())?;
     let mut simulation = Simulation::new(&mut book, args.setup());
     let all = || {
         for start in &starts {
             let tally = simulation.run(start)?;
             let report = PlaysReport::new(&question.program, &question.preferences, &tally);
-            desk.update(|r| r.plays.push(report));
+            job.update(|r| r.plays.push(report));
         }
         Ok(())
     };
-    desk.timed("answer", all, |r, s| r.time.answer = Some(s))?;
-    desk.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
+    job.timed("answer", all, |r, s| r.time.answer = Some(s))?;
+    job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
 }

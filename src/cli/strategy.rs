@@ -13,7 +13,7 @@ use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, KindArg};
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 use super::terminal;
 
 /// A play that is drawn in the text has at most so many places.
@@ -90,27 +90,27 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
         args.kind.into(),
     );
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
-fn work(desk: &Desk<StrategyReport>, args: &StrategyArgs) -> Result<(), Error> {
+fn work(job: &Job<StrategyReport>, args: &StrategyArgs) -> Result<(), Error> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &desk.watch)?;
+        let question = load::question(&args.model, &args.preferences, &job.watch)?;
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
-    let (question, states) = desk.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    desk.update(|r| {
+    let (question, states) = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    job.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
     });
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &desk.watch);
-    let engine = desk.timed("build", build, |r, s| r.time.build = Some(s))?;
-    answer(desk, &engine, &question, args, states)
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    answer(job, &engine, &question, args, states)
 }
 
 fn answer<E: Engine>(
-    desk: &Desk<StrategyReport>,
+    job: &Job<StrategyReport>,
     engine: &E,
     question: &Question,
     args: &StrategyArgs,
@@ -118,18 +118,18 @@ fn answer<E: Engine>(
 ) -> Result<(), Error> {
     plan::in_scope(engine, &args.model, &args.at, &states)?;
     let both = [Phase::Sasi, Phase::Spi];
-    let levels = || plan::analysis(engine, question, &args.preferences, &both, &desk.watch);
-    let analysis = desk.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
+    let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.watch);
+    let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
     let book = plan::playbook(&analysis, &question.program, args.kind.into())?;
-    let mut run = Run { desk, question, args, analysis: &analysis, book };
-    desk.timed("answer", || run.answer(states), |r, s| r.time.answer = Some(s))?;
-    desk.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
+    let mut run = Run { job, question, args, analysis: &analysis, book };
+    job.timed("answer", || run.answer(states), |r, s| r.time.answer = Some(s))?;
+    job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
 }
 
 /// An analysis with the report that it fills in.
 struct Run<'a, 'b, E: Engine> {
-    desk: &'a Desk<StrategyReport>,
+    job: &'a Job<StrategyReport>,
     question: &'a Question,
     args: &'a StrategyArgs,
     analysis: &'a Analysis<'b, E>,
@@ -143,17 +143,17 @@ impl<E: Engine> Run<'_, '_, E> {
             return self.draw(&states);
         }
         if self.args.csv {
-            self.desk.update(|r| r.streamed = true);
+            self.job.update(|r| r.streamed = true);
             terminal::print(&strategy_table::csv_heading(&self.question.program))?;
         }
         let style = (!self.args.shown.json).then(terminal::stdout_style);
         for state in states {
-            self.desk.watch.check()?;
+            self.job.watch.check()?;
             let report = self.state(&state)?;
             if self.args.csv {
                 terminal::print(&strategy_table::csv_rows(&report))?;
             } else {
-                self.desk.update(|r| r.push(&report, style));
+                self.job.update(|r| r.push(&report, style));
             }
         }
         Ok(())
@@ -171,9 +171,9 @@ impl<E: Engine> Run<'_, '_, E> {
         let states = engine.list_states(&set, self.args.limit as usize)?;
         if count > meliora::engine::Count::from(states.len()) {
             let (listed, all) = (states.len(), Number(count.clone()).grouped());
-            self.desk.watch.note(&format!("{listed} of {all} states; `--limit` lists more"));
+            self.job.watch.note(&format!("{listed} of {all} states; `--limit` lists more"));
         }
-        self.desk.update(|r| r.asked = Some(count.into()));
+        self.job.update(|r| r.asked = Some(count.into()));
         Ok(states)
     }
 
@@ -199,11 +199,11 @@ impl<E: Engine> Run<'_, '_, E> {
         let limit = self.args.limit as usize;
         let course = InducedModel::unfold(&mut self.book, states, Scheduler::Permissive, limit)?;
         if !course.complete {
-            self.desk.watch.warn(&format!("the drawing ends after {limit} places; `--limit` draws more"));
+            self.job.watch.warn(&format!("the drawing ends after {limit} places; `--limit` draws more"));
         }
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
         let dot = strategy_table::dot(program, preferences, self.args.kind.into(), &course, states.len());
-        self.desk.update(|r| r.drawing = Some(dot));
+        self.job.update(|r| r.drawing = Some(dot));
         Ok(())
     }
 }

@@ -26,13 +26,13 @@ const TICK: Duration = Duration::from_millis(100);
 const STACK: usize = 512 << 20;
 
 /// The worker's place: the report that it fills in, and the watch that it heeds.
-pub(super) struct Desk<R> {
+pub(super) struct Job<R> {
     report: Arc<Mutex<R>>,
     /// The sink to hand to the library.
     pub(super) watch: Arc<Watch>,
 }
 
-impl<R> Desk<R> {
+impl<R> Job<R> {
     /// Writes something that is known now into the report.
     pub(super) fn update(&self, change: impl FnOnce(&mut R)) {
         change(&mut lock(&self.report));
@@ -81,16 +81,16 @@ pub(super) fn supervise<R, W>(
 ) -> Result<Status, Error>
 where
     R: Report + Send + 'static,
-    W: FnOnce(&Desk<R>) -> Result<(), Error> + Send + 'static,
+    W: FnOnce(&Job<R>) -> Result<(), Error> + Send + 'static,
 {
     terminal::set_color(shown.color);
     let watch = Arc::new(Watch::new(timeout, shown));
     let report = Arc::new(Mutex::new(report));
-    let desk = Desk { report: Arc::clone(&report), watch: Arc::clone(&watch) };
+    let job = Job { report: Arc::clone(&report), watch: Arc::clone(&watch) };
     let (sender, events) = channel();
     let over = handle_interrupts(sender.clone());
     let panic = record_panics();
-    start(desk, work, sender)?;
+    start(job, work, sender)?;
     let end = wait(&watch, &events);
     over.store(true, Ordering::Relaxed);
     watch.clear();
@@ -130,13 +130,13 @@ fn internal(message: &str, shown: &ShownArgs) -> Result<Status, Error> {
 }
 
 /// Lets the worker go.
-fn start<R, W>(desk: Desk<R>, work: W, sender: Sender<Event>) -> Result<(), Error>
+fn start<R, W>(job: Job<R>, work: W, sender: Sender<Event>) -> Result<(), Error>
 where
     R: Send + 'static,
-    W: FnOnce(&Desk<R>) -> Result<(), Error> + Send + 'static,
+    W: FnOnce(&Job<R>) -> Result<(), Error> + Send + 'static,
 {
     let body = move || {
-        let end = match catch_unwind(AssertUnwindSafe(|| work(&desk))) {
+        let end = match catch_unwind(AssertUnwindSafe(|| work(&job))) {
             Ok(result) => result.map_err(End::Error),
             Err(_) => Err(End::Panic),
         };

@@ -16,7 +16,7 @@ use super::exit::Status;
 use super::load;
 use super::options::ShownArgs;
 use super::query::LimitArgs;
-use super::supervise::{Desk, supervise};
+use super::supervise::{Job, supervise};
 
 /// Check a dump against the model by one-step conditions, without the code that computed it
 ///
@@ -53,20 +53,20 @@ pub(super) struct VerifyArgs {
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
     let report = VerifyReport::new(&args.directory.display().to_string());
     let (timeout, shown) = (args.limits.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |desk| work(desk, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
-fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
-    desk.watch.bound_memory(args.limits.memory());
+fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
+    job.watch.bound_memory(args.limits.memory());
     let manifest = Manifest::read(load::dump(&args.directory)?)?;
     let given = Given {
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),
     };
-    let read = || load::certified(&args.model, &args.preferences, &given, &desk.watch);
-    let question = desk.timed("parse", read, |_, _| ())?;
-    let load = || read_directory(&args.directory, true, desk.watch.as_ref());
-    let dump: Dump = desk.timed("load", load, |_, _| ())?;
+    let read = || load::certified(&args.model, &args.preferences, &given, &job.watch);
+    let question = job.timed("parse", read, |_, _| ())?;
+    let load = || read_directory(&args.directory, true, job.watch.as_ref());
+    let dump: Dump = job.timed("load", load, |_, _| ())?;
     if dump.certificate.is_none() {
         return Err(Error::Dump {
             file: args.directory.join(FILE).display().to_string(),
@@ -76,7 +76,7 @@ fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
         });
     }
     let scope = Scope::named(&manifest.scope).unwrap_or_default();
-    let settings = args.limits.settings(scope, desk);
+    let settings = args.limits.settings(scope, job);
     let hashes = (
         sha256(question.program.source.original().as_bytes()),
         sha256(question.source.original().as_bytes()),
@@ -85,10 +85,10 @@ fn work(desk: &Desk<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
         let hashes = (hashes.0.as_str(), hashes.1.as_str());
         certify::verify(&question.program, &question.preferences, hashes, &dump, settings)
     };
-    let mut verdict = desk.timed("verify", verify, |_, _| ())?;
+    let mut verdict = job.timed("verify", verify, |_, _| ())?;
     if verdict.violation.is_none() {
-        verdict.violation = certify::pictures(&args.directory, &dump, desk.watch.as_ref())?;
+        verdict.violation = certify::pictures(&args.directory, &dump, job.watch.as_ref())?;
     }
-    desk.update(|r| r.set(&question.program, &verdict));
+    job.update(|r| r.set(&question.program, &verdict));
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! Long work on a thread of its own, while the caller's thread heeds signals, time and progress.
 //!
-//! Whatever belongs to one exploration has one desk, at which one call works at a time: calls from
+//! Whatever belongs to one exploration has one worker, at which one call works at a time: calls from
 //! other threads wait for their turn. A worker never touches Python, so that it can be left behind where
-//! it does not stop at once; the desk stays taken until it has.
+//! it does not stop at once; the worker stays taken until it has.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::AcqRel, Ordering::Acquire, Ordering::Release};
@@ -23,14 +23,14 @@ use crate::watch::{Position, Watch, lock};
 const GRACE: Duration = Duration::from_millis(250);
 /// Signals are looked at this often.
 const TICK: Duration = Duration::from_millis(50);
-/// How long another thread waits before it looks again whether the desk is free.
+/// How long another thread waits before it looks again whether the worker is free.
 const NAP: Duration = Duration::from_millis(2);
 /// Recursion over expressions and diagrams is as deep as they are: the system maps the pages of the
 /// stack when they are used.
 const STACK: usize = 512 << 20;
 
 /// Where the work on one exploration is done.
-pub(crate) struct Desk {
+pub(crate) struct Worker {
     pub(crate) watch: Arc<Watch>,
     /// The bytes that the work may have.
     memory: u64,
@@ -40,8 +40,8 @@ pub(crate) struct Desk {
     process: u32,
 }
 
-/// The right to work at a desk, until it is dropped.
-struct Turn(Arc<Desk>);
+/// The right to work at a worker, until it is dropped.
+struct Turn(Arc<Worker>);
 
 impl Drop for Turn {
     fn drop(&mut self) {
@@ -108,9 +108,9 @@ impl Teller<'_> {
     }
 }
 
-impl Desk {
+impl Worker {
     pub(crate) fn new(memory: u64) -> Arc<Self> {
-        Arc::new(Desk {
+        Arc::new(Worker {
             watch: Arc::new(Watch::new()),
             memory,
             taken: AtomicBool::new(false),
