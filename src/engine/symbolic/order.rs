@@ -1,7 +1,7 @@
 //! The order of the bits: declared, computed from the structure of the program, or the user's.
 
-mod copies;
-mod worlds;
+mod grid_world;
+mod module_copies;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -99,11 +99,11 @@ pub fn from_structure(program: &Program) -> Ordered {
         let Ordered { bits, why } = from_structure(&program.without_monitors());
         return Ordered { bits: beside_monitors(program, bits), why };
     }
-    if let Some(variables) = copies::by_roles(program) {
+    if let Some(variables) = module_copies::by_roles(program) {
         let why = "copies of a module whose clocks advance together: the clocks side by side";
         return Ordered { bits: by_variables(program, &variables), why: why.to_owned() };
     }
-    match worlds::by_worlds(program) {
+    match grid_world::by_positions(program) {
         Some(order) if !order.why.is_empty() => order,
         Some(Ordered { bits, .. }) if bits != declared(program) => {
             Ordered { bits, why: "flags above what moves".to_owned() }

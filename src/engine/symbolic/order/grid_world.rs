@@ -21,7 +21,7 @@ const MOST_STEPS: usize = 75;
 
 /// Flags that no module owns, then the modules one after the other, each by itself; none where one
 /// depends on another.
-pub(super) fn by_worlds(program: &Program) -> Option<Ordered> {
+pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
     let is_flag = |v: &VarId| program.variables[v.index()].bits() <= 1;
     let owner = |v: &VarId| program.variables[v.index()].module;
     let mut shared: Vec<VarId> = program.variable_ids().filter(|v| owner(v).is_none()).collect();
