@@ -3,10 +3,11 @@
 use crate::common::run;
 
 /// The models with constants for sizes that take little time.
-const MODELS: [(&str, &str); 14] = [
+const MODELS: [(&str, &str); 15] = [
     ("chain", "N=9"),
     ("counter", ""),
     ("courier", ""),
+    ("drone", ""),
     ("fleet", "L=1"),
     ("lateral", ""),
     ("lateral_prefix", ""),

@@ -88,6 +88,7 @@ models! {
     chain: "chain", "N=6";
     counter: "counter", "";
     courier: "courier", "";
+    drone: "drone", "";
     fleet: "fleet", "L=1";
     lateral: "lateral", "";
     lateral_prefix: "lateral_prefix", "";
@@ -108,5 +109,5 @@ fn every_model_of_the_folder_is_asked() {
         .unwrap()
         .filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == "prism"))
         .count();
-    assert_eq!(count, 14, "a new model needs a line above");
+    assert_eq!(count, 15, "a new model needs a line above");
 }
