@@ -6,7 +6,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::AcqRel, Ordering::Acquire, Ordering::Release};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
@@ -181,7 +181,8 @@ impl Worker {
     ) -> Result<T, Failure> {
         let turn = self.turn(py)?;
         self.watch.arm(self.memory, call.timeout);
-        let (sender, news) = channel();
+        // Without a queue: the work waits while a callback is told what it turns to.
+        let (sender, news) = sync_channel(0);
         self.start(turn, sender, work)?;
         let news = Mutex::new(news);
         self.wait(py, call, &news)
@@ -191,7 +192,7 @@ impl Worker {
     fn start<T: Send + 'static>(
         self: &Arc<Self>,
         turn: Turn,
-        sender: Sender<News<T>>,
+        sender: SyncSender<News<T>>,
         work: impl FnOnce(&Teller<'_>) -> Result<T, Error> + Send + 'static,
     ) -> Result<(), Failure> {
         let body = move || {

@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 use crate::common::{Finished, Scratch, meliora, run};
 
@@ -27,20 +26,18 @@ fn browse(browser: &Path, scratch: &Scratch, arguments: &[&str]) -> String {
         // The sandbox needs rights that containers do not give; the page is ours.
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"])
         .arg(format!("--user-data-dir={}", scratch.show("profile")))
+        // Chromium and its libraries write settings and caches to the home folder.
+        .env("HOME", scratch.show("home"))
+        .env("XDG_CONFIG_HOME", scratch.show("home/config"))
+        .env("XDG_CACHE_HOME", scratch.show("home/cache"))
         .args(["--no-first-run", "--virtual-time-budget=5000"])
         .args(arguments)
         .stdout(std::fs::File::create(&log).unwrap())
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let until = Instant::now() + Duration::from_secs(120);
-    while child.try_wait().unwrap().is_none() {
-        if Instant::now() > until {
-            child.kill().unwrap();
-            panic!("the browser did not come to an end");
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
+    let ended = child.wait().unwrap();
+    assert!(ended.success(), "the browser failed: {ended}");
     std::fs::read_to_string(log).unwrap()
 }
 
