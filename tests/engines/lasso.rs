@@ -28,6 +28,7 @@ use Formula::{Binary, Label, Unary};
 impl Formula {
     fn text(&self) -> String {
         match self {
+            Label(name @ ("true" | "false")) => (*name).to_owned(),
             Label(name) => format!("\"{name}\""),
             Unary(operator, a) => format!("({operator} {})", a.text()),
             Binary(operator, a, b) => format!("({} {operator} {})", a.text(), b.text()),
@@ -36,10 +37,14 @@ impl Formula {
 }
 
 fn formula() -> impl Strategy<Value = Formula> {
-    prop_oneof![Just(Label("p")), Just(Label("q"))].prop_recursive(5, 12, 2, |inner| {
+    let leaf = prop::sample::select(vec!["p", "p", "p", "q", "q", "q", "true", "false"]);
+    leaf.prop_map(Label).prop_recursive(5, 12, 2, |inner| {
         let one = || inner.clone().prop_map(Box::new);
-        let unary = prop::sample::select(vec!["!", "X", "F", "G", "G F", "F G", "F<=1", "G<=2", "G"]);
-        let binary = prop::sample::select(vec!["&", "|", "=>", "<=>", "U", "W", "R", "U<=1"]);
+        let unary = prop::sample::select(vec![
+            "!", "X", "F", "G", "G F", "F G", "G", "F<=0", "F<=1", "F<2", "F=2", "G<=2", "G>=1", "F>0",
+            "G[1,2]",
+        ]);
+        let binary = prop::sample::select(vec!["&", "|", "=>", "<=>", "U", "W", "R", "U<=1", "U[1,2]"]);
         prop_oneof![
             3 => (unary, one()).prop_map(|(operator, a)| Unary(operator, a)),
             2 => (binary, one(), one()).prop_map(|(operator, a, b)| Binary(operator, a, b)),
@@ -52,6 +57,8 @@ fn formula() -> impl Strategy<Value = Formula> {
 struct Lasso {
     letters: Vec<(bool, bool)>,
     back: usize,
+    /// Whether a last state that only leads to itself is a deadlock.
+    stuck: bool,
 }
 
 impl Lasso {
@@ -67,7 +74,9 @@ impl Lasso {
 
     fn program(&self) -> Program {
         let last = self.letters.len();
-        let steps = (0..last).map(|i| format!("  [] s={i} -> (s'={});\n", self.after(i)));
+        let stuck = self.stuck && self.back + 1 == last;
+        let steps =
+            (0..last - usize::from(stuck)).map(|i| format!("  [] s={i} -> (s'={});\n", self.after(i)));
         let text = format!(
             "mdp\nmodule m\n  s : [0..{last}] init 0;\n{}endmodule\nlabel \"p\" = {};\nlabel \"q\" = {};\n",
             steps.collect::<String>(),
@@ -84,12 +93,13 @@ impl Lasso {
         let not = |x: Vec<bool>| x.into_iter().map(|v| !v).collect::<Vec<bool>>();
         let always = vec![true; n];
         let (operator, a, b) = match f {
-            Label(name) => {
-                return each(&|i| if *name == "p" { self.letters[i].0 } else { self.letters[i].1 });
-            }
+            Label("p") => return each(&|i| self.letters[i].0),
+            Label("q") => return each(&|i| self.letters[i].1),
+            Label(name) => return each(&|_| *name == "true"),
             Unary(operator, a) => (*operator, self.meaning(a), always.clone()),
             Binary(operator, a, b) => (*operator, self.meaning(a), self.meaning(b)),
         };
+        let within = |a: &[bool], least: usize, most: usize| self.until(&always, a, Some((least, most)));
         match operator {
             "!" => not(a),
             "X" => each(&|i| a[self.after(i)]),
@@ -97,14 +107,20 @@ impl Lasso {
             "G" => not(self.until(&always, &not(a), None)),
             "G F" => not(self.until(&always, &not(self.until(&always, &a, None)), None)),
             "F G" => self.until(&always, &not(self.until(&always, &not(a), None)), None),
-            "F<=1" => self.until(&always, &a, Some(1)),
-            "G<=2" => not(self.until(&always, &not(a), Some(2))),
+            "F<=0" => within(&a, 0, 0),
+            "F<=1" | "F<2" => within(&a, 0, 1),
+            "F=2" => within(&a, 2, 2),
+            "F>0" => within(&a, 1, usize::MAX),
+            "G>=1" => not(within(&not(a), 1, usize::MAX)),
+            "G<=2" => not(within(&not(a), 0, 2)),
+            "G[1,2]" => not(within(&not(a), 1, 2)),
             "&" => each(&|i| a[i] && b[i]),
             "|" => each(&|i| a[i] || b[i]),
             "=>" => each(&|i| !a[i] || b[i]),
             "<=>" => each(&|i| a[i] == b[i]),
             "U" => self.until(&a, &b, None),
-            "U<=1" => self.until(&a, &b, Some(1)),
+            "U<=1" => self.until(&a, &b, Some((0, 1))),
+            "U[1,2]" => self.until(&a, &b, Some((1, 2))),
             "R" => not(self.until(&not(a), &not(b), None)),
             // a W b is a U b, or a for ever.
             "W" => {
@@ -115,11 +131,13 @@ impl Lasso {
         }
     }
 
-    fn until(&self, a: &[bool], b: &[bool], most: Option<usize>) -> Vec<bool> {
+    /// a U b, where b must hold after so many steps at least and at most.
+    fn until(&self, a: &[bool], b: &[bool], steps: Option<(usize, usize)>) -> Vec<bool> {
+        let (least, most) = steps.unwrap_or((0, usize::MAX));
         let holds = |start: usize| {
             let mut at = start;
-            for _ in 0..=most.unwrap_or(2 * a.len()) {
-                if b[at] {
+            for step in 0..=most.min(least + 2 * a.len()) {
+                if step >= least && b[at] {
                     return true;
                 }
                 if !a[at] {
@@ -135,8 +153,8 @@ impl Lasso {
 
 fn lasso() -> impl Strategy<Value = Lasso> {
     prop::collection::vec(any::<(bool, bool)>(), 1..6)
-        .prop_flat_map(|letters| (Just(letters.clone()), 0..letters.len()))
-        .prop_map(|(letters, back)| Lasso { letters, back })
+        .prop_flat_map(|letters| (Just(letters.clone()), 0..letters.len(), any::<bool>()))
+        .prop_map(|(letters, back, stuck)| Lasso { letters, back, stuck })
 }
 
 /// Pmax = 1, Pmax > 0, Pmin = 1, Pmin > 0 of a property, each as the number of states.
@@ -205,7 +223,7 @@ fn at_start<E: Engine>(engine: &E, program: &Program, preferences: &Preferences)
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(600))]
 
     #[test]
     fn formulas_hold_where_the_definition_says(f in formula(), path in lasso()) {
@@ -227,7 +245,7 @@ proptest! {
 fn what_is_owed_may_be_fulfilled_as_new_obligations_come_up() {
     let text = "mdp\nmodule m\n  s : [0..1] init 0;\n  [] true -> (s'=0);\n  [] true -> (s'=1);\nendmodule\n\
         label \"p\" = s=1;\n";
-    let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("--const", "")).unwrap().program;
+    let program = load(text);
     for (formula, expected) in [
         ("G ((X p) => (F p))", ["2", "2", "2", "2"]),
         ("G ((F p) | (X !p))", ["2", "2", "2", "2"]),
@@ -244,4 +262,42 @@ fn what_is_owed_may_be_fulfilled_as_new_obligations_come_up() {
         let found = answers(program.clone(), &formula, false).unwrap();
         assert_eq!(found, [expected, expected].map(|row| row.map(String::from)), "{formula}");
     }
+}
+
+fn load(model: &str) -> Program {
+    lang::load(&SourceFile::new("m", model), &SourceFile::new("--const", "")).unwrap().program
+}
+
+/// One of two recurrences loses states while the other one is unchanged in its first round.
+#[test]
+fn each_recurrence_is_asked_for_again_when_another_one_loses_states() {
+    let model = "mdp module m s:[0..2] init 0; [a] s=0 -> 0.5:(s'=1) + 0.5:(s'=2); [b] s=0 -> true;
+        [] s=1 -> (s'=0); [] s=2 -> true; endmodule";
+    for (formula, expected) in
+        [("(G F s!=1) & (G F (s>0 & s<2))", ["0", "0", "0", "0"]), ("G F s!=1", ["3", "3", "3", "3"])]
+    {
+        let found = answers(load(model), formula, false).unwrap();
+        assert_eq!(found, [expected, expected].map(|row| row.map(String::from)), "{formula}");
+    }
+}
+
+#[test]
+fn brackets_of_arithmetic_stand_beside_temporal_formulas() {
+    let model = "mdp module m s:[0..3] init 0; [] s<3 -> (s'=s+1); endmodule";
+    for formula in ["((s+1)*2=2) & (F s=3)", "((s+1)*2=2 & (F s=3))", "(2*(s+1)=2) & (X ((s+1)*(1+1)=4))"] {
+        let found = answers(load(model), formula, false).unwrap();
+        assert_eq!(found, [["1"; 4], ["1"; 4]].map(|row| row.map(String::from)), "{formula}");
+    }
+}
+
+/// An objective may have the name of a variable: its monitor gets another one.
+#[test]
+fn an_objective_may_be_called_as_a_variable_is() {
+    let mut program = load("mdp module m s:[0..1] init 0; [] true -> (s'=1-s); endmodule");
+    let text = SourceFile::new("p", "objective s = G F s=1;");
+    let preferences = lang::load_preferences(&text, &mut program).unwrap();
+    let names: std::collections::BTreeSet<&String> = program.variables.iter().map(|v| &v.name).collect();
+    assert_eq!(names.len(), program.variables.len(), "{names:?}");
+    let (symbolic, explicit) = engines(program.clone());
+    assert!(at_start(&symbolic, &program, &preferences) && at_start(&explicit, &program, &preferences));
 }
