@@ -51,6 +51,9 @@ pub(super) struct Malformed {
 }
 
 /// Returns the document of a text, after a check of its whole syntax. A byte order mark is skipped.
+///
+/// # Errors
+/// The text is not JSON.
 pub(super) fn document(text: &str) -> Result<Node<'_>, Malformed> {
     let body = text.strip_prefix('\u{feff}').unwrap_or(text);
     let start = text.len() - body.len();
@@ -70,6 +73,9 @@ impl<'a> Node<'a> {
     }
 
     /// Returns the form of the value.
+    ///
+    /// # Errors
+    /// The value cannot be opened, such as a string with a broken escape.
     pub(super) fn shape(self) -> Result<Shape<'a>, Malformed> {
         let broken = |e: serde_json::Error| Malformed { at: self.span(), message: reason(&e) };
         Ok(match self.text.as_bytes().first() {

@@ -1,8 +1,9 @@
 //! Division of a normal form into leaves under `&` and `|`: co-safe, safe, recurrence, persistence.
 //!
-//! The equivalences used to move operators are: `G (φ & ψ)` is `G φ & G ψ`, `F (φ | ψ)` is `F φ | F
-//! ψ`, `G F (φ | ψ)` is `G F φ | G F ψ`, and dually. `G G φ`, `F F φ`, `G F G φ` and `F G F φ` lose
-//! their first operators. X moves inwards and vanishes before `G F φ` and `F G φ`.
+//! Equivalences that move operators, each also in its dual form:
+//! - `G (φ & ψ)` is `G φ & G ψ`; `G F (φ | ψ)` is `G F φ | G F ψ`.
+//! - `G G φ` is `G φ`, and `F G F φ` is `G F φ`.
+//! - X moves inwards, and vanishes before `G F φ`.
 
 use super::normal::{Form, Normal, Window};
 use crate::lang::ast::Span;

@@ -72,7 +72,7 @@ impl Monitor {
     }
 
     /// Builds the monitor of `G φ` with co-safe φ: it marks a step that fulfils all obligations
-    /// pending since the last mark.
+    /// pending at the last mark.
     ///
     /// Obligations that arise in between become pending at the next mark: the breakpoint
     /// construction of J. Esparza, J. Kretinsky and S. Sickert, *A unified translation of linear
@@ -106,7 +106,7 @@ impl Monitor {
     }
 }
 
-/// The obligations pending since the last mark, and those that arose since then.
+/// The obligations pending at the last mark, and those that arose since then.
 type Owed = (Function, Function);
 
 /// A monitor under construction.

@@ -2,9 +2,8 @@
 //! `G`, whose operand extends as far as possible, then the operators of expressions.
 //!
 //! PRISM requires brackets around an operand of `&`, `|`, `!` or `=>` that has a temporal operator.
-//! Here they are optional where the text is unambiguous: at the end of a bracket, as in `F (a & F
-//! b)`.
-//! be left out where nothing can be misread: at the end of a bracket, as in `F (a & F b)`.
+//! Here they are optional where the text is unambiguous: at the end of a bracket, as in
+//! `F (a & F b)`.
 
 use std::sync::Arc;
 
@@ -25,6 +24,10 @@ pub fn parse_formula(source: &Arc<SourceFile>) -> Result<Formula<Span>> {
     formula(Parser::places(source, whole(source)))
 }
 
+/// Parses a formula to the end of the text.
+///
+/// # Errors
+/// See [`parse_formula`].
 pub(super) fn formula<M: Maker>(mut parser: Parser<'_, M>) -> Result<Formula<M::Expr>> {
     let parsed = parser.temporal_formula().and_then(|f| parser.expect(Token::End).map(|_| f));
     parser.finish_parsed(parsed)

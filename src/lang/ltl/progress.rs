@@ -28,8 +28,8 @@ enum Obligation {
         left: Function,
         right: Function,
     },
-    /// For an until, `φ U<=k ψ` and not `φ U<=k-1 ψ`; for a release, `φ R<=k ψ` or not `φ R<=k-1
-    /// ψ`.
+    /// For an until, `φ U<=k ψ` and not `φ U<=k-1 ψ`; for a release,
+    /// `φ R<=k ψ` or not `φ R<=k-1 ψ`.
     Exactly {
         until: bool,
         left: Function,
@@ -171,6 +171,9 @@ impl Progress {
 
     /// Progresses f through the present state: returns a function of its atoms and of obligations
     /// on the later states.
+    ///
+    /// # Errors
+    /// Too many obligations or nodes.
     pub(super) fn read(&mut self, f: Function) -> Result<Function> {
         let top = self.functions.top(f);
         if top == u32::MAX {

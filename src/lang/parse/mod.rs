@@ -144,12 +144,19 @@ impl<'a, M> Parser<'a, M> {
         Parser { source, tokens, depth: 0, diagnostics: Vec::new(), poll, maker }
     }
 
+    /// Returns the value, unless an error was recorded.
+    ///
+    /// # Errors
+    /// The recorded errors; a limit.
     pub(crate) fn finish<T>(self, value: T) -> Result<T> {
         self.poll.check()?;
         if self.diagnostics.is_empty() { Ok(value) } else { Err(Error::Input(self.diagnostics)) }
     }
 
     /// Same as [`Parser::finish`], for a value that exists only if no error was recorded.
+    ///
+    /// # Errors
+    /// See [`Parser::finish`].
     pub(crate) fn finish_parsed<T>(self, parsed: Parsed<T>) -> Result<T> {
         self.poll.check()?;
         match parsed {

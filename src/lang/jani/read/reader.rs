@@ -66,6 +66,9 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the result, unless there were errors.
+    ///
+    /// # Errors
+    /// The recorded errors; a limit.
     pub(super) fn finish<T>(self, read: Option<T>) -> Result<T> {
         self.poll.check()?;
         match read {
