@@ -1,26 +1,26 @@
 //! The syntax tree of a model file, close to the text.
 //!
-//! Chains of operators of one precedence level are flat lists, so that the height of a tree is
-//! bounded by the nesting that the parser allows and recursion over it is safe.
+//! Chains of operators of one precedence level are flat lists. So the height of a tree is bounded
+//! by the nesting that the parser permits, and recursion over it is safe.
 
 use crate::model::value::Type;
 pub use crate::span::Span;
 
-/// A name at a place.
+/// A name with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ident {
     /// The name, without quotes or prime.
     pub name: String,
-    /// Where it stands.
+    /// Place in the text.
     pub span: Span,
 }
 
-/// An expression at a place.
+/// An expression with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expr {
-    /// What it is.
+    /// Form of the expression.
     pub kind: ExprKind,
-    /// Where it stands, without enclosing brackets.
+    /// Place in the text, without enclosing brackets.
     pub span: Span,
 }
 
@@ -84,15 +84,15 @@ pub enum BinaryOp {
     Pow,
 }
 
-/// How tightly `!` binds; see [`BinaryOp::level`].
+/// Precedence level of `!`; see [`BinaryOp::level`].
 pub const NOT_LEVEL: u8 = 4;
-/// How tightly unary minus binds; see [`BinaryOp::level`].
+/// Precedence level of unary minus; see [`BinaryOp::level`].
 pub const NEG_LEVEL: u8 = 9;
-/// The level of what needs no brackets anywhere.
+/// Precedence level of an expression that never needs brackets.
 pub const ATOM_LEVEL: u8 = 11;
 
 impl BinaryOp {
-    /// How tightly it binds: higher binds tighter. `?:` has none, it binds least of all.
+    /// Returns the precedence level: higher binds tighter. `?:` has no level and binds least.
     pub fn level(self) -> u8 {
         match self {
             BinaryOp::Implies => 0,
@@ -107,7 +107,7 @@ impl BinaryOp {
         }
     }
 
-    /// As it is written.
+    /// Returns the operator as written.
     pub fn symbol(self) -> &'static str {
         match self {
             BinaryOp::Implies => "=>",
@@ -129,25 +129,26 @@ impl BinaryOp {
     }
 }
 
-/// The types of model that are supported.
+/// The supported types of model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelType {
-    /// `mdp`, `nondeterministic`, or no word at all.
+    /// `mdp`, `nondeterministic`, or no keyword.
     Mdp,
     /// `dtmc`, `probabilistic`
     Dtmc,
 }
 
-/// A model file. Its expressions and commands are trees, or what else is made of them when it is read.
+/// A model file. `E` and `C` represent its expressions and commands: trees, or other types that a
+/// parser makes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model<E = Expr, C = Command<E>> {
-    /// The model type with its place, if it is given.
+    /// Model type with its place, if it is given.
     pub kind: Option<(ModelType, Span)>,
-    /// Everything else, in the order of the text.
+    /// All other parts, in the order of the text.
     pub items: Vec<Item<E, C>>,
 }
 
-/// A part of a model file. Parts of which there may be millions are small, so the others are boxed.
+/// A part of a model file. Parts that may occur millions of times are small; the others are boxed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Item<E = Expr, C = Command<E>> {
     /// `const …;`
@@ -173,16 +174,16 @@ pub enum Item<E = Expr, C = Command<E>> {
 /// The declared type of a constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConstType {
-    /// `int`, also where no type is given.
+    /// `int`, also if no type is given.
     Int,
-    /// `double`, and the old words `rate` and `prob`.
+    /// `double`, and the old keywords `rate` and `prob`.
     Double,
     /// `bool`
     Bool,
 }
 
 impl ConstType {
-    /// The type of its values.
+    /// Returns the type of its values.
     pub fn ty(self) -> Type {
         match self {
             ConstType::Int => Type::Int,
@@ -195,77 +196,77 @@ impl ConstType {
 /// A constant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConstDef<E = Expr> {
-    /// Its type.
+    /// Type.
     pub ty: ConstType,
-    /// Its name.
+    /// Name.
     pub name: Ident,
-    /// Its value; none for a constant to be defined on the command line.
+    /// Value; `None` for a constant that is defined on the command line.
     pub value: Option<E>,
 }
 
 /// A formula.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FormulaDef<E = Expr> {
-    /// Its name.
+    /// Name.
     pub name: Ident,
-    /// What it stands for.
+    /// Expression that the name stands for.
     pub body: E,
 }
 
 /// A label.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelDef<E = Expr> {
-    /// Its name without quotes.
+    /// Name without quotes.
     pub name: Ident,
-    /// Where it holds.
+    /// Condition for the states that have the label.
     pub body: E,
 }
 
 /// A variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VarDecl<E = Expr> {
-    /// Its name.
+    /// Name.
     pub name: Ident,
-    /// Its range; none for `bool`.
+    /// Range; `None` for `bool`.
     pub range: Option<(E, E)>,
     /// `init e`
     pub init: Option<E>,
-    /// The whole declaration.
+    /// Place of the whole declaration.
     pub span: Span,
 }
 
 /// A module.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Module<E = Expr, C = Command<E>> {
-    /// Its name.
+    /// Name.
     pub name: Ident,
-    /// Its variables.
+    /// Variables.
     pub variables: Vec<VarDecl<E>>,
-    /// Its commands.
+    /// Commands.
     pub commands: Vec<C>,
 }
 
 /// A command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Command<E = Expr> {
-    /// The action label, if there is one.
+    /// Action label, if there is one.
     pub action: Option<Ident>,
-    /// When it is enabled.
+    /// Guard.
     pub guard: E,
-    /// The branches; at least one.
+    /// Branches; at least one.
     pub branches: Vec<Branch<E>>,
-    /// The whole command.
+    /// Place of the whole command.
     pub span: Span,
 }
 
 /// A branch of a command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Branch<E = Expr> {
-    /// Its probability; none for 1.
+    /// Probability; `None` for 1.
     pub probability: Option<E>,
-    /// The assignments; none for `true`.
+    /// Assignments; empty for `true`.
     pub updates: Vec<Assignment<E>>,
-    /// The whole branch.
+    /// Place of the whole branch.
     pub span: Span,
 }
 
@@ -281,42 +282,42 @@ pub struct Assignment<E = Expr> {
 /// A module made from another one by renaming.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenamedModule {
-    /// Its name.
+    /// Name.
     pub name: Ident,
-    /// The module it copies.
+    /// The module that it copies.
     pub base: Ident,
-    /// Old and new names.
+    /// Pairs of an old and a new name.
     pub renames: Vec<(Ident, Ident)>,
 }
 
-/// A reward structure; checked for syntax and otherwise ignored.
+/// A reward structure; its syntax is checked, otherwise it is ignored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rewards<E = Expr> {
-    /// Its name without quotes.
+    /// Name without quotes.
     pub name: Option<Ident>,
-    /// Its lines.
+    /// Reward items.
     pub items: Vec<RewardItem<E>>,
-    /// The whole structure.
+    /// Place of the whole structure.
     pub span: Span,
 }
 
-/// A line of a reward structure.
+/// One item of a reward structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RewardItem<E = Expr> {
-    /// `[a]` or `[]`; none for a state reward.
+    /// `[a]` or `[]`; `None` for a state reward.
     pub action: Option<Option<Ident>>,
-    /// Where it is earned.
+    /// Condition for the states that earn the reward.
     pub guard: E,
-    /// How much.
+    /// Value of the reward.
     pub value: E,
 }
 
 /// A composition of modules.
 #[derive(Debug, Clone, PartialEq)]
 pub struct System {
-    /// What it is.
+    /// Form of the composition.
     pub kind: SystemKind,
-    /// Where it stands.
+    /// Place in the text.
     pub span: Span,
 }
 
@@ -325,11 +326,11 @@ pub struct System {
 pub enum SystemKind {
     /// A module.
     Module(String),
-    /// `a || b || …`: synchronise on all common actions.
+    /// `a || b || …`: synchronisation on all common actions.
     Full(Vec<System>),
     /// `a ||| b ||| …`: no synchronisation.
     Interleaved(Vec<System>),
-    /// `a |[x,y]| b`: synchronise on the actions given.
+    /// `a |[x,y]| b`: synchronisation on the given actions.
     Parallel(Box<System>, Vec<Ident>, Box<System>),
     /// `a / {x,y}`
     Hide(Box<System>, Vec<Ident>),

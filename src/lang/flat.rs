@@ -1,4 +1,4 @@
-//! A flat program as text of the modelling language: what `info --flat` shows.
+//! A flat program as text in the modelling language: the output of `info --flat`.
 
 mod composition;
 mod expr;
@@ -14,27 +14,30 @@ use crate::model::{Command, ModelKind, Program, Variable};
 use composition::Composition;
 use expr::Expressions;
 
-/// A program as a model file, which is written piece by piece when it is displayed.
+/// A program as a model file; the text is written piece by piece when it is displayed.
 #[derive(Clone)]
 pub struct Flat<'p>(Held<'p, Program>);
 
 impl<'p> Flat<'p> {
-    /// Constants and formulas are put in, renamings carried out, and a `system` block stands at the end where the
-    /// modules are not composed in full parallel. The text reads back as a program with the same states
-    /// and choices, and but for modules that had to be made one the same names of actions. Locations are
-    /// the numbers of their values, as a comment says.
+    /// Prepares a program for output. Constants and formulas are substituted, and renamings are
+    /// carried out. A `system` block is added at the end if the modules are not composed in full
+    /// parallel.
+    ///
+    /// The text parses to a program with the same states and choices. The names of actions are the
+    /// same too, except for modules that had to be merged. Locations become the numbers of their
+    /// values, which a comment lists.
     ///
     /// # Errors
-    /// Modules that the language cannot keep apart have too many commands as one.
+    /// Modules that the language cannot express separately have too many commands when merged.
     pub fn of(program: impl Into<Held<'p, Program>>) -> Result<Self> {
         merge::merged(program.into()).map(Flat)
     }
 }
 
-/// The text of [`Flat::of`].
+/// Returns the text of [`Flat::of`].
 ///
 /// # Errors
-/// Those of [`Flat::of`].
+/// See [`Flat::of`].
 pub fn flat(program: &Program) -> Result<String> {
     Flat::of(program).map(|flat| flat.to_string())
 }
@@ -66,11 +69,11 @@ impl Display for Flat<'_> {
     }
 }
 
-/// All modules, and the `system` block where one is needed.
+/// Writes all modules, and the `system` block if one is needed.
 fn modules(f: &mut Formatter<'_>, program: &Program, expressions: &Expressions<'_>) -> fmt::Result {
     let composition = Composition::of(program);
     let mut variables: Vec<&Variable> = program.variables.iter().filter(|v| v.module.is_some()).collect();
-    // Stable: within a module the order of the declarations stays.
+    // A stable sort: within a module the order of the declarations stays.
     variables.sort_by_key(|v| v.module);
     let mut variables = variables.into_iter().peekable();
     for (module, name) in program.modules.iter().enumerate() {
@@ -129,7 +132,7 @@ impl Display for Declaration<'_> {
         if variable.values.is_empty() {
             return Ok(());
         }
-        // No line end of a name may end the comment.
+        // A line break in a name must not end the comment.
         write!(f, " // {}", variable.values.join(", ").escape_debug())
     }
 }

@@ -1,4 +1,4 @@
-//! The way in: a text of either language becomes a checked, flat program.
+//! Entry point: turns a text of either language into a checked, flat program.
 
 use std::sync::Arc;
 
@@ -8,28 +8,28 @@ use super::{jani, parse_constants};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::progress::{NoProgress, ProgressSink};
 
-/// What is said of a model from outside.
+/// Values that the user gives in addition to a model.
 #[derive(Debug, Clone)]
 pub struct Given {
-    /// Values of undefined constants, `K=4,N=3`; may be empty.
+    /// Values of undefined constants, such as `K=4,N=3`; may be empty.
     pub constants: Arc<SourceFile>,
-    /// Bounds of integers that have none in the model, `x=0..7,y=-1..1`; may be empty.
+    /// Bounds of integers that are unbounded in the model, such as `x=0..7,y=-1..1`; may be empty.
     pub bounds: Arc<SourceFile>,
 }
 
-/// Reads a model in PRISM's language, or in JANI, and flattens it. `constants` has the form `K=4,N=3`
-/// and may be empty.
+/// Parses a model in PRISM's language or in JANI, and flattens it. `constants` has the form
+/// `K=4,N=3` and may be empty.
 ///
 /// # Errors
-/// All errors of the text that could be told apart: of syntax first, then of meaning.
+/// Returns as many errors as can be distinguished: syntax errors, or else errors of meaning.
 pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
     load_with_progress(source, constants, &NoProgress)
 }
 
-/// As [`load`], for models so large that one may want to stop reading them.
+/// Same as [`load`], with a progress sink that can cancel the work.
 ///
 /// # Errors
-/// Those of [`load`]; a limit.
+/// See [`load`]; also a limit.
 pub fn load_with_progress(
     source: &Arc<SourceFile>,
     constants: &Arc<SourceFile>,
@@ -39,10 +39,10 @@ pub fn load_with_progress(
     load_given(source, &Given { constants: Arc::clone(constants), bounds }, sink)
 }
 
-/// As [`load_with_progress`], with bounds for integers that have none.
+/// Same as [`load_with_progress`], with bounds for unbounded integers.
 ///
 /// # Errors
-/// Those of [`load_with_progress`].
+/// See [`load_with_progress`].
 pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
     if jani::is_jani(source) {
         return jani::load(source, given, sink);

@@ -1,16 +1,16 @@
-//! Files that were given in place of others, told by how they begin.
+//! Detection of files given in place of others, from their first words.
 
 use std::sync::Arc;
 
 use super::token::{Token, tokens};
 use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 
-/// So much of a text is looked at.
+/// Length of the prefix that is inspected, in bytes.
 const BEGINNING: usize = 1 << 12;
 
-/// Words with which preference files begin.
+/// First words of preference files.
 const PREFERENCE_WORDS: &[&str] = &["objective", "prefer", "empty", "history"];
-/// Words with which models begin.
+/// First words of models.
 const MODEL_WORDS: &[&str] = &[
     "mdp",
     "dtmc",
@@ -23,13 +23,13 @@ const MODEL_WORDS: &[&str] = &[
     "formula",
     "global",
 ];
-/// Words with which properties begin, before a bound or a bracket.
+/// First words of properties, before a bound or a bracket.
 const PROPERTY_WORDS: &[&str] = &["P", "Pmin", "Pmax", "R", "Rmin", "Rmax", "S", "filter", "multi"];
 
-/// Refuses as a model what is known to be something else.
+/// Refuses a text given as a model that is clearly something else.
 ///
 /// # Errors
-/// It is a preference file, a list of properties, or a model of another language.
+/// The text is a preference file, a list of properties, or a model in another language.
 pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
     let found = match begin.first_word() {
@@ -46,10 +46,10 @@ pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
     found.map_or(Ok(()), |(message, help)| Err(begin.refuse(message, help)))
 }
 
-/// Refuses as preferences what is known to be a model.
+/// Refuses a text given as preferences that is clearly a model.
 ///
 /// # Errors
-/// It is a model.
+/// The text is a model.
 pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
     let is_model = begin.first_word().is_some_and(|word| MODEL_WORDS.contains(&word))
@@ -58,17 +58,17 @@ pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
     if is_model { Err(begin.refuse("this is a model, not a preference file", help)) } else { Ok(()) }
 }
 
-/// Refuses as properties what is known to be something else.
+/// Refuses a text given as properties that is clearly something else.
 ///
 /// # Errors
-/// It is a preference file or a model.
+/// The text is a preference file or a model.
 pub(super) fn no_properties(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
     let message = match begin.first_word() {
         Some(word) if PREFERENCE_WORDS.contains(&word) => {
             "this is a preference file, not a list of properties"
         }
-        // Definitions stand in both.
+        // Definitions occur in models and in property files.
         Some(word) if MODEL_WORDS.contains(&word) && !["const", "formula"].contains(&word) => {
             "this is a model, not a list of properties"
         }
@@ -104,7 +104,7 @@ impl<'a> Beginning<'a> {
         self.tokens.get(1).is_some_and(|(token, text)| signs.contains(token) || ["min", "max"].contains(text))
     }
 
-    /// A model that lists its states or transitions one by one.
+    /// Recognises a model that lists its states or transitions explicitly.
     fn explicit(&self) -> Option<(&'static str, &'static str)> {
         let help = "models are written in PRISM's language, or in JANI";
         let lines: Vec<&str> = self.text.lines().map(str::trim).filter(|l| !l.is_empty()).take(3).collect();

@@ -1,29 +1,30 @@
-//! Names: those of the model as names of the modelling language, each once.
+//! Conversion of the model's names to distinct names of the modelling language.
 
 use ahash::{AHashMap, AHashSet};
 
 use super::token::is_keyword;
 
-/// Names that are taken.
+/// Names in use.
 #[derive(Default)]
 pub(in crate::lang) struct Names {
     taken: AHashSet<String>,
-    /// From which number on to look for a free name.
+    /// For each name, the number at which the search for a free name continues.
     next: AHashMap<String, usize>,
-    /// Names that had to be changed, with what they became.
+    /// Names that had to be changed, with their replacements.
     pub(in crate::lang) changed: Vec<(String, String)>,
 }
 
 impl Names {
-    /// A new name as close to the one that is wanted as may be: what the modelling language does not
-    /// allow becomes `_`, a keyword gets one at its end, a name that is taken a number.
+    /// Returns a new name as close as possible to the wanted one. Characters that the modelling
+    /// language does not allow become `_`, a keyword gets `_` at its end, and a name in use gets a
+    /// number.
     pub(in crate::lang) fn add(&mut self, wanted: &str) -> String {
         let name = self.free(&identifier(wanted));
         self.taken.insert(name.clone());
         name
     }
 
-    /// As [`Names::add`]; notes where the name is another than that of the model.
+    /// Same as [`Names::add`]; also records a name that differs from the model's.
     pub(in crate::lang) fn add_of_model(&mut self, wanted: &str) -> String {
         let name = self.add(wanted);
         if name != wanted {

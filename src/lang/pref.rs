@@ -1,4 +1,4 @@
-//! Preference files: objectives, statements of preference, the worth of nothing.
+//! Preference files: objectives, preference statements, and the value of nothing (`empty`).
 
 use std::sync::Arc;
 
@@ -22,33 +22,32 @@ pub struct Preferences {
     pub history: Option<(History, Span)>,
 }
 
-/// An objective: what plays are to do.
+/// An objective: a temporal formula to satisfy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Objective {
-    /// Its name.
+    /// Name.
     pub name: Ident,
-    /// What plays are to do.
-    /// Its state formulas are places in the file.
+    /// Formula on paths. Its state formulas are places in the file.
     pub formula: Formula<Span>,
-    /// The whole statement.
+    /// Place of the whole statement.
     pub span: Span,
 }
 
-/// `A, B > C >= D ~ E`: each link speaks of every pair of its two sides.
+/// `A, B > C >= D ~ E`: each link relates every pair of its two sides.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
-    /// The side on the left.
+    /// Leftmost side.
     pub first: Vec<Ident>,
-    /// The links, each with the side to its right; at least one.
+    /// Links, each with the side to its right; at least one.
     pub links: Vec<(Relation, Vec<Ident>)>,
-    /// The whole statement.
+    /// Place of the whole statement.
     pub span: Span,
 }
 
-/// Reads a preference file. Whether the names are known is checked later.
+/// Parses a preference file. Names are resolved later.
 ///
 /// # Errors
-/// All syntax errors that could be told apart.
+/// Returns all syntax errors that can be distinguished.
 pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
     super::mistaken::no_preferences(source)?;
     let mut parser = Parser::places(source, whole(source));
@@ -102,7 +101,8 @@ impl Parser<'_, Places> {
         Ok(Objective { name, formula, span: start.to(end) })
     }
 
-    /// Objectives may have names that are keywords of the modelling language, such as `A` or `F`.
+    /// Parses a name of an objective, which may be a keyword of the modelling language, such as `A`
+    /// or `F`.
     fn objective_name(&mut self) -> Parsed<Ident> {
         if self.peek() != Token::Word {
             return Err(self.expected("the name of an objective"));
@@ -147,7 +147,7 @@ impl Parser<'_, Places> {
         Ok(names)
     }
 
-    /// `keyword = name;`, which may be given once.
+    /// Parses `keyword = name;`, which may be given once.
     fn setting<T>(
         &mut self,
         start: Span,

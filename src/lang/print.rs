@@ -1,4 +1,4 @@
-//! The syntax tree as text that reads back as the same tree.
+//! Printing of the syntax tree, as text that parses to the same tree.
 
 use std::fmt::{self, Display, Formatter, Write as _};
 
@@ -8,7 +8,7 @@ use super::ast::{
 };
 
 impl Expr {
-    /// How tightly the outermost operator binds; none for `?:`, which binds least.
+    /// Returns the precedence level of the outermost operator, `None` for `?:`, which binds least.
     fn level(&self) -> Option<u8> {
         Some(match &self.kind {
             ExprKind::Ite(..) => return None,
@@ -19,7 +19,7 @@ impl Expr {
         })
     }
 
-    /// With brackets, unless it binds at least as tightly as `least`.
+    /// Writes the expression, with brackets unless it binds at least as tightly as `least`.
     fn write_at(&self, f: &mut Formatter<'_>, least: u8) -> fmt::Result {
         if self.level().is_some_and(|level| level >= least) {
             write!(f, "{self}")
@@ -246,7 +246,7 @@ impl Display for System {
 }
 
 impl System {
-    /// With brackets where it is made of several parts.
+    /// Writes the composition, with brackets if it has several parts.
     fn write_operand(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self.kind {
             SystemKind::Module(_) | SystemKind::Hide(..) | SystemKind::Rename(..) => write!(f, "{self}"),

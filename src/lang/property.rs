@@ -1,4 +1,5 @@
-//! Properties whose answer is a set of states decided without numbers: `P>=1 [ ψ ]` and its kin.
+//! Qualitative properties, such as `P>=1 [ ψ ]`: their answer is a set of states, found without
+//! numbers.
 
 use std::sync::Arc;
 
@@ -8,7 +9,7 @@ use super::parse::{Failed, Parsed, Parser, Places, whole};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
 
-/// Which strategies a property speaks of.
+/// Quantifier over strategies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Strategies {
     /// Every strategy, as `P` means it for MDPs.
@@ -17,7 +18,7 @@ pub enum Strategies {
     Some,
 }
 
-/// What the probability must be.
+/// Condition on the probability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bound {
     /// 1
@@ -33,15 +34,15 @@ pub enum Bound {
 /// A qualitative property.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Property {
-    /// For all strategies, or for some.
+    /// Quantifier over strategies.
     pub strategies: Strategies,
-    /// What each of these strategies satisfies the formula with.
+    /// Bound on the probability of the formula under these strategies.
     pub bound: Bound,
-    /// What is asked of plays.
+    /// Formula on paths.
     pub formula: Formula<Span>,
 }
 
-/// Which extreme probability an operator names.
+/// Minimum or maximum probability, as an operator names it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(in crate::lang) enum Extreme {
     Unnamed,
@@ -49,8 +50,9 @@ pub(in crate::lang) enum Extreme {
     Max,
 }
 
-/// What it means for the strategies of an MDP that a probability is compared with a number; none where the
-/// answer needs numbers, or is always the same. Without a name, the bound holds for every strategy.
+/// Returns the qualitative meaning of a comparison of a probability with a number. It is `None` if
+/// the answer needs numbers, or is always the same. Without a name, the bound must hold for every
+/// strategy.
 pub(in crate::lang) fn meaning(
     extreme: Extreme,
     comparison: BinaryOp,
@@ -63,7 +65,8 @@ pub(in crate::lang) fn meaning(
         (BinaryOp::Le, 0.0) => Bound::Zero,
         _ => return None,
     };
-    // The smallest probability is at least b when all are; the largest, when some strategy's is.
+    // The minimum is at least b if the probability of every strategy is; the maximum, if that of
+    // some strategy is.
     let from_below = matches!(bound, Bound::One | Bound::Positive);
     let strategies = match extreme {
         Extreme::Max if from_below => Strategies::Some,
@@ -73,10 +76,10 @@ pub(in crate::lang) fn meaning(
     Some((strategies, bound))
 }
 
-/// Reads a property such as `P>=1 [ F "done" ]`, `P<1 [ G !(F x=3) ]` or `Pmax>0 [ a U b ]`.
+/// Parses a property such as `P>=1 [ F "done" ]`, `P<1 [ G !(F x=3) ]` or `Pmax>0 [ a U b ]`.
 ///
-/// `P` with a bound holds in a state when every strategy satisfies it (PRISM's meaning for MDPs);
-/// `Pmin` and `Pmax` compare the smallest and the largest probability (Storm's forms).
+/// `P` with a bound holds in a state if every strategy satisfies it (PRISM's meaning for MDPs).
+/// `Pmin` and `Pmax` compare the minimum and the maximum probability (Storm's forms).
 ///
 /// # Errors
 /// A syntax error, or a property whose answer needs numbers, with the reason.
@@ -84,10 +87,10 @@ pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
     property_at(source, whole(source))
 }
 
-/// Reads a part of a text that is one property.
+/// Parses a part of a text that is one property.
 ///
 /// # Errors
-/// Those of [`parse_property`].
+/// See [`parse_property`].
 pub(in crate::lang) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Property> {
     let mut parser = Parser::places(source, place);
     let parsed = parser.property();
@@ -148,7 +151,7 @@ impl Parser<'_, Places> {
         }
     }
 
-    /// `>=1`, `>0`, …
+    /// Parses a bound such as `>=1` or `>0`.
     fn bound(&mut self, start: Span) -> Parsed<(BinaryOp, f64)> {
         let comparison = match self.peek() {
             Token::Ge => BinaryOp::Ge,
@@ -184,7 +187,7 @@ impl Parser<'_, Places> {
         }
     }
 
-    /// As [`meaning`]; reports what has none.
+    /// Same as [`meaning`]; reports a comparison without a qualitative meaning.
     fn meaning(
         &mut self,
         extreme: Extreme,

@@ -1,7 +1,8 @@
-//! Property files, as PRISM's users keep them: constants, labels, formulas, and properties with names.
+//! Property files in PRISM's format: constants, labels, formulas, and properties with names.
 //!
-//! A statement ends with a semicolon; a property also at the end of a line, where its brackets are closed.
-//! Each is read by itself, at its place in the file, so that one that is not supported hides no other.
+//! A statement ends with a semicolon; a property also ends at the end of a line if its brackets are
+//! closed. Each statement is parsed separately, at its place in the file, so an unsupported one
+//! does not hide others.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,33 +19,33 @@ use crate::lang::property::Property;
 use crate::model::Program;
 use crate::model::value::{Type, Value};
 
-/// Property files with more statements are refused.
+/// Maximum number of statements in a property file.
 const MOST_STATEMENTS: usize = 10_000;
 
-/// Words with which definitions begin.
+/// Keywords that start definitions.
 const DEFINITIONS: &[&str] = &["const", "label", "formula"];
 
 /// A property of a file.
 #[derive(Debug, Clone)]
 pub struct Stated {
-    /// Its name, where it has one.
+    /// Name, if it has one.
     pub name: Option<String>,
-    /// Its text, without the name.
+    /// Text, without the name.
     pub text: String,
-    /// What it asks, or why that cannot be answered here.
+    /// The parsed property, or the reason why it cannot be answered here.
     pub property: Result<Property, String>,
-    /// The text that it stands in.
+    /// The text that contains it.
     pub source: Arc<SourceFile>,
 }
 
-/// The constants that a property file declares without a value.
+/// Returns the constants that a property file declares without a value.
 ///
 /// # Errors
 /// Too many statements.
 pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
     let mut open = Vec::new();
     for range in statements(source)?.into_iter().filter(|r| word(&source.text[r.clone()]) == "const") {
-        // What is wrong with a definition is said when it is read in earnest.
+        // Errors in definitions are reported when the file is parsed in full.
         let items = items_at(source, place(&range)).unwrap_or_default();
         open.extend(items.into_iter().filter_map(|item| match item {
             Item::Const(ConstDef { name, value: None, .. }) => Some(name.name),
@@ -54,12 +55,13 @@ pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
     Ok(open)
 }
 
-/// Reads a property file. Its constants, labels and formulas become those of the program; `given` are
-/// values for constants that it declares without one. A constant that has none is known to no property.
+/// Parses a property file. Its constants, labels and formulas are added to the program; `given` are
+/// values for constants declared without one. A constant without any value is unknown to all
+/// properties.
 ///
 /// # Errors
-/// A wrong definition; a wrong value; too many statements. What is wrong with a property stands in its
-/// place.
+/// A wrong definition; a wrong value; too many statements. The error of a property is returned in
+/// its [`Stated::property`].
 pub fn parse_properties(
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,
@@ -75,7 +77,7 @@ pub fn parse_properties(
     Ok(properties.into_iter().map(|range| file.property(source, range)).collect())
 }
 
-/// The word with which a statement begins.
+/// Returns the first word of a statement.
 fn word(text: &str) -> &str {
     text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default()
 }
@@ -84,7 +86,7 @@ fn place(range: &Range<usize>) -> Span {
     Span::new(range.start, range.end)
 }
 
-/// A property file that is being read.
+/// A property file during parsing.
 struct File<'a> {
     given: &'a Arc<SourceFile>,
     bindings: Vec<Binding>,
@@ -94,7 +96,7 @@ struct File<'a> {
 }
 
 impl File<'_> {
-    /// Adds what a statement defines to the program.
+    /// Adds the definitions of a statement to the program.
     fn define(&mut self, source: &Arc<SourceFile>, place: Span) -> Result<()> {
         for item in items_at(source, place)? {
             match item {
@@ -140,7 +142,7 @@ impl File<'_> {
         Ok(())
     }
 
-    /// The value that a constant has in the file.
+    /// Returns the value that the file gives to a constant.
     fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Value> {
         let id = lower_value(self.program, source, value).map_err(|e| self.without_value(e))?;
         let wrong = |message: String| Diagnostic::new(source, value.range(), message);
@@ -167,7 +169,7 @@ impl File<'_> {
         Stated { name, text, property, source: Arc::clone(source) }
     }
 
-    /// The error of an expression, in which a constant without a value is no unknown name.
+    /// Rewrites an error "unknown name" for a constant without a value.
     fn without_value(&self, error: Error) -> Error {
         let Error::Input(mut diagnostics) = error else { return error };
         for open in &self.open {
@@ -184,7 +186,7 @@ impl File<'_> {
     }
 }
 
-/// Whether the formula has a meaning in the program.
+/// Checks that the formula has a meaning in the program.
 fn known(program: &mut Program, source: &Arc<SourceFile>, property: &Property) -> Result<()> {
     match property.formula.reachability() {
         Some(target) => lower_part(program, source, *target).map(|_| ()),
@@ -199,7 +201,7 @@ fn reason(error: &Error) -> String {
     }
 }
 
-/// `"name":` at the beginning, and where the rest begins.
+/// Splits off `"name":` at the beginning; returns the name and the offset of the rest.
 fn named(text: &str) -> (Option<String>, usize) {
     let found = text.strip_prefix('"').and_then(|rest| {
         let (name, rest) = rest.split_once('"')?;
@@ -209,7 +211,8 @@ fn named(text: &str) -> (Option<String>, usize) {
     found.map_or((None, 0), |(name, start)| (Some(name), start))
 }
 
-/// Where the statements stand, without comments before them and semicolons behind.
+/// Returns the ranges of the statements, without preceding comments and, except for definitions,
+/// without the semicolon.
 ///
 /// # Errors
 /// Too many statements.
@@ -230,7 +233,7 @@ fn split(text: &str) -> Vec<Range<usize>> {
     while let Some((at, byte)) = bytes.next() {
         match byte {
             b'/' if bytes.peek().is_some_and(|(_, next)| *next == b'/') => {
-                // Up to the end of the line, which ends a statement like any other.
+                // Skips to the end of the line, which ends a statement as usual.
                 while bytes.next_if(|(_, b)| *b != b'\n').is_some() {}
                 continue;
             }
@@ -273,8 +276,8 @@ fn split(text: &str) -> Vec<Range<usize>> {
     found
 }
 
-/// Whether a property goes on in the next line: it has a name only so far, or an operator stands at the
-/// end of this line or the beginning of the next.
+/// Returns true if a property continues on the next line: only its name is there so far, or an
+/// operator stands at the end of this line or the beginning of the next.
 fn goes_on(text: &str, start: Option<usize>, end: usize, line_end: usize) -> bool {
     let Some(start) = start else { return true };
     let so_far = &text[start..end];

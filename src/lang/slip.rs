@@ -1,7 +1,7 @@
-//! Words that were meant to be other words.
+//! Detection of misspelt words.
 
-/// Whether two names differ in case only, or by one letter that is wrong, missing or too many, or by
-/// two neighbours in the wrong order.
+/// Returns true if two names differ only in case, by one wrong, missing or extra letter, or by two
+/// adjacent letters in the wrong order.
 pub(super) fn is_slip(a: &str, b: &str) -> bool {
     if a.eq_ignore_ascii_case(b) {
         return true;

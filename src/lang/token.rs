@@ -7,7 +7,7 @@ use logos::Logos;
 use super::ast::Span;
 use crate::progress::{NoProgress, Poll};
 
-/// What a piece of text is; the text itself is found through its span.
+/// Kind of a token; its text is found through its span.
 #[derive(Logos, Debug, Clone, Copy, PartialEq, Eq)]
 #[logos(skip r"[ \t\r\n\f]+")]
 #[logos(skip(r"//[^\r\n]*", allow_greedy = true))]
@@ -114,14 +114,14 @@ pub enum Token {
     /// `~`, in preference files.
     #[token("~")]
     Tilde,
-    /// A character that begins no token, or a quote without its partner.
+    /// A character that does not begin a token, or a quote without its partner.
     Wrong,
     /// The end of the text.
     End,
 }
 
 impl Token {
-    /// How a message calls a token of this kind that was expected.
+    /// Returns the name of this kind of token for messages about an expected token.
     pub fn describe(self) -> &'static str {
         match self {
             Token::Word => "a name",
@@ -170,24 +170,25 @@ impl Token {
     }
 }
 
-/// So many tokens are made before they are taken: a list of all takes many times the memory of their text.
+/// Number of tokens of lookahead. A list of all tokens would need many times the memory of the
+/// text.
 const AHEAD: usize = 3;
 
-/// The tokens of a text one after the other. Never fails: what cannot be read becomes [`Token::Wrong`].
-/// Behind the last token stands [`Token::End`] without end, and so it does where the work is to stop.
+/// The tokens of a text, in order. Never fails: unreadable text becomes [`Token::Wrong`]. After the
+/// last token, and after cancellation, every token is [`Token::End`].
 pub(crate) struct Tokens<'t> {
     lexer: logos::Lexer<'t, Token>,
-    /// Where the part of the text that is read begins and ends.
+    /// The part of the text that is read.
     part: Span,
-    /// The tokens that were made and not taken; at the end of the text none.
+    /// Lookahead: tokens made but not taken yet; empty at the end of the text.
     made: VecDeque<(Token, Span)>,
     before: Option<Span>,
-    /// How many tokens were taken.
+    /// Number of tokens taken.
     taken: usize,
 }
 
 impl<'t> Tokens<'t> {
-    /// The tokens of a part of a text, with their places in the whole.
+    /// Starts reading the tokens of a part of a text, with their places in the whole text.
     pub(crate) fn new(text: &'t str, part: Span, poll: &mut Poll<'_>) -> Self {
         let lexer = Token::lexer(text.get(part.range()).unwrap_or(""));
         let mut tokens = Tokens { lexer, part, made: VecDeque::new(), before: None, taken: 0 };
@@ -203,13 +204,14 @@ impl<'t> Tokens<'t> {
         }
     }
 
-    /// A token that was not taken yet, with its place; 0 is the next one.
+    /// Returns a token not taken yet, with its place; 0 is the next one.
     pub(crate) fn at(&self, ahead: usize) -> (Token, Span) {
         debug_assert!(ahead < AHEAD, "so far ahead nothing was made");
         self.made.get(ahead).copied().unwrap_or(self.end())
     }
 
-    /// All tokens that were not taken yet, [`Token::End`] last: those far ahead are made anew each time.
+    /// Returns all tokens not taken yet, up to [`Token::End`]. Tokens beyond the lookahead are made
+    /// again on every call.
     pub(crate) fn rest(&self) -> impl Iterator<Item = (Token, Span)> + '_ {
         let mut behind = self.lexer.clone();
         let more = std::iter::from_fn(move || read(&mut behind, self.part));
@@ -220,12 +222,12 @@ impl<'t> Tokens<'t> {
         (Token::End, Span::new(self.part.end(), self.part.end()))
     }
 
-    /// Where the token that was taken last stands.
+    /// Returns the place of the last token taken.
     pub(crate) fn before(&self) -> Option<Span> {
         self.before
     }
 
-    /// How many tokens were taken.
+    /// Returns the number of tokens taken.
     pub(crate) fn taken(&self) -> usize {
         self.taken
     }
@@ -246,7 +248,7 @@ impl<'t> Tokens<'t> {
             return None;
         }
         let (token, mut span) = read(&mut self.lexer, self.part)?;
-        // One message for a run of bytes that mean nothing.
+        // A run of unreadable bytes gets only one message.
         while token == Token::Wrong && !poll.is_over() {
             let behind = self.lexer.clone();
             match read(&mut self.lexer, self.part) {
@@ -267,13 +269,13 @@ fn read(lexer: &mut logos::Lexer<'_, Token>, part: Span) -> Option<(Token, Span)
     Some((token, Span::new(part.start() + range.start, part.start() + range.end)))
 }
 
-/// All tokens of a short text, [`Token::End`] among them.
+/// Returns all tokens of a short text, including [`Token::End`].
 pub(crate) fn tokens(text: &str) -> Vec<(Token, Span)> {
     let mut poll = Poll::new(&NoProgress);
     Tokens::new(text, Span::new(0, text.len()), &mut poll).rest().collect()
 }
 
-/// The words that PRISM keeps for itself.
+/// The keywords of PRISM.
 const KEYWORDS: &[&str] = &[
     "A",
     "bool",
@@ -332,17 +334,17 @@ const KEYWORDS: &[&str] = &[
     "W",
 ];
 
-/// Whether PRISM keeps `word` for itself, so that it can name nothing in a model.
+/// Returns true for a keyword of PRISM, which cannot name anything in a model.
 pub fn is_keyword(word: &str) -> bool {
     KEYWORDS.contains(&word)
 }
 
-/// Whether `word` is a keyword only for its meaning in properties.
+/// Returns true if `word` is a keyword only because of its meaning in properties.
 pub fn is_property_operator(word: &str) -> bool {
     matches!(word, "A" | "C" | "E" | "F" | "G" | "I" | "P" | "R" | "S" | "U" | "W" | "X")
 }
 
-/// Whether `text` has the form of a name.
+/// Returns true if `text` has the form of a name.
 pub fn is_identifier(text: &str) -> bool {
     let mut chars = text.chars();
     chars.next().is_some_and(|c| c == '_' || c.is_ascii_alphabetic())

@@ -1,4 +1,4 @@
-//! `K=4,N=3` and `r=2,c=2,d=false`: values for constants and variables, as on the command line.
+//! Values for constants and variables as given on the command line: `K=4,N=3`, `r=2,c=2,d=false`.
 
 use std::sync::Arc;
 
@@ -9,21 +9,21 @@ use crate::error::{Result, SourceFile};
 use crate::model::value::{Type, Value};
 use crate::model::{Program, State};
 
-/// A name with the value it is given.
+/// A name with the value given to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Binding {
-    /// The name.
+    /// Name.
     pub name: Ident,
-    /// The value.
+    /// Value.
     pub value: Value,
-    /// Where the value stands.
+    /// Place of the value.
     pub span: Span,
 }
 
-/// From a variable and the name of a value to the value.
+/// Maps a variable and the name of a value to the value.
 type NamedValues<'n> = dyn Fn(&str, &str) -> Option<Value> + 'n;
 
-/// Reads values for constants: `K=4,p=0.5,fast=true`; an empty text has none.
+/// Parses values for constants, such as `K=4,p=0.5,fast=true`; an empty text gives no values.
 ///
 /// # Errors
 /// A syntax error, or a name that occurs twice.
@@ -33,10 +33,10 @@ pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
     parser.finish_parsed(parsed)
 }
 
-/// The values given to some constants apart from those given to all others: `theirs`, then the rest.
+/// Splits the values of constants in two texts: those of the constants in `theirs`, and the rest.
 ///
 /// # Errors
-/// Those of [`parse_constants`].
+/// See [`parse_constants`].
 pub fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[Arc<SourceFile>; 2]> {
     let (these, others): (Vec<_>, Vec<_>) =
         parse_constants(source)?.into_iter().partition(|binding| theirs.contains(&binding.name.name));
@@ -45,10 +45,10 @@ pub fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[A
     Ok([these, others].map(|all| SourceFile::new(source.name.clone(), joined(&all))))
 }
 
-/// Reads a state: `r=2,c=2,d=false`. Variables left out take their initial value.
+/// Parses a state, such as `r=2,c=2,d=false`. Variables left out get their initial value.
 ///
 /// # Errors
-/// A syntax error, an unknown or doubled variable, a value of the wrong type or out of range, and a
+/// A syntax error, an unknown or repeated variable, a value of the wrong type or out of range, or a
 /// variable left out that has no single initial value.
 pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State> {
     let mut parser = Parser::new(source);
@@ -82,7 +82,7 @@ pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State>
 }
 
 impl Parser<'_> {
-    /// Reads `name=value,…`; `named` knows values that have names.
+    /// Parses `name=value,…`; `named` resolves values that have names.
     fn bindings(&mut self, named: &NamedValues<'_>) -> Parsed<Vec<Binding>> {
         let mut bindings: Vec<Binding> = Vec::new();
         while self.peek() != Token::End {
@@ -125,7 +125,7 @@ impl Parser<'_> {
         Ok(Binding { name, value, span: start.to(span) })
     }
 
-    /// The variable that a binding is about, with its value; reports what does not fit.
+    /// Returns the index and the value of the variable of a binding; reports one that does not fit.
     fn variable_value(&mut self, binding: &Binding, program: &Program) -> Option<(usize, i64)> {
         let name = &binding.name.name;
         let Some(index) = program.variables.iter().position(|v| v.name == *name) else {

@@ -18,36 +18,36 @@ use crate::model::value::Type;
 pub(super) struct Instance<'a> {
     pub(super) name: &'a Ident,
     pub(super) module: &'a Module<Span, Span>,
-    /// The renaming to read the module under.
+    /// Renaming to apply to the module.
     pub(super) env: Env,
-    /// What makes it: the declaration of the copy, for messages.
+    /// Declaration of the copy, if it is one; used in messages.
     pub(super) copy: Option<&'a RenamedModule>,
 }
 
-/// A variable as it is declared: by whom, and under which renaming.
+/// A variable declaration, with its module and the renaming that applies to it.
 pub(super) struct Declared<'a> {
     pub(super) declaration: &'a VarDecl<Span>,
     pub(super) name: String,
     pub(super) env: Env,
     pub(super) module: Option<usize>,
-    /// Where a message about it points.
+    /// Place for messages about it.
     pub(super) span: Span,
 }
 
-/// The parts of a model, sorted.
+/// The parts of a model, sorted by kind.
 pub(super) struct Parts<'a> {
     pub(super) kind: ModelType,
     pub(super) constants: Vec<&'a ConstDef<Span>>,
     pub(super) formulas: Vec<&'a FormulaDef<Span>>,
     pub(super) labels: Vec<&'a LabelDef<Span>>,
     pub(super) modules: Vec<Instance<'a>>,
-    /// How many commands the modules have together.
+    /// Total number of commands of the modules.
     pub(super) commands: usize,
     pub(super) variables: Vec<Declared<'a>>,
     pub(super) init: Option<Span>,
     pub(super) system: Option<&'a System>,
     pub(super) rewards: usize,
-    /// Where each label and each module was met first.
+    /// First place of each label and of each module.
     label_at: AHashMap<&'a str, Span>,
     module_at: AHashMap<&'a str, Span>,
 }
@@ -72,7 +72,7 @@ impl Default for Parts<'_> {
 }
 
 impl<'a> Parts<'a> {
-    /// Fills in everything; reports what occurs twice and copies without a base.
+    /// Fills in everything; reports parts that occur twice and copies without a base.
     pub(super) fn collect(&mut self, model: &'a Outline, lowerer: &mut Lowerer<'a>) {
         self.kind = model.kind.map_or(ModelType::Mdp, |(kind, _)| kind);
         self.constants = super::constants(model).collect();
@@ -167,7 +167,7 @@ impl<'a> Parts<'a> {
 
 type ByName<'a, T> = AHashMap<&'a str, &'a T>;
 
-/// The modules and the copies of modules by name.
+/// Returns the modules and the copies of modules by name.
 fn bases(model: &Outline) -> (ByName<'_, Module<Span, Span>>, ByName<'_, RenamedModule>) {
     let (mut plain, mut copies) = (AHashMap::new(), AHashMap::new());
     for item in &model.items {
@@ -184,7 +184,7 @@ fn bases(model: &Outline) -> (ByName<'_, Module<Span, Span>>, ByName<'_, Renamed
     (plain, copies)
 }
 
-/// The module that a copy is made of in the end, under all renamings on the way.
+/// Returns the original module of a chain of copies, with all renamings on the way.
 fn resolve<'a>(
     copy: &'a RenamedModule,
     plain: &ByName<'a, Module<Span, Span>>,

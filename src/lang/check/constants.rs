@@ -1,4 +1,4 @@
-//! Values for constants: those given from outside, and those that follow.
+//! Values of constants: given by the user, or derived from other constants.
 
 use std::sync::Arc;
 
@@ -10,16 +10,16 @@ use crate::lang::ast::{ConstDef, Span};
 use crate::lang::valuation::Binding;
 use crate::model::value::{Type, Value};
 
-/// A constant as far as a value for it is concerned.
+/// The properties of a constant that matter for its value.
 pub(in crate::lang) struct Wanted<'c> {
     pub(in crate::lang) name: &'c str,
     pub(in crate::lang) ty: Type,
-    /// It has its value in the model.
+    /// True if the model defines its value.
     pub(in crate::lang) is_defined: bool,
     pub(in crate::lang) span: Span,
 }
 
-/// The values given, each with the position of its constant, and what is wrong with the others.
+/// Returns the given values, each with the position of its constant, and the errors of the others.
 pub(in crate::lang) fn given_values(
     constants: &[Wanted<'_>],
     given: &Arc<SourceFile>,
@@ -61,8 +61,8 @@ fn given_value(
 }
 
 impl<'a> Lowerer<'a> {
-    /// Gives the undefined constants their values. Returns what is wrong with the values given; that
-    /// some are missing is recorded as an error of the model.
+    /// Gives the undefined constants their values, and returns errors in the given values. A
+    /// missing value is recorded as an error of the model.
     pub(super) fn give_constants(
         &mut self,
         parts: &Parts<'a>,
@@ -82,7 +82,7 @@ impl<'a> Lowerer<'a> {
         wrong
     }
 
-    /// Reports the constants that have no value; the name of `given` says how to give them one.
+    /// Reports the constants without a value; the name of `given` is the option that sets them.
     pub(in crate::lang) fn report_missing(
         &mut self,
         constants: &[Wanted<'_>],
@@ -103,14 +103,14 @@ impl<'a> Lowerer<'a> {
         self.report(diagnostic.help(format!("give values with `{} {}`", given.name, example.join(","))));
     }
 
-    /// All constants with their values in the order of declaration.
+    /// Returns all constants with their values, in the order of declaration.
     pub(super) fn constant_values(&mut self, parts: &Parts<'a>) -> Option<Vec<(String, Value)>> {
         let value = |c: &&ConstDef<Span>| {
             let Some(Symbol::Definition(d)) = self.scope.symbol(&c.name.name) else { return None };
             let id = self.definition(d, NO_RENAMING)?;
             Some((c.name.name.clone(), self.pool.literal(id)?))
         };
-        // Collected in two steps, so that every constant is looked at.
+        // Collected in two steps, so that every constant is checked.
         let all: Vec<_> = parts.constants.iter().map(value).collect();
         all.into_iter().collect()
     }
@@ -125,7 +125,7 @@ fn wanted(constant: &ConstDef<Span>) -> Wanted<'_> {
     }
 }
 
-/// Adds which constants can be given.
+/// Adds a help text that lists the constants without a value.
 fn with_undefined(diagnostic: Diagnostic, constants: &[Wanted<'_>]) -> Diagnostic {
     let names: Vec<_> = constants.iter().filter(|c| !c.is_defined).map(|c| c.name).collect();
     match names.as_slice() {

@@ -1,9 +1,9 @@
-//! Constants and formulas that depend on themselves.
+//! Detection of constants and formulas that depend on themselves.
 
 use super::lower::Lowerer;
 use super::scope::{DefId, NO_RENAMING};
 
-/// How far the search has come with a definition.
+/// State of a definition in the depth-first search.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mark {
     New,
@@ -12,7 +12,7 @@ enum Mark {
 }
 
 impl Lowerer<'_> {
-    /// Reports each cycle that a search in depth meets; says whether there is one.
+    /// Reports each cycle found by a depth-first search; returns true if there is one.
     pub(super) fn find_cycles(&mut self) -> bool {
         let mut marks = vec![Mark::New; self.scope.definitions.len()];
         let mut found = false;
@@ -20,7 +20,7 @@ impl Lowerer<'_> {
             if self.poll.is_over() {
                 break;
             }
-            // The path from the root, each with what it depends on and has not been looked at.
+            // The path from the root, each definition with its dependencies not yet visited.
             let mut path: Vec<(DefId, Vec<DefId>)> = Vec::new();
             self.open(root as DefId, &mut marks, &mut path);
             while let Some((at, rest)) = path.last_mut() {

@@ -1,14 +1,15 @@
-//! Operations on constants that have no value, such as an overflow: wrong where they are evaluated.
+//! Operations on constants that have no value, such as an overflow: an error if they may be
+//! evaluated.
 //!
-//! `N=0 ? 0 : mod(x,N)` is fine for every N: the pool folds what is never evaluated away, and only
-//! what is left of an expression is looked through.
+//! `N=0 ? 0 : mod(x,N)` is valid for every N. The pool removes parts that are never evaluated, and
+//! only the rest of an expression is searched.
 
 use super::lower::Lowerer;
 use crate::lang::ast::Span;
 use crate::model::expr::ExprId;
 
 impl Lowerer<'_> {
-    /// A whole expression, unless some part of it that may be evaluated has no value in any state.
+    /// Accepts a whole expression, unless a part that may be evaluated has no value in any state.
     pub(in crate::lang) fn whole(&mut self, root: ExprId, span: Span) -> Option<ExprId> {
         match self.first_fault(root) {
             None => Some(root),
@@ -22,8 +23,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The first part in the order of evaluation that has no value. What has been looked through in
-    /// vain is not looked at again: expressions share their parts.
+    /// Returns the first part, in the order of evaluation, that has no value. Parts without faults
+    /// are not searched again, since expressions share them.
     fn first_fault(&mut self, root: ExprId) -> Option<ExprId> {
         if self.faults.is_empty() {
             return None;

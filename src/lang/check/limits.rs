@@ -1,30 +1,31 @@
-//! Sizes up to which models are taken: copies of modules make much of little text.
+//! Limits on the size of models: a short text with many copies of modules can be a large model.
 
 use super::collect::{Instance, Parts};
 use super::lower::Lowerer;
 use crate::lang::ast::Span;
 
-/// Copies of copies: each name is looked up in as many renamings.
+/// Maximum depth of copies of copies; each name is looked up in all renamings of the chain.
 pub(super) const MOST_RENAMINGS: usize = 100;
-/// Modules, copies among them.
+/// Maximum number of modules, including copies.
 const MOST_MODULES: usize = 10_000;
-/// Variables, those of copies among them.
+/// Maximum number of variables, including those of copies.
 const MOST_VARIABLES: usize = 100_000;
-/// Commands, those of copies among them.
+/// Maximum number of commands, including those of copies.
 const MOST_COMMANDS: usize = 1_000_000;
-/// Nodes of all expressions, equal ones counted once.
+/// Maximum number of nodes of all expressions; equal ones count once.
 const MOST_NODES: usize = 1 << 22;
-/// Operators and operands read, those of copies and of formulas under each renaming among them.
+/// Maximum number of operators and operands read; those of copies, and of formulas under each
+/// renaming, are included.
 const MOST_WORK: usize = 1 << 27;
-/// Objectives of a preference file.
+/// Maximum number of objectives of a preference file.
 pub(super) const MOST_OBJECTIVES: usize = 1_000;
-/// Pairs of objectives that the statements of a preference file speak of.
+/// Maximum number of pairs of objectives that the statements of a preference file relate.
 pub(super) const MOST_PAIRS: usize = 1_000_000;
-/// After this many errors the rest is not reported.
+/// Maximum number of errors reported.
 pub(in crate::lang) const MAX_ERRORS: usize = 20;
 
 impl<'a> Lowerer<'a> {
-    /// Counts one more part of an expression; fails where that is too many.
+    /// Counts one more part of an expression; fails above the limit.
     pub(in crate::lang) fn count_work(&mut self, span: Span) -> Option<()> {
         self.work += 1;
         if self.poll.is_over() {
@@ -35,7 +36,7 @@ impl<'a> Lowerer<'a> {
             () if self.pool.len() > MOST_NODES => ("different expressions", MOST_NODES),
             () => return Some(()),
         };
-        // Told once: every expression that follows fails as well.
+        // Reported once: every expression that follows fails as well.
         if !self.is_full {
             self.is_full = true;
             let message =
@@ -45,7 +46,7 @@ impl<'a> Lowerer<'a> {
         None
     }
 
-    /// Whether the modules up to and with this one are not too many or too large.
+    /// Returns true if the modules so far, including this one, are within the limits.
     pub(super) fn fits(&mut self, parts: &Parts<'a>, instance: &Instance<'a>) -> bool {
         let commands = parts.commands + instance.module.commands.len();
         let variables = parts.variables.len() + instance.module.variables.len();

@@ -1,4 +1,5 @@
-//! Expressions: from the syntax tree into the pool, with types checked and names resolved.
+//! Lowering of expressions: from their text or syntax tree into the pool, with types checked and
+//! names resolved.
 
 use std::sync::Arc;
 
@@ -14,27 +15,27 @@ use crate::model::expr::{ExprId, ExprPool};
 use crate::model::value::{Type, Value};
 use crate::progress::{Poll, ProgressSink};
 
-/// What lowering works on: the pool that grows, the names, and the errors so far.
+/// State of lowering: the growing pool, the names, and the errors so far.
 pub(in crate::lang) struct Lowerer<'a> {
     pub(in crate::lang) source: Arc<SourceFile>,
     pub(super) scope: Scope<'a>,
     pub(in crate::lang) pool: ExprPool,
-    /// Definitions that have been lowered under a renaming; none where that failed.
+    /// Definitions lowered under a renaming; `None` for a definition that failed.
     pub(super) lowered: AHashMap<(DefId, Env), Option<ExprId>>,
-    /// Labels that may be named; none where labels have no place.
+    /// Labels that may be used; `None` where labels are not permitted.
     pub(super) labels: Option<AHashMap<String, ExprId>>,
     pub(in crate::lang) diagnostics: Vec<Diagnostic>,
-    /// The height of each node of the pool, where it is known; see [`super::ops::MAX_HEIGHT`].
+    /// Height of each node of the pool, 0 if unknown; see [`super::ops::MAX_HEIGHT`].
     pub(super) heights: Vec<u16>,
-    /// The nodes without a value, each with its place; see [`super::faults`].
+    /// Nodes without a value, each with its place; see [`super::faults`].
     pub(super) faults: AHashMap<ExprId, Span>,
-    /// Nodes in which nothing is without a value.
+    /// Nodes without a fault in any part.
     pub(super) sound: AHashSet<ExprId>,
-    /// Whether the work is to stop: then every expression fails, and nothing is reported.
+    /// Cancellation: after it every expression fails, and errors are not reported.
     pub(in crate::lang) poll: Poll<'a>,
-    /// How many parts of expressions were read; see [`super::limits`].
+    /// Number of parts of expressions read; see [`super::limits`].
     pub(super) work: usize,
-    /// Whether the model was found to be too large, and that was reported.
+    /// True if the model was found to be too large, which has been reported.
     pub(in crate::lang) is_full: bool,
 }
 
@@ -61,12 +62,12 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// An error at a place of the text.
+    /// Returns an error at a place in the text.
     pub(in crate::lang) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(&self.source, span.range(), message)
     }
 
-    /// Records an error, once: the same place is read again under each renaming.
+    /// Records an error, only once: the same place is read again under each renaming.
     pub(in crate::lang) fn report(&mut self, diagnostic: Diagnostic) {
         let known =
             self.diagnostics.iter().any(|d| d.span == diagnostic.span && d.message == diagnostic.message);
@@ -75,31 +76,31 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// Reports and gives up on the expression at hand.
+    /// Reports an error and gives up the current expression.
     pub(in crate::lang) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
         let diagnostic = self.wrong(span, message);
         self.report(diagnostic);
         None
     }
 
-    /// The expression in the pool, or none when it is wrong and that has been reported.
+    /// Returns the expression in the pool, or `None` after reporting that it is wrong.
     pub(super) fn expr(&mut self, e: &impl Body, env: Env) -> Option<ExprId> {
         e.lowered(self, env).0
     }
 
-    /// A whole expression of type `bool`.
+    /// Lowers a whole expression of type `bool`.
     pub(super) fn condition(&mut self, e: &impl Body, env: Env, what: &str) -> Option<ExprId> {
         self.typed(e, env, Type::Bool, what)
     }
 
-    /// A whole expression of a type, with an integer made real where a real is wanted.
+    /// Lowers a whole expression of a given type; an integer is converted if a real is wanted.
     pub(super) fn typed(&mut self, e: &impl Body, env: Env, ty: Type, what: &str) -> Option<ExprId> {
         let (id, span) = e.lowered(self, env);
         let id = self.expect_type(id?, ty, span, what)?;
         self.whole(id, span)
     }
 
-    /// What was read again could not be read: the work is to stop.
+    /// Handles a failure to read a text again, which means cancellation.
     pub(super) fn unread(&mut self, error: Error) {
         match error {
             Error::Limit(limit) => self.poll.end(limit),
@@ -181,8 +182,9 @@ impl<'a> Lowerer<'a> {
         None
     }
 
-    /// A constant or a formula. What it needs is lowered first, in an order found without recursion,
-    /// so that long rows of definitions are no problem. There are no cycles: that was checked before.
+    /// Lowers a constant or a formula. Its dependencies are lowered first, in an order found
+    /// without recursion, so long chains of definitions are safe. There are no cycles; that was
+    /// checked before.
     pub(super) fn definition(&mut self, definition: DefId, env: Env) -> Option<ExprId> {
         let mut pending = vec![(definition, env, false)];
         while let Some((d, e, ready)) = pending.pop() {
@@ -206,12 +208,12 @@ impl<'a> Lowerer<'a> {
         self.lowered.get(&(definition, env)).copied().flatten()
     }
 
-    /// The definitions that the body of a definition names under a renaming, each with the renaming
-    /// to read it under.
+    /// Returns the definitions named in the body of a definition under a renaming, each with the
+    /// renaming that applies to it.
     pub(super) fn dependencies(&self, definition: DefId, env: Env) -> Vec<(DefId, Env)> {
         let Some(body) = self.scope.definitions[definition as usize].body else { return Vec::new() };
         let mut mentioned = Mentioned::default();
-        // What cannot be read again is reported where it is lowered.
+        // A text that cannot be read again is reported when it is lowered.
         let _ = expression_at(&self.source, body, self.poll.sink(), &mut mentioned);
         let resolve = |place: Span| {
             let (name, inside) = self.scope.rename(&self.source.text[place.range()], env);
@@ -235,7 +237,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// The value of an expression without variables.
+    /// Returns the value of an expression without variables.
     pub(in crate::lang) fn constant_value(&mut self, id: ExprId, span: Span, what: &str) -> Option<Value> {
         match self.pool.literal(id) {
             Some(value) => Some(value),

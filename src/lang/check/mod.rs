@@ -35,26 +35,26 @@ pub(in crate::lang) use scope::Scope;
 pub(in crate::lang) use target::lower_value;
 pub use target::{lower_part, lower_target};
 
-/// A program, with what else is to be said about it.
+/// A program, with further results of the checks.
 #[derive(Debug, Clone)]
 pub struct Checked {
     /// The flat program.
     pub program: Program,
-    /// What is suspicious, but no error.
+    /// Warnings.
     pub warnings: Vec<Diagnostic>,
-    /// How many reward structures were read and ignored.
+    /// Number of reward structures read and ignored.
     pub ignored_rewards: usize,
-    /// The properties that the model names, where its format has such.
+    /// Properties that the model names, if its format has them.
     pub properties: Vec<super::named::Property>,
 }
 
-/// Flattens a model: gives undefined constants their values, checks names and types, carries out
-/// renamings and the composition.
+/// Flattens a model: gives undefined constants their values, checks names and types, and carries
+/// out renamings and the composition.
 ///
-/// `source` is the text that `model` was read from, `given` that of `bindings`.
+/// `source` is the text that `model` was read from, `given` the text of `bindings`.
 ///
 /// # Errors
-/// Everything PRISM refuses too: see the tests for each case; a limit.
+/// Everything that PRISM also refuses (see the tests for each case); a limit.
 pub(in crate::lang) fn check(
     model: &Outline,
     source: &Arc<SourceFile>,
@@ -70,7 +70,7 @@ pub(in crate::lang) fn check(
     let cyclic = lowerer.find_cycles();
     lowerer.poll.check()?;
     if cyclic || !foreign.is_empty() || !lowerer.diagnostics.is_empty() {
-        // Names and constants come first: without them, what follows would be noise.
+        // Errors in names and constants come first: without these, later errors would be noise.
         foreign.append(&mut lowerer.diagnostics);
         return Err(Error::Input(foreign));
     }
@@ -88,7 +88,7 @@ pub(in crate::lang) fn check(
 }
 
 impl<'a> Lowerer<'a> {
-    /// The program, with an empty pool in place of the one that is still in use here.
+    /// Builds the program, with an empty pool in place of the one still in use here.
     fn program(&mut self, parts: &Parts<'a>, bindings: &[super::valuation::Binding]) -> Option<Program> {
         let constants = self.constant_values(parts);
         let variables = self.variables(parts);
@@ -133,7 +133,7 @@ impl<'a> Lowerer<'a> {
     }
 }
 
-/// The constants of a model in the order of declaration.
+/// Returns the constants of a model, in the order of declaration.
 fn constants(model: &Outline) -> impl Iterator<Item = &ConstDef<Span>> {
     model.items.iter().filter_map(|item| if let Item::Const(c) = item { Some(c) } else { None })
 }

@@ -11,7 +11,7 @@ use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Command, Updates, VarId};
 
-/// Names in the order in which they were met first.
+/// Names in the order of their first occurrence.
 #[derive(Default)]
 pub(super) struct Names {
     pub(super) names: Vec<String>,
@@ -19,7 +19,7 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// The position of a name, which is added if it is new.
+    /// Returns the position of a name, which is added if it is new.
     pub(super) fn add(&mut self, name: &str) -> usize {
         if let Some(&index) = self.index.get(name) {
             return index;
@@ -35,7 +35,7 @@ impl Names {
 }
 
 impl<'a> Lowerer<'a> {
-    /// The actions, and all commands module by module.
+    /// Returns the actions, and all commands ordered by module.
     pub(super) fn commands(&mut self, parts: &Parts<'a>) -> (Names, Option<Vec<Command>>) {
         let mut actions = Names::default();
         let mut commands = Vec::new();
@@ -109,7 +109,7 @@ impl<'a> Lowerer<'a> {
         Some(Branch { probability: probability?, updates })
     }
 
-    /// A renaming can make one variable of two; then one branch would update it twice.
+    /// Checks that no variable is updated twice: a renaming can map two variables to one.
     fn check_distinct(
         &mut self,
         updates: &[(VarId, ExprId)],
@@ -120,7 +120,7 @@ impl<'a> Lowerer<'a> {
         variables.sort_unstable();
         let names: ahash::AHashSet<&str> = branch.updates.iter().map(|a| a.variable.name.as_str()).collect();
         match variables.windows(2).find(|pair| pair[0] == pair[1]) {
-            // One name twice has been reported as such.
+            // A repeated name has been reported before.
             Some(_) if names.len() < branch.updates.len() => None,
             Some(pair) => {
                 let name = &parts.variables[pair[0].index()].name;

@@ -1,19 +1,20 @@
-//! Operators and functions: their types as PRISM has them, and the nodes they become.
+//! Operators and functions, with PRISM's types, and the nodes that they become.
 
 use super::lower::Lowerer;
 use crate::lang::ast::{BinaryOp, Span};
 use crate::model::expr::{Binary, ExprId, Node, Unary};
 use crate::model::value::Type;
 
-/// How high an expression may be once formulas are put in. Engines recurse over expressions.
+/// Maximum height of an expression after substitution of formulas. Engines recurse over
+/// expressions.
 pub(super) const MAX_HEIGHT: u16 = 2000;
 
 /// An operand with its place.
 pub(in crate::lang) type Operand = (ExprId, Span);
 
 impl Lowerer<'_> {
-    /// Checks that what the pool made is not too high, and notes where it has no value: whether that
-    /// is an error depends on whether it is ever evaluated.
+    /// Checks the height of a new node, and records its place if it has no value. Such a node is an
+    /// error only if it may be evaluated.
     fn made(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
         if self.height(id) > MAX_HEIGHT {
             let message =
@@ -26,7 +27,7 @@ impl Lowerer<'_> {
         Some(id)
     }
 
-    /// The height of a node; its operands have been asked for before.
+    /// Returns the height of a node; the heights of its operands must be known.
     fn height(&mut self, id: ExprId) -> u16 {
         if self.heights.len() <= id.index() {
             self.heights.resize(id.index() + 1, 0);
@@ -79,7 +80,7 @@ impl Lowerer<'_> {
         None
     }
 
-    /// Both operands as numbers of one type.
+    /// Returns both operands as numbers of one type.
     fn numbers(&mut self, a: Operand, b: Operand, what: &str) -> Option<(ExprId, ExprId)> {
         let (left, right) = (self.expect_number(a, what), self.expect_number(b, what));
         left.and(right)?;
@@ -105,7 +106,7 @@ impl Lowerer<'_> {
         left.and(right).map(|_| ())
     }
 
-    /// `a & b & …` or `a | b | …` as a tree of small height; the order of evaluation stays.
+    /// Returns `a & b & …` or `a | b | …` as a balanced tree; the order of evaluation stays.
     pub(in crate::lang) fn balanced(&mut self, op: BinaryOp, mut row: Vec<Operand>) -> Option<ExprId> {
         let what = format!("an operand of `{}`", op.symbol());
         let checked =
@@ -115,13 +116,13 @@ impl Lowerer<'_> {
         }
         let node = if op == BinaryOp::And { Binary::And } else { Binary::Or };
         while row.len() > 1 {
-            // In place: rows of millions of operands are taken.
+            // In place, since there may be millions of operands.
             let half = row.len() / 2;
             for at in 0..half {
                 let ((a, start), (b, end)) = (row[2 * at], row[2 * at + 1]);
                 row[at] = (self.node(node, a, b, start.to(end))?, start.to(end));
             }
-            // An operand without a partner goes on to the next round.
+            // An operand without a partner is kept for the next round.
             if row.len() > 2 * half {
                 row[half] = row[2 * half];
             }
@@ -184,7 +185,7 @@ impl Lowerer<'_> {
         if op == BinaryOp::Eq { Some(equal) } else { self.unary(Unary::Not, equal, span) }
     }
 
-    /// `c ? a : b`
+    /// Returns `c ? a : b`.
     pub(in crate::lang) fn ite(&mut self, c: ExprId, a: Operand, b: Operand) -> Option<ExprId> {
         let (ta, tb) = (self.pool.ty(a.0), self.pool.ty(b.0));
         let span = a.1.to(b.1);
@@ -197,7 +198,7 @@ impl Lowerer<'_> {
         self.made(made, span)
     }
 
-    /// `f(e, …)`
+    /// Returns `f(e, …)`.
     pub(in crate::lang) fn call(
         &mut self,
         name: &str,
@@ -239,7 +240,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// `min` and `max` of any number of arguments; real when one of them is.
+    /// Returns `min` or `max` of any number of arguments; real if one of them is real.
     fn extreme(&mut self, name: &str, args: &[Operand], what: &str, span: Span) -> Option<ExprId> {
         let checked: Vec<_> = args.iter().map(|&a| self.expect_number(a, what)).collect();
         checked.into_iter().collect::<Option<()>>()?;
@@ -256,7 +257,7 @@ impl Lowerer<'_> {
         result
     }
 
-    /// `floor`, `ceil` and `round`; integers stay as they are.
+    /// Returns `floor`, `ceil` or `round` of a number; an integer is unchanged.
     fn rounded(&mut self, name: &str, a: Operand, what: &str, span: Span) -> Option<ExprId> {
         self.expect_number(a, what)?;
         if self.pool.ty(a.0) == Type::Int {
@@ -270,7 +271,7 @@ impl Lowerer<'_> {
         self.unary(op, a.0, span)
     }
 
-    /// `pow`, `mod` and `log`
+    /// Returns `pow`, `mod` or `log` of two numbers.
     fn arithmetic(&mut self, name: &str, a: Operand, b: Operand, what: &str, span: Span) -> Option<ExprId> {
         let (op, (x, y)) = match name {
             "pow" => (Binary::Pow, self.numbers(a, b, what)?),

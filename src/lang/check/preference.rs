@@ -1,4 +1,4 @@
-//! Preference files over a finished program: targets, known names, the preorder.
+//! Preference files over a finished program: targets, names of objectives, the preorder.
 
 use std::sync::Arc;
 
@@ -16,19 +16,19 @@ use crate::model::preference::{
 };
 use crate::model::temporal::Begin;
 
-/// Reads a preference file and puts its targets into the pool of the program.
+/// Parses a preference file and lowers its targets into the pool of the program.
 ///
 /// # Errors
-/// All errors of the text that could be told apart: of syntax first, then of meaning.
+/// Returns as many errors as can be distinguished: syntax errors, or else errors of meaning.
 pub fn load_preferences(source: &Arc<SourceFile>, program: &mut Program) -> Result<Preferences> {
     lower_preferences(&pref::parse_preferences(source)?, source, program)
 }
 
-/// Checks a preference file: targets over the names of the model, objectives known and declared
-/// once, no contradiction in the order.
+/// Checks a preference file: targets refer to names of the model, objectives are known and declared
+/// once, and the order has no contradiction.
 ///
 /// # Errors
-/// What is wrong, each with its place; a contradiction with the statements around its cycle.
+/// All errors, each with its place; a contradiction with the statements of its cycle.
 pub fn lower_preferences(
     tree: &pref::Preferences,
     source: &Arc<SourceFile>,
@@ -52,10 +52,10 @@ pub fn lower_preferences(
     Ok(Preferences { objectives, order, empty, history })
 }
 
-/// Reads a preference file without a model: what the formulas say of one is not checked.
+/// Parses a preference file without a model; the names in its formulas are not checked.
 ///
 /// # Errors
-/// All other errors of the text that could be told apart: of syntax first, then of the order.
+/// Returns all other errors that can be distinguished: syntax errors, or else errors of the order.
 pub fn outline_preferences(source: &Arc<SourceFile>) -> Result<Outline> {
     let tree = pref::parse_preferences(source)?;
     let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
@@ -72,16 +72,16 @@ pub fn outline_preferences(source: &Arc<SourceFile>) -> Result<Outline> {
     })
 }
 
-/// What objectives become.
+/// Conversion of objectives into goals.
 trait Goals {
-    /// The goal of a formula.
+    /// Returns the goal of an objective.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The formula is wrong.
     fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal>;
 }
 
-/// Targets in a program.
+/// Goals that are targets in a program.
 struct Plain<'a> {
     program: &'a mut Program,
 }
@@ -116,7 +116,8 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    /// Which part of plays counts: all of it, where some objective is more than a reachability.
+    /// Returns the part of a path that counts: by default all of it if some objective is more than
+    /// a reachability.
     fn history(&self, tree: &pref::Preferences) -> History {
         let temporal = tree.objectives.iter().any(|o| o.formula.reachability().is_none());
         match tree.history {
@@ -126,7 +127,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The objectives with what they ask; what is wrong with them is noted.
+    /// Returns the objectives with their goals; errors in them are recorded.
     fn objectives(&mut self, tree: &'a pref::Preferences, goals: &mut impl Goals) -> Result<Vec<Objective>> {
         let mut objectives = Vec::new();
         for (index, objective) in tree.objectives.iter().enumerate() {
@@ -146,7 +147,7 @@ impl<'a> Checker<'a> {
         Ok(objectives)
     }
 
-    /// Notes the name of an objective; whether there may be so many.
+    /// Records the name of an objective; returns false if there are too many.
     fn declare(&mut self, index: usize, objective: &'a pref::Objective) -> bool {
         let Ident { name, span } = &objective.name;
         if index == MOST_OBJECTIVES {
@@ -171,7 +172,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The order that the statements make, where nothing was wrong so far.
+    /// Returns the order that the statements generate, unless there are errors so far.
     fn order(mut self, tree: &'a pref::Preferences) -> Result<Preorder> {
         let (statements, spans) = self.statements(tree);
         if !self.diagnostics.is_empty() {
@@ -187,7 +188,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Every pair of neighbouring sides of every chain, with the place of its chain.
+    /// Returns every pair related by a link of a chain, with the place of the chain.
     fn statements(&mut self, tree: &'a pref::Preferences) -> (Vec<Statement>, Vec<Span>) {
         let (mut statements, mut spans) = (Vec::new(), Vec::new());
         for chain in &tree.statements {
@@ -224,10 +225,11 @@ impl<'a> Checker<'a> {
         let (mut side, mut said) = (Vec::new(), ahash::AHashSet::new());
         for Ident { name, span } in names {
             match self.known.get(name.as_str()) {
-                // Once is enough: names repeated on both sides would multiply.
+                // Repeated names are ignored: on both sides they would multiply.
                 Some((index, _)) if !said.insert(*index) => {}
                 Some((index, _)) => side.push(*index),
-                // The list of all names is long: not for errors that nobody will see.
+                // The list of all names is long, so it is not built for errors that are never
+                // shown.
                 None if self.diagnostics.len() >= MAX_ERRORS => {}
                 None => {
                     let message = format!("there is no objective `{name}`");
@@ -248,7 +250,8 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// The cycle in words, `B > A >= C > B`, at the statement that cannot hold.
+/// Returns the error for a contradiction: it shows the cycle, `B > A >= C > B`, at the statement
+/// that cannot hold.
 fn contradiction(
     source: &Arc<SourceFile>,
     objectives: &[pref::Objective],

@@ -1,4 +1,4 @@
-//! Expressions straight from their text into the pool, without a tree in between.
+//! Lowering of expressions from their text into the pool, without an intermediate tree.
 
 use std::sync::Arc;
 
@@ -10,12 +10,12 @@ use crate::lang::parse::{Atom, Maker, command_at, expression_at, remade};
 use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
 
-/// An expression in the pool, or none when it is wrong and that has been reported; and its place.
+/// An expression in the pool, or `None` after reporting that it is wrong; and its place.
 pub(super) type Lowered = (Option<ExprId>, Span);
 
-/// What can be put into the pool.
+/// A form of expression that can be lowered into the pool.
 pub(super) trait Body {
-    /// Puts it into the pool under a renaming.
+    /// Lowers the expression into the pool under a renaming.
     fn lowered(&self, lowerer: &mut Lowerer<'_>, env: Env) -> Lowered;
 }
 
@@ -25,7 +25,7 @@ impl Body for Expr {
     }
 }
 
-/// The place of an expression, which was read before and found to be one.
+/// The place of an expression whose syntax was checked before.
 impl Body for Span {
     fn lowered(&self, lowerer: &mut Lowerer<'_>, env: Env) -> Lowered {
         let (source, sink) = (Arc::clone(&lowerer.source), lowerer.poll.sink());
@@ -39,7 +39,7 @@ impl Body for Span {
     }
 }
 
-/// What is there already.
+/// An expression that is already lowered.
 impl Body for Lowered {
     fn lowered(&self, _: &mut Lowerer<'_>, _: Env) -> Lowered {
         *self
@@ -47,7 +47,7 @@ impl Body for Lowered {
 }
 
 impl Lowerer<'_> {
-    /// The command at a place, with its expressions in the pool.
+    /// Reads the command at a place, with its expressions in the pool.
     pub(super) fn read_command(&mut self, place: Span, env: Env) -> Option<Command<Lowered>> {
         let (source, sink) = (Arc::clone(&self.source), self.poll.sink());
         let read = command_at(&source, place, sink, Reading { lowerer: self, env });
@@ -93,14 +93,14 @@ impl Lowerer<'_> {
     }
 }
 
-/// Puts what is read into the pool, under a renaming.
+/// Lowers expressions into the pool while they are parsed, under a renaming.
 struct Reading<'l, 'a> {
     lowerer: &'l mut Lowerer<'a>,
     env: Env,
 }
 
 impl<'a> Reading<'_, 'a> {
-    /// One more part of an expression.
+    /// Makes one more part of an expression.
     fn part(&mut self, span: Span, make: impl FnOnce(&mut Lowerer<'a>) -> Option<ExprId>) -> Lowered {
         (self.lowerer.count_work(span).and_then(|()| make(self.lowerer)), span)
     }

@@ -1,4 +1,4 @@
-//! What names mean: constants, formulas, variables; and what they mean inside a renamed module.
+//! The meaning of names: constants, formulas and variables, also inside renamed modules.
 
 use std::borrow::Cow;
 
@@ -11,7 +11,7 @@ use crate::model::VarId;
 use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Symbol {
     /// A constant or a formula.
@@ -28,19 +28,19 @@ pub(super) enum Symbol {
 pub(super) struct Definition<'a> {
     pub(super) name: &'a str,
     pub(super) span: Span,
-    /// Where what it stands for is written; none for a constant whose value is given from outside.
+    /// Place of the body; `None` for a constant whose value the user gives.
     pub(super) body: Option<Span>,
-    /// The type of a constant; none for a formula.
+    /// Type of a constant; `None` for a formula.
     pub(super) constant: Option<Type>,
 }
 
-/// A constant or a formula, by its position in [`Scope::definitions`].
+/// A constant or a formula, as its position in [`Scope::definitions`].
 pub(super) type DefId = u32;
 
-/// A renaming that is in force, by its position in [`Scope::renamings`] plus one; 0 is none.
+/// A renaming, as its position in [`Scope::renamings`] plus one; 0 means no renaming.
 pub(super) type Env = u32;
 
-/// Outside of renamed modules.
+/// The environment outside of renamed modules.
 pub(super) const NO_RENAMING: Env = 0;
 
 /// The names of one renaming, and the renaming that is applied after it.
@@ -58,8 +58,8 @@ pub(in crate::lang) struct Scope<'a> {
 }
 
 impl<'a> Scope<'a> {
-    /// What `name` is called under a renaming, and the renaming under which to read what the new
-    /// name stands for: a formula that is not itself renamed is renamed inside.
+    /// Returns the new name under a renaming, and the renaming that applies to the body of that
+    /// name: a formula that is not itself renamed is renamed inside.
     pub(super) fn rename<'n>(&self, name: &'n str, env: Env) -> (&'n str, Env)
     where
         'a: 'n,
@@ -78,7 +78,7 @@ impl<'a> Scope<'a> {
         self.symbols.get(name).map(|s| s.0)
     }
 
-    /// A name of the model that differs from `name` by one slip of the hand.
+    /// Returns a name of the model that is a likely misspelling of `name`.
     pub(super) fn similar(&self, name: &str) -> Option<&str> {
         let known = self.symbols.keys().filter(|k| is_slip(k, name));
         known.min().map(AsRef::as_ref)

@@ -1,4 +1,5 @@
-//! Composition: `system … endsystem`, or all modules in parallel, as a flat list of synchronisations.
+//! Composition of modules (`system … endsystem`, or full parallel) into a flat list of
+//! synchronisations.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,22 +11,23 @@ use super::modules::Names;
 use crate::lang::ast::{Ident, Span, System, SystemKind};
 use crate::model::{Command, CommandId, Synchronisation};
 
-/// Compositions with more synchronisations than this are refused.
+/// Maximum number of synchronisations of a composition.
 const MAX_SYNCHRONISATIONS: usize = 100_000;
 
-/// What a part of a composition can do.
+/// The behaviour of a part of a composition.
 #[derive(Debug, Clone, Default)]
 struct Process {
-    /// The actions it takes part in, even where it can never move with them.
+    /// Actions that it takes part in, even if it never has a step for them.
     alphabet: BTreeSet<usize>,
     moves: Vec<Synchronisation>,
 }
 
-/// Moves by their action.
+/// Synchronisations by their action.
 type ByAction = BTreeMap<usize, Vec<Synchronisation>>;
 
 impl Process {
-    /// The moves whose action is none of `actions`, and those of each action of the set.
+    /// Splits the synchronisations: those without an action in `actions`, and those of each action
+    /// of the set.
     fn split(self, actions: &BTreeSet<usize>) -> (Vec<Synchronisation>, ByAction) {
         let mut with: ByAction = actions.iter().map(|&a| (a, Vec::new())).collect();
         let mut without = Vec::new();
@@ -40,7 +42,7 @@ impl Process {
 }
 
 impl<'a> Lowerer<'a> {
-    /// The names of all actions, and what may happen in a step.
+    /// Returns the names of all actions, and the synchronisations of the model.
     pub(super) fn synchronisations(
         &mut self,
         parts: &Parts<'a>,
@@ -58,12 +60,13 @@ impl<'a> Lowerer<'a> {
             }
         }?;
         let mut moves = whole.moves;
-        // Stable: within one action, and among unlabelled moves, the order of the text stays.
+        // A stable sort: within one action, and among unlabelled synchronisations, the order of the
+        // text stays.
         moves.sort_by_key(|m| m.action);
         commands.as_ref().map(|_| (actions.names, moves))
     }
 
-    /// Each module stands in the composition once.
+    /// Checks that each module occurs once in the composition.
     fn check_modules(&mut self, system: &System, parts: &Parts<'a>) {
         let mut seen: Vec<(&str, Span)> = Vec::new();
         modules_of(system, &mut seen);
@@ -89,7 +92,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// All operands, synchronised on each action that several of them have.
+    /// Composes all operands, synchronised on each action that several of them have.
     fn full(&mut self, operands: Vec<Process>, span: Span) -> Option<Process> {
         let mut whole = Process::default();
         let mut participants: BTreeMap<usize, Vec<Vec<Synchronisation>>> = BTreeMap::new();
@@ -114,7 +117,7 @@ impl<'a> Lowerer<'a> {
         Some(whole)
     }
 
-    /// Two operands, synchronised on the actions given; both must move for one of these.
+    /// Composes two operands, synchronised on the given actions, which need a step of both.
     fn parallel(&mut self, a: Process, b: Process, on: &BTreeSet<usize>, span: Span) -> Option<Process> {
         let alphabet = a.alphabet.union(&b.alphabet).copied().collect();
         let ((mut moves, left), (mut others, right)) = (a.split(on), b.split(on));
@@ -135,7 +138,7 @@ impl<'a> Lowerer<'a> {
     }
 }
 
-/// Every move of the one together with every move of the other.
+/// Combines every synchronisation of the left side with every one of the right side.
 fn join(left: &[Synchronisation], right: &[Synchronisation]) -> Vec<Synchronisation> {
     let mut all = Vec::with_capacity(left.len().saturating_mul(right.len()));
     for a in left {
@@ -147,10 +150,10 @@ fn join(left: &[Synchronisation], right: &[Synchronisation]) -> Vec<Synchronisat
     all
 }
 
-/// The modules by themselves.
+/// Returns the modules as separate processes.
 fn processes(modules: usize, commands: &[Command]) -> Vec<Process> {
     let mut processes = vec![Process::default(); modules];
-    // Where the moves of a module with an action stand.
+    // Position of the synchronisation of each module and action.
     let mut known: AHashMap<(usize, Option<usize>), usize> = AHashMap::new();
     for (index, command) in commands.iter().enumerate() {
         let process = &mut processes[command.module];
@@ -181,7 +184,7 @@ fn modules_of<'s>(system: &'s System, seen: &mut Vec<(&'s str, Span)>) {
     }
 }
 
-/// What the operators of a composition work on.
+/// Context for the operators of a composition.
 struct Composition<'c, 'a> {
     parts: &'c Parts<'a>,
     processes: &'c [Process],
@@ -230,7 +233,7 @@ impl<'a> Composition<'_, 'a> {
         all.into_iter().collect()
     }
 
-    /// Actions that some module has, or that a renaming has made.
+    /// Resolves actions that some module has, or that a renaming has made.
     fn known(&self, names: &[Ident], lowerer: &mut Lowerer<'a>) -> Option<BTreeSet<usize>> {
         let look_up = |name: &Ident| match self.actions.get(&name.name) {
             Some(action) => Some(action),

@@ -14,9 +14,9 @@ use crate::model::value::Value;
 use crate::model::{Program, VarId};
 use crate::progress::NoProgress;
 
-/// Checks a target, such as that of an objective, and puts it into the pool of the program. Names are
-/// the variables, constants and formulas of the model; names in quotes its labels, "init" (the
-/// initial states) and "deadlock" (no command is enabled).
+/// Checks a target, such as that of an objective, and lowers it into the pool of the program. Names
+/// are the variables, constants and formulas of the model. Names in quotes are its labels, "init"
+/// (the initial states) and "deadlock" (no command is enabled).
 ///
 /// # Errors
 /// Unknown names and wrong types; the target must be of type `bool`.
@@ -24,15 +24,16 @@ pub fn lower_target(program: &mut Program, source: &Arc<SourceFile>, target: &Ex
     lowered(program, source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
 }
 
-/// As [`lower_target`], for a part of a text that was read before, such as that of an objective.
+/// Same as [`lower_target`], for a part of a text that was read before, such as that of an
+/// objective.
 ///
 /// # Errors
-/// Those of [`lower_target`].
+/// See [`lower_target`].
 pub fn lower_part(program: &mut Program, source: &Arc<SourceFile>, target: Span) -> Result<ExprId> {
     lowered(program, source, |lowerer| lowerer.condition(&target, NO_RENAMING, "a target"))
 }
 
-/// As [`lower_part`], for an expression of any type.
+/// Same as [`lower_part`], for an expression of any type.
 ///
 /// # Errors
 /// Unknown names and wrong types.
@@ -47,7 +48,7 @@ pub(in crate::lang) fn lower_value(
     })
 }
 
-/// Lowers into the pool of a finished program.
+/// Lowers an expression into the pool of a finished program.
 fn lowered(
     program: &mut Program,
     source: &Arc<SourceFile>,
@@ -67,7 +68,7 @@ fn lowered(
     lowered.ok_or(Error::Input(lowerer.diagnostics))
 }
 
-/// The names of a finished program.
+/// Returns the names of a finished program.
 fn scope(program: &Program) -> Scope<'static> {
     let mut scope = Scope::default();
     let mut add = |name: &str, symbol| {
@@ -86,7 +87,7 @@ fn scope(program: &Program) -> Scope<'static> {
     scope
 }
 
-/// `"variable=value"` for each value that has a name, as locations do.
+/// Returns a label `"variable=value"` for each named value; values of locations have names.
 fn named_values(program: &Program, pool: &mut ExprPool) -> Vec<(String, ExprId)> {
     let mut all = Vec::new();
     for (id, variable) in program.variable_ids().zip(&program.variables) {
@@ -98,7 +99,7 @@ fn named_values(program: &Program, pool: &mut ExprPool) -> Vec<(String, ExprId)>
     all
 }
 
-/// No synchronisation has, in each of its factors, an enabled command.
+/// Returns the condition that no synchronisation has an enabled command in each of its factors.
 fn deadlock(program: &Program, lowerer: &mut Lowerer<'_>) -> Option<ExprId> {
     let here = Span::default();
     let mut some = Vec::new();
@@ -114,7 +115,7 @@ fn deadlock(program: &Program, lowerer: &mut Lowerer<'_>) -> Option<ExprId> {
     Some(lowerer.pool.unary(Unary::Not, enabled))
 }
 
-/// The operands joined; the unit of the operator where there is none.
+/// Joins the operands; without operands, returns the neutral element of the operator.
 fn any(lowerer: &mut Lowerer<'_>, op: BinaryOp, operands: Vec<(ExprId, Span)>) -> Option<ExprId> {
     if operands.is_empty() {
         return lowerer.literal(Value::Bool(op == BinaryOp::And));

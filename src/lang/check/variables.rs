@@ -8,11 +8,11 @@ use crate::model::expr::{Binary, ExprId};
 use crate::model::value::{Type, Value};
 use crate::model::{VarId, Variable};
 
-/// Bounds of ranges lie within this of 0, so that every value is exact as a double.
+/// Maximum absolute value of a bound of a range, such that every value is exact as a double.
 const MAX_BOUND: i64 = 1 << 53;
 
 impl<'a> Lowerer<'a> {
-    /// All variables, with constant ranges and initial values.
+    /// Returns all variables, with constant ranges and initial values.
     pub(super) fn variables(&mut self, parts: &Parts<'a>) -> Option<Vec<Variable>> {
         let all: Vec<_> = parts.variables.iter().map(|v| self.variable(v, parts)).collect();
         all.into_iter().collect()
@@ -55,7 +55,7 @@ impl<'a> Lowerer<'a> {
         Some(())
     }
 
-    /// A constant integer that a declaration names.
+    /// Evaluates a constant integer in a declaration.
     fn integer(&mut self, e: Span, declared: &Declared<'a>, what: &str) -> Option<i64> {
         let id = self.typed(&e, declared.env, Type::Int, what)?;
         match self.constant_value(id, e, what)? {
@@ -64,7 +64,8 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// The initial value, by default the smallest; none where `init … endinit` says it.
+    /// Returns the initial value, by default the smallest; `Some(None)` if `init … endinit` defines
+    /// it.
     #[allow(clippy::option_option)]
     fn initial_value(
         &mut self,
@@ -95,7 +96,7 @@ impl<'a> Lowerer<'a> {
         Some(Some(value))
     }
 
-    /// What holds in the initial states, and nowhere else.
+    /// Returns the condition that holds exactly in the initial states.
     pub(super) fn initial(&mut self, parts: &Parts<'a>, variables: &Option<Vec<Variable>>) -> Option<ExprId> {
         if let Some(condition) = parts.init {
             return self.condition(&condition, NO_RENAMING, "the condition of `init … endinit`");

@@ -1,20 +1,22 @@
-//! Which labels commands are written with, and the `system` block that makes the program's moves of them.
+//! Labels of the commands in the text, and the `system` block that restores the synchronisations
+//! from them.
 //!
-//! A composition may let one command move with one partner here and with another one there, and may
-//! rename or hide what comes of it. Such a move gets a label of its own: only its commands have it, so
-//! putting all modules in parallel makes that move and no other, and the `system` block then renames
-//! or hides the label. A command that takes part in several such moves is written once for each; one
-//! that takes part in none can never move and is left out.
+//! A composition may synchronise one command with different partners, and may rename or hide the
+//! result. Such a synchronisation has its own label, which only its commands have. Full parallel
+//! composition of the modules then makes exactly this synchronisation, and the `system` block
+//! renames or hides its label. A command that takes part in several such synchronisations is
+//! written once for each. One that takes part in none can never be executed and is left out.
 
 use crate::model::{Command, CommandId, Program, Synchronisation};
 
-/// How the commands of a program are labelled in its text.
+/// Labels of the commands of a program in its text.
 pub(super) struct Composition {
-    /// The commands module by module, each with the number of every label that it is written with.
+    /// Commands sorted by module, each paired with the index of every label that it is written
+    /// with.
     commands: Vec<(CommandId, u32)>,
-    /// The labels, an empty text for none.
+    /// Labels; an unlabelled synchronisation has the empty text.
     labels: Vec<String>,
-    /// Labels with the action that they stand for; none for those that are hidden.
+    /// Labels with the action that they stand for, `None` if it is hidden.
     renamed: Vec<(String, Option<usize>)>,
 }
 
@@ -39,7 +41,7 @@ impl Composition {
         Composition { commands, labels, renamed }
     }
 
-    /// The commands of a module, each with every label that it is written with.
+    /// Returns the commands of a module, each paired with every label that it is written with.
     pub(super) fn commands<'p>(
         &self,
         program: &'p Program,
@@ -51,7 +53,7 @@ impl Composition {
         own.map(|&(id, label)| (&program.commands[id.index()], self.labels[label as usize].as_str()))
     }
 
-    /// The `system` block; none where full parallel composition is what is meant.
+    /// Returns the `system` block, `None` if full parallel composition is enough.
     pub(super) fn system(&self, program: &Program) -> Option<String> {
         if self.renamed.is_empty() {
             return None;
@@ -74,11 +76,11 @@ impl Composition {
     }
 }
 
-/// What can be seen of a label from the commands that have it.
+/// Counts that tell if a label identifies its synchronisation.
 struct Partners {
-    /// For each action how many commands have it as their label.
+    /// For each action, the number of commands that have it as their label.
     commands: Vec<usize>,
-    /// For each command in how many synchronisations it takes part.
+    /// For each command, the number of synchronisations that it takes part in.
     moves: Vec<usize>,
 }
 
@@ -92,7 +94,8 @@ impl Partners {
         Partners { commands, moves }
     }
 
-    /// The label that makes this move by itself: all commands that have it take part, in nothing else.
+    /// Returns the label if it makes this synchronisation alone: all commands that have it take
+    /// part in this one and in no other.
     fn own_label<'p>(&self, program: &'p Program, step: &Synchronisation) -> Option<&'p str> {
         let own = |id: &CommandId| {
             program.commands[id.index()].action == step.action && self.moves[id.index()] == 1
@@ -106,7 +109,7 @@ impl Partners {
     }
 }
 
-/// A beginning that no name of the program has.
+/// Returns a prefix that no name of the program starts with.
 fn free_prefix(program: &Program) -> String {
     let mut prefix = "s_".to_owned();
     let names = || {

@@ -1,4 +1,4 @@
-//! Expressions of a program as text, straight from its pool: large ones are never there as trees.
+//! Expressions of a program as text, written from its pool without building trees.
 
 use std::fmt::{self, Display, Formatter, Write as _};
 
@@ -7,17 +7,17 @@ use crate::model::Program;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::Value;
 
-/// An expression that occurs twice gets a name of its own from this many nodes on.
+/// An expression that occurs twice gets a name if it has at least this many nodes.
 const LARGE: u8 = 40;
-/// Expressions of heights that this divides get names too, so that nothing nests too deeply.
+/// Expressions whose height is a multiple of this number get names too, which bounds the nesting.
 const TALL: u16 = 64;
 
-/// Writes expressions, with names for those that occur again and again.
+/// Writes expressions, with names for those that occur repeatedly.
 pub(super) struct Expressions<'a> {
     program: &'a Program,
-    /// What the names begin with.
+    /// Prefix of the names.
     prefix: String,
-    /// The number in the name of each node of the pool, from 1 on; 0 where it has none.
+    /// The number in the name of each node of the pool, from 1 on; 0 for a node without a name.
     names: Vec<u32>,
 }
 
@@ -35,7 +35,7 @@ impl<'a> Expressions<'a> {
         Expressions { program, prefix, names: names(program) }
     }
 
-    /// The definitions of all names, in an order in which each needs earlier ones alone.
+    /// Writes the definitions of all names, in an order in which each uses only earlier ones.
     pub(super) fn definitions(&self, f: &mut Formatter<'_>) -> fmt::Result {
         for id in self.program.pool.ids().filter(|id| self.names[id.index()] > 0) {
             f.write_str("\nformula ")?;
@@ -47,7 +47,7 @@ impl<'a> Expressions<'a> {
         f.write_char('\n')
     }
 
-    /// An expression as text, by its name if it has one.
+    /// Returns an expression as text, by its name if it has one.
     pub(super) fn of(&self, id: ExprId) -> Expression<'_> {
         Expression { all: self, id }
     }
@@ -64,7 +64,7 @@ impl<'a> Expressions<'a> {
         if self.is_named(id) { self.name(f, id) } else { self.body(f, id) }
     }
 
-    /// With brackets, unless it binds at least as tightly as `least`.
+    /// Writes an expression, with brackets unless it binds at least as tightly as `least`.
     fn operand(&self, f: &mut Formatter<'_>, id: ExprId, least: u8) -> fmt::Result {
         if self.level(id).is_some_and(|level| level >= least) {
             return self.expr(f, id);
@@ -74,7 +74,7 @@ impl<'a> Expressions<'a> {
         f.write_char(')')
     }
 
-    /// How tightly the outermost operator binds; none for `?:`, which binds least.
+    /// Returns the precedence level of the outermost operator, `None` for `?:`, which binds least.
     fn level(&self, id: ExprId) -> Option<u8> {
         Some(match self.program.pool.node(id) {
             _ if self.is_named(id) => ATOM_LEVEL,
@@ -117,7 +117,7 @@ impl<'a> Expressions<'a> {
                 f.write_char('-')?;
                 self.operand(f, a, NEG_LEVEL)
             }
-            // Integers become real by themselves where a real is wanted.
+            // PRISM converts integers to reals implicitly.
             Unary::ToReal => self.expr(f, a),
             Unary::Floor => self.call(f, "floor", &[a]),
             Unary::Ceil => self.call(f, "ceil", &[a]),
@@ -125,7 +125,7 @@ impl<'a> Expressions<'a> {
         }
     }
 
-    /// `a op b`; rows of one associative operator are written without brackets.
+    /// Writes `a op b`; nested conjunctions, and nested disjunctions, need no brackets.
     fn chain(
         &self,
         f: &mut Formatter<'_>,
@@ -154,7 +154,7 @@ impl<'a> Expressions<'a> {
     }
 }
 
-/// One of [`Expressions`].
+/// A displayable expression of [`Expressions`].
 pub(super) struct Expression<'e> {
     all: &'e Expressions<'e>,
     id: ExprId,
@@ -166,7 +166,7 @@ impl Display for Expression<'_> {
     }
 }
 
-/// How an operator is written between its operands; none for functions.
+/// Returns the infix operator, `None` if the operator is written as a function.
 fn infix(op: Binary) -> Option<BinaryOp> {
     Some(match op {
         Binary::And => BinaryOp::And,
@@ -192,7 +192,7 @@ fn function(op: Binary) -> &'static str {
     }
 }
 
-/// A value as an expression.
+/// A value written as an expression.
 pub(super) struct Literal(pub(super) Value);
 
 impl Literal {
@@ -209,7 +209,7 @@ impl Literal {
 impl Display for Literal {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self.0 {
-            // What has no literal.
+            // Values without a literal.
             Value::Int(i64::MIN) => write!(f, "(-{} - 1)", i64::MAX),
             Value::Real(x) if x.is_nan() => f.write_str("0 / 0"),
             Value::Real(x) if x.is_infinite() => f.write_str(if x < 0.0 { "-(1 / 0)" } else { "1 / 0" }),
@@ -218,7 +218,7 @@ impl Display for Literal {
     }
 }
 
-/// All expressions that the text shows.
+/// Returns all expressions that the text contains.
 fn roots(program: &Program) -> impl Iterator<Item = ExprId> + '_ {
     let branches = program.commands.iter().flat_map(|c| &c.branches);
     let shown = branches.flat_map(|b| b.updates.iter().map(|u| u.1).chain([b.probability]));
@@ -226,7 +226,7 @@ fn roots(program: &Program) -> impl Iterator<Item = ExprId> + '_ {
     guards.chain(shown).chain(program.labels.iter().map(|l| l.1)).chain([program.initial])
 }
 
-/// How often each node is used in what the text shows; no more than a few times is told apart.
+/// Returns the number of uses of each node in the text, saturating at 255.
 fn uses(program: &Program) -> Vec<u8> {
     let mut uses = vec![0_u8; program.pool.len()];
     let mut pending = Vec::new();
@@ -244,7 +244,8 @@ fn uses(program: &Program) -> Vec<u8> {
     uses
 }
 
-/// Numbers for expressions that get names: large ones that occur more than once, and some of the tall ones.
+/// Numbers the expressions that get names: large ones that occur more than once, and some tall
+/// ones.
 fn names(program: &Program) -> Vec<u32> {
     let uses = uses(program);
     let (mut names, mut named) = (vec![0; uses.len()], 0);

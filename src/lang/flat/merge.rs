@@ -1,8 +1,8 @@
-//! Modules that PRISM's language cannot keep apart as one.
+//! Merging of modules that cannot be separate in PRISM's language.
 //!
-//! There, a command with a label writes variables of its own module only. In other formats several modules
-//! may write one variable together with others; such modules become one, whose commands are all
-//! combinations of theirs.
+//! There, a command with a label writes only variables of its own module. In other formats several
+//! modules may write the same variable; such modules are merged, and the commands are all
+//! combinations of the original ones.
 
 use std::sync::Arc;
 
@@ -14,10 +14,10 @@ use crate::lang::names::Names;
 use crate::model::expr::Binary;
 use crate::model::{Branch, Branches, Command, CommandId, Program, Synchronisation, VarId};
 
-/// More commands than this are not written.
+/// Maximum number of commands of a merged program.
 const MOST_COMMANDS: usize = 100_000;
 
-/// The program with modules merged as far as need be.
+/// Merges modules of a program where necessary.
 ///
 /// # Errors
 /// The merged modules have too many commands.
@@ -55,13 +55,14 @@ pub(super) fn merged(whole: Held<'_, Program>) -> Result<Held<'_, Program>> {
     Ok(Arc::new(program).into())
 }
 
-/// Which modules become one.
+/// A partition of the modules: each class becomes one module.
 struct Classes {
     /// For each module the number of its class, in the order of the first members.
     of_module: Vec<usize>,
     count: usize,
-    /// For each variable the classes that write it, whether labelled or not.
+    /// For each variable, true if a synchronisation with a label, or of several modules, writes it.
     labelled: Vec<bool>,
+    /// For each variable, the modules that write it.
     writers: Vec<Vec<usize>>,
 }
 
@@ -81,7 +82,7 @@ impl Classes {
                 }
             }
         }
-        // The smallest module of each class stands for it until all are known.
+        // The smallest module of each class represents it until all are known.
         let mut least: Vec<usize> = (0..program.modules.len()).collect();
         for (at, own) in writers.iter().enumerate() {
             let owner = program.variables[at].module;
@@ -104,7 +105,8 @@ impl Classes {
         self.count == self.of_module.len()
     }
 
-    /// For each variable the class that declares it: its own, or that of what alone writes it with a label.
+    /// Returns for each variable the class that declares it: that of its module. For a global
+    /// variable written with a label it is the class of its first writer, and otherwise `None`.
     fn owners(&self, program: &Program) -> Vec<Option<usize>> {
         let owner = |(at, v): (usize, &crate::model::Variable)| match v.module {
             Some(module) => Some(self.of_module[module]),
@@ -124,7 +126,7 @@ impl Classes {
     }
 }
 
-/// The commands of the merged program as they are made.
+/// The commands of the merged program under construction.
 struct Merge {
     known: AHashMap<Vec<CommandId>, CommandId>,
     commands: Vec<Command>,
@@ -132,7 +134,7 @@ struct Merge {
 }
 
 impl Merge {
-    /// One command for each combination of one command of each part.
+    /// Makes one command for each combination of one command from each part.
     fn factor(
         &mut self,
         program: &mut Program,
@@ -173,7 +175,7 @@ impl Merge {
             command.guard = program.pool.binary(Binary::And, command.guard, other.guard);
             command.branches = both(program, &command.branches, &other.branches);
         }
-        // Alone it keeps its label; together they have that of their common move.
+        // A single command keeps its label; a combination gets the label of its synchronisation.
         command.action = if ids.len() > 1 { action } else { command.action };
         command.module = class;
         let number = self.numbers.entry((class, command.action)).or_default();
@@ -186,7 +188,7 @@ impl Merge {
     }
 }
 
-/// One branch of each side.
+/// Combines each branch of the left side with each branch of the right side.
 fn both(program: &mut Program, left: &[Branch], right: &[Branch]) -> Branches {
     let mut all = Branches::new();
     for a in left {

@@ -1,10 +1,10 @@
-//! The tree of a JANI model, close to its text; every part knows its place.
+//! The tree of a JANI model, close to its text; every part has its place.
 
 use crate::lang::ast::{Ident, ModelType, Span};
 use crate::lang::property::{Bound, Strategies};
 use crate::model::value::{Type, Value};
 
-/// An expression at a place.
+/// An expression with its place.
 #[derive(Debug, Clone)]
 pub(super) struct Expr {
     pub(super) kind: ExprKind,
@@ -17,7 +17,8 @@ pub(super) enum ExprKind {
     Literal(Value),
     /// A variable, a constant or a parameter.
     Name(String),
-    /// An operator with its operands, their number checked; rows of one associative operator are flat.
+    /// An operator with the right number of operands; nested conjunctions, and nested disjunctions,
+    /// are flat.
     Op(Op, Vec<Expr>),
     /// A call of a function of the model.
     Call(Ident, Vec<Expr>),
@@ -54,7 +55,7 @@ pub(super) struct Model {
 #[derive(Debug, Clone)]
 pub(super) struct TypeOf {
     pub(super) ty: Type,
-    /// Of a bounded type: the bounds that are given.
+    /// The given bounds of a bounded type.
     pub(super) low: Option<Expr>,
     pub(super) high: Option<Expr>,
     pub(super) span: Span,
@@ -92,7 +93,7 @@ pub(super) struct Automaton {
 
 pub(super) struct Location {
     pub(super) name: Ident,
-    /// Values that transient variables have there.
+    /// Values of transient variables in this location.
     pub(super) values: Vec<(Ident, Expr)>,
 }
 
@@ -117,31 +118,31 @@ pub(super) struct Assignment {
     pub(super) index: i64,
 }
 
-/// Which automata run side by side, and how they move together.
+/// The automata that run in parallel, and their synchronisation.
 pub(super) struct System {
     pub(super) elements: Vec<Ident>,
-    /// None where the model leaves them out.
+    /// `None` if the model has no vectors.
     pub(super) vectors: Option<Vec<Vector>>,
     pub(super) span: Span,
 }
 
-/// A synchronisation vector: one action or none an element.
+/// A synchronisation vector: for each element an action, or none.
 pub(super) struct Vector {
     pub(super) actions: Vec<Option<Ident>>,
     pub(super) result: Option<Ident>,
     pub(super) span: Span,
 }
 
-/// A property by name.
+/// A named property.
 pub(super) struct Property {
     pub(super) name: Ident,
-    /// What it asks, or why that is no reachability of a state set.
+    /// The question, or the reason why the property is not a reachability of a state set.
     pub(super) asks: Result<Reach, String>,
 }
 
 /// The probability to reach a target.
 pub(super) struct Reach {
     pub(super) target: Expr,
-    /// Where it is compared with 0 or 1.
+    /// The comparison with 0 or 1, if there is one.
     pub(super) compared: Option<(Strategies, Bound)>,
 }

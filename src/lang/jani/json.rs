@@ -1,8 +1,8 @@
-//! JSON with places: values that know where they stand in the text.
+//! JSON values that know their place in the text.
 //!
-//! `serde_json` does all the parsing. Its values carry no places; but a [`RawValue`] that borrows from
-//! the text is a piece of it, so the place of a value is the place of its piece. Objects and arrays are
-//! opened one level at a time, when they are looked at: nothing of the document is kept beside the text.
+//! `serde_json` does all the parsing. Its values have no places, but a [`RawValue`] that borrows
+//! from the text is a piece of it, so its address gives the place. Objects and arrays are opened on
+//! demand, one level at a time; nothing is stored in addition to the text.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -12,10 +12,10 @@ use serde_json::value::RawValue;
 
 use crate::lang::ast::Span;
 
-/// How deep objects and arrays may nest: expressions of real models stay below 60.
+/// Maximum nesting of objects and arrays; expressions of real models stay below 60.
 pub(super) const MOST_DEPTH: u32 = 500;
 
-/// So many steps are named on the way to a value; nobody reads more.
+/// Maximum number of steps in the path to a value, for messages.
 const MOST_STEPS: usize = 40;
 
 /// A value of a document.
@@ -26,11 +26,11 @@ pub(super) struct Node<'a> {
     depth: u32,
 }
 
-/// What a value is; objects and arrays opened by one level.
+/// The form of a value; objects and arrays are opened by one level.
 pub(super) enum Shape<'a> {
     Null,
     Bool(bool),
-    /// As it is written.
+    /// The number as written.
     Number(&'a str),
     Text(String),
     Array(Vec<Node<'a>>),
@@ -44,13 +44,16 @@ pub(super) struct Member<'a> {
     pub(super) value: Node<'a>,
 }
 
-/// Why a text is no document that could be read, and where.
+/// The error of a text that is not a readable document, with its place.
 pub(super) struct Malformed {
     pub(super) at: Span,
     pub(super) message: String,
 }
 
-/// The document of a text, its syntax checked throughout. A byte order mark is skipped.
+/// Returns the document of a text, after a check of its whole syntax. A byte order mark is skipped.
+///
+/// # Errors
+/// The text is not JSON.
 pub(super) fn document(text: &str) -> Result<Node<'_>, Malformed> {
     let body = text.strip_prefix('\u{feff}').unwrap_or(text);
     let start = text.len() - body.len();
@@ -64,12 +67,15 @@ pub(super) fn document(text: &str) -> Result<Node<'_>, Malformed> {
 }
 
 impl<'a> Node<'a> {
-    /// Where the value stands.
+    /// Returns the place of the value.
     pub(super) fn span(self) -> Span {
         Span::new(self.start, self.start + self.text.len())
     }
 
-    /// What the value is.
+    /// Returns the form of the value.
+    ///
+    /// # Errors
+    /// The value cannot be opened, such as a string with a broken escape.
     pub(super) fn shape(self) -> Result<Shape<'a>, Malformed> {
         let broken = |e: serde_json::Error| Malformed { at: self.span(), message: reason(&e) };
         Ok(match self.text.as_bytes().first() {
@@ -100,30 +106,31 @@ impl<'a> Node<'a> {
         Node { text, start: self.start + offset(self.text, text), depth: self.depth + 1 }
     }
 
-    /// How many objects and arrays stand around it.
+    /// Returns the number of objects and arrays around the value.
     pub(super) fn depth(self) -> u32 {
         self.depth
     }
 }
 
-/// Where a piece of a text begins.
+/// Returns the offset of a piece of a text.
 fn offset(text: &str, piece: &str) -> usize {
     (piece.as_ptr() as usize).saturating_sub(text.as_ptr() as usize)
 }
 
-/// The byte that a message of the parser speaks of; its columns are bytes, from 1.
+/// Returns the byte offset of a place in a message of the parser; columns are bytes, counted from
+/// 1.
 fn byte_of(text: &str, line: usize, column: usize) -> usize {
     let before: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
     (before + column.saturating_sub(1)).min(text.len())
 }
 
-/// The message without the place that it ends with.
+/// Returns the message without the place at its end.
 fn reason(error: &serde_json::Error) -> String {
     let text = error.to_string();
     text.rsplit_once(" at line ").map_or(text.as_str(), |(message, _)| message).to_owned()
 }
 
-/// The members of an object in their order, equal keys too.
+/// The members of an object in their order, including equal keys.
 struct Pairs<'a>(Vec<(&'a RawValue, &'a RawValue)>);
 
 impl<'de> Deserialize<'de> for Pairs<'de> {
@@ -150,7 +157,7 @@ impl<'de> Visitor<'de> for PairsVisitor {
     }
 }
 
-/// The way from the whole document to the value at a byte of its text: `automata[1].edges[3].guard`.
+/// Returns the path from the root to the value at a byte of the text: `automata[1].edges[3].guard`.
 pub(super) fn path(text: &str, at: usize) -> Option<String> {
     let mut node = document(text).ok()?;
     let mut path = String::new();

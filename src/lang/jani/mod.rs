@@ -1,7 +1,8 @@
-//! JANI: models of the exchange format in place of PRISM's language.
+//! JANI: models in the exchange format instead of PRISM's language.
 //!
-//! `mdp` and `dtmc` of version 1 become the same flat program that the modelling language becomes:
-//! text -> JSON with places -> tree -> program. What the program cannot say is refused by name.
+//! `mdp` and `dtmc` of version 1 become the same flat program as models in PRISM's language: text
+//! -> JSON with places -> tree -> program. Constructs that the program cannot express are refused
+//! by name.
 
 mod ast;
 mod json;
@@ -15,27 +16,28 @@ use super::{Given, parse_constants};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::progress::ProgressSink;
 
-/// The texts that make a model.
+/// The texts that define a model.
 struct Inputs<'i> {
     source: &'i Arc<SourceFile>,
-    /// `K=4,N=3`
+    /// Values of constants, such as `K=4,N=3`.
     constants: &'i Arc<SourceFile>,
-    /// `x=0..7,y=-1..1`
+    /// Bounds of integers, such as `x=0..7,y=-1..1`.
     bounds: &'i Arc<SourceFile>,
 }
 
-/// Whether a text is meant to be such a model: it begins as an object of JSON does, or is called so and
-/// does not begin as a model of PRISM's language does.
+/// Returns true if a text is meant as a JANI model: it starts like a JSON object, or its name ends
+/// with `.jani` and it does not start like a PRISM model.
 pub fn is_jani(source: &SourceFile) -> bool {
     let text = source.text.trim_start_matches('\u{feff}').trim_start();
     let is_prism = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/');
     text.starts_with('{') || (!is_prism && source.name.ends_with(".jani"))
 }
 
-/// Reads a model and flattens it.
+/// Parses a model and flattens it.
 ///
 /// # Errors
-/// All errors that could be told apart: of JSON, of the shape of the document, of meaning; a limit.
+/// Returns as many errors as can be distinguished: of JSON, of the shape of the document, of
+/// meaning; a limit.
 pub(super) fn load(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
     let inputs = &Inputs { source, constants: &given.constants, bounds: &given.bounds };
     let located = |error| match error {
@@ -50,7 +52,7 @@ pub(super) fn load(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressS
     lower::program(&model, inputs, &bindings, bounds, sink).map_err(located)
 }
 
-/// Says where in the document a message points.
+/// Adds the path in the document to a message.
 fn with_path(diagnostic: Diagnostic, source: &Arc<SourceFile>) -> Diagnostic {
     if !Arc::ptr_eq(&diagnostic.source, source) {
         return diagnostic;
@@ -61,7 +63,7 @@ fn with_path(diagnostic: Diagnostic, source: &Arc<SourceFile>) -> Diagnostic {
     }
 }
 
-/// `x=0..7,y=-1..1`
+/// Parses `x=0..7,y=-1..1`.
 fn bounds(source: &Arc<SourceFile>) -> Result<Vec<(String, i64, i64)>> {
     let (mut all, mut wrong, mut at) = (Vec::new(), Vec::new(), 0);
     for part in source.text.split(',') {

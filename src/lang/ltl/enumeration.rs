@@ -1,9 +1,11 @@
-//! All formulas up to a size on all short words: the verdict of the monitors against the definition of LTL.
+//! Checks the monitors against the definition of LTL, for all formulas up to a size on all short
+//! words.
 //!
-//! A word is a lasso u v^ω with |u| + |v| ≤ 4 over two atoms. The values of a formula at all positions of all words
-//! are one bit set ([`Values`]), so that the definition is evaluated operator by operator, and the verdict of a leaf
-//! on all words is found from tables of its monitor. Formulas are taken modulo renaming (the first atom is `a`) and
-//! modulo the order of the larger and the smaller operand of `&` and `|`.
+//! A word is a lasso u v^ω with |u| + |v| ≤ 4 over two atoms. The values of a formula at all
+//! positions of all words are one bit set ([`Values`]), so the definition is evaluated operator by
+//! operator. The verdict of a leaf on all words is computed from tables of its monitor. Formulas
+//! are enumerated modulo renaming (the first atom is `a`) and modulo the order of the larger and
+//! the smaller operand of `&` and `|`.
 
 use std::rc::Rc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
@@ -19,21 +21,22 @@ use crate::model::expr::ExprId;
 use crate::model::temporal::Asks;
 use crate::model::value::Value;
 
-/// The greatest length of a word.
+/// Maximum length of a word.
 const MOST_LETTERS: usize = 4;
-/// For each shape (length, start of the loop) of words, 64 words a chunk at each position.
+/// Number of chunks of 64 words, over all shapes (length, start of the loop) and positions.
 const CHUNKS: usize = 78;
-/// The same at the first position only.
+/// Number of chunks at the first positions only.
 const FIRST_CHUNKS: usize = 22;
-/// A thread forgets the leaves that it knows when they are more.
+/// Maximum number of leaves cached per thread; the cache is then cleared.
 const MOST_KNOWN: usize = 100_000;
 
-/// The words of one length with one start of the loop. Their letters are numbered: two bits each, the first lowest.
+/// The words of one length and one start of the loop. A word is numbered by its letters: two bits
+/// each, the first letter lowest.
 #[derive(Clone, Copy)]
 struct Shape {
     length: usize,
     back: usize,
-    /// The first chunk of its first position, in [`Values`] and in [`Verdicts`].
+    /// First chunk of the first position: in [`Values`], and (`at_first`) in [`Verdicts`].
     at: usize,
     at_first: usize,
 }
@@ -60,7 +63,7 @@ impl Shape {
         self.at_first..self.at_first + self.chunks()
     }
 
-    /// The words of a chunk that exist.
+    /// Returns the bits of a chunk that stand for words.
     fn mask(self) -> u64 {
         if self.words() < 64 { (1 << self.words()) - 1 } else { u64::MAX }
     }
@@ -80,16 +83,16 @@ fn shapes() -> Vec<Shape> {
     all
 }
 
-/// Where a formula holds: a bit for each position of each word.
+/// Values of a formula: one bit per position and word.
 type Values = [u64; CHUNKS];
-/// Whether a formula holds: a bit for each word.
+/// Verdicts on a formula: one bit per word.
 type Verdicts = [u64; FIRST_CHUNKS];
 
-/// The definition of LTL on all words.
+/// The definition of LTL, evaluated on all words.
 struct Definition {
     shapes: Vec<Shape>,
-    /// Each chunk with the one a step later, in the order in which an until is found: backwards, and once more for
-    /// what the loop leads back to.
+    /// Each chunk with the chunk one step later, in the order that computes an until: backwards,
+    /// twice, so that values propagate around the loop.
     steps: Vec<(usize, usize)>,
 }
 
@@ -123,7 +126,7 @@ impl Definition {
         values
     }
 
-    /// The least solution of x = b | (a & X x).
+    /// Computes the least solution of x = b | (a & X x).
     fn until(&self, a: &Values, b: &Values) -> Values {
         let mut values = [0; CHUNKS];
         self.steps.iter().for_each(|&(here, then)| values[here] = b[here] | a[here] & values[then]);
@@ -149,7 +152,7 @@ impl Definition {
         }
     }
 
-    /// At the first position, chunk by chunk.
+    /// Returns the values at the first position, by chunk.
     fn first(&self, values: &Values) -> Verdicts {
         let mut verdicts = [0; FIRST_CHUNKS];
         for shape in &self.shapes {
@@ -185,7 +188,7 @@ const BINARY: [Operator; 5] =
 struct Case {
     formula: Formula,
     values: Values,
-    /// Whether its first atom is `a`.
+    /// True if its first atom is `a`.
     first: bool,
 }
 
@@ -215,16 +218,16 @@ impl Case {
     }
 }
 
-/// All formulas with a number of operators, from those with fewer.
+/// All formulas with a number of operators, built from those with fewer.
 struct Formulas {
     definition: Definition,
-    /// By their number of operators.
+    /// Formulas by number of operators.
     known: Vec<Vec<Case>>,
     binary: Vec<Operator>,
 }
 
 impl Formulas {
-    /// Knows all formulas with up to so many operators.
+    /// Builds all formulas with up to `size` operators.
     fn up_to(size: usize, binary: &[Operator]) -> Self {
         let definition = Definition::new();
         let atoms = [0, 1].map(|bit| Case {
@@ -241,7 +244,8 @@ impl Formulas {
         all
     }
 
-    /// Gives all formulas with so many operators, numbered, or those whose first atom is `a`, up to the order of `&` and `|`.
+    /// Enumerates all formulas with `size` operators. With `modulo`, it gives only those whose
+    /// first atom is `a`, and one order of the operands of `&` and `|`.
     fn each(&self, size: usize, modulo: bool, found: &mut dyn FnMut(usize, &Case)) {
         if let Some(known) = self.known.get(size) {
             known
@@ -258,7 +262,7 @@ impl Formulas {
         };
         self.each(size - 1, modulo, &mut |_, a| {
             for operator in UNARY {
-                // Two negations in a row are none.
+                // A double negation is left out.
                 if operator != Operator::Not || !matches!(a.formula.kind, FormulaKind::Not(_)) {
                     give(Case::unary(&self.definition, operator, a));
                 }
@@ -280,22 +284,22 @@ impl Formulas {
         if left >= right {
             self.each(left, modulo, &mut |_, a| self.each(right, false, &mut |_, b| found(a, b)));
         } else {
-            // The larger operand outside, so that it is made once.
+            // The loop over the larger operand is the outer one: it is made only once.
             self.each(right, false, &mut |_, b| self.each(left, modulo, &mut |_, a| found(a, b)));
         }
     }
 }
 
-/// What the monitors say of all words.
+/// Verdicts of the monitors on all words.
 struct Judge {
     shapes: Vec<Shape>,
     atoms: Atoms,
     known: AHashMap<(bool, Normal), Rc<Verdicts>>,
-    /// Many leaves have the same monitor.
+    /// Verdicts by transition table, since many leaves have the same monitor.
     judged: AHashMap<Table, Rc<Verdicts>>,
 }
 
-/// For each state of a monitor and each letter the next state, and whether the step is marked.
+/// For each state of a monitor and each letter, the next state and a flag for a marked step.
 type Table = Vec<[(usize, bool); 4]>;
 
 impl Judge {
@@ -303,7 +307,7 @@ impl Judge {
         Judge { shapes: shapes(), atoms: Atoms::new(), known: AHashMap::new(), judged: AHashMap::new() }
     }
 
-    /// The verdicts on a formula; none outside of the fragment.
+    /// Returns the verdicts on a formula, `None` outside of the fragment.
     fn verdicts(&mut self, f: &Formula) -> Option<Verdicts> {
         let normal = Normaliser::new(&mut self.atoms).build(f, true).unwrap();
         let tree = leaves(&normal).ok()?;
@@ -332,7 +336,7 @@ impl Judge {
         }
     }
 
-    /// On which words a monitor marks steps again and again.
+    /// Returns the words on which a monitor marks infinitely many steps.
     fn leaf(&mut self, recurrence: bool, n: &Normal) -> Rc<Verdicts> {
         let key = (recurrence, n.clone());
         if let Some(known) = self.known.get(&key) {
@@ -362,9 +366,10 @@ impl Judge {
     }
 }
 
-/// On which words steps are marked again and again.
+/// Returns the words on which infinitely many steps are marked.
 fn marked(shapes: &[Shape], table: &Table) -> Verdicts {
-    // For each number of letters and each word of so many: for each state where it leads, and whether with a mark.
+    // For each length and each word of that length: for each state the end of the run, and a flag
+    // for a mark on it.
     let mut runs = vec![vec![(0..table.len()).map(|s| (s, false)).collect::<Vec<(usize, bool)>>()]];
     for length in 1..=MOST_LETTERS {
         let longer = |word: usize| {
@@ -391,7 +396,7 @@ fn marked(shapes: &[Shape], table: &Table) -> Verdicts {
     verdicts
 }
 
-/// For each state whether a run that is repeated for ever has marks for ever.
+/// Returns for each state whether infinite repetition of a run gives infinitely many marks.
 fn recurring(run: &[(usize, bool)]) -> Vec<bool> {
     let mut found = Vec::with_capacity(run.len());
     for start in 0..run.len() {
@@ -409,7 +414,8 @@ fn recurring(run: &[(usize, bool)]) -> Vec<bool> {
     found
 }
 
-/// Compares all formulas of a size, on all threads; gives how many there are, and how many are in the fragment.
+/// Compares all formulas of a size, on all threads; returns their number, and the number in the
+/// fragment.
 fn compare(formulas: &Formulas, size: usize) -> (usize, usize) {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let (all, inside) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -437,7 +443,7 @@ fn compare(formulas: &Formulas, size: usize) -> (usize, usize) {
     (all.into_inner(), inside.into_inner())
 }
 
-/// A word on which two verdicts differ.
+/// Returns a word on which two verdicts differ.
 fn example(found: &Verdicts, expected: &Verdicts) -> String {
     for shape in shapes() {
         for word in 0..shape.words() {
@@ -451,7 +457,8 @@ fn example(found: &Verdicts, expected: &Verdicts) -> String {
     "no word".to_owned()
 }
 
-/// How many formulas of each size there are and how many are in the fragment, once all verdicts were compared.
+/// Compares all verdicts; returns the number of formulas of each size, and the number in the
+/// fragment.
 fn compared(binary: &[Operator], sizes: std::ops::RangeInclusive<usize>) -> Vec<(usize, usize)> {
     let formulas = Formulas::up_to(3, binary);
     sizes.map(|size| compare(&formulas, size)).collect()
@@ -463,7 +470,8 @@ fn all_formulas_of_up_to_four_operators() {
     assert_eq!(found, [(1, 1), (14, 14), (335, 291), (9_987, 7_095), (274_458, 144_152)]);
 }
 
-/// Those with W, which the normal form writes with R and `|`, are more than twice as many: they agree as well.
+/// W is left out: the normal form rewrites it with R and `|`, and it more than doubles the number
+/// of formulas, which agree as well.
 #[test]
 fn all_formulas_of_five_operators_without_weak_until() {
     assert_eq!(compared(&BINARY[..4], 5..=5), [(3_507_307, 1_601_467)]);

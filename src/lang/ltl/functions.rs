@@ -1,30 +1,30 @@
-//! Boolean functions of a few variables, each once: reduced decision diagrams of a size that needs no manager.
+//! Boolean functions of a few variables in canonical form: small reduced decision diagrams.
 //!
-//! A progressed formula is a Boolean combination of a few obligations; equal combinations must be one state of
-//! a monitor, however they are written. The diagrams of the engines are made for millions of nodes: their
-//! tables alone are larger than all that is needed here.
+//! A progressed formula is a Boolean combination of a few obligations. Equal combinations must be
+//! one state of a monitor, in whatever form they are written. The diagrams of the engines are made
+//! for millions of nodes; their tables alone are larger than everything needed here.
 
 use ahash::AHashMap;
 
 use crate::error::{Limit, Result};
 
-/// Recursion goes on a new stack of the second size where less than the first is left.
+/// Recursion continues on a new stack of `STACK_MORE` bytes when fewer than `STACK_LEFT` are left.
 pub(super) const STACK_LEFT: usize = 64 << 10;
 pub(super) const STACK_MORE: usize = 4 << 20;
 
-/// A function, by its position.
+/// A function, given by the position of its root in `Functions::nodes`.
 pub(super) type Function = u32;
 
 pub(super) const FALSE: Function = 0;
 pub(super) const TRUE: Function = 1;
 
-/// More nodes are not made.
+/// Maximum number of nodes.
 const MOST_NODES: usize = 1 << 20;
 
-/// A test of a variable, with what is left where it is false and where it is true.
+/// A test of a variable, with its cofactors where the variable is false and where it is true.
 type Node = (u32, Function, Function);
 
-/// All functions made so far.
+/// All functions made so far, each stored once.
 pub(super) struct Functions {
     nodes: Vec<Node>,
     known: AHashMap<Node, Function>,
@@ -37,21 +37,21 @@ impl Functions {
         Functions { nodes: vec![end, end], known: AHashMap::new(), combined: AHashMap::new() }
     }
 
-    /// The first variable of a function; `u32::MAX` for a constant.
+    /// Returns the first variable of a function, `u32::MAX` for a constant.
     pub(super) fn top(&self, f: Function) -> u32 {
         self.nodes[f as usize].0
     }
 
-    /// f where a variable not below its first one is false, and where it is true.
+    /// Returns the cofactors f|¬v and f|v; `variable` must not lie below the first variable of `f`.
     pub(super) fn halves(&self, f: Function, variable: u32) -> (Function, Function) {
         let (top, low, high) = self.nodes[f as usize];
         if top == variable { (low, high) } else { (f, f) }
     }
 
-    /// The variable, or its negation.
+    /// Returns the function of one variable, or of its negation.
     ///
     /// # Errors
-    /// Too many nodes, as for all that makes functions.
+    /// More than `MOST_NODES` nodes, as for every operation that makes functions.
     pub(super) fn variable(&mut self, variable: u32, positive: bool) -> Result<Function> {
         if positive { self.node(variable, FALSE, TRUE) } else { self.node(variable, TRUE, FALSE) }
     }
@@ -74,22 +74,22 @@ impl Functions {
         Ok(new)
     }
 
-    /// f ∧ g
+    /// Computes f ∧ g.
     pub(super) fn and(&mut self, f: Function, g: Function) -> Result<Function> {
         self.ite(f, g, FALSE)
     }
 
-    /// f ∨ g
+    /// Computes f ∨ g.
     pub(super) fn or(&mut self, f: Function, g: Function) -> Result<Function> {
         self.ite(f, TRUE, g)
     }
 
-    /// f ⇒ g everywhere
+    /// Returns true if f ⇒ g for all values of the variables.
     pub(super) fn implies(&mut self, f: Function, g: Function) -> Result<bool> {
         Ok(self.ite(f, g, TRUE)? == TRUE)
     }
 
-    /// f ? g : h. Recursion is as deep as there are variables.
+    /// Computes f ? g : h. The recursion depth is at most the number of variables.
     pub(super) fn ite(&mut self, f: Function, g: Function, h: Function) -> Result<Function> {
         match (f, g, h) {
             (TRUE, _, _) => return Ok(g),

@@ -1,4 +1,4 @@
-//! Formulas over a program, and their monitors as variables of it.
+//! Formulas over a program, and their monitors as variables of the program.
 
 use std::sync::Arc;
 
@@ -18,24 +18,24 @@ use crate::model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Monitors};
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Command, CommandId, Program, Synchronisation, VarId, Variable};
 
-/// A leaf whose monitor would decide on more state formulas is refused.
+/// Maximum number of state formulas in one leaf.
 const MOST_ATOMS: usize = 100;
 
-/// What is outside of the fragment is refused with this.
+/// Help text for formulas outside of the supported fragment.
 const FRAGMENT: &str = "supported are `&`, `|`, `!`, `=>`, `<=>` over formulas that are co-safe (F, U, X), safe (G, W, R, X), \
     G of a co-safe one, or F of a safe one";
 
-/// A program that is being given monitors.
+/// A program to which monitors are being added.
 pub struct Watching<'p> {
     program: &'p mut Program,
     installed: Vec<Installed>,
     texts: AHashMap<(ExprId, bool), String>,
 }
 
-/// An monitor with its place in the program.
+/// A monitor with its place in the program.
 struct Installed {
     monitor: Monitor,
-    /// Its variable; none for a monitor of one state.
+    /// Its variable, `None` for a monitor of one state.
     variable: Option<VarId>,
     mark: ExprId,
     name: String,
@@ -43,16 +43,17 @@ struct Installed {
 }
 
 impl<'p> Watching<'p> {
-    /// No monitor yet.
+    /// Starts without monitors.
     pub fn new(program: &'p mut Program) -> Self {
         Watching { program, installed: Vec::new(), texts: AHashMap::new() }
     }
 
-    /// What a formula asks of monitors, which are added where need be; `name` is what they are called.
+    /// Returns the condition of a formula, and adds the monitors that it needs; they are called
+    /// `name`.
     ///
     /// # Errors
-    /// Unknown names and wrong types; what is outside of the fragment, with its place; a limit on the size
-    /// of monitors or the number of cases.
+    /// Unknown names and wrong types; a part outside of the supported fragment, with its place; a
+    /// limit on the size of monitors or the number of cases.
     pub fn watch(
         &mut self,
         source: &Arc<SourceFile>,
@@ -74,7 +75,8 @@ impl<'p> Watching<'p> {
         Ok(condition)
     }
 
-    /// How many states the monitors of a condition have together.
+    /// Returns the number of joint states of the monitors of a condition (the product of their
+    /// sizes).
     pub fn states_of(&self, condition: &Condition) -> u64 {
         let marks = condition.marks();
         let own = self.installed.iter().filter(|w| marks.contains(&w.mark));
@@ -98,7 +100,7 @@ impl<'p> Watching<'p> {
         })
     }
 
-    /// The mark of a monitor, which is added if none like it is there.
+    /// Returns the mark of a monitor, which is added unless an equal one is installed.
     fn mark(&mut self, monitor: Monitor, asks: Asks, name: &str) -> Result<ExprId> {
         if let Some(same) = self.installed.iter().find(|w| w.monitor.is_same(&monitor)) {
             return Ok(same.mark);
@@ -119,13 +121,14 @@ impl<'p> Watching<'p> {
         Ok(mark)
     }
 
-    /// Makes the monitors part of the program, and returns where they are fresh.
+    /// Adds the monitors to the program, and returns the condition that all are in their initial
+    /// states.
     ///
-    /// They are a module whose command takes part in every synchronisation, and steps alone in deadlocks. Its
-    /// variables are `0` where nothing has been read.
+    /// They form a module whose command takes part in every synchronisation, and steps alone in
+    /// deadlocks. A variable has the value `0` before anything is read.
     ///
     /// # Errors
-    /// None that a finished program has.
+    /// The condition for deadlocks cannot be built, which does not happen for a finished program.
     pub fn finish(self, begin: Begin) -> Result<ExprId> {
         let Watching { program, installed, .. } = self;
         let deadlock = deadlock(program)?;
@@ -164,7 +167,7 @@ impl<'p> Watching<'p> {
     }
 }
 
-/// Where nothing is enabled; none where something is enabled everywhere.
+/// Returns the condition that nothing is enabled, `None` if something is enabled everywhere.
 fn deadlock(program: &mut Program) -> Result<Option<ExprId>> {
     let label = Expr { kind: ExprKind::Label("deadlock".to_owned()), span: Span::default() };
     let deadlock = lower_target(program, &SourceFile::new("deadlock", ""), &label)?;
@@ -204,7 +207,7 @@ fn join_in(
     position
 }
 
-/// Expressions for what a monitor does.
+/// Builds expressions for the transition function of a monitor.
 struct Values<'a> {
     pool: &'a mut ExprPool,
     monitor: &'a Monitor,
@@ -212,20 +215,20 @@ struct Values<'a> {
 }
 
 impl Values<'_> {
-    /// The next state.
+    /// Returns the expression of the next state.
     fn next(&mut self) -> ExprId {
         let ends = |pool: &mut ExprPool, next: usize, _| pool.value(Value::Int(next as i64));
         let of = self.decisions(ends);
         self.select(&of, 0, self.monitor.states.len())
     }
 
-    /// Whether the step is marked.
+    /// Returns the condition that the step is marked.
     fn mark(&mut self) -> ExprId {
         let of = self.decisions(|pool, _, mark| pool.value(Value::Bool(mark)));
         self.select(&of, 0, self.monitor.states.len())
     }
 
-    /// An expression for each decision.
+    /// Returns an expression for each decision.
     fn decisions(&mut self, end: impl Fn(&mut ExprPool, usize, bool) -> ExprId) -> Vec<ExprId> {
         let mut made: Vec<ExprId> = Vec::with_capacity(self.monitor.decisions.all.len());
         for &decision in &self.monitor.decisions.all {
@@ -240,7 +243,7 @@ impl Values<'_> {
         made
     }
 
-    /// By the state of the monitor, halving the range: what nests deeply is evaluated deeply.
+    /// Selects by the state of the monitor in a binary search, which keeps the nesting logarithmic.
     fn select(&mut self, of: &[ExprId], from: usize, to: usize) -> ExprId {
         let Some(variable) = self.variable.filter(|_| to - from > 1) else {
             return of[self.monitor.states[from]];
@@ -254,7 +257,7 @@ impl Values<'_> {
     }
 }
 
-/// `condition ? yes : no`, by `&` and `|` where one side is a constant.
+/// Returns `condition ? yes : no`, written with `&` and `|` where one side is a constant.
 fn choose(pool: &mut ExprPool, condition: ExprId, yes: ExprId, no: ExprId) -> ExprId {
     let truth = |e| match pool.literal(e) {
         Some(Value::Bool(b)) => Some(b),
@@ -284,7 +287,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// An atom and its sign.
+    /// Returns an atom and its sign.
     fn atom(&self, mut e: ExprId, mut positive: bool) -> (ExprId, bool) {
         while let Node::Unary(Unary::Not, inner) = self.program.pool.node(e) {
             (e, positive) = (inner, !positive);
@@ -342,7 +345,7 @@ impl Meaning for Reader<'_> {
             row.push(if positive { e } else { pool.unary(Unary::Not, e) });
         }
         let op = if conjunction { Binary::And } else { Binary::Or };
-        // In pairs, so that the whole nests little.
+        // Joined in pairs, which keeps the nesting logarithmic.
         while row.len() > 1 {
             row = row.chunks(2).map(|p| if let [a, b] = *p { pool.binary(op, a, b) } else { p[0] }).collect();
         }
@@ -358,7 +361,7 @@ impl Meaning for Reader<'_> {
     }
 }
 
-/// A literal in words.
+/// Returns the text of a literal.
 pub(super) fn text_of(texts: &AHashMap<(ExprId, bool), String>, e: ExprId, positive: bool) -> String {
     if let Some(text) = texts.get(&(e, positive)) {
         return text.clone();

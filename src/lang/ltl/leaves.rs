@@ -1,8 +1,9 @@
-//! A normal form as leaves under `&` and `|`: co-safe, safe, recurrence and persistence.
+//! Division of a normal form into leaves under `&` and `|`: co-safe, safe, recurrence, persistence.
 //!
-//! Equivalences that move operators: `G (φ & ψ)` is `G φ & G ψ`, `F (φ | ψ)` is `F φ | F ψ`, `G F (φ | ψ)` is
-//! `G F φ | G F ψ`, and dually; `G G φ`, `F F φ`, `G F G φ` and `F G F φ` lose their first operators; X goes
-//! inwards and vanishes before `G F φ` and `F G φ`.
+//! Equivalences that move operators, each also in its dual form:
+//! - `G (φ & ψ)` is `G φ & G ψ`; `G F (φ | ψ)` is `G F φ | G F ψ`.
+//! - `G G φ` is `G φ`, and `F G F φ` is `G F φ`.
+//! - X moves inwards, and vanishes before `G F φ`.
 
 use super::normal::{Form, Normal, Window};
 use crate::lang::ast::Span;
@@ -12,13 +13,13 @@ use crate::model::temporal::Asks;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Tree {
     Constant(bool),
-    /// What is asked of a co-safe formula.
+    /// The kind of condition, with the co-safe formula that its monitor evaluates.
     Leaf(Asks, Normal),
     All(Vec<Tree>),
     Any(Vec<Tree>),
 }
 
-/// A part that is none of the four.
+/// A part outside of the four kinds of leaves.
 #[derive(Debug)]
 pub(super) struct Refused {
     pub(super) span: Span,
@@ -28,11 +29,12 @@ pub(super) struct Refused {
 /// Divides a normal form into leaves.
 ///
 /// # Errors
-/// The first part outside of the fragment.
+/// Returns the first part outside of the supported fragment.
 pub(super) fn leaves(n: &Normal) -> Result<Tree, Refused> {
     let divided = match &n.form {
         Form::Constant(value) => return Ok(Tree::Constant(*value)),
-        // What is safe or co-safe as a whole needs one monitor, where that is no larger than several.
+        // A disjunction of co-safe parts, or a conjunction of safe ones, gets a single monitor,
+        // which is at most as large as several.
         Form::Or(_) if n.is_cosafe() => None,
         Form::And(_) if n.is_safe() => None,
         Form::And(parts) => Some(Tree::All(parts.iter().map(leaves).collect::<Result<_, _>>()?)),
@@ -64,7 +66,7 @@ pub(super) fn leaves(n: &Normal) -> Result<Tree, Refused> {
     }
 }
 
-/// The leaves of `G φ`, where φ is not safe.
+/// Returns the leaves of `G φ`, where φ is not safe.
 fn always(n: &Normal, span: Span) -> Result<Tree, Refused> {
     if n.is_cosafe() {
         return Ok(Tree::Leaf(Asks::Again, n.clone()));
@@ -82,7 +84,7 @@ fn always(n: &Normal, span: Span) -> Result<Tree, Refused> {
     }
 }
 
-/// The leaves of `G F φ`, where φ is not co-safe and `eventually` is `F φ`.
+/// Returns the leaves of `G F φ`, where φ is not co-safe and `eventually` is `F φ`.
 fn again(n: &Normal, eventually: &Normal, span: Span) -> Result<Tree, Refused> {
     let f = |inner: &Normal| Normal::until(Window::ALWAYS, Normal::constant(true, span), inner.clone(), span);
     match &n.form {
@@ -90,17 +92,18 @@ fn again(n: &Normal, eventually: &Normal, span: Span) -> Result<Tree, Refused> {
             Ok(Tree::Any(parts.iter().map(|p| always(&f(p), span)).collect::<Result<_, _>>()?))
         }
         Form::Next(inner) => always(&f(inner), span),
-        // F G φ, and G F φ: to happen again and again from some step on is to happen again and again.
+        // G F G φ is F G φ, and G F F φ is G F φ.
         Form::Release(Window::ALWAYS, left, _) if left.form == Form::Constant(false) => leaves(eventually),
         Form::Until(Window::ALWAYS, left, _) if left.form == Form::Constant(true) => always(n, span),
         _ => Err(Refused { span, why: "G F over what is not co-safe" }),
     }
 }
 
-/// X before each leaf.
+/// Puts X before each leaf.
 fn after_a_step(tree: Tree) -> Tree {
     match tree {
-        // `G F φ` and `F G φ` do not depend on any one step; `G φ` with another co-safe φ does: X G φ is G X φ.
+        // `G F φ` and `F G φ` do not depend on any single step; `G φ` with another co-safe φ does:
+        // X G φ is G X φ.
         Tree::Leaf(asks, n) if matches!(asks, Asks::Accept | Asks::Avoid) || !n.is_eventually() => {
             let span = n.span;
             Tree::Leaf(asks, n.next(span))
@@ -111,7 +114,7 @@ fn after_a_step(tree: Tree) -> Tree {
     }
 }
 
-/// The negation.
+/// Returns the negation.
 fn opposite(tree: Tree) -> Tree {
     match tree {
         Tree::Constant(value) => Tree::Constant(!value),

@@ -1,14 +1,17 @@
-//! Fewer states: those from which all plays, or none, are marked again and again become one each, then those
-//! that cannot be told apart by their marks.
+//! Minimisation of monitors.
+//!
+//! The states from which every path has infinitely many marks become one state, and those from
+//! which no path has become another. Then states that have the same marks for all words are merged.
 
 use ahash::AHashMap;
 
 use super::monitor::{Decision, DecisionId, Decisions, Monitor};
 
-/// Steps of a monitor: for each state, whereto and whether marked.
+/// Steps of a monitor: for each state its successors, each with a flag for a marked step.
 type Steps = Vec<Vec<(usize, bool)>>;
 
-/// The same monitor with equivalent states merged, those that are left numbered from the first one on.
+/// Returns the same monitor with equivalent states merged; the states left are numbered from the
+/// first.
 pub(super) fn minimal(monitor: &Monitor) -> Monitor {
     let settled = Settled::of(&steps(monitor));
     let (never, surely) = (monitor.states.len(), monitor.states.len() + 1);
@@ -29,13 +32,13 @@ pub(super) fn minimal(monitor: &Monitor) -> Monitor {
     merged(Monitor { states, decisions, atoms: monitor.atoms.clone() }, start)
 }
 
-/// The decisions of all states with other ends.
+/// Copies the decisions of all states, with other ends.
 fn rebuilt(
     monitor: &Monitor,
     into: &mut Decisions,
     end: impl Fn(usize, bool) -> Decision,
 ) -> Vec<DecisionId> {
-    // Decisions come after those they lead to.
+    // A decision comes after the decisions it leads to.
     let mut made = Vec::with_capacity(monitor.decisions.all.len());
     for &decision in &monitor.decisions.all {
         let new = match decision {
@@ -61,17 +64,17 @@ pub(super) fn steps(monitor: &Monitor) -> Steps {
     monitor.states.iter().map(|&s| ends[s].clone()).collect()
 }
 
-/// States whose future is settled.
+/// States for which the future input no longer matters.
 pub(super) struct Settled {
-    /// No play from there is marked again and again.
+    /// True if no path from the state is marked infinitely often.
     pub(super) never: Vec<bool>,
-    /// All plays from there are.
+    /// True if every path from the state is marked infinitely often.
     pub(super) surely: Vec<bool>,
 }
 
 impl Settled {
     pub(super) fn of(steps: &Steps) -> Self {
-        // νY. μX. a step into X, or a marked one into Y.
+        // νY. μX. pre(X) ∪ { s : a marked step into Y }.
         let mut again = vec![true; steps.len()];
         loop {
             let found = least(steps, |x, (to, mark)| x[to] || (mark && again[to]), &vec![false; steps.len()]);
@@ -80,7 +83,7 @@ impl Settled {
             }
             again = found;
         }
-        // νZ. a step without a mark into Z; and what leads there.
+        // νZ. { s : an unmarked step into Z }, and then the states that can reach it.
         let mut unmarked = vec![true; steps.len()];
         loop {
             let stays = |own: &Vec<(usize, bool)>| own.iter().any(|&(to, mark)| !mark && unmarked[to]);
@@ -95,7 +98,7 @@ impl Settled {
     }
 }
 
-/// μX. start ∪ { s : some step fits X }
+/// Computes μX. start ∪ { s : some step of s satisfies `fits` for X }.
 fn least(steps: &Steps, fits: impl Fn(&[bool], (usize, bool)) -> bool, start: &[bool]) -> Vec<bool> {
     let mut x = start.to_vec();
     loop {
@@ -112,7 +115,7 @@ fn least(steps: &Steps, fits: impl Fn(&[bool], (usize, bool)) -> bool, start: &[
     }
 }
 
-/// Merges states by refinement of classes, and numbers those reachable from `start`.
+/// Merges states by partition refinement, and numbers the classes reachable from `start`.
 fn merged(monitor: Monitor, start: usize) -> Monitor {
     let mut class = vec![0; monitor.states.len()];
     let mut count = 1;
@@ -132,7 +135,7 @@ fn merged(monitor: Monitor, start: usize) -> Monitor {
     numbered(&monitor, &class, start)
 }
 
-/// The classes that can be reached, in the order in which they are met.
+/// Returns the monitor of the reachable classes, numbered in the order of a breadth-first search.
 fn numbered(monitor: &Monitor, class: &[usize], start: usize) -> Monitor {
     let steps = steps(monitor);
     let (mut number, mut met) = (AHashMap::new(), vec![start]);
@@ -149,7 +152,7 @@ fn numbered(monitor: &Monitor, class: &[usize], start: usize) -> Monitor {
         at += 1;
     }
     let mut all = Decisions::default();
-    // Ends that are not reached keep any number: no decision that is left leads to them.
+    // Ends that are not reached may have any number: no remaining decision leads to them.
     let states = rebuilt(monitor, &mut all, |next, mark| Decision::Go {
         next: number.get(&class[next]).copied().unwrap_or(0),
         mark,
@@ -158,7 +161,7 @@ fn numbered(monitor: &Monitor, class: &[usize], start: usize) -> Monitor {
     used(&Monitor { states, decisions: all, atoms: monitor.atoms.clone() })
 }
 
-/// The monitor without decisions and atoms that no state needs.
+/// Removes the decisions and atoms that no state needs.
 fn used(monitor: &Monitor) -> Monitor {
     let mut needed = vec![false; monitor.decisions.all.len()];
     monitor.states.iter().for_each(|&s| needed[s] = true);

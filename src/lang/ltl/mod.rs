@@ -1,9 +1,10 @@
-//! Temporal formulas: linear temporal logic as PRISM writes it, and the monitors that judge it.
+//! Temporal formulas: linear temporal logic in PRISM's syntax, and the monitors that evaluate it.
 //!
-//! A formula is read ([`parse_formula`]), brought into negation normal form (`normal`) and divided into
-//! leaves under `&` and `|` (`leaves`), each co-safe, safe, a recurrence or a persistence. Each leaf has a
-//! deterministic monitor (`progress`, `monitor`, `minimal`), which becomes a variable of the flat
-//! program (`install`); what the formula asks is then a [`crate::model::temporal::Condition`] on states.
+//! A formula is read ([`parse_formula`]), brought into negation normal form (`normal`) and divided
+//! into leaves under `&` and `|` (`leaves`). Each leaf is co-safe, safe, a recurrence or a
+//! persistence, and has a deterministic monitor (`progress`, `monitor`, `minimal`). The monitor
+//! becomes a variable of the flat program (`install`), and the formula becomes a
+//! [`crate::model::temporal::Condition`] on states.
 
 #[cfg(test)]
 mod enumeration;
@@ -24,19 +25,20 @@ use super::ast::{Expr, Span};
 pub use install::Watching;
 pub use parse::parse_formula;
 
-/// A temporal formula at a place. Its state formulas are trees, or only their places in the text.
+/// A temporal formula with its place. `E` is a state formula: a tree, or only its place in the
+/// text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Formula<E = Expr> {
-    /// What it is.
+    /// Form of the formula.
     pub kind: FormulaKind<E>,
-    /// Where it stands, without enclosing brackets.
+    /// Place in the text, without enclosing brackets.
     pub span: Span,
 }
 
 /// The forms of formulas.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FormulaKind<E = Expr> {
-    /// What holds in the present state.
+    /// A condition on the present state.
     State(E),
     /// `!φ`
     Not(Box<Formula<E>>),
@@ -62,12 +64,12 @@ pub enum FormulaKind<E = Expr> {
     Release(Box<Formula<E>>, Box<Formula<E>>),
 }
 
-/// Bounds on the number of steps, `<=10` or `[2,5]`: constants that are not evaluated yet.
+/// Bounds on the number of steps, `<=10` or `[2,5]`, as constant expressions not yet evaluated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steps<E = Expr> {
-    /// The least number of steps; whether the bound itself is excluded.
+    /// Lower bound; the flag says that the bound itself is excluded.
     pub least: Option<(E, bool)>,
-    /// The greatest number of steps; whether the bound itself is excluded.
+    /// Upper bound; the flag says that the bound itself is excluded.
     pub most: Option<(E, bool)>,
 }
 
@@ -78,7 +80,7 @@ impl<E> Default for Steps<E> {
 }
 
 impl<E> Formula<E> {
-    /// The target, where the formula is the reachability `F e` of a state formula.
+    /// Returns the target `e` if the formula is the reachability `F e` of a state formula.
     pub fn reachability(&self) -> Option<&E> {
         match &self.kind {
             FormulaKind::Eventually(Steps { least: None, most: None }, inner) => match &inner.kind {
@@ -89,7 +91,7 @@ impl<E> Formula<E> {
         }
     }
 
-    /// The operands.
+    /// Returns the operands.
     fn operands(&self) -> Vec<&Formula<E>> {
         match &self.kind {
             FormulaKind::State(_) => Vec::new(),

@@ -1,7 +1,8 @@
 //! Deterministic monitors: finite automata that read states and mark some of their steps.
 //!
-//! A co-safe formula holds when a step is marked, and then all later ones are; `G φ` with co-safe φ holds when
-//! steps are marked again and again. Marks stand on steps, so that `F a` marks the step that reads a.
+//! A co-safe formula is satisfied when a step is marked, and then all later steps are marked. `G φ`
+//! with co-safe φ is satisfied when infinitely many steps are marked. Steps carry the marks, so the
+//! monitor of `F a` marks the step that reads a.
 
 use ahash::AHashMap;
 
@@ -12,22 +13,22 @@ use super::progress::{OBLIGATIONS, Progress};
 use crate::error::{Limit, Result};
 use crate::model::expr::ExprId;
 
-/// Monitors with more states are refused.
+/// Maximum number of states of a monitor.
 pub(super) const MOST_STATES: usize = 1 << 12;
 
 /// A decision on the atoms of the present state, by its position.
 pub(super) type DecisionId = usize;
 
-/// What a monitor does in one of its states.
+/// Transition function of one state of a monitor, as a decision diagram over atoms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Decision {
-    /// Goes to a state, with or without a mark.
+    /// Leads to a state, with or without a mark.
     Go { next: usize, mark: bool },
-    /// Depends on an atom.
+    /// Tests an atom.
     Test { atom: u32, no: DecisionId, yes: DecisionId },
 }
 
-/// Decisions, each once.
+/// Decisions, each stored once.
 #[derive(Debug, Default)]
 pub(super) struct Decisions {
     pub(super) all: Vec<Decision>,
@@ -48,47 +49,49 @@ impl Decisions {
     }
 }
 
-/// A deterministic monitor; state 0 is the first.
+/// A deterministic monitor; its initial state is 0.
 #[derive(Debug)]
 pub(super) struct Monitor {
-    /// For each state what it does.
+    /// Decision of each state.
     pub(super) states: Vec<DecisionId>,
     pub(super) decisions: Decisions,
-    /// What the decisions test.
+    /// Atoms that the decisions test.
     pub(super) atoms: Vec<ExprId>,
 }
 
 impl Monitor {
-    /// The monitor of a co-safe formula: its mark says that the formula holds, whatever follows.
+    /// Builds the monitor of a co-safe formula: a mark means that the formula holds for every
+    /// continuation.
     ///
     /// # Errors
-    /// It has too many states, or its formula too many obligations.
+    /// The monitor has too many states, or the formula too many obligations.
     pub(super) fn of_cosafe(n: &Normal) -> Result<Self> {
         let mut build = Build::new();
         let start = build.progress.ask(n)?;
         build.run((start, TRUE), None)
     }
 
-    /// The monitor of `G φ` with co-safe φ: it marks a step when all that was owed at the last mark is
-    /// fulfilled.
+    /// Builds the monitor of `G φ` with co-safe φ: it marks a step that fulfils all obligations
+    /// pending at the last mark.
     ///
-    /// What has come up since is owed from the next mark on (J. Esparza, J. Kretinsky, S. Sickert, *A unified
-    /// translation of linear temporal logic to omega-automata*, 2020: the breakpoint).
+    /// Obligations that arise in between become pending at the next mark: the breakpoint
+    /// construction of J. Esparza, J. Kretinsky and S. Sickert, *A unified translation of linear
+    /// temporal logic to omega-automata*, 2020.
     ///
     /// # Errors
-    /// As [`Monitor::of_cosafe`].
+    /// See [`Monitor::of_cosafe`].
     pub(super) fn of_recurrence(n: &Normal) -> Result<Self> {
         let mut build = Build::new();
         let each = build.progress.ask(n)?;
         build.run((TRUE, TRUE), Some(each))
     }
 
-    /// Whether the other one does the same, state by state.
+    /// Returns true if both monitors are equal, state by state.
     pub(super) fn is_same(&self, other: &Monitor) -> bool {
         self.states == other.states && self.decisions.all == other.decisions.all && self.atoms == other.atoms
     }
 
-    /// What a step from a state does.
+    /// Returns the successor of a state, and whether the step is marked.
     #[cfg(test)]
     pub(super) fn step(&self, state: usize, holds: impl Fn(ExprId) -> bool) -> (usize, bool) {
         let mut at = self.states[state];
@@ -103,10 +106,10 @@ impl Monitor {
     }
 }
 
-/// What is owed, and what has come up since the last mark.
+/// The obligations pending at the last mark, and those that arose since then.
 type Owed = (Function, Function);
 
-/// An monitor that grows.
+/// A monitor under construction.
 struct Build {
     progress: Progress,
     decisions: Decisions,
@@ -126,7 +129,8 @@ impl Build {
         }
     }
 
-    /// All states from the first one on; `each` is what comes up in each state.
+    /// Explores all states from the initial one; `each` is the obligation that arises in every
+    /// state.
     fn run(mut self, start: Owed, each: Option<Function>) -> Result<Monitor> {
         self.state(start)?;
         let mut states = Vec::new();
@@ -154,8 +158,9 @@ impl Build {
     fn read(&mut self, (owed, since): Owed, each: Option<Function>) -> Result<Owed> {
         let Some(each) = each else { return Ok((self.progress.read(owed)?, TRUE)) };
         let new = self.progress.read(each)?;
-        // Nothing was owed before this step, so what comes up in it is owed at once, without a mark: the mark
-        // follows when it is fulfilled. What this step fulfils is another matter, and marks it.
+        // When nothing was pending before this step, its new obligations become pending at once,
+        // without a mark; the mark follows when they are fulfilled. If this step itself fulfils
+        // them, it is marked.
         if owed == TRUE {
             return Ok((new, TRUE));
         }
@@ -163,7 +168,7 @@ impl Build {
         Ok((owed, self.progress.functions.and(since, new)?))
     }
 
-    /// The decision that leads to what is left of `owed` and `since`.
+    /// Returns the decision that leads to the remaining parts of `owed` and `since`.
     fn decide(&mut self, (owed, since): Owed, again: bool) -> Result<DecisionId> {
         if let Some(&made) = self.made.get(&(owed, since)) {
             return Ok(made);
@@ -180,7 +185,7 @@ impl Build {
             let next = match (again, owed, since) {
                 (true, TRUE, _) => (since, TRUE),
                 (true, FALSE, _) | (true, _, FALSE) => (FALSE, TRUE),
-                // What is implied by what is owed is fulfilled with it.
+                // Obligations implied by the pending ones are fulfilled together with them.
                 (true, ..) if self.progress.functions.implies(owed, since)? => (owed, TRUE),
                 _ => (owed, since),
             };

@@ -1,11 +1,11 @@
-//! Negation normal form: `!` at state formulas only, and of the temporal operators X, U and R alone.
+//! Negation normal form: `!` only at state formulas, and X, U and R as the only temporal operators.
 
 use super::{Formula, FormulaKind, Steps};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang::ast::Span;
 use crate::model::expr::ExprId;
 
-/// Normal forms with more parts than this are refused: each `<=>` between temporal formulas doubles them.
+/// Maximum number of parts of a normal form: each `<=>` between temporal formulas doubles them.
 const MOST_PARTS: usize = 20_000;
 
 /// A formula in negation normal form, with the place that it comes from.
@@ -15,7 +15,7 @@ pub(super) struct Normal {
     pub(super) span: Span,
 }
 
-/// The forms of normal forms.
+/// The forms of a formula in negation normal form.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) enum Form {
     /// `true`, `false`
@@ -34,7 +34,7 @@ pub(super) enum Form {
     Release(Window, Box<Normal>, Box<Normal>),
 }
 
-/// From which step to which step.
+/// An interval of step numbers; `most` is `None` for an unbounded one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Window {
     pub(super) least: u64,
@@ -42,7 +42,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// All steps.
+    /// The interval of all steps.
     pub(super) const ALWAYS: Window = Window { least: 0, most: None };
 }
 
@@ -51,7 +51,7 @@ impl Normal {
         Normal { form: Form::Constant(value), span }
     }
 
-    /// `X φ`
+    /// Returns `X φ`.
     pub(super) fn next(self, span: Span) -> Self {
         match self.form {
             Form::Constant(_) => self,
@@ -59,7 +59,7 @@ impl Normal {
         }
     }
 
-    /// `left U[window] right`
+    /// Returns `left U[window] right`.
     pub(super) fn until(window: Window, left: Normal, right: Normal, span: Span) -> Self {
         match right.form {
             Form::Constant(false) => right,
@@ -68,7 +68,7 @@ impl Normal {
         }
     }
 
-    /// `left R[window] right`
+    /// Returns `left R[window] right`.
     pub(super) fn release(window: Window, left: Normal, right: Normal, span: Span) -> Self {
         match right.form {
             Form::Constant(true) => right,
@@ -77,7 +77,7 @@ impl Normal {
         }
     }
 
-    /// The conjunction (or the disjunction), flat and without constants.
+    /// Returns the conjunction (or the disjunction), flattened and without constants.
     pub(super) fn join(conjunction: bool, parts: Vec<Normal>, span: Span) -> Self {
         let mut flat = Vec::new();
         for part in parts {
@@ -97,7 +97,7 @@ impl Normal {
         }
     }
 
-    /// The negation.
+    /// Returns the negation.
     pub(super) fn negated(&self) -> Normal {
         let all = |parts: &[Normal]| parts.iter().map(Normal::negated).collect::<Vec<_>>();
         let each = |a: &Normal, b: &Normal| (Box::new(a.negated()), Box::new(b.negated()));
@@ -119,17 +119,19 @@ impl Normal {
         Normal { form, span: self.span }
     }
 
-    /// Whether it is `F φ`.
+    /// Returns true for `F φ`.
     pub(super) fn is_eventually(&self) -> bool {
         matches!(&self.form, Form::Until(Window::ALWAYS, left, _) if left.form == Form::Constant(true))
     }
 
-    /// Whether every play that satisfies it has a beginning after which nothing matters: no unbounded R.
+    /// Returns true for a syntactically co-safe formula (no unbounded R): every path that satisfies
+    /// it has a prefix all of whose continuations satisfy it.
     pub(super) fn is_cosafe(&self) -> bool {
         self.all(&|form| !matches!(form, Form::Release(Window { most: None, .. }, ..)))
     }
 
-    /// Whether every play that violates it has a beginning after which nothing matters: no unbounded U.
+    /// Returns true for a syntactically safe formula (no unbounded U): every path that violates it
+    /// has a prefix all of whose continuations violate it.
     pub(super) fn is_safe(&self) -> bool {
         self.all(&|form| !matches!(form, Form::Until(Window { most: None, .. }, ..)))
     }
@@ -151,25 +153,25 @@ impl Normal {
     }
 }
 
-/// What state formulas and bounds are in a model.
+/// The meaning of state formulas and bounds in a model.
 pub(super) trait Meaning {
-    /// State formulas and bounds, before they have a meaning.
+    /// State formulas and bounds before they are resolved.
     type Leaf;
-    /// A state formula in the pool of the program.
+    /// Returns a state formula as an expression in the pool of the program.
     ///
     /// # Errors
     /// Unknown names and wrong types.
     fn state(&mut self, e: &Self::Leaf) -> Result<ExprId>;
-    /// The value of a bound.
+    /// Returns the value of a bound.
     ///
     /// # Errors
-    /// It is no constant, or negative.
+    /// The bound is not a constant, or negative.
     fn bound(&mut self, e: &Self::Leaf) -> Result<u64>;
-    /// A literal as an atom and its sign, or a constant.
+    /// Returns a literal as an atom with its sign, or a constant.
     fn literal(&mut self, e: ExprId, positive: bool, span: Span) -> Normal;
-    /// The literals of one state joined to one.
+    /// Joins literals of one state into a single one.
     fn fold(&mut self, conjunction: bool, literals: &[(ExprId, bool)], span: Span) -> Normal;
-    /// The text that the formula was read from.
+    /// Returns the text that the formula was read from.
     fn source(&self) -> &std::sync::Arc<SourceFile>;
 }
 
@@ -184,10 +186,10 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
         Normaliser { meaning, parts: 0 }
     }
 
-    /// The normal form of a formula, or of its negation.
+    /// Returns the normal form of a formula, or of its negation if `positive` is false.
     ///
     /// # Errors
-    /// What is wrong with a state formula or a bound; the normal form is too large.
+    /// A state formula or a bound is wrong; the normal form is too large.
     pub(super) fn build(&mut self, f: &Formula<M::Leaf>, positive: bool) -> Result<Normal> {
         let span = f.span;
         self.count(span)?;
@@ -246,7 +248,7 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
         Ok(())
     }
 
-    /// The parts joined, those over one state to one.
+    /// Joins the parts; the literals among them become one.
     fn join(&mut self, conjunction: bool, parts: Vec<Normal>, span: Span) -> Normal {
         let mut literals: Vec<(ExprId, bool)> = Vec::new();
         let mut others = Vec::new();
@@ -292,7 +294,7 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
     }
 }
 
-/// `left U[window] right`, or `left R[window] right`.
+/// Returns `left U[window] right` if `until`, `left R[window] right` otherwise.
 fn until(until: bool, window: Window, left: Normal, right: Normal, span: Span) -> Normal {
     if until { Normal::until(window, left, right, span) } else { Normal::release(window, left, right, span) }
 }

@@ -1,8 +1,9 @@
-//! Formulas from text, with PRISM's precedence: `U`, `W` and `R` bind least, then `X`, `F` and `G`,
-//! whose operand goes as far as it can, then the operators of expressions.
+//! Parser of formulas, with PRISM's precedence: `U`, `W` and `R` bind least. Next are `X`, `F` and
+//! `G`, whose operand extends as far as possible, then the operators of expressions.
 //!
-//! PRISM wants brackets around an operand of `&`, `|`, `!`, `=>` that has a temporal operator. They may
-//! be left out where nothing can be misread: at the end of a bracket, as in `F (a & F b)`.
+//! PRISM requires brackets around an operand of `&`, `|`, `!` or `=>` that has a temporal operator.
+//! Here they are optional where the text is unambiguous: at the end of a bracket, as in
+//! `F (a & F b)`.
 
 use std::sync::Arc;
 
@@ -12,10 +13,10 @@ use crate::lang::ast::{BinaryOp, NOT_LEVEL, Span};
 use crate::lang::parse::{Failed, Maker, Parsed, Parser, operator, whole};
 use crate::lang::token::Token;
 
-/// A formula has at most so many operators outside of its state formulas.
+/// Maximum number of operators of a formula outside of its state formulas.
 const MOST_OPERATORS: usize = 1_000;
 
-/// Reads a text that is one formula.
+/// Parses a text that is one formula.
 ///
 /// # Errors
 /// A syntax error; operators that are not supported; a formula that is too large.
@@ -23,23 +24,27 @@ pub fn parse_formula(source: &Arc<SourceFile>) -> Result<Formula<Span>> {
     formula(Parser::places(source, whole(source)))
 }
 
+/// Parses a formula to the end of the text.
+///
+/// # Errors
+/// See [`parse_formula`].
 pub(super) fn formula<M: Maker>(mut parser: Parser<'_, M>) -> Result<Formula<M::Expr>> {
     let parsed = parser.temporal_formula().and_then(|f| parser.expect(Token::End).map(|_| f));
     parser.finish_parsed(parsed)
 }
 
-/// Operators before their operand.
+/// Returns true for an operator before its operand.
 fn is_prefix(word: &str) -> bool {
     matches!(word, "X" | "F" | "G")
 }
 
-/// Operators between two operands.
+/// Returns true for an operator between two operands.
 fn is_infix(word: &str) -> bool {
     matches!(word, "U" | "W" | "R")
 }
 
 impl<M: Maker> Parser<'_, M> {
-    /// A formula of a bounded size.
+    /// Parses a formula with at most `MOST_OPERATORS` operators.
     pub(crate) fn temporal_formula(&mut self) -> Parsed<Formula<M::Expr>> {
         let formula = self.unbounded_formula()?;
         let (mut operators, mut open) = (0, vec![&formula]);
@@ -57,7 +62,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(formula)
     }
 
-    /// `φ U ψ`, or anything that binds tighter.
+    /// Parses `φ U ψ`, or anything that binds tighter.
     fn unbounded_formula(&mut self) -> Parsed<Formula<M::Expr>> {
         self.nested(|p| {
             let start = p.here();
@@ -87,8 +92,8 @@ impl<M: Maker> Parser<'_, M> {
         ["U", "W", "R"].into_iter().find(|w| self.peek() == Token::Word && *w == word)
     }
 
-    /// `X φ`, `F φ`, `G φ`, or what binds tighter; `bare` says whether temporal operands may stand
-    /// without brackets in it.
+    /// Parses `X φ`, `F φ`, `G φ`, or anything that binds tighter; `bare` permits temporal operands
+    /// without brackets.
     fn unary(&mut self, bare: bool) -> Parsed<Formula<M::Expr>> {
         match self.prefix_word() {
             None if self.is_state_formula() => {
@@ -130,7 +135,8 @@ impl<M: Maker> Parser<'_, M> {
         Ok(Formula { kind, span })
     }
 
-    /// Whether no temporal operator comes before the end of this bracket or the next `U`, `W` or `R`.
+    /// Returns true if no temporal operator comes before the end of this bracket or the next `U`,
+    /// `W` or `R`.
     fn is_state_formula(&self) -> bool {
         let mut depth = 0_usize;
         for (token, word) in self.rest() {
@@ -147,7 +153,8 @@ impl<M: Maker> Parser<'_, M> {
         true
     }
 
-    /// Whether the bracket that opens `ahead` tokens from here holds a temporal operator.
+    /// Returns true if the bracket that opens `ahead` tokens from here contains a temporal
+    /// operator.
     fn brackets_formula(&self, ahead: usize) -> bool {
         let mut depth = 0_usize;
         for (token, word) in self.rest().skip(ahead) {
@@ -163,7 +170,7 @@ impl<M: Maker> Parser<'_, M> {
         false
     }
 
-    /// A chain of `<=>`, `=>`, `|` and `&` that bind at least as tightly as `least`.
+    /// Parses a chain of `<=>`, `=>`, `|` and `&` that bind at least as tightly as `least`.
     fn boolean(&mut self, least: u8, bare: bool) -> Parsed<Formula<M::Expr>> {
         let mut left = self.operand(bare)?;
         let mut last = None;
@@ -185,7 +192,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(left)
     }
 
-    /// A bracket with a temporal operator in it, a negation of such, or an expression.
+    /// Parses a bracket that contains a temporal operator, its negation, or an expression.
     fn operand(&mut self, bare: bool) -> Parsed<Formula<M::Expr>> {
         let start = self.here();
         let bangs = self.rest().take_while(|(token, _)| *token == Token::Bang).count();
@@ -222,7 +229,8 @@ impl<M: Maker> Parser<'_, M> {
         Ok(formula)
     }
 
-    /// `F b` without brackets behind `&`, `|`, `=>` or `!`: taken where a bracket or the text ends behind it.
+    /// Parses `F b` without brackets after `&`, `|`, `=>` or `!`; accepted only before the end of a
+    /// bracket or of the text.
     fn bare(&mut self, allowed: bool) -> Parsed<Formula<M::Expr>> {
         let start = self.here();
         let Some(word) = self.prefix_word() else { return Err(self.expected("a formula")) };
@@ -246,7 +254,7 @@ impl<M: Maker> Parser<'_, M> {
         }
     }
 
-    /// `<=10`, `[2,5]` or nothing behind an operator.
+    /// Parses an optional step bound after an operator, such as `<=10` or `[2,5]`.
     fn steps(&mut self, word: &str) -> Parsed<Steps<M::Expr>> {
         let start = self.here();
         let mut steps = Steps::default();
@@ -283,7 +291,7 @@ impl<M: Maker> Parser<'_, M> {
     }
 }
 
-/// `left op right`, flat where a chain of `&` or `|` goes on.
+/// Returns `left op right`, flattened if it continues a chain of `&` or `|`.
 fn joined<E>(left: Formula<E>, op: BinaryOp, right: Formula<E>, goes_on: bool) -> Formula<E> {
     let span: Span = left.span.to(right.span);
     let kind = match (op, left.kind) {

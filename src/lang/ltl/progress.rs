@@ -1,7 +1,8 @@
-//! Progression: what a formula asks of the future once the present state is read.
+//! Progression: computes the formula for the rest of a path from a formula and the present state.
 //!
-//! F. Bacchus and F. Kabanza, *Planning for temporally extended goals* (1998). What is asked is a Boolean
-//! function of obligations: temporal formulas, and state formulas not read yet, on the rest of the play.
+//! F. Bacchus and F. Kabanza, *Planning for temporally extended goals* (1998). The formula is a
+//! Boolean function of obligations on the rest of the path: temporal formulas, and state formulas
+//! that are not read yet.
 
 use ahash::AHashMap;
 
@@ -10,12 +11,12 @@ use super::normal::{Form, Normal, Window};
 use crate::error::{Limit, Result};
 use crate::model::expr::ExprId;
 
-/// Variables from here on are obligations; those before it are atoms of the present state.
+/// First variable of an obligation; smaller variables are atoms of the present state.
 pub(super) const OBLIGATIONS: u32 = 1 << 16;
-/// More obligations of one formula are refused.
+/// Maximum number of obligations of one formula.
 const MOST_OBLIGATIONS: usize = 1 << 13;
 
-/// What is to hold from the next state on; parts are functions of obligations.
+/// A condition on the path from the next state on; its parts are functions of obligations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Obligation {
     Atom(u32),
@@ -27,7 +28,8 @@ enum Obligation {
         left: Function,
         right: Function,
     },
-    /// `φ U<=k ψ` and not `φ U<=k-1 ψ`; of a release `φ R<=k ψ` or not `φ R<=k-1 ψ`.
+    /// For an until, `φ U<=k ψ` and not `φ U<=k-1 ψ`; for a release,
+    /// `φ R<=k ψ` or not `φ R<=k-1 ψ`.
     Exactly {
         until: bool,
         left: Function,
@@ -36,10 +38,10 @@ enum Obligation {
     },
 }
 
-/// The obligations `φ U<=k ψ`, or `φ R<=k ψ`, for all k up to a greatest one.
+/// The obligations `φ U<=k ψ`, or `φ R<=k ψ`, for all k up to a maximum.
 #[derive(Clone, Copy)]
 struct Chain {
-    /// The variable of the greatest k; those of smaller ones follow.
+    /// Variable of the greatest k; the variables of smaller k follow it.
     first: u32,
     most: u64,
 }
@@ -47,7 +49,7 @@ struct Chain {
 /// Progresses the formulas of one monitor.
 pub(super) struct Progress {
     pub(super) functions: Functions,
-    /// The atoms by their variables.
+    /// Atoms in the order of their variables.
     pub(super) atoms: Vec<ExprId>,
     obligations: Vec<Obligation>,
     known: AHashMap<Obligation, u32>,
@@ -67,10 +69,10 @@ impl Progress {
         }
     }
 
-    /// The formula as a function of obligations: nothing of it is read yet.
+    /// Returns the formula as a function of obligations, before any state is read.
     ///
     /// # Errors
-    /// It needs too many obligations, as for [`Progress::read`].
+    /// The formula needs too many obligations or nodes, as for [`Progress::read`].
     pub(super) fn ask(&mut self, n: &Normal) -> Result<Function> {
         match &n.form {
             Form::Constant(value) => Ok(Function::from(*value)),
@@ -106,7 +108,7 @@ impl Progress {
         }
     }
 
-    /// f ∧ g, or else f ∨ g: an until and a release are each other's dual.
+    /// Computes f ∧ g if `both`, f ∨ g otherwise. Until and release are dual, so both use this.
     fn join(&mut self, both: bool, f: Function, g: Function) -> Result<Function> {
         if both { self.functions.and(f, g) } else { self.functions.or(f, g) }
     }
@@ -121,8 +123,9 @@ impl Progress {
         self.functions.variable(variable, true)
     }
 
-    /// `φ U<=k ψ` as ⋁ over j ≤ k of "with j steps and no fewer", and a release dually: so it is seen that the
-    /// smaller bound implies the larger one, and that of many deadlines the first is what counts.
+    /// Returns `φ U<=k ψ` as the disjunction over j ≤ k of "in j steps and no fewer", and a release
+    /// dually. In this form a smaller bound visibly implies a larger one, and of several deadlines
+    /// only the first counts.
     fn within(&mut self, until: bool, left: Function, right: Function, most: u64) -> Result<Function> {
         let chains = self.chains.entry((until, left, right)).or_default();
         let chain = match chains.iter().find(|c| c.most >= most) {
@@ -131,7 +134,7 @@ impl Progress {
                 let new = Chain { first: OBLIGATIONS + self.obligations.len() as u32, most };
                 chains.push(new);
                 for steps in (0..=most).rev() {
-                    // Each chain has variables of its own, side by side.
+                    // Each chain has its own consecutive variables.
                     self.known.remove(&Obligation::Exactly { until, left, right, steps });
                     self.obligation(Obligation::Exactly { until, left, right, steps })?;
                 }
@@ -166,7 +169,11 @@ impl Progress {
         Ok(new)
     }
 
-    /// f once the present state is read: a function of its atoms, and of obligations on the states behind it.
+    /// Progresses f through the present state: returns a function of its atoms and of obligations
+    /// on the later states.
+    ///
+    /// # Errors
+    /// Too many obligations or nodes.
     pub(super) fn read(&mut self, f: Function) -> Result<Function> {
         let top = self.functions.top(f);
         if top == u32::MAX {
@@ -185,7 +192,7 @@ impl Progress {
         Ok(found)
     }
 
-    /// An obligation once the present state is read.
+    /// Progresses one obligation through the present state.
     fn fulfil(&mut self, obligation: Obligation) -> Result<Function> {
         match obligation {
             Obligation::Atom(atom) => self.functions.variable(atom, true),
@@ -204,7 +211,7 @@ impl Progress {
         }
     }
 
-    /// φ U ψ = ψ | φ & X (φ U ψ), and dually φ R ψ = ψ & (φ | X (φ R ψ)), once the present state is read.
+    /// Progresses φ U ψ = ψ | φ & X (φ U ψ), and dually φ R ψ = ψ & (φ | X (φ R ψ)).
     fn unfold(&mut self, until: bool, window: Window, left: Function, right: Function) -> Result<Function> {
         let going = match window.later() {
             Some(window) => {
@@ -220,7 +227,7 @@ impl Progress {
 }
 
 impl Window {
-    /// The window one step later; none when it is over.
+    /// Returns the window one step later, `None` when it is over.
     fn later(self) -> Option<Window> {
         let most = match self.most {
             Some(0) => return None,

@@ -1,4 +1,4 @@
-//! The states of a monitor in words that a person reads: "waiting for b".
+//! Readable names for the states of a monitor, such as "waiting for b".
 
 use ahash::AHashMap;
 
@@ -8,14 +8,14 @@ use super::monitor::{Decision, DecisionId, Monitor};
 use crate::model::expr::ExprId;
 use crate::model::temporal::Asks;
 
-/// Conditions of more cases or more parts are not written out.
+/// Conditions with more cases, or with more parts in one case, are not written out.
 const MOST_CASES: usize = 3;
 const MOST_PARTS: usize = 4;
 
-/// An assignment of atoms, as far as it goes.
+/// A partial assignment of atoms.
 type Cube = Vec<(u32, bool)>;
 
-/// A name for each state, each once.
+/// Returns a distinct name for each state.
 pub(super) fn wording(
     monitor: &Monitor,
     asks: Asks,
@@ -53,7 +53,7 @@ fn distinct(names: Vec<String>) -> Vec<String> {
     names.into_iter().map(number).collect()
 }
 
-/// "waiting for" what leads to a good end.
+/// Returns "waiting for" with the conditions on the next state that lead to a good end.
 fn waiting(
     monitor: &Monitor,
     decision: DecisionId,
@@ -63,7 +63,7 @@ fn waiting(
     let mut cases: Vec<Cube> = Vec::new();
     collect(monitor, decision, &mut Vec::new(), good, &mut cases);
     for case in &mut cases {
-        // What does not matter is not said, negations first.
+        // Removes literals that do not matter, negative ones first.
         for sign in [false, true] {
             for literal in case.clone().into_iter().filter(|l| l.1 == sign) {
                 let without: Cube = case.iter().copied().filter(|l| *l != literal).collect();
@@ -86,7 +86,7 @@ fn waiting(
     format!("waiting for {}", cases.iter().map(case).collect::<Vec<_>>().join(" or "))
 }
 
-/// The ways to good ends, until there are too many.
+/// Collects the paths to good ends, until there are too many.
 fn collect(
     monitor: &Monitor,
     decision: DecisionId,
@@ -110,7 +110,7 @@ fn collect(
     }
 }
 
-/// Whether all ends that fit an assignment are good.
+/// Returns true if all ends consistent with an assignment are good.
 fn surely(monitor: &Monitor, decision: DecisionId, case: &Cube, good: &dyn Fn(usize, bool) -> bool) -> bool {
     let (mut open, mut seen) = (vec![decision], ahash::AHashSet::new());
     while let Some(at) = open.pop() {

@@ -1,4 +1,4 @@
-//! Monitors against the direct meaning of formulas on ultimately periodic words.
+//! Checks the monitors against the definition of LTL on ultimately periodic words.
 
 use std::sync::Arc;
 
@@ -16,7 +16,8 @@ use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::temporal::Asks;
 use crate::model::value::{Type, Value};
 
-/// Letters up to the loop, and in it: bit k of a letter says whether the atom k holds.
+/// A lasso: the letters up to the end of the loop, and the start of the loop. Bit k of a letter is
+/// the value of atom k.
 #[derive(Debug, Clone)]
 struct Word {
     letters: Vec<u8>,
@@ -42,7 +43,7 @@ fn number(n: u64) -> Option<(Expr, bool)> {
     Some((Expr { kind: ExprKind::Int(n as i64), span: Span::default() }, false))
 }
 
-/// Where a formula holds, position by position: the definition of LTL.
+/// Returns the value of a formula at each position: the definition of LTL.
 fn meaning(f: &Formula, word: &Word) -> Vec<bool> {
     let n = word.letters.len();
     let each = |f: &dyn Fn(usize) -> bool| (0..n).map(f).collect::<Vec<bool>>();
@@ -89,7 +90,7 @@ fn meaning(f: &Formula, word: &Word) -> Vec<bool> {
     }
 }
 
-/// The positions from one on.
+/// Returns the positions from `from` on.
 fn walk(from: usize, word: &Word, steps: usize) -> impl Iterator<Item = usize> {
     std::iter::successors(Some(from), |&i| Some(word.after(i))).take(steps)
 }
@@ -115,7 +116,7 @@ fn until(steps: &Steps, a: &[bool], b: &[bool], word: &Word) -> Vec<bool> {
     (0..a.len()).map(holds).collect()
 }
 
-/// Atoms are Boolean variables of no program.
+/// Atoms are Boolean variables without a program.
 pub(super) struct Atoms {
     pub(super) pool: ExprPool,
     source: Arc<SourceFile>,
@@ -175,7 +176,7 @@ impl Meaning for Atoms {
     }
 }
 
-/// A formula by its monitors; none outside of the fragment.
+/// A formula with its monitors.
 struct Judge {
     tree: Tree,
     monitors: Vec<Monitor>,
@@ -207,13 +208,13 @@ impl Judge {
             Tree::Constant(value) => *value,
             Tree::Leaf(Asks::Accept | Asks::Again, _) => marked.next().unwrap(),
             Tree::Leaf(..) => !marked.next().unwrap(),
-            // All operands are looked at: each takes its own marks.
+            // Every operand is evaluated: each consumes its own marks.
             Tree::All(parts) => parts.iter().map(|p| Self::truth(p, marked)).fold(true, |x, y| x & y),
             Tree::Any(parts) => parts.iter().map(|p| Self::truth(p, marked)).fold(false, |x, y| x | y),
         }
     }
 
-    /// Whether the loop of the word has marks, once the monitor has come to a loop of its own.
+    /// Returns true if the loop of the word has marks after the monitor has entered a cycle.
     fn marked(&self, monitor: &Monitor, word: &Word) -> bool {
         let (mut at, mut state) = (0, 0);
         let mut seen: Vec<(usize, usize, bool)> = Vec::new();
@@ -238,7 +239,7 @@ fn all_leaves(tree: &Tree, found: &mut dyn FnMut(Asks, &Normal)) {
     }
 }
 
-/// All words over two atoms with so many letters.
+/// Returns all words over two atoms with at most `most` letters.
 fn words(most: usize) -> Vec<Word> {
     let mut all = Vec::new();
     for length in 1..=most {
@@ -250,7 +251,7 @@ fn words(most: usize) -> Vec<Word> {
     all
 }
 
-/// All formulas with so many operators.
+/// Returns all formulas with `size` operators.
 fn formulas(size: usize) -> Vec<Formula> {
     if size == 0 {
         return vec![state(0), state(1)];
@@ -279,7 +280,7 @@ fn formulas(size: usize) -> Vec<Formula> {
     all
 }
 
-/// Compares on words, and says whether the formula is in the fragment.
+/// Compares a formula on words; returns true if it is in the fragment.
 fn agrees(f: &Formula, words: &[Word]) -> bool {
     let Some(judge) = Judge::new(f) else { return false };
     for word in words {
@@ -381,7 +382,7 @@ fn formula() -> impl Strategy<Value = Formula> {
     })
 }
 
-/// Co-safe formulas over two atoms and their negations.
+/// Generates co-safe formulas over two atoms and their negations.
 fn cosafe() -> impl Strategy<Value = Formula> {
     let literal = (0u8..2, any::<bool>()).prop_map(|(atom, positive)| match positive {
         true => state(atom),
@@ -403,7 +404,8 @@ fn cosafe() -> impl Strategy<Value = Formula> {
     })
 }
 
-/// Combinations of co-safe formulas, of recurrences, and of their negations: what is mostly in the fragment.
+/// Generates combinations of co-safe formulas, recurrences and their negations, most of them in the
+/// fragment.
 fn combination() -> impl Strategy<Value = Formula> {
     let always = |a: Formula| made(FormulaKind::Always(Steps::default(), Box::new(a)));
     prop_oneof![1 => cosafe(), 4 => cosafe().prop_map(always)].prop_recursive(3, 6, 2, |inner| {
@@ -427,13 +429,13 @@ fn word() -> impl Strategy<Value = Word> {
         .prop_map(|(letters, back)| Word { letters, back })
 }
 
-/// At least so many cases; the environment variable `PROPTEST_CASES` asks for more.
+/// At least `least` cases; the environment variable `PROPTEST_CASES` asks for more.
 fn cases(least: u32) -> ProptestConfig {
     let usual = ProptestConfig::default();
     ProptestConfig { cases: if usual.cases > 256 { usual.cases } else { least }, ..usual }
 }
 
-/// Whether a formula is in the fragment; its verdicts must then be right.
+/// Returns true if the formula is in the fragment, after a comparison of its verdicts.
 fn compare(f: &Formula, words: &[Word]) -> Result<bool, TestCaseError> {
     let Some(judge) = Judge::new(f) else { return Ok(false) };
     for word in words {
@@ -455,7 +457,8 @@ proptest! {
         compare(&f, &words)?;
     }
 
-    /// Of some combinations the negation, or the negated equivalence, is outside of the fragment: these are refused.
+    /// For some combinations the negation, or the negated equivalence, is outside of the fragment;
+    /// these are skipped.
     #[test]
     fn what_is_always_true_or_never_by_construction(f in combination(), words in prop::collection::vec(word(), 12)) {
         let not = made(FormulaKind::Not(Box::new(f.clone())));

@@ -4,7 +4,7 @@ use super::{Atom, Failed, Maker, Parsed, Parser};
 use crate::lang::ast::{ATOM_LEVEL, BinaryOp, Ident, NEG_LEVEL, NOT_LEVEL, Span};
 use crate::lang::token::Token;
 
-/// The operator that a token is.
+/// Returns the operator of a token.
 pub(crate) fn operator(token: Token) -> Option<BinaryOp> {
     Some(match token {
         Token::Implies => BinaryOp::Implies,
@@ -27,7 +27,7 @@ pub(crate) fn operator(token: Token) -> Option<BinaryOp> {
 }
 
 impl<M: Maker> Parser<'_, M> {
-    /// `c ? e : c ? e : … e`, or anything that binds tighter.
+    /// Parses `c ? e : c ? e : … e`, or anything that binds tighter.
     pub(crate) fn expression(&mut self) -> Parsed<M::Expr> {
         self.nested(Self::conditional)
     }
@@ -49,11 +49,12 @@ impl<M: Maker> Parser<'_, M> {
         Ok(self.maker.ite(cases, condition, span))
     }
 
-    /// A chain of operators that bind at least as tightly as `least`.
+    /// Parses a chain of operators that bind at least as tightly as `least`.
     pub(crate) fn binary(&mut self, least: u8) -> Parsed<M::Expr> {
         let start = self.here();
         let mut left = self.prefix(least)?;
-        // Operands to the right of one level, which is that of the last operator, and where the last one ends.
+        // Operands to the right of the current level, the level of the last operator, and the end
+        // of the last operand.
         let (mut rest, mut level, mut end) = (Vec::new(), ATOM_LEVEL, self.before());
         while let Some(op) = operator(self.peek()).filter(|op| op.level() >= least) {
             let sign = self.peek();
@@ -74,7 +75,7 @@ impl<M: Maker> Parser<'_, M> {
         if rest.is_empty() { left } else { self.maker.chain(left, rest, span) }
     }
 
-    /// Reports `&&`, `==` and other operators of other languages, and goes on behind them.
+    /// Reports `&&`, `==` and other operators of other languages, and continues after them.
     pub(crate) fn foreign_operator(&mut self, sign: Token) {
         let ours = match (sign, self.peek()) {
             (Token::And, Token::And) => "&",
@@ -92,7 +93,8 @@ impl<M: Maker> Parser<'_, M> {
         }
     }
 
-    /// The exponent behind `^`; a chain of powers is refused, as tools read it differently.
+    /// Parses the exponent after `^`; a chain of powers is refused, since tools read it
+    /// differently.
     fn exponent(&mut self, level: u8) -> Parsed<M::Expr> {
         let operator = self.before();
         if level == BinaryOp::Pow.level() {
@@ -102,7 +104,7 @@ impl<M: Maker> Parser<'_, M> {
         self.prefix(NEG_LEVEL)
     }
 
-    /// Signs and negations before an operand.
+    /// Parses signs and negations before an operand.
     fn prefix(&mut self, least: u8) -> Parsed<M::Expr> {
         let start = self.here();
         match self.peek() {
@@ -158,7 +160,7 @@ impl<M: Maker> Parser<'_, M> {
         self.finite(span).map(Atom::Real)
     }
 
-    /// The value of a literal with a point or an exponent.
+    /// Returns the value of a literal with a point or an exponent.
     pub(crate) fn finite(&mut self, span: Span) -> Parsed<f64> {
         match self.text(span).parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
@@ -170,7 +172,7 @@ impl<M: Maker> Parser<'_, M> {
         }
     }
 
-    /// What begins with a word: a literal, a name or a function.
+    /// Parses an atom that starts with a word: a literal, a name or a function.
     fn word(&mut self, span: Span) -> Parsed<M::Expr> {
         let atom = match self.text(span) {
             "true" => Atom::Bool(true),
@@ -220,7 +222,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(self.maker.atom(atom, span))
     }
 
-    /// `f(e, …)` after the name.
+    /// Parses the rest of `f(e, …)` after the name.
     fn call(&mut self, function: Ident) -> Parsed<M::Expr> {
         let start = function.span;
         self.expect(Token::LeftParen)?;
@@ -229,7 +231,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(self.maker.call(function, arguments, span))
     }
 
-    /// `func(f, e, …)`
+    /// Parses `func(f, e, …)`.
     fn old_function(&mut self, start: Span) -> Parsed<M::Expr> {
         self.advance();
         self.expect(Token::LeftParen)?;
@@ -240,7 +242,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(self.maker.call(function, arguments, span))
     }
 
-    /// A name, or one of the two functions that are keywords.
+    /// Parses a name, or one of the two functions that are keywords.
     pub(crate) fn function_name(&mut self) -> Parsed<Ident> {
         let span = self.here();
         if self.at_word("min") || self.at_word("max") {

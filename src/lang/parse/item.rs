@@ -6,7 +6,7 @@ use crate::lang::ast::{
 };
 use crate::lang::token::Token;
 
-/// Words that begin a part of a model file: after an error, reading goes on there.
+/// Keywords that start a part of a model file: after an error, parsing continues at one of them.
 pub(super) const ITEM_WORDS: &[&str] = &[
     "module",
     "const",
@@ -23,7 +23,7 @@ pub(super) const ITEM_WORDS: &[&str] = &[
     "observable",
 ];
 
-/// Words that begin what other types of model have, with what they are.
+/// Keywords of other types of model, with their descriptions.
 const FOREIGN: &[(&str, &str)] = &[
     ("ctmc", "continuous-time Markov chains (`ctmc`)"),
     ("stochastic", "continuous-time Markov chains (`stochastic`)"),
@@ -45,13 +45,13 @@ const FOREIGN: &[(&str, &str)] = &[
 ];
 
 impl<'a, M: Maker> Parser<'a, M> {
-    /// A whole model file.
+    /// Parses a whole model file.
     pub(crate) fn model(&mut self) -> Model<M::Expr, M::Command> {
         let mut model = Model { kind: None, items: Vec::new() };
         while self.peek() != Token::End {
             let before = self.tokens.taken();
             if self.part(&mut model).is_err() {
-                // Progress even where the failure is at the first token of a part.
+                // Makes progress even if the failure is at the first token of a part.
                 if self.tokens.taken() == before {
                     self.advance();
                 }
@@ -86,7 +86,7 @@ impl<'a, M: Maker> Parser<'a, M> {
         Ok(())
     }
 
-    /// The word with which a part begins, or was meant to.
+    /// Returns the keyword with which a part starts, corrected if misspelt.
     fn part_word(&mut self, span: Span) -> &'a str {
         let word = if self.peek() == Token::Word { self.text(span) } else { "" };
         let is_known = ITEM_WORDS.contains(&word) || FOREIGN.iter().any(|(foreign, _)| *foreign == word);
@@ -105,7 +105,7 @@ impl<'a, M: Maker> Parser<'a, M> {
         Ok(())
     }
 
-    /// Something that is no part of an `mdp` or `dtmc`.
+    /// Reports a part that an `mdp` or `dtmc` cannot have.
     fn foreign_part(&mut self, span: Span, word: &str) -> Parsed<()> {
         let Some((_, what)) = FOREIGN.iter().find(|(w, _)| *w == word) else {
             return Err(self.expected("`mdp`, `dtmc`, `module`, or another part of a model"));
@@ -121,7 +121,8 @@ impl<'a, M: Maker> Parser<'a, M> {
         Ok(())
     }
 
-    /// `observables x, y endobservables`: what a player of a `pomdp` sees says nothing of the model.
+    /// Skips `observables x, y endobservables`: it describes the view of a player of a `pomdp`, not
+    /// the model.
     fn observables(&mut self) -> Parsed<()> {
         self.advance();
         if self.eat_word("endobservables") {
@@ -134,7 +135,7 @@ impl<'a, M: Maker> Parser<'a, M> {
         self.expect_word("endobservables").map(|_| ())
     }
 
-    /// `observable "name" = expression;`
+    /// Skips `observable "name" = expression;`.
     fn observable(&mut self) -> Parsed<()> {
         self.advance();
         self.quoted()?;
@@ -144,7 +145,7 @@ impl<'a, M: Maker> Parser<'a, M> {
         Ok(())
     }
 
-    /// Leaves out everything up to and with a word, if it comes.
+    /// Skips everything up to and including a word, or up to the end.
     pub(super) fn skip_past(&mut self, word: &str) {
         while self.peek() != Token::End && !self.eat_word(word) {
             self.advance();
@@ -216,7 +217,7 @@ impl<'a, M: Maker> Parser<'a, M> {
             }
             match self.reward_item() {
                 Ok(item) if M::KEEPS_REWARDS => items.push(item),
-                // Checked for syntax, and of no meaning here.
+                // Only the syntax is checked.
                 Ok(_) => {}
                 Err(Failed) => self.recover(&["endrewards", "module"]),
             }
@@ -228,7 +229,7 @@ impl<'a, M: Maker> Parser<'a, M> {
         Ok(Rewards { name, items, span: start.to(end) })
     }
 
-    /// A name in quotes, unless an item begins with a label.
+    /// Parses a name in quotes, if there is one.
     fn reward_name(&mut self) -> Option<crate::lang::ast::Ident> {
         if self.peek() == Token::Quoted { self.quoted().ok() } else { None }
     }

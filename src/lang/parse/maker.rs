@@ -1,7 +1,8 @@
-//! What is made of expressions and commands while they are read.
+//! Representation of expressions and commands, chosen by the caller of the parser.
 //!
-//! A tree takes many times the memory of its text. So a model that is only to be flattened never has one:
-//! the places of its parts are kept, and each is read again when its turn comes, straight into the pool.
+//! A tree needs many times the memory of its text. A model that is only flattened therefore never
+//! becomes a tree. The places of its parts are kept, and each part is parsed again when it is
+//! needed, directly into the pool.
 
 use crate::lang::ast::{BinaryOp, Command, Expr, ExprKind, Ident, Span};
 
@@ -14,36 +15,36 @@ pub(crate) enum Atom<'t> {
     Label(&'t str),
 }
 
-/// Makes something of each part of an expression, from the innermost ones on.
+/// Makes the representation of each part of an expression, from the innermost parts on.
 pub(crate) trait Maker {
-    /// What an expression becomes.
+    /// Representation of an expression.
     type Expr: Clone;
-    /// What a command becomes.
+    /// Representation of a command.
     type Command;
-    /// Whether rewards are kept, which are checked for syntax and mean nothing here.
+    /// True if rewards are kept. Their syntax is checked; they have no other use here.
     const KEEPS_REWARDS: bool;
 
     fn atom(&mut self, atom: Atom<'_>, span: Span) -> Self::Expr;
 
-    /// `!e`
+    /// Makes `!e`.
     fn not(&mut self, operand: Self::Expr, span: Span) -> Self::Expr;
 
-    /// `-e`
+    /// Makes `-e`.
     fn neg(&mut self, operand: Self::Expr, span: Span) -> Self::Expr;
 
-    /// `e op e op e …`, operators of one level; the list is not empty.
+    /// Makes `e op e op e …`, operators of one level; the list is not empty.
     fn chain(&mut self, first: Self::Expr, rest: Vec<(BinaryOp, Self::Expr)>, span: Span) -> Self::Expr;
 
-    /// `c ? e : c ? e : … e`; the list is not empty.
+    /// Makes `c ? e : c ? e : … e`; the list is not empty.
     fn ite(&mut self, cases: Vec<(Self::Expr, Self::Expr)>, otherwise: Self::Expr, span: Span) -> Self::Expr;
 
-    /// `f(e, …)`
+    /// Makes `f(e, …)`.
     fn call(&mut self, function: Ident, arguments: Vec<Self::Expr>, span: Span) -> Self::Expr;
 
     fn command(&mut self, command: Command<Self::Expr>) -> Self::Command;
 }
 
-/// Makes trees.
+/// Makes syntax trees.
 pub(crate) struct Trees;
 
 impl Maker for Trees {
@@ -71,7 +72,7 @@ impl Maker for Trees {
     }
 
     fn chain(&mut self, first: Expr, mut rest: Vec<(BinaryOp, Expr)>, span: Span) -> Expr {
-        // No room is left for what will not come.
+        // Frees unused capacity.
         rest.shrink_to_fit();
         Expr { kind: ExprKind::Chain(Box::new(first), rest), span }
     }
@@ -89,7 +90,7 @@ impl Maker for Trees {
     }
 }
 
-/// Keeps only where everything stands.
+/// Keeps only the places.
 pub(crate) struct Places;
 
 impl Maker for Places {
@@ -126,7 +127,7 @@ impl Maker for Places {
     }
 }
 
-/// Makes of a tree what would have been made of its text.
+/// Makes from a tree the same result as from its text.
 pub(crate) fn remade<M: Maker>(e: &Expr, maker: &mut M) -> M::Expr {
     let span = e.span;
     match &e.kind {

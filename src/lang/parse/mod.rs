@@ -1,5 +1,5 @@
-//! Recursive descent over tokens. Reports several errors per run; never recurses deeper than
-//! [`MAX_NESTING`] and reads every token a bounded number of times. Tokens are made when they are looked at.
+//! A recursive-descent parser over tokens. It reports several errors per run, never recurses deeper
+//! than [`MAX_NESTING`] and reads every token a bounded number of times. Tokens are made on demand.
 
 mod expr;
 mod item;
@@ -18,23 +18,23 @@ use super::token::{Token, Tokens, is_keyword, is_property_operator};
 use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use crate::progress::{NoProgress, Poll, ProgressSink};
 
-/// How deep brackets, conditionals and signs may nest.
+/// Maximum nesting of brackets, conditionals and signs.
 pub const MAX_NESTING: usize = 200;
 
-/// After this many errors the rest is not reported.
+/// Maximum number of errors reported.
 const MAX_ERRORS: usize = 20;
 
-/// The part that was being read is wrong; the diagnostic has been recorded.
+/// The part being parsed is wrong; the diagnostic has been recorded.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Failed;
 
-/// What a parsing function returns.
+/// The result of a parsing function.
 pub(crate) type Parsed<T> = std::result::Result<T, Failed>;
 
-/// Reads a model file.
+/// Parses a model file.
 ///
 /// # Errors
-/// All syntax errors that could be told apart, and what is not supported.
+/// Returns all syntax errors that can be distinguished, and unsupported constructs.
 pub fn parse_model(source: &Arc<SourceFile>) -> Result<Model> {
     super::mistaken::no_model(source)?;
     let mut parser = Parser::new(source);
@@ -42,21 +42,24 @@ pub fn parse_model(source: &Arc<SourceFile>) -> Result<Model> {
     parser.finish(model)
 }
 
-/// The parts of a model in a part of a text.
+/// Returns the parts of a model in a part of a text.
 ///
 /// # Errors
-/// Those of [`parse_model`].
+/// See [`parse_model`].
 pub(crate) fn items_at(source: &Arc<SourceFile>, place: Span) -> Result<Vec<Item<Span, Span>>> {
     let mut parser = Parser::places(source, place);
     let model = parser.model();
     parser.finish(model.items)
 }
 
-/// A model of which only the places of expressions and commands are kept, and of rewards nothing: it takes
+/// A model of which only the places of expressions and commands are kept, and no rewards. It needs
 /// little more memory than the text.
 pub(crate) type Outline = Model<Span, Span>;
 
-/// As [`parse_model`], until the sink stops it.
+/// Same as [`parse_model`], but keeps only places, and can be cancelled by the sink.
+///
+/// # Errors
+/// See [`parse_model`]; also a limit.
 pub(crate) fn outline(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Result<Outline> {
     super::mistaken::no_model(source)?;
     let mut parser = Parser::of_part(source, whole(source), sink, Places);
@@ -64,7 +67,10 @@ pub(crate) fn outline(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Resu
     parser.finish(model)
 }
 
-/// Reads an expression of an [`outline`] again.
+/// Parses an expression of an [`outline`] again.
+///
+/// # Errors
+/// A syntax error; a limit.
 pub(crate) fn expression_at<M: Maker>(
     source: &Arc<SourceFile>,
     place: Span,
@@ -76,7 +82,10 @@ pub(crate) fn expression_at<M: Maker>(
     parser.finish_parsed(parsed)
 }
 
-/// Reads a command of an [`outline`] again.
+/// Parses a command of an [`outline`] again.
+///
+/// # Errors
+/// A syntax error; a limit.
 pub(crate) fn command_at<M: Maker>(
     source: &Arc<SourceFile>,
     place: Span,
@@ -88,12 +97,13 @@ pub(crate) fn command_at<M: Maker>(
     parser.finish_parsed(parsed)
 }
 
-/// The place of the whole text.
+/// Returns the place of the whole text.
 pub(crate) fn whole(source: &SourceFile) -> Span {
     Span::new(0, source.text.len())
 }
 
-/// Reads a text that is one expression, as after `--target` or `--where`. Names in quotes are labels.
+/// Parses a text that is one expression, as after `--target` or `--where`. Names in quotes are
+/// labels.
 ///
 /// # Errors
 /// A syntax error.
@@ -120,26 +130,33 @@ impl<'a> Parser<'a> {
 }
 
 impl<'a> Parser<'a, Places> {
-    /// A parser of a part of a text that keeps places only.
+    /// Creates a parser of a part of a text that keeps only places.
     pub(crate) fn places(source: &'a Arc<SourceFile>, part: Span) -> Self {
         Parser::of_part(source, part, &NoProgress, Places)
     }
 }
 
 impl<'a, M> Parser<'a, M> {
-    /// A parser of a part of a text.
+    /// Creates a parser of a part of a text.
     fn of_part(source: &'a Arc<SourceFile>, part: Span, sink: &'a dyn ProgressSink, maker: M) -> Self {
         let mut poll = Poll::new(sink);
         let tokens = Tokens::new(&source.text, part, &mut poll);
         Parser { source, tokens, depth: 0, diagnostics: Vec::new(), poll, maker }
     }
 
+    /// Returns the value, unless an error was recorded.
+    ///
+    /// # Errors
+    /// The recorded errors; a limit.
     pub(crate) fn finish<T>(self, value: T) -> Result<T> {
         self.poll.check()?;
         if self.diagnostics.is_empty() { Ok(value) } else { Err(Error::Input(self.diagnostics)) }
     }
 
-    /// As [`Parser::finish`], for a value that is there only if no error was recorded.
+    /// Same as [`Parser::finish`], for a value that exists only if no error was recorded.
+    ///
+    /// # Errors
+    /// See [`Parser::finish`].
     pub(crate) fn finish_parsed<T>(self, parsed: Parsed<T>) -> Result<T> {
         self.poll.check()?;
         match parsed {
@@ -156,17 +173,17 @@ impl<'a, M> Parser<'a, M> {
         self.tokens.at(ahead).0
     }
 
-    /// Where the next token stands.
+    /// Returns the place of the next token.
     pub(crate) fn here(&self) -> Span {
         self.tokens.at(0).1
     }
 
-    /// All tokens from the next one on, with their texts; [`Token::End`] last.
+    /// Returns all tokens from the next one on, with their texts; [`Token::End`] is the last.
     pub(crate) fn rest(&self) -> impl Iterator<Item = (Token, &'a str)> + '_ {
         self.tokens.rest().map(|(token, span)| (token, self.text(span)))
     }
 
-    /// Where the token before the next one stands.
+    /// Returns the place of the token before the next one.
     pub(crate) fn before(&self) -> Span {
         self.tokens.before().unwrap_or_default()
     }
@@ -175,7 +192,8 @@ impl<'a, M> Parser<'a, M> {
         self.source.text.get(span.range()).unwrap_or("")
     }
 
-    /// Takes the next token; stays at the end, and goes there when the work is to stop.
+    /// Takes the next token and returns its place. At the end of the text, and after cancellation,
+    /// the next token is [`Token::End`].
     pub(crate) fn advance(&mut self) -> Span {
         let span = self.here();
         self.tokens.take(&mut self.poll);
@@ -200,14 +218,14 @@ impl<'a, M> Parser<'a, M> {
         }
     }
 
-    /// Whether the next token stands on a later line than the one before it, or nowhere.
+    /// Returns true if the next token is on a later line than the one before it, or is the end.
     fn line_is_over(&self) -> bool {
         let between = self.before().end()..self.here().start();
         self.tokens.before().is_some()
             && (self.peek() == Token::End || self.source.text[between].contains('\n'))
     }
 
-    /// Records that something is missing at the end of the line before.
+    /// Records that something is missing after the previous token.
     fn missing(&mut self, what: &str) -> Failed {
         let end = self.before().end();
         let place = Span::new(end, end);
@@ -215,7 +233,7 @@ impl<'a, M> Parser<'a, M> {
         Failed
     }
 
-    /// Whether the next token is this word.
+    /// Returns true if the next token is this word.
     pub(crate) fn at_word(&self, word: &str) -> bool {
         self.peek() == Token::Word && self.text(self.here()) == word
     }
@@ -235,8 +253,8 @@ impl<'a, M> Parser<'a, M> {
         Err(self.expected(&format!("`{word}`")))
     }
 
-    /// Whether the next token was meant to be one of these words: then it is reported, and to be read as
-    /// that word.
+    /// Returns the word that the next token misspells, if it is one of these words, and reports the
+    /// misspelling.
     pub(crate) fn slip<'w>(&mut self, words: &[&'w str]) -> Option<&'w str> {
         let (token, span) = (self.peek(), self.here());
         let found = self.text(span);
@@ -249,7 +267,7 @@ impl<'a, M> Parser<'a, M> {
         Some(meant)
     }
 
-    /// A name that is no keyword.
+    /// Parses a name that is not a keyword.
     pub(crate) fn ident(&mut self, what: &str) -> Parsed<Ident> {
         if self.peek() != Token::Word {
             return Err(self.expected(what));
@@ -265,8 +283,8 @@ impl<'a, M> Parser<'a, M> {
         Ok(Ident { name, span })
     }
 
-    /// The name of an action. Letters such as `S` and `W` are operators of properties alone and
-    /// cannot be meant here, so they name actions, as they do for Storm (PRISM refuses them).
+    /// Parses the name of an action. Letters such as `S` and `W` are operators only in properties
+    /// and cannot be meant here. They may name actions, as in Storm (PRISM refuses them).
     pub(crate) fn action(&mut self) -> Parsed<Ident> {
         let span = self.here();
         if self.peek() == Token::Word && is_property_operator(self.text(span)) {
@@ -277,7 +295,7 @@ impl<'a, M> Parser<'a, M> {
         self.ident("the name of an action")
     }
 
-    /// A name in double quotes; keywords are fine, as in `"init"`.
+    /// Parses a name in double quotes; keywords are permitted, as in `"init"`.
     pub(crate) fn quoted(&mut self) -> Parsed<Ident> {
         let span = self.expect(Token::Quoted)?;
         let name = self.text(span).trim_matches('"').to_owned();
@@ -289,18 +307,18 @@ impl<'a, M> Parser<'a, M> {
         Ok(Ident { name, span })
     }
 
-    /// The label that is meant: properties of JANI models may have any name.
+    /// Parses a reference to a label, which may have any name: properties of JANI models do.
     fn label_reference(&mut self) -> Parsed<&'a str> {
         let span = self.expect(Token::Quoted)?;
         Ok(self.text(span).trim_matches('"'))
     }
 
-    /// An error at a place.
+    /// Returns an error at a place.
     pub(crate) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(self.source, span.range(), message)
     }
 
-    /// Something that PRISM has and this program has not.
+    /// Returns an error for a construct of PRISM that this program does not support.
     pub(crate) fn unsupported(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         self.wrong(span, message).severity(Severity::Unsupported).label("not supported")
     }
@@ -311,7 +329,7 @@ impl<'a, M> Parser<'a, M> {
         }
     }
 
-    /// How to write what is written otherwise in other languages.
+    /// Returns help on constructs that other languages write differently.
     fn other_languages(&self, found: &str) -> Option<&'static str> {
         Some(match found {
             "and" | "AND" => "conjunction is written `&`",
@@ -363,7 +381,7 @@ impl<'a, M> Parser<'a, M> {
         }
     }
 
-    /// Runs `read` one level deeper, unless that is too deep.
+    /// Runs `read` one level deeper, unless that exceeds the maximum.
     pub(crate) fn nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         // The whole expression is a level, too.
         if self.depth > MAX_NESTING {
@@ -379,7 +397,7 @@ impl<'a, M> Parser<'a, M> {
         result
     }
 
-    /// Leaves out everything up to and with the next `;`, or up to a word that `stops`, or the end.
+    /// Skips everything up to and including the next `;`, or up to a word in `stops`, or the end.
     pub(crate) fn recover(&mut self, stops: &[&str]) {
         loop {
             match self.peek() {

@@ -6,7 +6,7 @@ use crate::lang::ast::{Assignment, Branch, Command, Ident, Item, Module, Renamed
 use crate::lang::token::{Token, is_property_operator};
 
 impl<M: Maker> Parser<'_, M> {
-    /// `module … endmodule`
+    /// Parses `module … endmodule`.
     pub(super) fn module(&mut self) -> Parsed<Item<M::Expr, M::Command>> {
         let start = self.advance();
         let name = self.ident("the name of a module")?;
@@ -21,7 +21,7 @@ impl<M: Maker> Parser<'_, M> {
                 self.advance();
                 return Ok(Item::Module(Box::new(module)));
             }
-            // A keyword before a colon is a variable with a wrong name: that message comes below.
+            // A keyword before a colon is a variable with a wrong name: that is reported below.
             let item = ITEM_WORDS.contains(&self.text(self.here())) && self.peek_at(1) != Token::Colon;
             if self.peek() == Token::End || item {
                 let diagnostic =
@@ -66,7 +66,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(())
     }
 
-    /// `x : [low..high] init e;` or `x : bool init e;`
+    /// Parses `x : [low..high] init e;` or `x : bool init e;`.
     pub(super) fn declaration(&mut self) -> Parsed<VarDecl<M::Expr>> {
         let name = self.ident("the name of a variable")?;
         let start = name.span;
@@ -97,12 +97,12 @@ impl<M: Maker> Parser<'_, M> {
             _ => return Err(self.expected("a range `[low..high]` or `bool`")),
         };
         self.report(self.unsupported(span, format!("{what} are not supported")).help(help));
-        // Recorded; the rest of the declaration is read as if it were a Boolean's.
+        // Recorded; the rest of the declaration is parsed like that of a Boolean.
         self.advance();
         Ok(None)
     }
 
-    /// `[a] guard -> updates;`
+    /// Parses `[a] guard -> updates;`.
     pub(super) fn command(&mut self) -> Parsed<Command<M::Expr>> {
         let start = self.expect(Token::LeftBracket)?;
         let action = if self.peek() == Token::RightBracket { None } else { Some(self.action()?) };
@@ -124,7 +124,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(Command { action, guard, branches, span: start.to(end) })
     }
 
-    /// Only a branch that stands alone may leave its probability out.
+    /// Checks that the probability is given in every branch, unless there is only one.
     fn check_probabilities_given(&mut self, branches: &[Branch<M::Expr>]) {
         if branches.len() < 2 {
             return;
@@ -142,7 +142,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(Branch { probability, updates, span: start.to(self.before()) })
     }
 
-    /// A probability with its `:`, or an update whose prime was forgotten.
+    /// Parses a probability with its `:`; reports an update without a prime.
     fn probability(&mut self) -> Parsed<M::Expr> {
         let (start, first, before) = (self.here(), self.peek(), self.tokens.taken());
         let probability = self.expression()?;
@@ -160,7 +160,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(probability)
     }
 
-    /// Whether an update begins here, and not a probability.
+    /// Returns true if an update, not a probability, starts here.
     fn at_update(&self) -> bool {
         if self.at_word("true") {
             return matches!(self.peek_at(1), Token::Semicolon | Token::Plus);
@@ -169,7 +169,7 @@ impl<M: Maker> Parser<'_, M> {
         self.peek_at(bracket) == Token::Word && self.peek_at(bracket + 1) == Token::Prime
     }
 
-    /// `(x'=e) & (y'=e) & …` or `true`
+    /// Parses `(x'=e) & (y'=e) & …` or `true`.
     fn updates(&mut self) -> Parsed<Vec<Assignment<M::Expr>>> {
         if self.eat_word("true") {
             return Ok(Vec::new());
@@ -202,7 +202,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(Assignment { variable, value })
     }
 
-    /// `base [ old=new, … ] endmodule`
+    /// Parses `base [ old=new, … ] endmodule`.
     fn renamed(&mut self, name: Ident) -> Parsed<Item<M::Expr, M::Command>> {
         let base = self.ident("the name of a module")?;
         self.expect(Token::LeftBracket)?;
@@ -220,7 +220,8 @@ impl<M: Maker> Parser<'_, M> {
         Ok(Item::Renamed(Box::new(RenamedModule { name, base, renames })))
     }
 
-    /// Whatever a renaming can name: a variable, a constant, a formula, an action or a function.
+    /// Parses a name that can be renamed: of a variable, a constant, a formula, an action or a
+    /// function.
     fn renamed_name(&mut self) -> Parsed<Ident> {
         if is_property_operator(self.text(self.here())) { self.action() } else { self.function_name() }
     }

@@ -1,4 +1,4 @@
-//! `system … endsystem`: compositions of modules.
+//! Compositions of modules: `system … endsystem`.
 
 use super::{Failed, Parsed, Parser};
 use crate::lang::ast::{Ident, Span, System, SystemKind};
@@ -13,7 +13,7 @@ enum Join {
 }
 
 impl<M> Parser<'_, M> {
-    /// `system … endsystem`
+    /// Parses `system … endsystem`.
     pub(super) fn system(&mut self) -> Parsed<System> {
         self.advance();
         if self.peek() == Token::Quoted {
@@ -30,7 +30,7 @@ impl<M> Parser<'_, M> {
         self.nested(Self::composition_inner)
     }
 
-    /// Operands joined by one operator; a mixture needs brackets.
+    /// Parses operands joined by one operator; different operators need brackets.
     fn composition_inner(&mut self) -> Parsed<System> {
         let start = self.here();
         let first = self.hidden_or_renamed()?;
@@ -64,7 +64,7 @@ impl<M> Parser<'_, M> {
         Ok(if join == Join::Full { SystemKind::Full(operands) } else { SystemKind::Interleaved(operands) })
     }
 
-    /// Which operator comes next: `||`, `|||` or `|[`.
+    /// Returns the next operator: `||`, `|||` or `|[`.
     fn join_here(&self) -> Option<Join> {
         match (self.peek(), self.peek_at(1), self.peek_at(2)) {
             (Token::Or, Token::Or, Token::Or) => Some(Join::Interleaved),
@@ -74,7 +74,7 @@ impl<M> Parser<'_, M> {
         }
     }
 
-    /// A module or a composition in brackets, with hidings and renamings behind it.
+    /// Parses a module or a composition in brackets, with the hidings and renamings that follow it.
     fn hidden_or_renamed(&mut self) -> Parsed<System> {
         let start = self.here();
         let mut system = if self.eat(Token::LeftParen) {
@@ -98,7 +98,7 @@ impl<M> Parser<'_, M> {
         Ok(system)
     }
 
-    /// `/ {a,b}` or `{a<-b,c<-d}`
+    /// Parses `/ {a,b}` or `{a<-b,c<-d}`.
     fn suffix(&mut self, system: System, start: Span) -> Parsed<System> {
         let kind = if self.eat(Token::Slash) {
             self.expect(Token::LeftBrace)?;
@@ -120,7 +120,7 @@ impl<M> Parser<'_, M> {
         Ok(System { kind, span: start.to(self.before()) })
     }
 
-    /// `<-`, which the lexer cannot tell from the two operators of `x<-1`.
+    /// Parses `<-`, which the lexer cannot distinguish from the two operators of `x<-1`.
     fn rename_arrow(&mut self) -> Parsed<()> {
         if (self.peek(), self.peek_at(1)) != (Token::Lt, Token::Minus) {
             return Err(self.expected("`<-`"));
@@ -130,7 +130,7 @@ impl<M> Parser<'_, M> {
         Ok(())
     }
 
-    /// `a,b,…` and what closes the list.
+    /// Parses `a,b,…` and the closing token.
     fn actions(&mut self, close: Token) -> Parsed<Vec<Ident>> {
         let mut actions = vec![self.action()?];
         while self.eat(Token::Comma) {

@@ -16,8 +16,8 @@ use crate::model::value::{Type, Value};
 use crate::model::{VarId, Variable};
 
 impl<'a> Lowering<'a> {
-    /// Constants, in the order of the text: each may use those before it. Returns what is wrong with
-    /// the values given from outside.
+    /// Lowers the constants in the order of the text: each may use earlier ones. Returns the errors
+    /// in the values that the user gives.
     pub(super) fn constants(&mut self, inputs: &Inputs<'_>, bindings: &[Binding]) -> Vec<Diagnostic> {
         let names: Vec<String> =
             self.model.constants.iter().map(|c| self.names.add_of_model(&c.name.name)).collect();
@@ -74,7 +74,7 @@ impl<'a> Lowering<'a> {
         self.lowerer.report(diagnostic.related(first.range(), "declared here first"));
     }
 
-    /// Global variables and functions, then those of each element of the system.
+    /// Declares the global variables and functions, then those of each element of the system.
     pub(super) fn declarations(&mut self, elements: &[&'a Automaton]) {
         let model = self.model;
         for variable in &model.variables {
@@ -101,7 +101,7 @@ impl<'a> Lowering<'a> {
         self.functions.len() - 1
     }
 
-    /// An element of the system: its location, its variables, its functions.
+    /// Declares an element of the system: its location, variables and functions.
     fn element(&mut self, automaton: &'a Automaton, shared: &AHashSet<&str>) {
         let index = self.instances.len();
         let name = self.modules.add_of_model(&automaton.name.name);
@@ -131,7 +131,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// The variable that holds the location of an automaton, where there are several.
+    /// Adds the variable for the location of an automaton that has several.
     fn location(&mut self, automaton: &Automaton, name: &str, module: usize) -> Option<VarId> {
         let count = i64::try_from(automaton.locations.len()).ok()?;
         let first = automaton.locations.iter().position(|l| l.name.name == automaton.initial[0].name);
@@ -173,7 +173,7 @@ impl<'a> Lowering<'a> {
             return Meaning::Transient(self.transients.len() - 1);
         }
         let range = self.range(declared, &name, instance);
-        // Something wrong has been reported; a range keeps what follows from failing as well.
+        // An error has been reported; a range prevents further errors.
         let (low, high) = range.unwrap_or((0, 1));
         let initial = range.and_then(|r| self.initial_value(declared, r, instance));
         let (ty, span) = (declared.ty.ty, declared.name.span.range());
@@ -241,7 +241,7 @@ impl<'a> Lowering<'a> {
         Some(value)
     }
 
-    /// Notes which locations give values to transient variables.
+    /// Records the values that locations give to transient variables.
     fn transient_values(&mut self) {
         for index in 0..self.instances.len() {
             let automaton = self.instances[index].automaton;
@@ -265,7 +265,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// What holds in the initial states, and nowhere else.
+    /// Returns the condition that holds exactly in the initial states.
     pub(super) fn initial(&mut self) -> Option<ExprId> {
         let mut conditions = Vec::new();
         for (index, variable) in self.variables.iter().enumerate() {
@@ -301,7 +301,7 @@ impl<'a> Lowering<'a> {
             is_restricted |= self.lowerer.pool.literal(condition) != Some(Value::Bool(true));
             conditions.push((condition, e.span));
         }
-        // One variable without a value of its own: then the condition says what all of them may be.
+        // If one variable has no initial value, the condition defines the initial values of all.
         if is_restricted || self.variables.iter().any(|v| v.initial.is_none()) {
             self.variables.iter_mut().for_each(|v| v.initial = None);
         }
@@ -311,7 +311,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Whether an element is in a location; none where it has no other.
+    /// Returns the condition that an element is in a location; `Some(None)` if it has only one.
     #[allow(clippy::option_option)]
     pub(super) fn at(&mut self, instance: usize, location: &Ident) -> Option<Option<ExprId>> {
         let Some(position) = self.position(instance, location) else {
@@ -330,7 +330,8 @@ impl<'a> Lowering<'a> {
         i64::try_from(*position).ok()
     }
 
-    /// Reads `--bounds`; each must be of an unbounded variable, which [`Lowering::range`] notes.
+    /// Reports bounds given to variables that are not unbounded; [`Lowering::range`] marks the used
+    /// ones.
     pub(super) fn unused_bounds(&mut self, inputs: &Inputs<'_>) -> Vec<Diagnostic> {
         let mut unused: Vec<_> =
             self.bounds.iter().filter(|(_, b)| !b.2).map(|(name, _)| name.clone()).collect();
@@ -349,7 +350,7 @@ fn wanted<'c>(constant: &Constant, name: &'c str) -> Wanted<'c> {
     Wanted { name, ty, is_defined: constant.value.is_some(), span }
 }
 
-/// Names of variables that several elements declare.
+/// Returns the names of variables that several elements declare.
 fn shared_names<'a>(elements: &[&'a Automaton]) -> AHashSet<&'a str> {
     let mut met = AHashSet::new();
     let mut shared = AHashSet::new();

@@ -1,4 +1,4 @@
-//! Edges, one or several that move together, as commands.
+//! Commands from edges: from one edge, or from several that are synchronised.
 
 use ahash::AHashMap;
 
@@ -13,7 +13,7 @@ use crate::model::{Branch, Branches, Command, VarId};
 /// An edge of an element of the system.
 pub(super) type EdgeOf<'a> = (usize, &'a Edge);
 
-/// An assignment with whose it is and what it changes.
+/// An assignment with its element, target and type.
 struct Step<'e> {
     instance: usize,
     assignment: &'e Assignment,
@@ -21,16 +21,16 @@ struct Step<'e> {
     ty: Type,
 }
 
-/// What assignments have given so far.
+/// Values after the assignments so far.
 #[derive(Default)]
 struct Values {
     given: AHashMap<Slot, ExprId>,
-    /// Where each was given its value last, and with which index.
+    /// Index and place of the last assignment to each target.
     last: AHashMap<Slot, (i64, Span)>,
 }
 
 impl<'a> Lowering<'a> {
-    /// The edges as one command that takes one destination of each.
+    /// Combines edges into one command, with a branch for each combination of their destinations.
     pub(super) fn command(&mut self, parts: &[EdgeOf<'a>]) -> Option<Command> {
         let guard = self.guard(parts);
         let mut combinations: Vec<Vec<&'a Destination>> = vec![Vec::new()];
@@ -47,7 +47,8 @@ impl<'a> Lowering<'a> {
         Some(Command { module: 0, action: None, number: 0, guard: guard?, branches, span: first.span })
     }
 
-    /// Every edge is in its location and its guard holds.
+    /// Returns the guard: every element is in the location of its edge, and the guard of the edge
+    /// holds.
     fn guard(&mut self, parts: &[EdgeOf<'a>]) -> Option<ExprId> {
         let mut conditions = Vec::new();
         for &(instance, edge) in parts {
@@ -87,7 +88,7 @@ impl<'a> Lowering<'a> {
         Some(Branch { probability: probability?.0, updates: updates.into() })
     }
 
-    /// The change of location, if there is one.
+    /// Returns the update of the location, if it changes.
     #[allow(clippy::option_option)]
     fn moved(&mut self, instance: usize, edge: &Edge, to: &Destination) -> Option<Option<(VarId, ExprId)>> {
         self.at(instance, &to.location)?;
@@ -99,8 +100,9 @@ impl<'a> Lowering<'a> {
         Some(Some((variable, self.lowerer.literal(Value::Int(to))?)))
     }
 
-    /// The assignments of all destinations: by index, those of one index at once. Transient variables
-    /// matter only where something is assigned later: what is left are rewards.
+    /// Returns the updates of all destinations. Assignments are ordered by index; those of one
+    /// index are simultaneous. Transient variables matter only if later assignments may read them;
+    /// the others are rewards.
     fn assigned(
         &mut self,
         parts: &[EdgeOf<'a>],
@@ -134,7 +136,7 @@ impl<'a> Lowering<'a> {
         Some(updates)
     }
 
-    /// What an assignment changes.
+    /// Returns the target of an assignment, with its type.
     pub(super) fn slot(&mut self, instance: usize, assignment: &Assignment) -> Option<(Slot, Type)> {
         let name = &assignment.variable;
         match self.meaning(&name.name, Some(instance)) {
@@ -173,7 +175,7 @@ impl<'a> Lowering<'a> {
         Some(())
     }
 
-    /// A number for what functions give after some assignments, and nowhere else.
+    /// Returns a new key for the results of functions evaluated after some assignments.
     fn next_stage(&mut self) -> usize {
         self.stages += 1;
         self.stages

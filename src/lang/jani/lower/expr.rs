@@ -1,4 +1,4 @@
-//! Expressions: names resolved, functions put in, types checked.
+//! Expressions: resolves names, substitutes functions and checks types.
 
 use ahash::AHashMap;
 
@@ -10,18 +10,18 @@ use crate::lang::check::Operand;
 use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
 
-/// How deep calls of functions and values of transient variables may nest.
+/// Maximum nesting of calls of functions and of values of transient variables.
 const MOST_CALLS: usize = 100;
 
 impl<'a> Lowering<'a> {
-    /// A whole expression of a type, with an integer made real where a real is wanted.
+    /// Lowers a whole expression of a given type; an integer is converted if a real is wanted.
     pub(super) fn typed(&mut self, e: &Expr, place: Place<'_>, ty: Type, what: &str) -> Option<ExprId> {
         let id = self.expr(e, place)?;
         let id = self.lowerer.expect_type(id, ty, e.span, what)?;
         self.lowerer.whole(id, e.span)
     }
 
-    /// The value of an expression without variables.
+    /// Returns the value of an expression without variables.
     pub(super) fn constant(&mut self, e: &Expr, place: Place<'_>, ty: Type, what: &str) -> Option<Value> {
         let id = self.typed(e, place, ty, what)?;
         self.lowerer.constant_value(id, e.span, what)
@@ -33,7 +33,7 @@ impl<'a> Lowering<'a> {
             ExprKind::Literal(value) => self.lowerer.literal(*value),
             ExprKind::Name(name) => self.name(name, e.span, place),
             ExprKind::Op(op, operands) => {
-                // All operands are read before giving up, so that several errors are found in a run.
+                // All operands are read before giving up, so several errors are found in a run.
                 let operands: Vec<_> = operands.iter().map(|o| (self.expr(o, place), o.span)).collect();
                 let operands: Option<Vec<Operand>> =
                     operands.into_iter().map(|(id, span)| Some((id?, span))).collect();
@@ -75,7 +75,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// `a op 0`
+    /// Returns `a op 0`.
     fn compared(&mut self, a: Operand, op: BinaryOp) -> Option<ExprId> {
         let zero = self.lowerer.literal(Value::Int(0))?;
         self.lowerer.binary(op, a, (zero, a.1), a.1)
@@ -114,7 +114,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// What a name stands for inside an element of the system, or globally.
+    /// Returns the meaning of a name inside an element of the system, or globally.
     pub(super) fn meaning(&self, name: &str, instance: Option<usize>) -> Option<Meaning> {
         let own = instance.and_then(|i| self.instances[i].level.names.get(name));
         own.or_else(|| self.globals.names.get(name)).map(|m| m.0)
@@ -126,7 +126,8 @@ impl<'a> Lowering<'a> {
         known.filter(|k| crate::lang::check::is_slip(k, name)).min()
     }
 
-    /// The value of a transient variable in a state: what the locations say, else its initial value.
+    /// Returns the value of a transient variable in a state: given by the locations, or else its
+    /// initial value.
     pub(super) fn transient(&mut self, index: usize, span: Span) -> Option<ExprId> {
         match self.transients[index].state {
             Known::Done(id) => return id,
@@ -218,7 +219,7 @@ impl<'a> Lowering<'a> {
         body
     }
 
-    /// Reads a definition inside another one, unless that is too deep.
+    /// Reads a definition inside another one, unless they are nested too deeply.
     fn nested<T>(&mut self, span: Span, read: impl FnOnce(&mut Self) -> Option<T>) -> Option<T> {
         if self.depth >= MOST_CALLS {
             return self.lowerer.fail(span, format!("definitions nest more than {MOST_CALLS} levels deep"));

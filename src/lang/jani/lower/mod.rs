@@ -1,8 +1,9 @@
 //! From the tree to the flat program: names, types, locations, assignments, synchronisation.
 //!
-//! Locations become variables, transient variables what locations say of them, edges commands and
-//! vectors synchronisations. Edges of one vector that depend on each other (they assign one variable,
-//! or one reads what the other has assigned with a smaller index) are multiplied out.
+//! Locations become variables, edges become commands, and vectors become synchronisations. A
+//! transient variable becomes the expression of its values in the locations. Edges of one vector
+//! that depend on each other are multiplied out: they assign the same variable, or one reads a
+//! variable that the other has assigned with a smaller index.
 
 mod declare;
 mod edges;
@@ -28,7 +29,7 @@ use crate::model::{Command, ModelKind, Program, Synchronisation, VarId, Variable
 use crate::progress::ProgressSink;
 use scope::{Declared, Instance, Level, Place, Transient};
 
-/// How many functions are looked through for what they read.
+/// Maximum number of functions searched for the variables that an expression reads.
 const MOST_FUNCTIONS_DEEP: usize = 1_000;
 
 /// The actions of the model, under names of the modelling language.
@@ -50,33 +51,34 @@ impl Actions {
     }
 }
 
-/// What lowering works on.
+/// State of lowering a model.
 struct Lowering<'a> {
     lowerer: Lowerer<'a>,
     model: &'a Model,
-    /// Names of constants and variables, and names of automata.
+    /// Names of constants and variables; `modules` has the names of automata.
     names: Names,
     modules: Names,
     actions: Actions,
     globals: Level<'a>,
     instances: Vec<Instance<'a>>,
-    /// Elements that are multiplied out, with the name of what stands for them.
+    /// Groups of elements that are multiplied out, with the name of the module for each group.
     joint_modules: Vec<(Vec<usize>, String)>,
     variables: Vec<Variable>,
     transients: Vec<Transient<'a>>,
     functions: Vec<Declared<'a>>,
     constant_values: Vec<(String, Value)>,
-    /// Constants that have no value yet, and whether it was told why.
+    /// Constants without a value yet; the flag says that the reason was reported.
     pending: AHashMap<&'a str, bool>,
-    /// Bounds for variables without: whether they were wanted.
+    /// Bounds for unbounded variables; the flag says that they were used.
     bounds: AHashMap<String, (i64, i64, bool)>,
-    /// How bounds are given.
+    /// Name of the option that gives bounds.
     bounds_by: &'a str,
-    /// What functions gave for their arguments, before assignments and after some of them.
+    /// Results of functions by stage, function and arguments; the stage is 0 before all
+    /// assignments.
     called: AHashMap<(usize, usize, Vec<ExprId>), Option<ExprId>>,
     stage: usize,
     stages: usize,
-    /// How many definitions are being read inside each other.
+    /// Number of nested definitions being read.
     depth: usize,
     warnings: Vec<Diagnostic>,
 }
@@ -84,7 +86,7 @@ struct Lowering<'a> {
 /// Flattens a model.
 ///
 /// # Errors
-/// All errors of meaning that could be told apart; a limit.
+/// Returns as many errors of meaning as can be distinguished; a limit.
 pub(super) fn program<'a>(
     model: &'a Model,
     inputs: &Inputs<'a>,
@@ -123,7 +125,7 @@ pub(super) fn program<'a>(
     }
     lowering.lowerer.poll.check()?;
     if !foreign.is_empty() || !lowering.lowerer.diagnostics.is_empty() {
-        // Names and constants come first: without them, what follows would be noise.
+        // Errors in names and constants come first: without these, later errors would be noise.
         foreign.append(&mut lowering.lowerer.diagnostics);
         return Err(Error::Input(foreign));
     }
@@ -169,7 +171,7 @@ impl Lowering<'_> {
         Ok(Checked { program, warnings: self.warnings, ignored_rewards: rewards, properties })
     }
 
-    /// The target of each property that asks for reachability.
+    /// Lowers the targets of the properties that ask for reachability.
     fn properties(&mut self) -> Vec<Property> {
         let mut properties = Vec::new();
         for property in &self.model.properties {
@@ -188,7 +190,7 @@ impl Lowering<'_> {
         properties
     }
 
-    /// Sets of states with names: the targets of properties, and transient Booleans.
+    /// Returns the named state sets: targets of properties, and transient Booleans.
     fn labels(&mut self, properties: &[Property]) -> Vec<(String, ExprId)> {
         let mut labels: Vec<(String, ExprId)> = Vec::new();
         for property in properties {
@@ -201,7 +203,8 @@ impl Lowering<'_> {
             let name = &variable.name.name;
             let known = labels.iter().any(|(n, _)| n == name);
             if variable.ty.ty == Type::Bool && !known && self.transients[index].instance.is_none() {
-                // What has no value, such as one given by two automata, is no error until it is used.
+                // A label without a value, such as one given by two automata, is not an error until
+                // it is used.
                 let told = self.lowerer.diagnostics.len();
                 if let Some(id) = self.transient(index, variable.name.span) {
                     labels.push((name.clone(), id));
@@ -212,7 +215,7 @@ impl Lowering<'_> {
         labels
     }
 
-    /// Global functions without parameters, for targets that use them.
+    /// Returns the global functions without parameters, for targets that use them.
     fn formulas(&mut self) -> Vec<(String, ExprId)> {
         let mut formulas = Vec::new();
         for function in &self.model.functions {
@@ -229,7 +232,7 @@ impl Lowering<'_> {
         formulas
     }
 
-    /// A global variable that one element alone assigns is its own, as far as orders are concerned.
+    /// Assigns a global variable to its only writer, which matters for variable orders.
     fn own(&mut self, commands: &[Command], synchronisations: &[Synchronisation]) {
         let mut writers: AHashMap<VarId, AHashSet<usize>> = AHashMap::new();
         for id in synchronisations.iter().flat_map(|s| s.factors.iter().flatten()) {

@@ -1,4 +1,4 @@
-//! What names stand for: globally, and inside each automaton of the system.
+//! The meaning of names: globally, and inside each automaton of the system.
 
 use ahash::AHashMap;
 
@@ -8,12 +8,12 @@ use crate::model::VarId;
 use crate::model::expr::ExprId;
 use crate::model::value::Type;
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Meaning {
     Constant(ExprId),
     Variable(VarId, Type),
-    /// By its position in [`super::Lowering::transients`].
+    /// Its position in [`super::Lowering::transients`].
     Transient(usize),
 }
 
@@ -21,7 +21,7 @@ pub(super) enum Meaning {
 #[derive(Default)]
 pub(super) struct Level<'a> {
     pub(super) names: AHashMap<&'a str, (Meaning, &'a Ident)>,
-    /// By their position in [`super::Lowering::functions`].
+    /// Positions in [`super::Lowering::functions`].
     pub(super) functions: AHashMap<&'a str, usize>,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Instance<'a> {
     pub(super) automaton: &'a Automaton,
     pub(super) name: String,
     pub(super) level: Level<'a>,
-    /// The variable of its location; none where there is one location only.
+    /// The variable of its location; `None` if there is only one location.
     pub(super) location: Option<VarId>,
     /// The positions of its locations.
     pub(super) locations: AHashMap<&'a str, usize>,
@@ -39,22 +39,22 @@ pub(super) struct Instance<'a> {
 /// A variable whose value follows from the locations.
 pub(super) struct Transient<'a> {
     pub(super) variable: &'a Variable,
-    /// The element that declares it; none for a global one.
+    /// The element that declares it; `None` for a global one.
     pub(super) instance: Option<usize>,
     /// The locations that give it a value: element, location, value.
     pub(super) given: Vec<(usize, &'a Location, &'a Expr)>,
     pub(super) state: Known,
 }
 
-/// A function with where it is declared.
+/// A function with its declaring element.
 pub(super) struct Declared<'a> {
     pub(super) function: &'a Function,
     pub(super) instance: Option<usize>,
-    /// It is being read.
+    /// True while it is being read.
     pub(super) is_open: bool,
 }
 
-/// How far a definition has been read.
+/// Reading state of a definition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Known {
     New,
@@ -62,26 +62,26 @@ pub(super) enum Known {
     Done(Option<ExprId>),
 }
 
-/// A variable, transient or not, as something that assignments change.
+/// A variable, transient or not, as the target of assignments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) enum Slot {
     Variable(VarId),
     Transient(usize),
 }
 
-/// Where an expression is read.
+/// Context of an expression.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Place<'c> {
-    /// Whose names are known besides the global ones.
+    /// Element whose names are known in addition to the global ones.
     pub(super) instance: Option<usize>,
     /// The values of parameters.
     pub(super) parameters: Option<&'c AHashMap<&'c str, ExprId>>,
-    /// Values that assignments of smaller index have given.
+    /// Values after assignments of smaller index.
     pub(super) current: Option<&'c AHashMap<Slot, ExprId>>,
 }
 
 impl Place<'_> {
-    /// Among the names of an element of the system.
+    /// Returns the context of an element of the system.
     pub(super) fn of(instance: usize) -> Self {
         Place { instance: Some(instance), ..Place::default() }
     }

@@ -1,4 +1,4 @@
-//! What moves together: synchronisation vectors, and edges that act alone.
+//! Synchronisation: vectors, and edges that are executed alone.
 
 use ahash::{AHashMap, AHashSet};
 
@@ -9,26 +9,27 @@ use super::scope::{Meaning, Slot};
 use crate::lang::ast::Ident;
 use crate::model::{Command, CommandId, Synchronisation};
 
-/// Edges that cannot be commands of their own are multiplied out, up to so many.
+/// Maximum number of commands when edges are multiplied out.
 const MOST_JOINT: usize = 100_000;
 
-/// A vector: which elements move, by which of their actions.
+/// A vector with its elements, each with its action.
 struct Move<'a> {
     vector: &'a Vector,
-    /// Elements that move with edges of their own; several where these depend on each other.
+    /// Groups of elements with their actions; several elements are in one group if their edges
+    /// depend on each other.
     groups: Vec<Vec<(usize, &'a str)>>,
 }
 
-/// What the edges of one element with one action assign and read.
+/// Targets that the edges of one element with one action assign, and those that they read.
 #[derive(Default)]
 struct Effect {
-    /// What is assigned, each with the smallest index.
+    /// Assigned targets, each with the smallest index.
     writes: AHashMap<Slot, i64>,
-    /// What is read by assignments, each with the largest index.
+    /// Targets read by assignments, each with the largest index.
     reads: AHashMap<Slot, i64>,
 }
 
-/// Commands by the edges they are made of.
+/// Commands by the edges that they are made of.
 #[derive(Default)]
 struct Made {
     commands: Vec<Option<Command>>,
@@ -37,7 +38,7 @@ struct Made {
 }
 
 impl<'a> Lowering<'a> {
-    /// The elements of the system.
+    /// Returns the elements of the system.
     pub(super) fn elements(&mut self) -> Vec<&'a Automaton> {
         let (model, mut elements) = (self.model, Vec::new());
         let mut known: AHashMap<&str, &'a Automaton> = AHashMap::new();
@@ -63,7 +64,7 @@ impl<'a> Lowering<'a> {
         elements
     }
 
-    /// All commands, and what may happen in a step.
+    /// Returns all commands, and the synchronisations of the model.
     pub(super) fn moves(&mut self) -> Option<(Vec<Command>, Vec<Synchronisation>)> {
         let moves = self.vectors()?;
         let free = self.free();
@@ -87,7 +88,8 @@ impl<'a> Lowering<'a> {
         self.lowerer.diagnostics.is_empty().then_some((commands, synchronisations))
     }
 
-    /// The actions that need no vector: those of the only element of a system that leaves vectors out.
+    /// Returns the actions that need no vector: those of the only element of a system without
+    /// vectors.
     fn free(&self) -> Vec<&'a str> {
         let mut actions: Vec<&'a str> = Vec::new();
         if let (None, [alone]) = (&self.model.system.vectors, self.instances.as_slice()) {
@@ -100,7 +102,7 @@ impl<'a> Lowering<'a> {
         actions
     }
 
-    /// The vectors with their elements in groups.
+    /// Returns the vectors with their elements in groups.
     fn vectors(&mut self) -> Option<Vec<Move<'a>>> {
         let model = self.model;
         let mut moves = Vec::new();
@@ -124,8 +126,8 @@ impl<'a> Lowering<'a> {
         Some(moves)
     }
 
-    /// Elements that must be multiplied out: both assign one variable, or one reads what the other has
-    /// assigned with a smaller index.
+    /// Groups the elements that must be multiplied out: both assign one variable, or one reads a
+    /// variable that the other has assigned with a smaller index.
     fn groups(&mut self, members: &[(usize, &'a str)]) -> Option<Vec<Vec<(usize, &'a str)>>> {
         let mut effects = Vec::new();
         for &(instance, action) in members {
@@ -161,7 +163,7 @@ impl<'a> Lowering<'a> {
         Some(effect)
     }
 
-    /// What an expression may read, by way of functions too.
+    /// Collects the variables that an expression may read, also through functions.
     fn read(
         &self,
         e: &'a Expr,
@@ -191,7 +193,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Commands for the edges of one element that move by themselves or as one participant.
+    /// Makes commands for the edges of one element that are executed alone or as one participant.
     fn alone(&mut self, instance: usize, used: &AHashSet<(usize, &str)>, made: &mut Made) {
         for (index, edge) in self.instances[instance].automaton.edges.iter().enumerate() {
             let action = edge.action.as_ref().map(|a| self.actions.add(&a.name));
@@ -211,7 +213,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// The edges without an action, element by element.
+    /// Returns the synchronisations of edges without an action, one per element.
     fn silent(&self, made: &Made) -> Vec<Synchronisation> {
         let of = |i: usize| self.singles(i, None, made);
         let all = (0..self.instances.len()).map(of).filter(|f| !f.is_empty());
@@ -224,7 +226,8 @@ impl<'a> Lowering<'a> {
         own.filter_map(|(index, _)| made.single.get(&(instance, index)).copied()).collect()
     }
 
-    /// What a vector does; nothing where some element has no edge with its action.
+    /// Returns the synchronisation of a vector; `Some(None)` if some element has no edge with its
+    /// action.
     fn together(&mut self, moving: &Move<'a>, made: &mut Made) -> Option<Option<Synchronisation>> {
         let action = moving.vector.result.as_ref().map(|r| self.actions.add(&r.name));
         let mut factors = Vec::new();
@@ -238,7 +241,7 @@ impl<'a> Lowering<'a> {
         Some(factors.iter().all(|f| !f.is_empty()).then_some(Synchronisation { action, factors }))
     }
 
-    /// Commands for all combinations of edges of several elements, as those of a module of its own.
+    /// Makes commands for all combinations of edges of several elements, in a module for the group.
     fn joint(
         &mut self,
         members: &[(usize, &'a str)],
@@ -274,7 +277,7 @@ impl<'a> Lowering<'a> {
         Some(factor)
     }
 
-    /// The module that stands for several elements as one.
+    /// Returns the module that represents several elements.
     fn joint_module(&mut self, members: &[(usize, &str)]) -> usize {
         let instances: Vec<usize> = members.iter().map(|m| m.0).collect();
         if let Some(at) = self.joint_modules.iter().position(|(of, _)| *of == instances) {
@@ -286,7 +289,7 @@ impl<'a> Lowering<'a> {
         self.instances.len() + self.joint_modules.len() - 1
     }
 
-    /// Every action is declared; an action that stands in no vector never happens.
+    /// Checks that every action is declared; warns of an action in no vector, which never happens.
     fn check_actions(&mut self, moves: &[Move<'a>], free: &[&str]) {
         let model = self.model;
         let declared: AHashSet<&str> = model.actions.iter().map(|a| a.name.as_str()).collect();
@@ -320,20 +323,20 @@ impl<'a> Lowering<'a> {
 }
 
 impl Effect {
-    /// Whether the two cannot be carried out apart.
+    /// Returns true if the edges cannot be separate commands.
     fn meets(&self, other: &Effect) -> bool {
         let both =
             |(slot, _): (&Slot, &i64)| matches!(slot, Slot::Variable(_)) && other.writes.contains_key(slot);
         self.writes.iter().any(both) || self.feeds(other) || other.feeds(self)
     }
 
-    /// Whether the other reads what this has assigned before.
+    /// Returns true if the other one reads a variable that this one has assigned before.
     fn feeds(&self, other: &Effect) -> bool {
         other.reads.iter().any(|(slot, last)| self.writes.get(slot).is_some_and(|first| first < last))
     }
 }
 
-/// The edges of an automaton with an action, or without one.
+/// Returns the edges of an automaton with an action, or without one.
 fn edges<'a>(automaton: &'a Automaton, action: Option<&str>) -> impl Iterator<Item = &'a Edge> {
     automaton.edges.iter().filter(move |e| e.action.as_ref().map(|a| a.name.as_str()) == action)
 }

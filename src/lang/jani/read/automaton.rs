@@ -6,7 +6,7 @@ use super::reader::{Object, Reader};
 use crate::lang::ast::Ident;
 
 impl<'a> Reader<'a> {
-    /// An automaton.
+    /// Reads an automaton.
     pub(super) fn automaton(&mut self, node: Node<'a>) -> Option<Automaton> {
         let keys = &[
             "name",
@@ -42,7 +42,7 @@ impl<'a> Reader<'a> {
         Some(automaton)
     }
 
-    /// The items under a key that must be there.
+    /// Reads the items under a required key.
     fn all<T>(
         &mut self,
         object: &Object<'a>,
@@ -116,7 +116,7 @@ impl<'a> Reader<'a> {
         Some(Assignment { variable, value, index: index? })
     }
 
-    /// `"ref"` and `"value"`
+    /// Reads `"ref"` and `"value"`.
     fn assigned(&mut self, object: &Object<'a>, what: &str) -> Option<(Ident, Expr)> {
         let target = self.required(object, what, "ref");
         let value = self.operand(object, what, "value");

@@ -6,7 +6,7 @@ use super::reader::{Object, Reader, Value};
 use crate::lang::ast::{BinaryOp, Ident};
 use crate::model::value;
 
-/// What stands for operators, as the format names them.
+/// Binary operators by their names in the format.
 const BINARY: &[(&str, BinaryOp)] = &[
     ("∧", BinaryOp::And),
     ("∨", BinaryOp::Or),
@@ -23,11 +23,11 @@ const BINARY: &[(&str, BinaryOp)] = &[
     ("/", BinaryOp::Div),
 ];
 
-/// Functions of two and of one operand that the modelling language has too.
+/// Functions of two operands and of one operand that the modelling language also has.
 const TWO: &[(&str, &str)] = &[("min", "min"), ("max", "max"), ("%", "mod"), ("pow", "pow"), ("log", "log")];
 const ONE: &[(&str, &str)] = &[("floor", "floor"), ("ceil", "ceil")];
 
-/// Operators of features that are not supported, with the features.
+/// Operators of unsupported features, with the features.
 const REFUSED: &[(&str, &str)] = &[
     ("aa", "arrays"),
     ("av", "arrays"),
@@ -61,7 +61,7 @@ fn find<T: Copy>(table: &[(&str, T)], name: &str) -> Option<T> {
 }
 
 impl<'a> Reader<'a> {
-    /// An expression.
+    /// Reads an expression.
     pub(super) fn expression(&mut self, node: Node<'a>) -> Option<Expr> {
         let span = node.span();
         let kind = match self.any(node)? {
@@ -73,20 +73,20 @@ impl<'a> Reader<'a> {
         Some(Expr { kind, span })
     }
 
-    /// An expression under a key that must be there.
+    /// Reads an expression under a required key.
     pub(super) fn operand(&mut self, object: &Object<'a>, what: &str, key: &str) -> Option<Expr> {
         let node = self.required(object, what, key)?;
         self.expression(node)
     }
 
-    /// `{"exp": …}` as the format wraps guards, probabilities and restrictions.
+    /// Reads `{"exp": …}`, the form of guards, probabilities and restrictions.
     pub(super) fn wrapped(&mut self, node: Option<Node<'a>>, what: &str) -> Option<Option<Expr>> {
         let Some(node) = node else { return Some(None) };
         let object = self.object(node, what, &["exp"])?;
         self.operand(&object, what, "exp").map(Some)
     }
 
-    /// A number without a point or an exponent is an integer.
+    /// Reads a number; without a point or an exponent it is an integer.
     fn number(&mut self, node: Node<'a>, text: &str) -> Option<value::Value> {
         if text.contains(['.', 'e', 'E']) {
             match text.parse::<f64>() {
@@ -130,7 +130,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `{"constant": "e"}` and `{"constant": "π"}`
+    /// Reads `{"constant": "e"}` or `{"constant": "π"}`.
     fn constant(&mut self, object: &Object<'a>) -> Option<ExprKind> {
         self.known(object, "a constant of mathematics", &["constant"])?;
         let name = self.named(object, "an expression", "constant")?;
@@ -142,7 +142,7 @@ impl<'a> Reader<'a> {
         Some(ExprKind::Literal(value::Value::Real(value)))
     }
 
-    /// `left op right`; operands of nested `∧`, and of nested `∨`, become one row.
+    /// Reads `left op right`; nested `∧`, and nested `∨`, are flattened.
     fn row(&mut self, object: &Object<'a>, op: &Ident, binary: BinaryOp) -> Option<ExprKind> {
         let associative = matches!(binary, BinaryOp::And | BinaryOp::Or);
         let mut operands = Vec::new();

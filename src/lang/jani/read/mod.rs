@@ -1,4 +1,4 @@
-//! From the text to the tree: the shape of the document, several errors a run.
+//! From the text to the tree: checks the shape of the document, and reports several errors per run.
 
 mod automaton;
 mod expr;
@@ -15,7 +15,7 @@ use crate::model::value::Type;
 use crate::progress::ProgressSink;
 use reader::{Object, Reader, Value};
 
-/// Features that change nothing here, or are supported.
+/// Features that are supported, or have no effect here.
 const SUPPORTED: &[&str] = &[
     "derived-operators",
     "functions",
@@ -26,10 +26,10 @@ const SUPPORTED: &[&str] = &[
     "x-momba-operators",
 ];
 
-/// Reads the tree of a model.
+/// Parses the tree of a model.
 ///
 /// # Errors
-/// What is no JSON, and whatever of it is no model, or asks for something that is not supported.
+/// The text is not JSON, is not a model, or uses unsupported constructs.
 pub(super) fn model(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Result<Model> {
     let mut reader = Reader::new(source, sink);
     let document = reader.document();
@@ -111,7 +111,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Refuses features by name where they occur; those that only name operators, at the operators.
+    /// Refuses unsupported features by name; features that only add operators are refused at the
+    /// operators.
     fn features(&mut self, object: &Object<'a>) {
         let names = self.items(object.get("features"), "the features", |r, n| r.name(n, "a feature"));
         for feature in names.unwrap_or_default() {
@@ -169,7 +170,7 @@ impl<'a> Reader<'a> {
         Some(Function { name: name?, ty: ty?, parameters: parameters?, body: body? })
     }
 
-    /// `"bool"`, `"int"`, `"real"` or a bounded one of the last two.
+    /// Reads `"bool"`, `"int"`, `"real"`, or a bounded type of the last two.
     fn type_of(&mut self, node: Node<'a>) -> Option<TypeOf> {
         let span = node.span();
         let plain = |ty| TypeOf { ty, low: None, high: None, span };
@@ -247,7 +248,7 @@ impl<'a> Reader<'a> {
         Some(Vector { actions: actions?, result: result?, span: node.span() })
     }
 
-    /// An action, or `null`.
+    /// Reads an action, or `null`.
     fn place(&mut self, node: Node<'a>) -> Option<Option<Ident>> {
         if self.is_null(node) { Some(None) } else { self.name(node, "an action or null").map(Some) }
     }

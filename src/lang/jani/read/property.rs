@@ -1,4 +1,5 @@
-//! Properties: those that ask for the probability to reach a set of states, and why others do not.
+//! Properties: those that ask for the probability to reach a state set, and reasons against the
+//! others.
 
 use super::super::ast::{Expr, ExprKind, Property, Reach};
 use super::super::json::Node;
@@ -7,13 +8,13 @@ use crate::lang::ast::BinaryOp;
 use crate::lang::property::{self, Extreme};
 use crate::model::value;
 
-/// What a property asks; where it is well-formed but no reachability, the reason.
+/// The question of a property, or the reason why a well-formed property is not a reachability.
 type Asks<T> = Option<Result<T, String>>;
 
 const NO_REACHABILITY: &str = "it does not ask for the probability to reach a set of states";
 
 impl<'a> Reader<'a> {
-    /// A property.
+    /// Reads a property.
     pub(super) fn property(&mut self, node: Node<'a>) -> Option<Property> {
         let object = self.object(node, "a property", &["name", "expression"])?;
         let name = self.named(&object, "a property", "name");
@@ -40,7 +41,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `Pmax ≥ 1` and its kin.
+    /// Reads a comparison such as `Pmax ≥ 1`.
     fn comparison(&mut self, object: &Object<'a>, op: &str) -> Asks<Reach> {
         let left = self.required(object, "a comparison", "left")?;
         let right = self.required(object, "a comparison", "right")?;
@@ -68,7 +69,7 @@ impl<'a> Reader<'a> {
         Some(self.path(&inner)?.map(|target| Reach { target, compared }))
     }
 
-    /// The target of `F e` and of `true U e`.
+    /// Reads the target of `F e` or `true U e`.
     fn path(&mut self, object: &Object<'a>) -> Asks<Expr> {
         let path = self.required(object, "a property", "exp")?;
         let Value::Object(path) = self.any(path)? else { return Some(Err(NO_REACHABILITY.to_owned())) };
@@ -96,7 +97,7 @@ impl<'a> Reader<'a> {
         self.expression(target).map(Ok)
     }
 
-    /// Whether a formula has an operator of temporal logic at its top or in what it joins.
+    /// Returns true if a formula has a temporal operator at its top or below Boolean operators.
     fn is_temporal(&mut self, node: Node<'a>) -> Option<bool> {
         let Value::Object(object) = self.any(node)? else { return Some(false) };
         let Some(op) = object.get("op") else { return Some(false) };

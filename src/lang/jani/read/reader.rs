@@ -1,4 +1,4 @@
-//! What reading works with: objects whose keys are known, and errors that are collected.
+//! Tools of the reader: objects with checked keys, and a list of errors.
 
 use std::sync::Arc;
 
@@ -9,11 +9,11 @@ use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use crate::lang::ast::{Ident, Span};
 use crate::progress::{Poll, ProgressSink};
 
-/// After this many errors the rest is not reported.
+/// Maximum number of errors reported.
 const MAX_ERRORS: usize = 20;
-/// Bytes of a document: each level of it is read again for the next one.
+/// Maximum size of a document in bytes: each level of it is parsed again for the next one.
 const MOST_BYTES: usize = 64 << 20;
-/// Values of a document: more are refused.
+/// Maximum number of values of a document.
 const MOST_VALUES: usize = 1 << 24;
 
 pub(super) struct Reader<'a> {
@@ -21,28 +21,28 @@ pub(super) struct Reader<'a> {
     diagnostics: Vec<Diagnostic>,
     poll: Poll<'a>,
     values: usize,
-    /// The document was found to be too large, and that was reported.
+    /// True if the document was found to be too large, which has been reported.
     is_full: bool,
 }
 
-/// An object, each of its keys once.
+/// An object with distinct keys.
 pub(super) struct Object<'a> {
     pub(super) span: Span,
     members: Vec<Member<'a>>,
 }
 
 impl<'a> Object<'a> {
-    /// The value of a key.
+    /// Returns the value of a key.
     pub(super) fn get(&self, key: &str) -> Option<Node<'a>> {
         self.members.iter().find(|m| m.key == key).map(|m| m.value)
     }
 
-    /// Where a key stands.
+    /// Returns the place of a key.
     pub(super) fn key_span(&self, key: &str) -> Span {
         self.members.iter().find(|m| m.key == key).map_or(self.span, |m| m.key_span)
     }
 
-    /// Where the object begins.
+    /// Returns the place of the first character of the object.
     pub(super) fn start(&self) -> Span {
         Span::new(self.span.start(), self.span.start() + 1)
     }
@@ -53,7 +53,7 @@ impl<'a> Reader<'a> {
         Reader { source, diagnostics: Vec::new(), poll: Poll::new(sink), values: 0, is_full: false }
     }
 
-    /// The whole document.
+    /// Returns the whole document.
     pub(super) fn document(&mut self) -> Option<Node<'a>> {
         if self.source.text.len() > MOST_BYTES {
             let message = format!("the document has more than {} MiB", MOST_BYTES >> 20);
@@ -65,7 +65,10 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What was read, unless something was wrong.
+    /// Returns the result, unless there were errors.
+    ///
+    /// # Errors
+    /// The recorded errors; a limit.
     pub(super) fn finish<T>(self, read: Option<T>) -> Result<T> {
         self.poll.check()?;
         match read {
@@ -84,14 +87,14 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reports, and gives up on what is at hand.
+    /// Reports an error and gives up the current value.
     pub(super) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
         let diagnostic = self.wrong(span, message);
         self.report(diagnostic);
         None
     }
 
-    /// Refuses something by its name.
+    /// Refuses an unsupported construct by its name.
     pub(super) fn unsupported<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
         let diagnostic = self.wrong(span, message).severity(Severity::Unsupported).label("not supported");
         self.report(diagnostic);
@@ -138,7 +141,7 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// What any value is; for values that may be of several kinds.
+    /// Returns the form of a value that may be of several kinds.
     pub(super) fn any(&mut self, node: Node<'a>) -> Option<Value<'a>> {
         Some(match self.shape(node)? {
             Shape::Bool(b) => Value::Bool(b),
@@ -151,7 +154,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// An object that may have the keys given, besides `comment`.
+    /// Reads an object that may have the given keys, `comment`, and keys that start with `x-`.
     pub(super) fn object(&mut self, node: Node<'a>, what: &str, keys: &[&str]) -> Option<Object<'a>> {
         match self.shape(node)? {
             Shape::Object(members) => {
@@ -183,7 +186,7 @@ impl<'a> Reader<'a> {
         Some(Object { span: node.span(), members })
     }
 
-    /// Refuses keys that are not known: what is misspelt would silently be left out.
+    /// Refuses unknown keys, since a misspelt one would silently have no effect.
     pub(super) fn known(&mut self, object: &Object<'a>, what: &str, keys: &[&str]) -> Option<()> {
         let mut good = Some(());
         for member in &object.members {
@@ -199,7 +202,7 @@ impl<'a> Reader<'a> {
         good
     }
 
-    /// The value of a key that must be there.
+    /// Returns the value of a required key.
     pub(super) fn required(&mut self, object: &Object<'a>, what: &str, key: &str) -> Option<Node<'a>> {
         match object.get(key) {
             Some(node) => Some(node),
@@ -214,7 +217,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads every item of an array, all of them before giving up; none where the array is left out.
+    /// Reads every item of an array, all of them before giving up; without an array there are no
+    /// items.
     pub(super) fn items<T>(
         &mut self,
         node: Option<Node<'a>>,
@@ -226,7 +230,7 @@ impl<'a> Reader<'a> {
         items.into_iter().collect()
     }
 
-    /// A string, as a name at its place.
+    /// Reads a string as a name with its place.
     pub(super) fn name(&mut self, node: Node<'a>, what: &str) -> Option<Ident> {
         match self.shape(node)? {
             Shape::Text(name) => Some(Ident { name, span: node.span() }),
@@ -234,7 +238,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The name under a key that must be there.
+    /// Reads the name under a required key.
     pub(super) fn named(&mut self, object: &Object<'a>, what: &str, key: &str) -> Option<Ident> {
         let node = self.required(object, what, key)?;
         self.name(node, &format!("the \"{key}\" of {what}"))
@@ -254,13 +258,13 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Whether a value is `null`.
+    /// Returns true if a value is `null`.
     pub(super) fn is_null(&mut self, node: Node<'a>) -> bool {
         matches!(self.shape(node), Some(Shape::Null))
     }
 }
 
-/// A value that is no array and not `null`.
+/// A value other than an array or `null`.
 pub(super) enum Value<'a> {
     Bool(bool),
     Number(&'a str),
@@ -268,7 +272,7 @@ pub(super) enum Value<'a> {
     Object(Object<'a>),
 }
 
-/// The beginning of a place: a whole automaton would not help.
+/// Returns at most the first 40 bytes of a place: a whole automaton would not help.
 fn brief(span: Span) -> Span {
     Span::new(span.start(), span.end().min(span.start() + 40))
 }
