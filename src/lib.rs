@@ -69,6 +69,7 @@
 //! # }
 //! ```
 
+mod automata;
 pub mod certify;
 pub mod diagnostic;
 pub mod dump;

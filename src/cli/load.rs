@@ -10,7 +10,7 @@ use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
 use meliora::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora::lang::ast::Span;
-use meliora::lang::ltl::{Formula, Watching};
+use meliora::lang::ltl::{Formula, Monitoring};
 use meliora::lang::named::{self, Property};
 use meliora::lang::property::{Bound, Strategies};
 use meliora::lang::{self, Given};
@@ -239,7 +239,7 @@ pub(super) fn goal(
         return Ok(Goal::Target(lang::lower_part(program, source, *target)?));
     }
     let mut watched = program.clone();
-    let mut watching = Watching::new(&mut watched);
+    let mut watching = Monitoring::new(&mut watched);
     let condition = watching.watch(source, formula, "property")?;
     let fresh = watching.finish(Begin::Everywhere)?;
     Ok(Goal::Formula(Watched { program: Arc::new(watched), condition, fresh }))

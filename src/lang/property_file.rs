@@ -14,7 +14,7 @@ use super::property::property_at;
 use super::valuation::Binding;
 use super::{lower_part, parse_constants};
 use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
-use crate::lang::ltl::Watching;
+use crate::lang::ltl::Monitoring;
 use crate::lang::property::Property;
 use crate::model::Program;
 use crate::model::value::{Type, Value};
@@ -190,7 +190,7 @@ impl File<'_> {
 fn known(program: &mut Program, source: &Arc<SourceFile>, property: &Property) -> Result<()> {
     match property.formula.reachability() {
         Some(target) => lower_part(program, source, *target).map(|_| ()),
-        None => Watching::new(program).watch(source, &property.formula, "property").map(|_| ()),
+        None => Monitoring::new(program).watch(source, &property.formula, "property").map(|_| ()),
     }
 }
 

@@ -7,7 +7,7 @@ use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
-use meliora::lang::ltl::{Watching, parse_formula};
+use meliora::lang::ltl::{Monitoring, parse_formula};
 use meliora::model::Program;
 use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Begin, Condition};
@@ -168,7 +168,7 @@ fn counts<E: Engine>(engine: &E, condition: &Condition, start: &E::States) -> [S
 /// fragment.
 fn answers(mut program: Program, formula: &str, initial: bool) -> Option<[[String; 4]; 2]> {
     let source = SourceFile::new("formula", formula);
-    let mut watching = Watching::new(&mut program);
+    let mut watching = Monitoring::new(&mut program);
     let condition = watching.watch(&source, &parse_formula(&source).unwrap(), "w").ok()?;
     watching.finish(Begin::Everywhere).unwrap();
     let (symbolic, explicit) = engines(program);

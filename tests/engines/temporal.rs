@@ -7,7 +7,7 @@ use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang::load_preferences;
-use meliora::lang::ltl::{Watching, parse_formula};
+use meliora::lang::ltl::{Monitoring, parse_formula};
 use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{Program, State};
@@ -99,7 +99,7 @@ fn case(numbers: &[u16], predicates: &[Vec<u16>; 2], formula: &str, begin: Begin
     }
     let source = SourceFile::new("formula", formula);
     let formula = parse_formula(&source).unwrap();
-    let mut watching = Watching::new(&mut program);
+    let mut watching = Monitoring::new(&mut program);
     let condition = watching.watch(&source, &formula, "w").ok()?;
     watching.finish(begin).unwrap();
     Some(Case { program, condition })

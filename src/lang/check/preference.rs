@@ -8,7 +8,7 @@ use super::limits::{MAX_ERRORS, MOST_OBJECTIVES, MOST_PAIRS};
 use super::target::lower_part;
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang::ast::{Ident, Span};
-use crate::lang::ltl::Watching;
+use crate::lang::ltl::Monitoring;
 use crate::lang::pref::{self, Chain};
 use crate::model::Program;
 use crate::model::preference::{
@@ -39,7 +39,7 @@ pub fn lower_preferences(
     let objectives = match history {
         History::State => checker.objectives(tree, &mut Plain { program })?,
         History::Play => {
-            let mut watching = Watching::new(program);
+            let mut watching = Monitoring::new(program);
             let objectives = checker.objectives(tree, &mut watching)?;
             if checker.diagnostics.is_empty() {
                 watching.finish(Begin::Initially)?;
@@ -100,7 +100,7 @@ impl Goals for Plain<'_> {
     }
 }
 
-impl Goals for Watching<'_> {
+impl Goals for Monitoring<'_> {
     fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal> {
         let condition = self.watch(source, &objective.formula, &objective.name.name)?;
         let monitor = self.states_of(&condition);

@@ -12,11 +12,10 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use ahash::AHashMap;
 
-use super::leaves::{Tree, leaves};
-use super::monitor::Monitor;
-use super::normal::{Normal, Normaliser};
+use super::normaliser::Normaliser;
 use super::words::{Atoms, made, state};
 use super::{Formula, FormulaKind, Steps};
+use crate::automata::{Monitor, Normal, Tree, leaves};
 use crate::model::expr::ExprId;
 use crate::model::temporal::Asks;
 use crate::model::value::Value;

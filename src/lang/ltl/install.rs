@@ -5,10 +5,9 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::Formula;
-use super::leaves::{Refused, Tree, leaves};
-use super::monitor::{Decision, Monitor};
-use super::normal::{Form, Meaning, Normal, Normaliser};
+use super::normaliser::{Meaning, Normaliser};
 use super::wording::wording;
+use crate::automata::{Decision, Form, Monitor, Normal, Refused, Tree, leaves};
 use crate::error::{Diagnostic, Limit, Result, Severity, SourceFile};
 use crate::lang::ast::{Expr, ExprKind, Span};
 use crate::lang::check::{lower_part, lower_target, lower_value};
@@ -26,7 +25,7 @@ const FRAGMENT: &str = "supported are `&`, `|`, `!`, `=>`, `<=>` over formulas t
     G of a co-safe one, or F of a safe one";
 
 /// A program to which monitors are being added.
-pub struct Watching<'p> {
+pub struct Monitoring<'p> {
     program: &'p mut Program,
     installed: Vec<Installed>,
     texts: AHashMap<(ExprId, bool), String>,
@@ -42,10 +41,10 @@ struct Installed {
     words: Vec<String>,
 }
 
-impl<'p> Watching<'p> {
+impl<'p> Monitoring<'p> {
     /// Starts without monitors.
     pub fn new(program: &'p mut Program) -> Self {
-        Watching { program, installed: Vec::new(), texts: AHashMap::new() }
+        Monitoring { program, installed: Vec::new(), texts: AHashMap::new() }
     }
 
     /// Returns the condition of a formula, and adds the monitors that it needs; they are called
@@ -130,7 +129,7 @@ impl<'p> Watching<'p> {
     /// # Errors
     /// The condition for deadlocks cannot be built, which does not happen for a finished program.
     pub fn finish(self, begin: Begin) -> Result<ExprId> {
-        let Watching { program, installed, .. } = self;
+        let Monitoring { program, installed, .. } = self;
         let deadlock = deadlock(program)?;
         let mut names = Names::default();
         program.variables.iter().for_each(|v| drop(names.add(&v.name)));

@@ -1,28 +1,22 @@
 //! Temporal formulas: linear temporal logic in PRISM's syntax, and the monitors that evaluate it.
 //!
-//! A formula is read ([`parse_formula`]), brought into negation normal form (`normal`) and divided
-//! into leaves under `&` and `|` (`leaves`). Each leaf is co-safe, safe, a recurrence or a
-//! persistence, and has a deterministic monitor (`progress`, `monitor`, `minimal`). The monitor
-//! becomes a variable of the flat program (`install`), and the formula becomes a
-//! [`crate::model::temporal::Condition`] on states.
+//! A formula is read ([`parse_formula`]), brought into negation normal form (`normaliser`) and divided
+//! into leaves, each with a deterministic monitor (`crate::automata`). The monitor becomes a variable
+//! of the flat program (`install`), and the formula becomes a [`crate::model::temporal::Condition`]
+//! on states.
 
 #[cfg(test)]
 mod enumeration;
-mod functions;
 mod install;
-mod leaves;
-mod minimal;
-mod monitor;
-mod normal;
+mod normaliser;
 mod parse;
-mod progress;
 mod wording;
 #[cfg(test)]
 mod words;
 
 use super::ast::{Expr, Span};
 
-pub use install::Watching;
+pub use install::Monitoring;
 pub use parse::parse_formula;
 
 /// A temporal formula with its place. `E` is a state formula: a tree, or only its place in the

@@ -3,8 +3,7 @@
 use ahash::AHashMap;
 
 use super::install::text_of;
-use super::minimal::{Settled, steps};
-use super::monitor::{Decision, DecisionId, Monitor};
+use crate::automata::{Decision, DecisionId, Monitor, Settled, steps};
 use crate::model::expr::ExprId;
 use crate::model::temporal::Asks;
 

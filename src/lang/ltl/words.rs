@@ -4,10 +4,9 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::leaves::{Tree, leaves};
-use super::monitor::Monitor;
-use super::normal::{Form, Meaning, Normal, Normaliser};
+use super::normaliser::{Meaning, Normaliser};
 use super::{Formula, FormulaKind, Steps};
+use crate::automata::{Form, Monitor, Normal, Tree, leaves};
 use crate::error::{Result, SourceFile};
 use crate::lang::ast::{Expr, ExprKind, Span};
 use crate::lang::parse::Parser;

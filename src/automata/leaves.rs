@@ -6,12 +6,12 @@
 //! - X moves inwards, and vanishes before `G F φ`.
 
 use super::normal::{Form, Normal, Window};
-use crate::lang::ast::Span;
 use crate::model::temporal::Asks;
+use crate::span::Span;
 
 /// Leaves under `&` and `|`.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Tree {
+pub(crate) enum Tree {
     Constant(bool),
     /// The kind of condition, with the co-safe formula that its monitor evaluates.
     Leaf(Asks, Normal),
@@ -21,16 +21,16 @@ pub(super) enum Tree {
 
 /// A part outside of the four kinds of leaves.
 #[derive(Debug)]
-pub(super) struct Refused {
-    pub(super) span: Span,
-    pub(super) why: &'static str,
+pub(crate) struct Refused {
+    pub(crate) span: Span,
+    pub(crate) why: &'static str,
 }
 
 /// Divides a normal form into leaves.
 ///
 /// # Errors
 /// Returns the first part outside of the supported fragment.
-pub(super) fn leaves(n: &Normal) -> Result<Tree, Refused> {
+pub(crate) fn leaves(n: &Normal) -> Result<Tree, Refused> {
     let divided = match &n.form {
         Form::Constant(value) => return Ok(Tree::Constant(*value)),
         // A disjunction of co-safe parts, or a conjunction of safe ones, gets a single monitor,

@@ -12,7 +12,7 @@ type Steps = Vec<Vec<(usize, bool)>>;
 
 /// Returns the same monitor with equivalent states merged; the states left are numbered from the
 /// first.
-pub(super) fn minimal(monitor: &Monitor) -> Monitor {
+pub(crate) fn minimal(monitor: &Monitor) -> Monitor {
     let settled = Settled::of(&steps(monitor));
     let (never, surely) = (monitor.states.len(), monitor.states.len() + 1);
     let redirect = |next: usize, mark: bool| match () {
@@ -50,7 +50,7 @@ fn rebuilt(
     monitor.states.iter().map(|&s| made[s]).collect()
 }
 
-pub(super) fn steps(monitor: &Monitor) -> Steps {
+pub(crate) fn steps(monitor: &Monitor) -> Steps {
     let mut ends: Vec<Vec<(usize, bool)>> = Vec::with_capacity(monitor.decisions.all.len());
     for decision in &monitor.decisions.all {
         let mut own = match *decision {
@@ -65,15 +65,15 @@ pub(super) fn steps(monitor: &Monitor) -> Steps {
 }
 
 /// States for which the future input no longer matters.
-pub(super) struct Settled {
+pub(crate) struct Settled {
     /// True if no path from the state is marked infinitely often.
-    pub(super) never: Vec<bool>,
+    pub(crate) never: Vec<bool>,
     /// True if every path from the state is marked infinitely often.
-    pub(super) surely: Vec<bool>,
+    pub(crate) surely: Vec<bool>,
 }
 
 impl Settled {
-    pub(super) fn of(steps: &Steps) -> Self {
+    pub(crate) fn of(steps: &Steps) -> Self {
         // νY. μX. pre(X) ∪ { s : a marked step into Y }.
         let mut again = vec![true; steps.len()];
         loop {

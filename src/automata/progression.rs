@@ -12,7 +12,7 @@ use crate::error::{Limit, Result};
 use crate::model::expr::ExprId;
 
 /// First variable of an obligation; smaller variables are atoms of the present state.
-pub(super) const OBLIGATIONS: u32 = 1 << 16;
+pub(crate) const OBLIGATIONS: u32 = 1 << 16;
 /// Maximum number of obligations of one formula.
 const MOST_OBLIGATIONS: usize = 1 << 13;
 
@@ -47,10 +47,10 @@ struct Chain {
 }
 
 /// Progresses the formulas of one monitor.
-pub(super) struct Progress {
-    pub(super) functions: Functions,
+pub(crate) struct Progress {
+    pub(crate) functions: Functions,
     /// Atoms in the order of their variables.
-    pub(super) atoms: Vec<ExprId>,
+    pub(crate) atoms: Vec<ExprId>,
     obligations: Vec<Obligation>,
     known: AHashMap<Obligation, u32>,
     chains: AHashMap<(bool, Function, Function), Vec<Chain>>,
@@ -58,7 +58,7 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Progress {
             functions: Functions::new(),
             atoms: Vec::new(),
@@ -73,7 +73,7 @@ impl Progress {
     ///
     /// # Errors
     /// The formula needs too many obligations or nodes, as for [`Progress::read`].
-    pub(super) fn ask(&mut self, n: &Normal) -> Result<Function> {
+    pub(crate) fn ask(&mut self, n: &Normal) -> Result<Function> {
         match &n.form {
             Form::Constant(value) => Ok(Function::from(*value)),
             Form::Literal(e, positive) => {
@@ -174,7 +174,7 @@ impl Progress {
     ///
     /// # Errors
     /// Too many obligations or nodes.
-    pub(super) fn read(&mut self, f: Function) -> Result<Function> {
+    pub(crate) fn read(&mut self, f: Function) -> Result<Function> {
         let top = self.functions.top(f);
         if top == u32::MAX {
             return Ok(f);

@@ -9,19 +9,19 @@ use ahash::AHashMap;
 use super::functions::{FALSE, Function, TRUE};
 use super::minimal;
 use super::normal::Normal;
-use super::progress::{OBLIGATIONS, Progress};
+use super::progression::{OBLIGATIONS, Progress};
 use crate::error::{Limit, Result};
 use crate::model::expr::ExprId;
 
 /// Maximum number of states of a monitor.
-pub(super) const MOST_STATES: usize = 1 << 12;
+pub(crate) const MOST_STATES: usize = 1 << 12;
 
 /// A decision on the atoms of the present state, by its position.
-pub(super) type DecisionId = usize;
+pub(crate) type DecisionId = usize;
 
 /// Transition function of one state of a monitor, as a decision diagram over atoms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Decision {
+pub(crate) enum Decision {
     /// Leads to a state, with or without a mark.
     Go { next: usize, mark: bool },
     /// Tests an atom.
@@ -30,13 +30,13 @@ pub(super) enum Decision {
 
 /// Decisions, each stored once.
 #[derive(Debug, Default)]
-pub(super) struct Decisions {
-    pub(super) all: Vec<Decision>,
+pub(crate) struct Decisions {
+    pub(crate) all: Vec<Decision>,
     known: AHashMap<Decision, DecisionId>,
 }
 
 impl Decisions {
-    pub(super) fn add(&mut self, decision: Decision) -> DecisionId {
+    pub(crate) fn add(&mut self, decision: Decision) -> DecisionId {
         if let Decision::Test { no, yes, .. } = decision
             && no == yes
         {
@@ -51,12 +51,12 @@ impl Decisions {
 
 /// A deterministic monitor; its initial state is 0.
 #[derive(Debug)]
-pub(super) struct Monitor {
+pub(crate) struct Monitor {
     /// Decision of each state.
-    pub(super) states: Vec<DecisionId>,
-    pub(super) decisions: Decisions,
+    pub(crate) states: Vec<DecisionId>,
+    pub(crate) decisions: Decisions,
     /// Atoms that the decisions test.
-    pub(super) atoms: Vec<ExprId>,
+    pub(crate) atoms: Vec<ExprId>,
 }
 
 impl Monitor {
@@ -65,7 +65,7 @@ impl Monitor {
     ///
     /// # Errors
     /// The monitor has too many states, or the formula too many obligations.
-    pub(super) fn of_cosafe(n: &Normal) -> Result<Self> {
+    pub(crate) fn of_cosafe(n: &Normal) -> Result<Self> {
         let mut build = Build::new();
         let start = build.progress.ask(n)?;
         build.run((start, TRUE), None)
@@ -80,20 +80,20 @@ impl Monitor {
     ///
     /// # Errors
     /// See [`Monitor::of_cosafe`].
-    pub(super) fn of_recurrence(n: &Normal) -> Result<Self> {
+    pub(crate) fn of_recurrence(n: &Normal) -> Result<Self> {
         let mut build = Build::new();
         let each = build.progress.ask(n)?;
         build.run((TRUE, TRUE), Some(each))
     }
 
     /// Returns true if both monitors are equal, state by state.
-    pub(super) fn is_same(&self, other: &Monitor) -> bool {
+    pub(crate) fn is_same(&self, other: &Monitor) -> bool {
         self.states == other.states && self.decisions.all == other.decisions.all && self.atoms == other.atoms
     }
 
     /// Returns the successor of a state, and whether the step is marked.
     #[cfg(test)]
-    pub(super) fn step(&self, state: usize, holds: impl Fn(ExprId) -> bool) -> (usize, bool) {
+    pub(crate) fn step(&self, state: usize, holds: impl Fn(ExprId) -> bool) -> (usize, bool) {
         let mut at = self.states[state];
         loop {
             match self.decisions.all[at] {

@@ -9,14 +9,14 @@ use ahash::AHashMap;
 use crate::error::{Limit, Result};
 
 /// Recursion continues on a new stack of `STACK_MORE` bytes when fewer than `STACK_LEFT` are left.
-pub(super) const STACK_LEFT: usize = 64 << 10;
-pub(super) const STACK_MORE: usize = 4 << 20;
+pub(crate) const STACK_LEFT: usize = 64 << 10;
+pub(crate) const STACK_MORE: usize = 4 << 20;
 
 /// A function, given by the position of its root in `Functions::nodes`.
-pub(super) type Function = u32;
+pub(crate) type Function = u32;
 
-pub(super) const FALSE: Function = 0;
-pub(super) const TRUE: Function = 1;
+pub(crate) const FALSE: Function = 0;
+pub(crate) const TRUE: Function = 1;
 
 /// Maximum number of nodes.
 const MOST_NODES: usize = 1 << 20;
@@ -25,25 +25,25 @@ const MOST_NODES: usize = 1 << 20;
 type Node = (u32, Function, Function);
 
 /// All functions made so far, each stored once.
-pub(super) struct Functions {
+pub(crate) struct Functions {
     nodes: Vec<Node>,
     known: AHashMap<Node, Function>,
     combined: AHashMap<(Function, Function, Function), Function>,
 }
 
 impl Functions {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let end = (u32::MAX, 0, 0);
         Functions { nodes: vec![end, end], known: AHashMap::new(), combined: AHashMap::new() }
     }
 
     /// Returns the first variable of a function, `u32::MAX` for a constant.
-    pub(super) fn top(&self, f: Function) -> u32 {
+    pub(crate) fn top(&self, f: Function) -> u32 {
         self.nodes[f as usize].0
     }
 
     /// Returns the cofactors f|¬v and f|v; `variable` must not lie below the first variable of `f`.
-    pub(super) fn halves(&self, f: Function, variable: u32) -> (Function, Function) {
+    pub(crate) fn halves(&self, f: Function, variable: u32) -> (Function, Function) {
         let (top, low, high) = self.nodes[f as usize];
         if top == variable { (low, high) } else { (f, f) }
     }
@@ -52,11 +52,11 @@ impl Functions {
     ///
     /// # Errors
     /// More than `MOST_NODES` nodes, as for every operation that makes functions.
-    pub(super) fn variable(&mut self, variable: u32, positive: bool) -> Result<Function> {
+    pub(crate) fn variable(&mut self, variable: u32, positive: bool) -> Result<Function> {
         if positive { self.node(variable, FALSE, TRUE) } else { self.node(variable, TRUE, FALSE) }
     }
 
-    pub(super) fn node(&mut self, variable: u32, low: Function, high: Function) -> Result<Function> {
+    pub(crate) fn node(&mut self, variable: u32, low: Function, high: Function) -> Result<Function> {
         if low == high {
             return Ok(low);
         }
@@ -75,22 +75,22 @@ impl Functions {
     }
 
     /// Computes f ∧ g.
-    pub(super) fn and(&mut self, f: Function, g: Function) -> Result<Function> {
+    pub(crate) fn and(&mut self, f: Function, g: Function) -> Result<Function> {
         self.ite(f, g, FALSE)
     }
 
     /// Computes f ∨ g.
-    pub(super) fn or(&mut self, f: Function, g: Function) -> Result<Function> {
+    pub(crate) fn or(&mut self, f: Function, g: Function) -> Result<Function> {
         self.ite(f, TRUE, g)
     }
 
     /// Returns true if f ⇒ g for all values of the variables.
-    pub(super) fn implies(&mut self, f: Function, g: Function) -> Result<bool> {
+    pub(crate) fn implies(&mut self, f: Function, g: Function) -> Result<bool> {
         Ok(self.ite(f, g, TRUE)? == TRUE)
     }
 
     /// Computes f ? g : h. The recursion depth is at most the number of variables.
-    pub(super) fn ite(&mut self, f: Function, g: Function, h: Function) -> Result<Function> {
+    pub(crate) fn ite(&mut self, f: Function, g: Function, h: Function) -> Result<Function> {
         match (f, g, h) {
             (TRUE, _, _) => return Ok(g),
             (FALSE, _, _) => return Ok(h),
