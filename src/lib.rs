@@ -12,11 +12,11 @@
 //! | --- | --- |
 //! | the model: an MDP of which only the support matters | [`lang`] reads it, [`model`] is the flat program, [`engine`] the sets over it |
 //! | the preorder on objectives | [`model::preference`], its Hasse diagram [`model::hasse`] |
-//! | almost-sure and positive winning regions | [`engine::Engine::almost_surely_reach`], [`engine::Engine::can_reach`], [`planning::outcomes`] |
+//! | almost-sure and positive winning regions | [`engine::Engine::almost_surely_reach`], [`engine::Engine::can_reach`], [`planning::winning_regions`] |
 //! | outcomes Out(s), most preferred outcomes MP(s) | [`planning::classes`] |
 //! | Definition "Improvement MDP" | [`planning::improvement`], in three readings: [`planning::Safety`] |
 //! | Algorithm "Level set": levels and ranks of SPI and SASI | [`planning::levels`] |
-//! | SPI and SASI strategies | [`planning::strategy`], [`planning::playbook`]; why: [`planning::explain`] |
+//! | SPI and SASI strategies | [`planning::strategy`], [`planning::finite_memory`]; why: [`planning::explain`] |
 //!
 //! # One way through
 //!
