@@ -109,7 +109,7 @@ impl Objective {
 }
 
 impl Preferences {
-    /// Returns `play` if the whole path counts, else `None`: the default is not printed.
+    /// Returns the name `play` if the whole path counts, else `None`: `state` is not reported.
     pub fn whole_plays(&self) -> Option<&'static str> {
         (self.history == History::Play).then_some(self.history.name())
     }
