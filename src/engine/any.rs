@@ -1,4 +1,4 @@
-//! Either engine behind one type, for those who choose at run time.
+//! One type for either engine, for callers that choose the engine at run time.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use crate::model::expr::ExprId;
 use crate::model::step::Choice;
 use crate::model::{Program, State};
 
-/// The symbolic or the explicit engine, with the program whose expressions it answers for. Clones share the
-/// states explored and their sets.
+/// The symbolic or the explicit engine, together with the program whose expressions it evaluates.
+/// Clones share the explored states and the sets.
 #[derive(Clone)]
 pub struct AnyEngine {
     inner: Inner,
@@ -27,26 +27,26 @@ enum Inner {
 /// A set of states of an [`AnyEngine`].
 #[derive(Clone)]
 pub enum AnyStates {
-    /// Of a symbolic one.
+    /// A set of the symbolic engine.
     Symbolic(symbolic::StateSet),
-    /// Of an explicit one.
+    /// A set of the explicit engine.
     Explicit(explicit::StateSet),
 }
 
 /// A set of (state, choice) pairs of an [`AnyEngine`].
 #[derive(Clone)]
 pub enum AnyChoices {
-    /// Of a symbolic one.
+    /// A set of the symbolic engine.
     Symbolic(symbolic::ChoiceSet),
-    /// Of an explicit one.
+    /// A set of the explicit engine.
     Explicit(explicit::ChoiceSet),
 }
 
-/// What a set is for one of the engines.
+/// Conversion of a set of either engine to the set type of one engine.
 trait Of<E: Engine> {
     type Set;
     /// # Panics
-    /// The set is of the other engine.
+    /// The set belongs to the other engine.
     fn of(&self, engine: &E) -> &Self::Set;
 }
 
@@ -75,7 +75,7 @@ sets_of!(AnyStates, Explicit, ExplicitEngine, explicit::StateSet);
 sets_of!(AnyChoices, Symbolic, SymbolicEngine, symbolic::ChoiceSet);
 sets_of!(AnyChoices, Explicit, ExplicitEngine, explicit::ChoiceSet);
 
-/// The one match on the engine: the same words for both.
+/// Evaluates the same expression with either engine; the only match on the kind of engine.
 macro_rules! on {
     ($any:expr, $engine:ident => $work:expr) => {
         match &$any.inner {
@@ -95,7 +95,7 @@ impl AnyEngine {
     /// Explores a program with the engine that the settings name.
     ///
     /// # Errors
-    /// Those of [`SymbolicEngine::new`] and [`ExplicitEngine::new`].
+    /// The errors of [`SymbolicEngine::new`] and [`ExplicitEngine::new`].
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         Ok(match settings.storage {
             Storage::Symbolic => SymbolicEngine::new(program, settings)?.into(),
@@ -103,7 +103,7 @@ impl AnyEngine {
         })
     }
 
-    /// Which engine it is.
+    /// Returns the kind of the engine.
     pub fn storage(&self) -> Storage {
         match &self.inner {
             Inner::Symbolic(_) => Storage::Symbolic,
@@ -111,7 +111,7 @@ impl AnyEngine {
         }
     }
 
-    /// The symbolic engine, where it is that.
+    /// Returns the symbolic engine, or `None` if the engine is explicit.
     pub fn symbolic(&self) -> Option<&Arc<SymbolicEngine>> {
         match &self.inner {
             Inner::Symbolic(engine) => Some(engine),
@@ -119,7 +119,7 @@ impl AnyEngine {
         }
     }
 
-    /// The explicit engine, where it is that.
+    /// Returns the explicit engine, or `None` if the engine is symbolic.
     pub fn explicit(&self) -> Option<&Arc<ExplicitEngine>> {
         match &self.inner {
             Inner::Symbolic(_) => None,
@@ -127,16 +127,16 @@ impl AnyEngine {
         }
     }
 
-    /// The program.
+    /// Returns the program.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
     }
 
-    /// The same states, for expressions of a program with more of them: targets that came later need no
-    /// new exploration.
+    /// Returns an engine on the same states that evaluates the expressions of `program`, the
+    /// engine's program with more expressions. Targets that are read later need no new exploration.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the program is not the engine's own with more expressions.
+    /// [`Error::Usage`] if `program` is not the engine's program with more expressions.
     pub fn reading(&self, program: Arc<Program>) -> Result<Self> {
         if !program.extends(&self.program) {
             let message = "the program is not the one that was explored, with more expressions";
@@ -145,7 +145,7 @@ impl AnyEngine {
         Ok(AnyEngine { inner: self.inner.clone(), program })
     }
 
-    /// Whether both answer for the same states, so that each takes the sets of the other.
+    /// Returns whether both share the explored states, so that each accepts the sets of the other.
     pub fn shares(&self, other: &AnyEngine) -> bool {
         match (&self.inner, &other.inner) {
             (Inner::Symbolic(a), Inner::Symbolic(b)) => Arc::ptr_eq(a, b),
@@ -169,12 +169,12 @@ impl From<ExplicitEngine> for AnyEngine {
     }
 }
 
-/// A region of either engine.
+/// Converts a region of one engine to a region of an [`AnyEngine`].
 fn region<S: Into<AnyStates>, C: Into<AnyChoices>>(found: Region<S, C>) -> Region<AnyStates, AnyChoices> {
     Region { states: found.states.into(), choices: found.choices.into() }
 }
 
-/// A region, for one of the engines.
+/// Converts a region to the set types of one engine.
 fn region_of<E: Engine>(engine: &E, region: &Region<AnyStates, AnyChoices>) -> Region<E::States, E::Choices>
 where
     AnyStates: Of<E, Set = E::States>,
@@ -183,7 +183,7 @@ where
     Region { states: region.states.of(engine).clone(), choices: region.choices.of(engine).clone() }
 }
 
-/// What edges are worth, for one of the engines.
+/// Converts edge labels to the set types of one engine.
 fn edge_labels_of<E: Engine>(engine: &E, edge_labels: &[EdgeLabels<AnyStates>]) -> Vec<EdgeLabels<E::States>>
 where
     AnyStates: Of<E, Set = E::States>,
@@ -228,7 +228,8 @@ macro_rules! algebra_of {
 algebra_of!(AnyStates);
 algebra_of!(AnyChoices);
 
-// Each method goes to the engine itself, those with a body in the trait too: it may have a better one.
+// Every method calls the engine's own, including methods with a default body: the engine may have a
+// faster one.
 #[deny(clippy::missing_trait_methods, reason = "a default body would bypass the engine's own")]
 impl Engine for AnyEngine {
     type States = AnyStates;

@@ -1,28 +1,29 @@
-//! What works on decision diagrams, whichever engine is at hand.
+//! Access to the decision diagrams of an engine that may have them.
 
 use super::any::{AnyChoices, AnyEngine, AnyStates};
 use super::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use super::{Engine, Storage};
 use crate::error::{Error, Result};
 
-/// An engine whose sets may be decision diagrams: what draws or writes these takes any such engine.
+/// An engine whose sets may be decision diagrams. Code that draws or writes diagrams accepts any
+/// such engine.
 pub trait Dumpable: Engine {
-    /// The engine of the diagrams.
+    /// Returns the symbolic engine that owns the diagrams.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the sets are no diagrams.
+    /// [`Error::Usage`] if the sets are not decision diagrams.
     fn diagrams(&self) -> Result<&SymbolicEngine>;
 
-    /// A set of states as a diagram.
+    /// Returns the diagram of a state set.
     ///
     /// # Panics
-    /// The set is none, which [`Dumpable::diagrams`] tells.
+    /// The set is not a diagram; [`Dumpable::diagrams`] fails in this case.
     fn states_diagram<'s>(&self, x: &'s Self::States) -> &'s StateSet;
 
-    /// A set of choices as diagrams.
+    /// Returns the diagrams of a choice set.
     ///
     /// # Panics
-    /// The set is none, which [`Dumpable::diagrams`] tells.
+    /// The set is not a diagram; [`Dumpable::diagrams`] fails in this case.
     fn choices_diagram<'s>(&self, c: &'s Self::Choices) -> &'s ChoiceSet;
 }
 

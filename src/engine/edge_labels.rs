@@ -1,26 +1,28 @@
-//! Games over edges: some edges win, some are not there.
+//! Games on edges: goal edges win, dropped edges are not part of the game, all others are plain.
 
 use super::{Engine, Region};
 use crate::error::Result;
 
-/// What the edges from some states are worth.
+/// The labels of the edges from a set of states: goal, dropped or plain. A game has one such *part*
+/// per group of states.
 #[derive(Debug, Clone)]
 pub struct EdgeLabels<S> {
-    /// The states; those of different parts of a game are disjoint.
+    /// The source states; those of different parts of a game are disjoint.
     pub from: S,
-    /// An edge from `from` into these wins.
+    /// The targets of goal edges: an edge from `from` into this set wins.
     pub goal: S,
-    /// An edge from `from` into these is not there; disjoint from `goal`.
+    /// The targets of dropped edges: an edge from `from` into this set is ignored. Disjoint from
+    /// `goal`.
     pub dropped: S,
 }
 
-/// Edges by where they come from and where they go.
+/// Sets of edges, each as a pair of source states and target states.
 type Edges<S> = Vec<(S, S)>;
 
-/// { (s,a) ∈ C : some edge wins }
+/// Returns { (s,a) ∈ C : some edge is a goal edge }. Cost: one pre-image per distinct goal set.
 ///
 /// # Errors
-/// A limit of the engine. Cost: one pre-image a distinct goal.
+/// A limit of the engine is reached.
 pub(crate) fn winning<E: Engine>(
     engine: &E,
     choices: &E::Choices,
@@ -29,10 +31,11 @@ pub(crate) fn winning<E: Engine>(
     edges_into(engine, choices, edge_labels, |m| Ok(m.goal.clone()))
 }
 
-/// { (s,a) ∈ C : some edge that is there enters X }
+/// Returns { (s,a) ∈ C : some edge that is not dropped enters X }. Cost: one pre-image per distinct
+/// X \ dropped.
 ///
 /// # Errors
-/// A limit of the engine. Cost: one pre-image a distinct X \ dropped.
+/// A limit of the engine is reached.
 pub(crate) fn keeping<E: Engine>(
     engine: &E,
     choices: &E::Choices,
@@ -42,10 +45,11 @@ pub(crate) fn keeping<E: Engine>(
     edges_into(engine, choices, edge_labels, |m| engine.difference(x, &m.dropped))
 }
 
-/// { (s,a) ∈ C : some edge that is there and does not win enters X }
+/// Returns { (s,a) ∈ C : some plain edge enters X }. Cost: one pre-image per distinct X \ (goal ∪
+/// dropped).
 ///
 /// # Errors
-/// A limit of the engine. Cost: one pre-image a distinct X \ goal \ dropped.
+/// A limit of the engine is reached.
 pub(crate) fn leaning<E: Engine>(
     engine: &E,
     choices: &E::Choices,
@@ -57,7 +61,7 @@ pub(crate) fn leaning<E: Engine>(
     })
 }
 
-/// { (s,a) ∈ C : some edge enters what `into` says of the edge labels of the part of s }
+/// Returns { (s,a) ∈ C : some edge enters `into(m)`, where m are the edge labels of s }.
 fn edges_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
@@ -68,10 +72,10 @@ fn edges_into<E: Engine>(
     pairs_into(engine, choices, edges.collect::<Result<_>>()?)
 }
 
-/// The edges that are not there, grouped by where they would go.
+/// Returns the dropped edges, grouped by their target set. Cost: no image.
 ///
 /// # Errors
-/// A limit of the engine. Cost: no image.
+/// A limit of the engine is reached.
 pub(crate) fn dropped<E: Engine>(
     engine: &E,
     edge_labels: &[EdgeLabels<E::States>],
@@ -79,10 +83,11 @@ pub(crate) fn dropped<E: Engine>(
     grouped(engine, edge_labels.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect())
 }
 
-/// ⋃ over (X, Y) of { (s,a) ∈ C : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }.
+/// Returns ⋃ over (X, Y) of { (s,a) ∈ C : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }. Cost: one pre-image per
+/// distinct non-empty Y with a non-empty X.
 ///
 /// # Errors
-/// A limit of the engine. Cost: one pre-image a distinct non-empty Y with a non-empty X.
+/// A limit of the engine is reached.
 pub(crate) fn pairs_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
@@ -96,10 +101,11 @@ pub(crate) fn pairs_into<E: Engine>(
     Ok(union)
 }
 
-/// The pairs (from, into) without empty sides, those with the same `into` made one.
+/// Returns the pairs (from, into) without empty sides, where pairs with the same `into` are merged.
+/// Cost: no image.
 ///
 /// # Errors
-/// A limit of the engine. Cost: no image.
+/// A limit of the engine is reached.
 pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E::States>> {
     let mut groups: Edges<E::States> = Vec::new();
     for (from, into) in pairs {
@@ -114,12 +120,12 @@ pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<
     Ok(groups)
 }
 
-/// Takes some of its pairs out of a set, and returns the states that lost their last pair by it.
+/// Removes `gone` from `choices` and returns the states that lost their last pair.
 ///
-/// Looks at no state but those of the pairs, however large the set is.
+/// Examines only the states of the removed pairs, however large `choices` is. Cost: no image.
 ///
 /// # Errors
-/// A limit of the engine. Cost: no image.
+/// A limit of the engine is reached.
 fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) -> Result<E::States> {
     *choices = engine.difference(choices, gone)?;
     let hit = engine.sources(gone)?;
@@ -127,15 +133,15 @@ fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) 
     engine.difference(&hit, &alive)
 }
 
-/// Takes the pairs that enter lost states out of C, and returns the states left that have no pair
-/// any more, perhaps with states that were not left before.
+/// Removes the pairs that enter a lost state from C = `left.choices`. Returns the states that have
+/// no pair left; these may include states that are not in `left.states`.
 ///
-/// C is what those of `within` are that do not enter a state lost earlier. In systems of many
-/// independent parts all that is lost so far can be a much smaller diagram than what is lost in one
-/// round, as a ball is simpler than its shell: then C is found from `within` anew.
+/// C contains the pairs of `within` that do not enter a state lost earlier. In systems of many
+/// independent parts, the set of all lost states can be a much smaller diagram than the states lost
+/// in one round. In that case C is computed from `within` again. Cost: one pre-image.
 ///
 /// # Errors
-/// A limit of the engine. Cost: one pre-image.
+/// A limit of the engine is reached.
 fn withdraw<E: Engine>(
     engine: &E,
     left: &mut Region<E::States, E::Choices>,
@@ -154,11 +160,12 @@ fn withdraw<E: Engine>(
     disallow(engine, &mut left.choices, &gone)
 }
 
-/// [`Engine::almost_surely_win`] by sets.
+/// Implements [`Engine::almost_surely_win`] by operations on sets.
 ///
-/// Choices are disallowed only where they may step into a lost state: no choice of a lost state leads
-/// to what can still win, so it need not be cut, and what an engine remembers of the others stays of
-/// use. States left without a choice are lost at once, before the next backward fixpoint.
+/// Removes only the choices that may step into a lost state. The choices of a lost state lead to no
+/// state that can still win, so they can stay, and cached results for the other choices remain
+/// valid. States without a remaining choice are lost immediately, before the next backward
+/// fixpoint.
 pub(super) fn almost_surely_win<E: Engine>(
     engine: &E,
     start: Region<E::States, E::Choices>,
@@ -180,8 +187,9 @@ pub(super) fn almost_surely_win<E: Engine>(
     }
 }
 
-/// [`Engine::remove_attractor`] layer by layer. `is_simpler` says whether work on a set costs less than on another, however
-/// many states they have: never, where an engine cannot tell.
+/// Implements [`Engine::remove_attractor`] layer by layer. `is_simpler(x, y)` returns whether
+/// operations on x cost less than operations on y, independent of their numbers of states. An
+/// engine that cannot tell returns `false`.
 pub(super) fn remove_attractor<E: Engine>(
     engine: &E,
     mut left: Region<E::States, E::Choices>,

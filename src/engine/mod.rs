@@ -1,8 +1,9 @@
-//! The interface between the algorithms and the two ways to store states.
+//! The interface between the algorithms and the two engines, symbolic and explicit.
 //!
-//! An engine knows two sorts: sets of states and sets of *choices*, that is of pairs (s, a) of a
-//! state s of the scope and a choice a enabled in s. All algorithms of [`crate::planning`] are
-//! written over these; iterating over states is not part of the interface.
+//! An engine has two sorts of sets: sets of states and sets of *choices*. A choice set contains
+//! pairs (s, a) of a state s of the scope and an enabled choice a. All algorithms of
+//! [`crate::planning`] use only these operations; iteration over states is not part of the
+//! interface.
 
 pub mod any;
 pub mod diagrams;
@@ -28,11 +29,11 @@ pub use crate::progress::{NoProgress, ProgressSink};
 /// An exact number of states, choices or transitions.
 pub type Count = BigUint;
 
-/// Which valuations are states.
+/// The valuations that count as states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scope {
-    /// Those reachable from the initial states.
+    /// The valuations reachable from the initial states.
     #[default]
     Reachable,
     /// Every valuation of the declared variables.
@@ -40,7 +41,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// The name in reports and options.
+    /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
         match self {
             Scope::Reachable => "reachable",
@@ -48,24 +49,24 @@ impl Scope {
         }
     }
 
-    /// The scope of a name.
+    /// Returns the scope with this name.
     pub fn named(name: &str) -> Option<Scope> {
         [Scope::Reachable, Scope::All].into_iter().find(|scope| scope.name() == name)
     }
 }
 
-/// How states are stored.
+/// The way an engine stores states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Storage {
-    /// Sets of states as binary decision diagrams.
+    /// State sets are binary decision diagrams.
     #[default]
     Symbolic,
-    /// States one by one.
+    /// Every state is stored.
     Explicit,
 }
 
 impl Storage {
-    /// The name in reports.
+    /// Returns the name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Storage::Symbolic => "symbolic",
@@ -74,23 +75,22 @@ impl Storage {
     }
 }
 
-/// What an engine is created with: all that may be set of how to work. Results do not depend on it, but for
-/// the scope.
+/// The settings of an engine. Only the scope has an influence on results.
 #[derive(Clone)]
 pub struct Settings {
-    /// Which valuations are states.
+    /// The valuations that count as states.
     pub scope: Scope,
-    /// How states are stored, where an engine is made by [`AnyEngine::new`].
+    /// The kind of engine that [`AnyEngine::new`] creates.
     pub storage: Storage,
-    /// Bytes for the node table and operation cache, or for the arrays.
+    /// The memory limit in bytes for the node table and operation cache, or for the arrays.
     pub memory: u64,
     /// The order of the bits in decision diagrams.
     pub order: symbolic::Order,
-    /// The threads that work on decision diagrams, from 1.
+    /// The number of threads that work on decision diagrams, at least 1.
     pub threads: u32,
-    /// Where the symbolic engine takes one way or another to the same result.
+    /// The thresholds at which the symbolic engine switches between methods with the same result.
     pub thresholds: symbolic::Thresholds,
-    /// Where progress goes and interruptions come from.
+    /// The progress sink, which also cancels work.
     pub sink: Arc<dyn ProgressSink>,
 }
 
@@ -108,7 +108,7 @@ impl Default for Settings {
     }
 }
 
-/// What an engine used.
+/// The resources that an engine has used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Usage {
     /// The largest number of diagram nodes alive at once; 0 without diagrams.
@@ -117,87 +117,123 @@ pub struct Usage {
     pub bytes: u64,
 }
 
-/// A region together with the choices that win in it.
+/// A winning region together with the choices that stay winning.
 #[derive(Debug, Clone)]
 pub struct Region<S, C> {
     /// The winning states.
     pub states: S,
-    /// Choices that keep winning: those of the winning states that can not leave them.
+    /// The pairs of winning states that cannot leave the winning states.
     pub choices: C,
 }
 
 /// The Boolean algebra of one sort of sets.
 pub trait Algebra<X> {
-    /// X ∪ Y
+    /// Returns X ∪ Y.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn union(&self, x: &X, y: &X) -> Result<X>;
-    /// X ∩ Y
+    /// Returns X ∩ Y.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn intersection(&self, x: &X, y: &X) -> Result<X>;
-    /// X \ Y
+    /// Returns X \ Y.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn difference(&self, x: &X, y: &X) -> Result<X>;
-    /// X = ∅
+    /// Returns whether X = ∅.
     fn is_empty(&self, x: &X) -> bool;
-    /// X = Y
+    /// Returns whether X = Y.
     fn same(&self, x: &X, y: &X) -> bool;
-    /// |X|
+    /// Returns |X|.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn count(&self, x: &X) -> Result<Count>;
 }
 
-/// Sets of states and sets of choices of one model, and the operators on them; those of each sort by itself
-/// are its [`Algebra`].
+/// The state sets and choice sets of one model, with the operators on them. The Boolean operations
+/// on each sort are its [`Algebra`].
 ///
-/// Every operation may run out of memory or time and then returns [`crate::error::Error::Limit`].
-/// Arguments must come from the same engine. Engines and sets may go from one thread to another.
+/// An operation that returns a `Result` fails with [`crate::error::Error::Limit`] if a limit of the
+/// engine is reached: memory, time, a fixed size or a cancellation by [`Settings::sink`]. All
+/// arguments must come from this engine. Engines and sets can be sent between threads.
 pub trait Engine:
     Algebra<<Self as Engine>::States> + Algebra<<Self as Engine>::Choices> + Send + Sync
 {
     /// A set of states of the scope.
     type States: Clone + Send + Sync;
-    /// A set of pairs of a state of the scope and a choice enabled there.
+    /// A set of pairs of a state of the scope and a choice enabled in it.
     type Choices: Clone + Send + Sync;
 
-    /// All states S of the scope.
+    /// Returns S, all states of the scope.
     fn all_states(&self) -> Self::States;
-    /// No state.
+    /// Returns the empty state set.
     fn no_states(&self) -> Self::States;
-    /// The initial states.
+    /// Returns the initial states.
     fn initial_states(&self) -> Self::States;
-    /// The states in which nothing is enabled; each has the self-loop as its only choice.
+    /// Returns the states in which no command of the model is enabled; the only choice of each is a
+    /// self-loop.
     fn deadlock_states(&self) -> Self::States;
-    /// A state of the scope in which an enabled command has probabilities that sum to 1 only when rounded;
-    /// [`crate::model::Program::rounded_in`] says which. None where there is no such state.
+    /// Returns a state of the scope in which the probabilities of an enabled command sum to 1 only
+    /// after rounding, or `None` if all sums are exact. [`crate::model::Program::rounded_in`] finds
+    /// the command.
     fn rounded_state(&self) -> Option<&State> {
         None
     }
-    /// The states of the scope in which a Boolean expression of the program's pool holds.
+    /// Returns the states of the scope in which a Boolean expression of the program's pool is true.
     ///
     /// # Errors
-    /// A limit, or an expression without a value in some state of the scope.
+    /// A limit of the engine is reached, or the expression has no value in some state of the scope.
     fn states_where(&self, predicate: ExprId) -> Result<Self::States>;
-    /// All enabled choices, the self-loops of deadlock states among them.
+    /// Returns all enabled choices, including the self-loops of deadlock states.
     fn all_choices(&self) -> Self::Choices;
-    /// No choice.
+    /// Returns the empty choice set.
     fn no_choices(&self) -> Self::Choices;
 
-    /// { (s,a) ∈ C : s ∈ X }
+    /// Returns { (s,a) ∈ C : s ∈ X }.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn choices_in(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
-    /// { s : (s,a) ∈ C for some a }
+    /// Returns { s : (s,a) ∈ C for some a }.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn sources(&self, c: &Self::Choices) -> Result<Self::States>;
 
-    /// { (s,a) ∈ C : succ(s,a) ∩ X ≠ ∅ }
+    /// Returns { (s,a) ∈ C : succ(s,a) ∩ X ≠ ∅ }.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn entering(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
-    /// { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }
+    /// Returns { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn some_successor_in(&self, x: &Self::States) -> Result<Self::Choices> {
         self.entering(&self.all_choices(), x)
     }
-    /// { (s,a) enabled : succ(s,a) ⊆ Y }; no disabled pair is ever in it.
+    /// Returns { (s,a) enabled : succ(s,a) ⊆ Y }. The result never contains a disabled pair.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn every_successor_in(&self, y: &Self::States) -> Result<Self::Choices> {
         let outside = self.difference(&self.all_states(), y)?;
         self.difference(&self.all_choices(), &self.some_successor_in(&outside)?)
     }
-    /// { s' : s' ∈ succ(s,a) for some (s,a) ∈ C }
+    /// Returns { s' : s' ∈ succ(s,a) for some (s,a) ∈ C }.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn successors(&self, c: &Self::Choices) -> Result<Self::States>;
 
-    /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is there }
+    /// Computes μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn can_reach(
         &self,
         target: &Self::States,
@@ -205,14 +241,19 @@ pub trait Engine:
         edge_labels: &[EdgeLabels<Self::States>],
     ) -> Result<Self::States>;
 
-    /// Takes lost states out of what is left of a game, and all its pairs that may step into them other than
-    /// by a safe edge; states that have no pair left then, and have not won, are lost too, and so on.
+    /// Removes the attractor of `lost` from the game `left` and returns the rest. Removes every
+    /// pair that may step into a lost state by an edge that is not safe. States that have no pair
+    /// left and are not in `won` are lost too, and so on until nothing changes.
     ///
-    /// The pairs of `left` are what is left of `within`, and none of a state lost before leads to what can
-    /// still win. Safe is what wins and what is not there: every state of a pair is in one of `edge_labels`, or
-    /// there are none, and nothing is safe.
+    /// The caller has already removed `lost` from `left.states`. The pairs of `left` are those of
+    /// `within` that were not removed before; no pair of a state lost before leads to a state that
+    /// can still win. Goal edges and dropped edges are safe: either every state of a pair is in one
+    /// of `edge_labels`, or `edge_labels` is empty and no edge is safe.
     ///
-    /// Cost: a pre-image for each part and each layer of states that are lost.
+    /// Cost: one pre-image per part and layer of lost states.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn remove_attractor(
         &self,
         left: Region<Self::States, Self::Choices>,
@@ -226,10 +267,13 @@ pub trait Engine:
         edge_labels::remove_attractor(self, left, (within, won), edge_labels, lost, |_, _| false)
     }
 
-    /// The greatest Z ⊆ X in which every state has a pair of C with all successors in Z, with those
-    /// pairs.
+    /// Computes the greatest Z ⊆ X in which every state has a pair of C with all successors in Z,
+    /// together with these pairs.
     ///
-    /// Cost: one pre-image of the states removed a round.
+    /// Cost: one pre-image of the removed states per round.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn stay_within(
         &self,
         x: &Self::States,
@@ -246,15 +290,20 @@ pub trait Engine:
         Ok(Region { choices: self.choices_in(&choices, &states)?, states })
     }
 
-    /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, with the pairs of C
-    /// outside T that stay inside the result.
+    /// Computes νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, together
+    /// with the pairs of C outside T that stay inside the result.
     ///
-    /// Removes losing states first: what has no pair, or cannot reach T with the pairs still allowed,
-    /// is lost; pairs that may step into a lost state are disallowed; states without a pair are lost at
-    /// once; repeat (Baier and Katoen, Principles of Model Checking, Algorithm 45, on sets). Only pairs
-    /// that may step into a lost state are ever taken out: a lost state's own pairs lead to nothing that
-    /// can still win, and what is left alone keeps what an engine remembers of it. Cost: one `can_reach`
-    /// a round, and before it a pre-image for each layer of states that are lost.
+    /// Removes losing states first (Baier and Katoen, Principles of Model Checking, Algorithm 45,
+    /// on sets). A state is lost if it has no pair, or if it cannot reach T with the pairs still
+    /// allowed. Pairs that may step into a lost state are removed; states without a pair are lost
+    /// immediately; repeat. Only pairs that may step into a lost state are removed: the pairs of a
+    /// lost state lead to no state that can still win, and cached results for unchanged sets remain
+    /// valid.
+    ///
+    /// Cost: per round one `can_reach`, and before it one pre-image per layer of lost states.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn almost_surely_reach(
         &self,
         target: &Self::States,
@@ -280,11 +329,17 @@ pub trait Engine:
         }
     }
 
-    /// νY. μX. { s ∈ S : some (s,a) ∈ C has every edge winning or into Y, and one winning or into X },
-    /// of edges that are there, with the pairs of C that stay; `start` holds S and C.
+    /// Computes νY. μX. { s ∈ S : some (s,a) ∈ C has only goal edges and edges into Y, and one goal
+    /// edge or edge into X }, ignoring dropped edges, together with the pairs of C that stay.
+    /// `start` contains S and C.
     ///
-    /// Every pair of C must have its state in S and all its edges winning or into S. Cost: one
-    /// `can_reach` a round, and a pre-image for each part and each layer of losing states.
+    /// Every pair of C must have its state in S, and each of its edges must be a goal edge or lead
+    /// into S.
+    ///
+    /// Cost: per round one `can_reach`, and one pre-image per part and layer of losing states.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn almost_surely_win(
         &self,
         start: Region<Self::States, Self::Choices>,
@@ -296,22 +351,36 @@ pub trait Engine:
         edge_labels::almost_surely_win(self, start, edge_labels)
     }
 
-    /// How many states of the model X has, whatever monitors saw; none without monitors.
+    /// Returns the number of model states in X, ignoring the states of monitors; `None` without
+    /// monitors.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn count_model_states(&self, x: &Self::States) -> Result<Option<Count>>;
-    /// The number of triples (s, a, s') with (s,a) ∈ C and s' ∈ succ(s,a) ∩ X.
+    /// Returns the number of triples (s, a, s') with (s,a) ∈ C and s' ∈ succ(s,a) ∩ X.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn count_transitions(&self, c: &Self::Choices, x: &Self::States) -> Result<Count>;
 
-    /// Up to `limit` states of X in a fixed order: that of their values, first variable first.
+    /// Returns the first `limit` states of X (all if X has fewer), ordered by their values, first
+    /// variable first.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn list_states(&self, x: &Self::States, limit: usize) -> Result<Vec<State>>;
-    /// The set of one state; empty where it is not in the scope.
+    /// Returns the set that contains only `state`, or the empty set if `state` is not in the scope.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
     fn singleton(&self, state: &[i64]) -> Result<Self::States>;
-    /// s ∈ X
+    /// Returns whether s ∈ X.
     fn contains(&self, x: &Self::States, state: &[i64]) -> bool;
-    /// (s,a) ∈ C
+    /// Returns whether (s,a) ∈ C.
     fn contains_choice(&self, c: &Self::Choices, state: &[i64], choice: &Choice) -> bool;
 
-    /// What was used so far.
+    /// Returns the resources used so far.
     fn usage(&self) -> Usage;
-    /// What the engine was created with.
+    /// Returns the settings that the engine was created with.
     fn settings(&self) -> &Settings;
 }

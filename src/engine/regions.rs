@@ -16,38 +16,41 @@ pub struct Regions<S> {
     pub pmin_positive: S,
 }
 
-/// { s : Pmax(◇T) > 0 } = μX. T ∪ { s : some a has succ(s,a) ∩ X ≠ ∅ }
+/// Computes { s : Pmax(◇T) > 0 } = μX. T ∪ { s : some a has succ(s,a) ∩ X ≠ ∅ }. Cost: one backward
+/// fixpoint.
 ///
 /// # Errors
-/// A limit. Cost: one backward fixpoint.
+/// A limit of the engine is reached.
 pub fn pmax_positive<E: Engine>(engine: &E, target: &E::States) -> Result<E::States> {
     engine.can_reach(target, &engine.all_choices(), &[])
 }
 
-/// { s : Pmax(◇T) = 1 } = νY. μX. T ∪ { s : some a has succ(s,a) ⊆ Y and succ(s,a) ∩ X ≠ ∅ }
+/// Computes { s : Pmax(◇T) = 1 } = νY. μX. T ∪ { s : some a has succ(s,a) ⊆ Y and succ(s,a) ∩ X ≠ ∅
+/// }. Cost: one backward fixpoint per round, usually two rounds.
 ///
 /// # Errors
-/// A limit. Cost: one backward fixpoint a round, usually two rounds.
+/// A limit of the engine is reached.
 pub fn pmax_one<E: Engine>(engine: &E, target: &E::States) -> Result<E::States> {
     Ok(engine.almost_surely_reach(target, &engine.all_choices())?.states)
 }
 
-/// { s : Pmin(◇T) > 0 }: the states from which no strategy stays outside T for sure,
-/// S \ νZ. { s ∉ T : some a has succ(s,a) ⊆ Z }.
+/// Computes { s : Pmin(◇T) > 0 } = S \ νZ. { s ∉ T : some a has succ(s,a) ⊆ Z }, the states from
+/// which no strategy surely stays outside T. Cost: one fixpoint of pre-images.
 ///
 /// # Errors
-/// A limit. Cost: one fixpoint of pre-images.
+/// A limit of the engine is reached.
 pub fn pmin_positive<E: Engine>(engine: &E, target: &E::States) -> Result<E::States> {
     let outside = engine.difference(&engine.all_states(), target)?;
     let avoiding = engine.stay_within(&outside, &engine.all_choices())?;
     engine.difference(&engine.all_states(), &avoiding.states)
 }
 
-/// { s : Pmin(◇T) = 1 }: the states from which no strategy gets, past T, to where T can be avoided
-/// for sure. Needs `positive`, the result of [`pmin_positive`] (Baier and Katoen, section 10.6.2).
+/// Computes { s : Pmin(◇T) = 1 }: the states from which no strategy can reach, without visiting T,
+/// a state where T can surely be avoided. `positive` must be the result of [`pmin_positive`] (Baier
+/// and Katoen, section 10.6.2). Cost: one backward fixpoint.
 ///
 /// # Errors
-/// A limit. Cost: one backward fixpoint.
+/// A limit of the engine is reached.
 pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States) -> Result<E::States> {
     let avoiding = engine.difference(&engine.all_states(), positive)?;
     let outside = engine.difference(&engine.all_states(), target)?;
@@ -56,7 +59,7 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
     engine.difference(&engine.all_states(), &losing)
 }
 
-/// Which of the four regions.
+/// The names of the four regions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Which {
     /// Pmax > 0
@@ -69,18 +72,20 @@ pub enum Which {
     PminOne,
 }
 
-/// All four regions.
+/// Computes all four regions. Cost: that of [`pmin_positive`], [`pmax_one`], [`pmax_positive`] and
+/// [`pmin_one`].
 ///
 /// # Errors
-/// A limit. Cost: that of [`pmin_positive`], [`pmax_one`], [`pmax_positive`] and [`pmin_one`].
+/// A limit of the engine is reached.
 pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::States>> {
     regions_by(engine, target, |_, find| find())
 }
 
-/// All four regions, each found when `by` asks for it; Pmin > 0 is computed once for both of its uses.
+/// Computes all four regions; `by` calls the function that finds each region. The region Pmin > 0
+/// is computed once and used twice.
 ///
 /// # Errors
-/// Those of [`regions`], and of `by`.
+/// The errors of [`regions`] and of `by`.
 pub fn regions_by<E: Engine>(
     engine: &E,
     target: &E::States,

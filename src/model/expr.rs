@@ -1,7 +1,7 @@
-//! Expressions: a pool of hash-consed, typed nodes over the variables of a program.
+//! A pool of hash-consed, typed expressions over the variables of a program.
 //!
-//! A formula that occurs a thousand times is one node, so that nested formulas do not blow up and
-//! both engines can remember what they computed for a node.
+//! A formula that occurs a thousand times is a single node. Nested formulas therefore do not blow
+//! up, and both engines can cache one result per node.
 
 use std::num::NonZeroU32;
 
@@ -12,12 +12,12 @@ use super::VarId;
 use super::value::{self, EvalError, Type, Value};
 pub use super::value::{Binary, Unary};
 
-/// A node of an [`ExprPool`].
+/// The identifier of a node of an [`ExprPool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ExprId(NonZeroU32);
 
 impl ExprId {
-    /// The position of the node in its pool: operands come before the nodes that use them.
+    /// Returns the position of the node in its pool: operands come before the nodes that use them.
     pub fn index(self) -> usize {
         self.0.get() as usize - 1
     }
@@ -27,7 +27,7 @@ impl ExprId {
     }
 }
 
-/// A node: operands are ids of the same pool.
+/// A node; its operands are ids of the same pool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Node {
     /// A literal.
@@ -42,58 +42,58 @@ pub enum Node {
     Ite(ExprId, ExprId, ExprId),
 }
 
-/// A pool of expressions. Equal expressions have equal ids; literals are folded, except where the
-/// result has no value: such a node stays and fails where it is evaluated.
+/// A pool of expressions. Equal expressions have equal ids. Operations on literals are folded,
+/// unless the result has no value: such a node stays and fails when it is evaluated.
 #[derive(Debug, Clone, Default)]
 pub struct ExprPool {
     nodes: Vec<Node>,
-    /// What is known of each node.
+    /// The type and the constant properties of each node.
     known: Vec<Known>,
-    /// The nodes by their content, which is looked up in `nodes`.
+    /// A hash index of the nodes; their content is in `nodes`.
     index: HashTable<ExprId>,
     hasher: RandomState,
 }
 
-/// What is known of a node.
+/// The type and the constant properties of a node.
 #[derive(Debug, Clone, Copy)]
 struct Known {
     ty: Type,
-    /// A truth value that the node has in no state.
+    /// A truth value that the node has in no state, if known.
     never: Option<bool>,
 }
 
 impl ExprPool {
-    /// The node of `id`.
+    /// Returns the node of `id`.
     pub fn node(&self, id: ExprId) -> Node {
         self.nodes[id.index()]
     }
 
-    /// The type of `id`.
+    /// Returns the type of `id`.
     pub fn ty(&self, id: ExprId) -> Type {
         self.known[id.index()].ty
     }
 
-    /// Whether all nodes of another pool are here too, under the same ids.
+    /// Returns whether this pool contains all nodes of `other` under the same ids.
     pub(super) fn starts_with(&self, other: &ExprPool) -> bool {
         self.nodes.starts_with(&other.nodes)
     }
 
-    /// How many nodes there are.
+    /// Returns the number of nodes.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
 
-    /// All nodes, operands before the nodes that use them.
+    /// Returns all nodes, operands before the nodes that use them.
     pub fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
         (0..self.nodes.len()).map(ExprId::at)
     }
 
-    /// Whether there is no node.
+    /// Returns whether the pool is empty.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// The value, if `id` is a literal.
+    /// Returns the value if `id` is a literal.
     pub fn literal(&self, id: ExprId) -> Option<Value> {
         match self.node(id) {
             Node::Literal(v) => Some(v),
@@ -101,17 +101,17 @@ impl ExprPool {
         }
     }
 
-    /// A literal.
+    /// Returns the node of a literal.
     pub fn value(&mut self, v: Value) -> ExprId {
         self.intern(Node::Literal(v), v.ty())
     }
 
-    /// A variable of the given type.
+    /// Returns the node of a variable of the given type.
     pub fn var(&mut self, v: VarId, ty: Type) -> ExprId {
         self.intern(Node::Var(v), ty)
     }
 
-    /// `op(a)`; the caller has checked the types. Folds literals.
+    /// Returns the node of `op(a)`; the caller has checked the types. Folds literals.
     pub fn unary(&mut self, op: Unary, a: ExprId) -> ExprId {
         if let Some(Ok(v)) = self.literal(a).map(|v| value::unary(op, v)) {
             return self.value(v);
@@ -123,8 +123,9 @@ impl ExprPool {
         self.intern(Node::Unary(op, a), ty)
     }
 
-    /// `a op b`; the caller has checked the types and made both sides the same. Folds literals, the
-    /// units of `&` and `|`, and these where `b` is never evaluated.
+    /// Returns the node of `a op b`; the caller has checked the types and converted both sides to
+    /// the same type. Folds literals, the neutral elements of `&` and `|`, and `&` and `|` if `b`
+    /// is never evaluated.
     pub fn binary(&mut self, op: Binary, a: ExprId, b: ExprId) -> ExprId {
         match (op, self.literal(a), self.literal(b)) {
             (Binary::And, Some(Value::Bool(true)), _) | (Binary::Or, Some(Value::Bool(false)), _) => {
@@ -149,7 +150,8 @@ impl ExprPool {
         self.intern(Node::Binary(op, a, b), ty)
     }
 
-    /// `condition ? then : otherwise`; the branches have one type. Folds a literal condition.
+    /// Returns the node of `condition ? then : otherwise`; the branches have the same type. Folds a
+    /// literal condition.
     pub fn ite(&mut self, condition: ExprId, then: ExprId, otherwise: ExprId) -> ExprId {
         match self.literal(condition) {
             Some(Value::Bool(true)) => return then,
@@ -163,7 +165,7 @@ impl ExprPool {
         self.intern(Node::Ite(condition, then, otherwise), ty)
     }
 
-    /// A truth value that `id` has in no state, as far as its operands show.
+    /// Returns a truth value that `id` has in no state, as far as its operands show.
     fn never(&self, id: ExprId) -> Option<bool> {
         self.known[id.index()].never
     }
@@ -173,7 +175,7 @@ impl ExprPool {
             Node::Literal(Value::Bool(b)) => Some(!b),
             Node::Unary(Unary::Not, a) => self.never(a).map(|b| !b),
             Node::Binary(op @ (Binary::And | Binary::Or), a, b) => {
-                // One operand that never has this value keeps the whole from having it.
+                // If one operand never has this value, the whole never has it.
                 let decisive = Some(op == Binary::And);
                 let (a, b) = (self.never(a), self.never(b));
                 if a == decisive || b == decisive { decisive } else { a.and(b) }
@@ -183,7 +185,7 @@ impl ExprPool {
         }
     }
 
-    /// Why `id` has a value in no state, where that is visible in the node itself.
+    /// Returns the reason why `id` has no value in any state, if the node itself shows it.
     pub fn fault(&self, id: ExprId) -> Option<EvalError> {
         match self.node(id) {
             Node::Unary(op, a) => value::unary(op, self.literal(a)?).err(),
@@ -196,7 +198,7 @@ impl ExprPool {
         }
     }
 
-    /// The operands of `id` that some state may need, in the order of evaluation.
+    /// Returns the operands of `id` that some state may need, in the order of evaluation.
     pub fn needed(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
         let operands = match self.node(id) {
             Node::Literal(_) | Node::Var(_) => [None; 3],
@@ -211,18 +213,18 @@ impl ExprPool {
         operands.into_iter().flatten()
     }
 
-    /// Whether evaluating `id` cannot fail for a reason visible in the node itself.
+    /// Returns whether the node itself shows that the evaluation of `id` cannot fail.
     fn is_total(&self, id: ExprId) -> bool {
         matches!(self.node(id), Node::Literal(_) | Node::Var(_))
     }
 
-    /// The value of `id` in a state: the reference meaning of expressions.
+    /// Evaluates `id` in a state. This is the reference semantics of expressions.
     ///
-    /// `state` holds one value a variable, Booleans as 0 and 1, integers as themselves. Takes the
-    /// branches that PRISM would take: `&`, `|` and `?:` evaluate only what they need.
+    /// `state` contains one value per variable: Booleans as 0 and 1, integers as they are. As in
+    /// PRISM, `&`, `|` and `?:` evaluate only the operands they need.
     ///
     /// # Errors
-    /// An operation without a value, such as an overflow or `mod` by zero.
+    /// An operation has no value, for example an overflow or `mod` by zero.
     pub fn eval(&self, id: ExprId, state: &[i64]) -> Result<Value, EvalError> {
         match self.node(id) {
             Node::Literal(v) => Ok(v),
@@ -245,7 +247,7 @@ impl ExprPool {
         }
     }
 
-    /// The variables that occur in `id`, sorted, each once.
+    /// Returns the variables that occur in `id`, sorted, each once.
     pub fn support(&self, id: ExprId) -> Vec<VarId> {
         let (mut stack, mut seen, mut vars) = (vec![id], ahash::AHashSet::new(), Vec::new());
         while let Some(e) = stack.pop() {

@@ -1,4 +1,4 @@
-//! Commands without a meaning in some state: what both engines say of them.
+//! Errors for commands without a meaning in some state, with the same messages for both engines.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
 use crate::error::{Diagnostic, Error, Limit, Severity};
 
-/// The error for a state in which [`Program::steps`] fails.
+/// Returns the error for a state in which [`Program::steps`] fails.
 pub fn in_state(program: &Program, state: &[i64]) -> Error {
     match program.steps(state) {
         Err(fault) => error(program, &fault, state),
@@ -15,7 +15,7 @@ pub fn in_state(program: &Program, state: &[i64]) -> Error {
     }
 }
 
-/// The error for a predicate that has no value in a state.
+/// Returns the error for a predicate without a value in a state.
 pub fn in_predicate(program: &Program, predicate: ExprId, state: &[i64]) -> Error {
     let reason = match program.pool.eval(predicate, state) {
         Err(reason) => reason.to_string(),
@@ -25,7 +25,7 @@ pub fn in_predicate(program: &Program, predicate: ExprId, state: &[i64]) -> Erro
     diagnostic(program, 0..0, message, String::new(), None).into()
 }
 
-/// The error for one fault in one state.
+/// Returns the error for one fault in one state.
 pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
     let at = program.show_state(state);
     match *fault {
@@ -56,7 +56,7 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
     }
 }
 
-/// The warning of [`Program::rounded_in`].
+/// Returns the warning about probabilities found by [`Program::rounded_in`].
 pub fn rounded(program: &Program, id: CommandId, sum: f64, state: &[i64]) -> Diagnostic {
     let at = program.show_state(state);
     let message = format!("the probabilities of {} sum to {sum} in the state {at}", title(program, id));
@@ -65,14 +65,14 @@ pub fn rounded(program: &Program, id: CommandId, sum: f64, state: &[i64]) -> Dia
         .severity(Severity::Warning)
 }
 
-/// The initial states' expression failed.
+/// Returns the error for an expression of the initial states that has no value.
 fn initial(program: &Program, state: &[i64]) -> Error {
     let at = program.show_state(state);
     let message = format!("the expression for the initial states has no value in the state {at}");
     diagnostic(program, 0..0, message, String::new(), None).into()
 }
 
-/// "the 2nd command labelled `a` of module `m`", in short.
+/// Returns a short description of a command, such as "command 2 of `m` for [a]".
 fn title(program: &Program, id: CommandId) -> String {
     let command = &program.commands[id.index()];
     let module = &program.modules[command.module];

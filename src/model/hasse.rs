@@ -1,18 +1,19 @@
-//! The Hasse diagram of a preorder: groups of indifferent objectives and which stands right above which.
+//! The Hasse diagram of a preorder on objectives.
 
 use super::preference::{Comparison, Preorder};
 
-/// A preorder without what follows from the rest.
+/// The transitive reduction of a preorder, on groups of indifferent objectives.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hasse {
-    /// The classes of indifference, by the positions of their objectives, in the order of declaration.
+    /// The groups of indifferent objectives, as positions of objectives, in the order of
+    /// declaration.
     pub groups: Vec<Vec<usize>>,
-    /// The pairs (x, y) of groups with x > y and no group between, by their positions.
+    /// The pairs (x, y) of positions of groups with x > y and no group between them.
     pub covers: Vec<(usize, usize)>,
 }
 
 impl Hasse {
-    /// The diagram of a preorder: the transitive reduction of > over the classes of ~.
+    /// Computes the diagram of a preorder: the transitive reduction of > on the classes of ~.
     ///
     /// Cost: cubic in the number of groups.
     pub fn new(order: &Preorder) -> Self {
@@ -36,8 +37,8 @@ impl Hasse {
         Hasse { groups, covers }
     }
 
-    /// For each group its layer: 0 where nothing is preferred to it, else one more than that of the
-    /// lowest group above it.
+    /// Returns the layer of each group: 0 if no group is preferred to it, else 1 plus the greatest
+    /// layer of the groups above it.
     pub fn layers(&self) -> Vec<usize> {
         let mut layers = vec![0; self.groups.len()];
         // A longest path has fewer steps than there are groups.
@@ -49,7 +50,7 @@ impl Hasse {
         layers
     }
 
-    /// The groups to which no other one is preferred to be: nothing stands below them.
+    /// Returns the minimal groups: no other group is below them.
     pub fn lowest(&self) -> Vec<usize> {
         (0..self.groups.len()).filter(|&g| self.covers.iter().all(|&(high, _)| high != g)).collect()
     }

@@ -1,6 +1,7 @@
-//! The flat program that both engines read: variables, commands, synchronisations, targets.
+//! The flat program that both engines read: variables, commands, synchronisations, labels and
+//! formulas.
 //!
-//! Nothing here knows of diagrams or of state arrays.
+//! This module is independent of decision diagrams and state arrays.
 
 pub mod expr;
 pub mod fault;
@@ -43,15 +44,15 @@ impl CommandId {
     }
 }
 
-/// A state: one value a variable in the order of [`Program::variables`], Booleans as 0 and 1.
+/// A state: one value per variable in the order of [`Program::variables`], Booleans as 0 and 1.
 pub type State = Vec<i64>;
 
-/// How several enabled commands are read.
+/// The meaning of several enabled commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
     /// Every enabled combination of commands is a choice of its own.
     Mdp,
-    /// All enabled combinations make one choice, drawn uniformly.
+    /// All enabled combinations form a single choice, which selects one of them uniformly.
     Dtmc,
 }
 
@@ -66,25 +67,25 @@ pub struct Program {
     pub constants: Vec<(String, Value)>,
     /// The constants whose values came from `--const`.
     pub given_constants: Vec<String>,
-    /// The pool that all expressions of the program live in.
+    /// The pool of all expressions of the program.
     pub pool: ExprPool,
-    /// All variables in the order of declaration (globals where they stand in the text).
+    /// All variables in the order of declaration (globals at their position in the text).
     pub variables: Vec<Variable>,
     /// The names of the modules in the order of declaration.
     pub modules: Vec<String>,
-    /// What holds in the initial states, and nowhere else.
+    /// A predicate that is true exactly in the initial states.
     pub initial: ExprId,
     /// The names of the action labels.
     pub actions: Vec<String>,
     /// All commands, module by module.
     pub commands: Vec<Command>,
-    /// What may happen in a step; see [`Synchronisation`].
+    /// The synchronisations, which define the possible steps; see [`Synchronisation`].
     pub synchronisations: Vec<Synchronisation>,
-    /// The labels by name, the built-in ones ("init", "deadlock") not among them.
+    /// The labels by name, without the built-in ones ("init", "deadlock").
     pub labels: Vec<(String, ExprId)>,
-    /// Formulas by name, for targets that use them: those that could be given a meaning of their own.
+    /// The formulas by name, for use in targets; only those that have a meaning of their own.
     pub formulas: Vec<(String, ExprId)>,
-    /// What watches plays for temporal formulas, as the last module.
+    /// The monitors for temporal formulas, which are the last module.
     pub monitors: Option<temporal::Monitors>,
 }
 
@@ -99,18 +100,18 @@ pub struct Variable {
     pub low: i64,
     /// The largest value.
     pub high: i64,
-    /// The module that owns it; none for a global.
+    /// The module that owns it; `None` for a global.
     pub module: Option<usize>,
-    /// The value in the initial state; none where `init … endinit` says it.
+    /// The value in the initial state; `None` if `init … endinit` defines the initial states.
     pub initial: Option<i64>,
-    /// The names of its values from `low` on, where they have names, as locations do.
+    /// The names of its values from `low` on, if values have names, as locations do; else empty.
     pub values: Vec<String>,
-    /// Where it is declared.
+    /// The position of its declaration.
     pub span: Range<usize>,
 }
 
 impl Variable {
-    /// How many bits hold `value - low`; 0 for a range of one value.
+    /// Returns the number of bits that store `value - low`; 0 for a range of one value.
     pub fn bits(&self) -> u32 {
         let width = self.high.wrapping_sub(self.low) as u64;
         u64::BITS - width.leading_zeros()
@@ -122,61 +123,63 @@ impl Variable {
 pub struct Command {
     /// The module it stands in.
     pub module: usize,
-    /// Its label, a position in [`Program::actions`]; none for an unlabelled command.
+    /// Its label, a position in [`Program::actions`]; `None` for an unlabelled command.
     pub action: Option<usize>,
-    /// From 1: the how-manieth command of its module with this label (or without one).
+    /// The number, from 1, of this command among its module's commands with this label (or without
+    /// one).
     pub number: usize,
-    /// When it is enabled.
+    /// The condition under which it is enabled.
     pub guard: ExprId,
-    /// What it may do; exactly one happens.
+    /// The branches, exactly one of which is taken.
     pub branches: Branches,
-    /// The whole command in the text.
+    /// The position of the whole command.
     pub span: Span,
 }
 
-/// The branches of a command. Programs of a million commands are taken, and most of these have one branch
-/// with one or two updates: such commands need no memory but their own.
+/// The branches of a command. Programs can have millions of commands, most with one branch and one
+/// or two updates: such commands need no separate allocation.
 pub type Branches = SmallVec<[Branch; 1]>;
 
-/// The new values that a branch gives; see [`Branch::updates`].
+/// The new values that a branch assigns; see [`Branch::updates`].
 pub type Updates = SmallVec<[(VarId, ExprId); 2]>;
 
 /// One branch of a command.
 #[derive(Debug, Clone)]
 pub struct Branch {
-    /// Its probability, of type `Real`; a branch of probability 0 is not there.
+    /// The probability, of type `Real`; a branch of probability 0 is ignored.
     pub probability: ExprId,
-    /// New values; a variable occurs at most once, all right sides read the old state. The right
-    /// side has the type of the variable.
+    /// The new values. A variable occurs at most once, and all right sides read the old state. The
+    /// right side has the type of the variable.
     pub updates: Updates,
 }
 
-/// A set of combinations of commands, one out of each factor, that move together.
+/// A set of combinations of commands, one from each factor, that are executed together.
 ///
-/// The choices are the members of the Cartesian product whose guards all hold. Factors belong to
-/// different modules and write different variables. The unlabelled commands of a module are one
+/// The choices are the members of the Cartesian product whose guards are all true. Factors belong
+/// to different modules and write different variables. The unlabelled commands of a module form one
 /// synchronisation with a single factor.
 #[derive(Debug, Clone)]
 pub struct Synchronisation {
-    /// The label, a position in [`Program::actions`]; none where it is unlabelled or hidden.
+    /// The label, a position in [`Program::actions`]; `None` if it is unlabelled or hidden.
     pub action: Option<usize>,
-    /// The alternatives of each participant.
+    /// The alternative commands of each participant.
     pub factors: Vec<Vec<CommandId>>,
 }
 
 impl Program {
-    /// All variables in the order of declaration.
+    /// Returns all variables in the order of declaration.
     pub fn variable_ids(&self) -> impl Iterator<Item = VarId> + use<> {
         (0..self.variables.len() as u32).map(VarId)
     }
 
-    /// The variable called `name`.
+    /// Returns the variable called `name`.
     pub fn variable(&self, name: &str) -> Option<VarId> {
         let index = self.variables.iter().position(|v| v.name == name)?;
         u32::try_from(index).ok().map(VarId)
     }
 
-    /// Whether this is another program with more expressions: what those of the other say, they say here.
+    /// Returns whether this program is `other` with more expressions: every id of `other` has the
+    /// same meaning here.
     pub fn extends(&self, other: &Program) -> bool {
         let ranges = |p: &Program| p.variables.iter().map(|v| (v.low, v.high)).collect::<Vec<_>>();
         std::ptr::eq(self, other)
@@ -186,7 +189,7 @@ impl Program {
                 && self.pool.starts_with(&other.pool))
     }
 
-    /// `x=1,b=false` for a state.
+    /// Formats a state, for example as `x=1,b=false`.
     pub fn show_state(&self, state: &[i64]) -> String {
         let mut text = String::new();
         for (variable, &value) in self.variables.iter().zip(state) {
@@ -202,7 +205,7 @@ impl Program {
 }
 
 impl Variable {
-    /// A value of this variable as PRISM writes it, or its name.
+    /// Formats a value of this variable: its name, or the notation of PRISM.
     pub fn show(&self, value: i64) -> String {
         if let Some(name) = self.value_name(value) {
             return name.to_owned();
@@ -213,7 +216,7 @@ impl Variable {
         }
     }
 
-    /// The name of a value, where values have names.
+    /// Returns the name of a value, if values have names.
     pub fn value_name(&self, value: i64) -> Option<&str> {
         let index = usize::try_from(value.checked_sub(self.low)?).ok()?;
         self.values.get(index).map(String::as_str)

@@ -1,14 +1,16 @@
-//! Where a `dtmc` draws among several commands: PRISM and Storm warn of it, and so do we.
+//! Detection of states in which a `dtmc` selects among several commands. PRISM and Storm warn about
+//! it, as does this program.
 
 use super::expr::{Binary, ExprId, ExprPool};
 use super::value::Value;
 use super::{CommandId, Program};
 
 impl Program {
-    /// A predicate for the states in which two choices are enabled, put into the program's pool.
+    /// Adds a predicate for the states in which two choices are enabled to the program's pool.
     ///
-    /// Linear in the number of commands, and of small height: alternatives are joined in pairs, and
-    /// two hold where one half has two of them, or each half has one.
+    /// The predicate has linear size in the number of commands and small height, because
+    /// alternatives are joined in pairs. Two alternatives are enabled if one half has two of them
+    /// or each half has one.
     pub fn overlap(&mut self) -> ExprId {
         let pool = &mut self.pool;
         let mut synchronised = Vec::with_capacity(self.synchronisations.len());
@@ -27,14 +29,15 @@ impl Program {
     }
 }
 
-/// Where one of some alternatives is there at least, and where two are.
+/// Predicates for a group of alternatives: `one` is true if at least one is enabled, `two` if at
+/// least two are.
 #[derive(Clone, Copy)]
 struct Met {
     one: ExprId,
     two: ExprId,
 }
 
-/// Of two lots of alternatives: those of either.
+/// Joins two groups of alternatives of which one is taken.
 fn either(pool: &mut ExprPool, a: Met, b: Met) -> Met {
     let each = pool.binary(Binary::And, a.one, b.one);
     let within = pool.binary(Binary::Or, a.two, b.two);
@@ -42,14 +45,14 @@ fn either(pool: &mut ExprPool, a: Met, b: Met) -> Met {
     Met { one: pool.binary(Binary::Or, a.one, b.one), two }
 }
 
-/// Of two lots that combine: a pair is an alternative.
+/// Joins two groups that are combined: an alternative is a pair, one from each group.
 fn both(pool: &mut ExprPool, a: Met, b: Met) -> Met {
     let one = pool.binary(Binary::And, a.one, b.one);
     let some = pool.binary(Binary::Or, a.two, b.two);
     Met { one, two: pool.binary(Binary::And, one, some) }
 }
 
-/// All lots joined pair by pair; `unit` holds where none is needed.
+/// Joins all groups pair by pair; `unit` is the result for no group.
 fn joined(
     pool: &mut ExprPool,
     mut row: Vec<Met>,

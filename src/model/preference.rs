@@ -1,6 +1,7 @@
-//! Preferences: a preorder on objectives, and what it says of sets of them.
+//! Preferences: a preorder on objectives and its operations on sets of objectives.
 //!
-//! No state and no diagram here; [`crate::planning`] applies these to regions.
+//! This module is independent of states and diagrams; [`crate::planning`] applies it to winning
+//! regions.
 
 mod preorder;
 
@@ -12,44 +13,44 @@ pub use preorder::{Comparison, Contradiction, Preorder, Relation, Statement};
 use super::expr::ExprId;
 use super::temporal::Condition;
 
-/// The objectives of a preference file with their order.
+/// The objectives of a preference file with their preorder.
 #[derive(Debug, Clone)]
 pub struct Preferences {
     /// The objectives in the order of declaration.
     pub objectives: Vec<Objective>,
-    /// Which objective is preferred to which.
+    /// The preorder on the objectives.
     pub order: Preorder,
-    /// What it is worth to achieve nothing.
+    /// The value of nothing.
     pub empty: Empty,
-    /// Which part of a play counts.
+    /// The part of a path that counts.
     pub history: History,
 }
 
-/// What a preference file says without a model.
+/// The contents of a preference file that do not need a model.
 #[derive(Debug, Clone)]
 pub struct Outline {
-    /// The objectives in the order of declaration: their names, and their formulas as they are written.
+    /// The objectives in the order of declaration: their names and their formulas as written.
     pub objectives: Vec<(String, String)>,
-    /// Which objective is preferred to which.
+    /// The preorder on the objectives.
     pub order: Preorder,
-    /// What it is worth to achieve nothing.
+    /// The value of nothing.
     pub empty: Empty,
-    /// Which part of a play counts.
+    /// The part of a path that counts.
     pub history: History,
 }
 
-/// Which part of a play counts: `history = …` of a preference file.
+/// The part of a path that counts: `history = …` of a preference file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum History {
-    /// From the present state on: what was reached before does not count.
+    /// The part from the present state on: targets reached before do not count.
     #[default]
     State,
-    /// All of it, from where planning started.
+    /// The whole path, from the state in which planning started.
     Play,
 }
 
 impl History {
-    /// The word for it in preference files and reports.
+    /// Returns the name in preference files and reports.
     pub fn name(self) -> &'static str {
         match self {
             History::State => "state",
@@ -57,39 +58,39 @@ impl History {
         }
     }
 
-    /// The value with this name.
+    /// Returns the value with this name.
     pub fn named(name: &str) -> Option<History> {
         [History::State, History::Play].into_iter().find(|h| h.name() == name)
     }
 }
 
-/// What an objective asks.
+/// The goal of an objective.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Goal {
-    /// To reach a state in which this holds.
+    /// Reaching a state in which the expression is true.
     Reach(ExprId),
-    /// To satisfy a formula, as monitors see the whole play.
+    /// Satisfying a formula, which monitors judge on the whole path.
     Satisfy {
-        /// What is asked of their marks.
+        /// The condition on the monitors' marks.
         condition: Condition,
-        /// How many states its monitors have together.
+        /// The number of states of its monitors together.
         monitor: u64,
     },
 }
 
-/// An objective: to reach a state of its target, or to satisfy a formula.
+/// An objective: reaching a state of its target, or satisfying a formula.
 #[derive(Debug, Clone)]
 pub struct Objective {
     /// Its name.
     pub name: String,
-    /// What it asks.
+    /// Its goal.
     pub goal: Goal,
-    /// Where it stands in the preference file.
+    /// Its position in the preference file.
     pub span: Option<Range<usize>>,
 }
 
 impl Objective {
-    /// What holds in the states to be reached, where that is the objective.
+    /// Returns the predicate of the target states, if the objective is reachability.
     pub fn target(&self) -> Option<ExprId> {
         match self.goal {
             Goal::Reach(target) => Some(target),
@@ -97,7 +98,8 @@ impl Objective {
         }
     }
 
-    /// How many states its monitors have together; none for a reachability from the present state.
+    /// Returns the number of states of its monitors together; `None` for reachability from the
+    /// present state.
     pub fn monitor(&self) -> Option<u64> {
         match self.goal {
             Goal::Reach(_) => None,
@@ -107,22 +109,23 @@ impl Objective {
 }
 
 impl Preferences {
-    /// `play`, where the whole play counts; what needs no word has none.
+    /// Returns the name `play` if the whole path counts, else `None`: `state` is not reported.
     pub fn whole_plays(&self) -> Option<&'static str> {
         (self.history == History::Play).then_some(self.history.name())
     }
 }
 
-/// What an empty set of most preferred outcomes is worth: `empty = …` of a preference file.
+/// The value of nothing: the comparison with an empty set of most preferred objectives, `empty = …`
+/// of a preference file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Empty {
-    /// An outcome "nothing" below every objective: to gain the first objective improves, to lose the
+    /// An objective "nothing" below every other: gaining the first objective improves, losing the
     /// last one weakens.
     #[default]
     Bottom,
-    /// To gain the first objective improves; to lose the last one does not weaken.
+    /// Gaining the first objective improves; losing the last one does not weaken.
     Gain,
-    /// With an empty side there is no pair, so neither.
+    /// A step to or from an empty set neither improves nor weakens: no pair can be compared.
     Incomparable,
 }
 
@@ -130,7 +133,7 @@ impl Empty {
     /// All values, the default first.
     pub const ALL: [Empty; 3] = [Empty::Bottom, Empty::Gain, Empty::Incomparable];
 
-    /// The word for it in preference files and reports.
+    /// Returns the name in preference files and reports.
     pub fn name(self) -> &'static str {
         match self {
             Empty::Bottom => "bottom",
@@ -139,7 +142,7 @@ impl Empty {
         }
     }
 
-    /// The value with this name.
+    /// Returns the value with this name.
     pub fn named(name: &str) -> Option<Empty> {
         Empty::ALL.into_iter().find(|e| e.name() == name)
     }
@@ -151,24 +154,25 @@ impl fmt::Display for Empty {
     }
 }
 
-/// What a step from one set of most preferred outcomes to another is.
+/// The effect of a step from one set of most preferred objectives to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Change {
-    /// It improves and does not weaken.
+    /// The step improves and does not weaken.
     Improving,
-    /// It weakens, whether or not it improves too.
+    /// The step weakens, even if it also improves.
     Weakening,
-    /// Neither.
+    /// The step neither improves nor weakens.
     Lateral,
 }
 
 impl Preferences {
-    /// MP(X) = { i ∈ X : no j ∈ X is strictly preferred to i }
+    /// Returns MP(X) = { i ∈ X : no j ∈ X is strictly preferred to i }.
     pub fn most_preferred(&self, achieved: &ObjectiveSet) -> ObjectiveSet {
         self.order.maximal(achieved)
     }
 
-    /// Some j ∈ `to` is strictly preferred to some i ∈ `from`; an empty side as [`Empty`] says.
+    /// Returns whether some j ∈ `to` is strictly preferred to some i ∈ `from`. For an empty side,
+    /// [`Empty`] decides.
     pub fn improves(&self, from: &ObjectiveSet, to: &ObjectiveSet) -> bool {
         if from.is_empty() || to.is_empty() {
             return self.empty != Empty::Incomparable && from.is_empty() && !to.is_empty();
@@ -176,7 +180,8 @@ impl Preferences {
         self.order.some_above(from, to)
     }
 
-    /// Some i ∈ `from` is strictly preferred to some j ∈ `to`; an empty side as [`Empty`] says.
+    /// Returns whether some i ∈ `from` is strictly preferred to some j ∈ `to`. For an empty side,
+    /// [`Empty`] decides.
     pub fn weakens(&self, from: &ObjectiveSet, to: &ObjectiveSet) -> bool {
         if from.is_empty() || to.is_empty() {
             return self.empty == Empty::Bottom && !from.is_empty() && to.is_empty();
@@ -184,7 +189,7 @@ impl Preferences {
         self.order.some_above(to, from)
     }
 
-    /// What a step between states of these most preferred outcomes is.
+    /// Returns the effect of a step between states with these most preferred objectives.
     pub fn change(&self, from: &ObjectiveSet, to: &ObjectiveSet) -> Change {
         if self.weakens(from, to) {
             Change::Weakening
@@ -195,7 +200,7 @@ impl Preferences {
         }
     }
 
-    /// The names of a set's members in the order of declaration.
+    /// Returns the names of a set's members in the order of declaration.
     pub fn names(&self, set: &ObjectiveSet) -> Vec<&str> {
         set.iter().filter_map(|i| self.objectives.get(i)).map(|o| o.name.as_str()).collect()
     }
@@ -204,18 +209,18 @@ impl Preferences {
 /// A set of objectives, by their positions; any number of them.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct ObjectiveSet {
-    /// Bit i % 64 of block i / 64 is objective i; the last block is not 0, so that equal sets are
-    /// equal vectors.
+    /// Bit i % 64 of block i / 64 stands for objective i. The last block is not 0, so that equal
+    /// sets are equal vectors.
     blocks: Vec<u64>,
 }
 
 impl ObjectiveSet {
-    /// ∅
+    /// Creates the empty set.
     pub fn new() -> Self {
         ObjectiveSet::default()
     }
 
-    /// X ∪ {i}
+    /// Adds an objective: X ∪ {i}.
     pub fn insert(&mut self, objective: usize) {
         let block = objective / 64;
         if self.blocks.len() <= block {
@@ -224,7 +229,7 @@ impl ObjectiveSet {
         self.blocks[block] |= 1 << (objective % 64);
     }
 
-    /// X ∪ Y
+    /// Adds all objectives of another set: X ∪ Y.
     pub fn extend_with(&mut self, other: &ObjectiveSet) {
         let length = self.blocks.len().max(other.blocks.len());
         self.blocks.resize(length, 0);
@@ -233,27 +238,27 @@ impl ObjectiveSet {
         }
     }
 
-    /// i ∈ X
+    /// Returns whether i ∈ X.
     pub fn contains(&self, objective: usize) -> bool {
         self.blocks.get(objective / 64).is_some_and(|b| b >> (objective % 64) & 1 == 1)
     }
 
-    /// X ∩ Y ≠ ∅
+    /// Returns whether X ∩ Y ≠ ∅.
     pub fn meets(&self, other: &ObjectiveSet) -> bool {
         self.blocks.iter().zip(&other.blocks).any(|(a, b)| a & b != 0)
     }
 
-    /// X = ∅
+    /// Returns whether X = ∅.
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()
     }
 
-    /// |X|
+    /// Returns |X|.
     pub fn len(&self) -> usize {
         self.blocks.iter().map(|b| b.count_ones() as usize).sum()
     }
 
-    /// The members, smallest first.
+    /// Returns the members, smallest first.
     pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         let bits = |(k, &block): (usize, &u64)| {
             (0..64).filter(move |i| block >> i & 1 == 1).map(move |i| 64 * k + i)

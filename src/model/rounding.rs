@@ -1,22 +1,22 @@
-//! Probabilities that were rounded where they were written down, such as three times 0.333333.
+//! Tolerance for rounded probabilities, such as three times 0.333333.
 
 use super::value::Value;
 use super::{Command, CommandId, Program};
 
-/// Sums that are off by no more come from arithmetic, and nobody hears of them.
+/// Largest deviation from 1 that is accepted silently as an error of floating-point arithmetic.
 const SILENT: f64 = 1e-9;
-/// Sums that are off by no more are taken for 1, with a warning: a millionth, with the room that three
-/// times 0.333333 needs to be within it.
+/// Largest deviation from 1 that is accepted with a warning: one millionth, plus the margin with
+/// which three times 0.333333 is within it.
 const TOLERATED: f64 = 1.000_001e-6;
 
-/// What probabilities with some sum are taken for.
+/// The judgement on a sum of probabilities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sum {
-    /// A distribution.
+    /// The sum is 1, up to floating-point errors.
     One,
-    /// A distribution that was rounded.
+    /// The sum is near 1 and is accepted with a warning.
     Rounded,
-    /// None.
+    /// The sum is too far from 1.
     Wrong,
 }
 
@@ -31,7 +31,8 @@ impl Sum {
 }
 
 impl Program {
-    /// The first command that is enabled in a state with probabilities that were rounded, with their sum.
+    /// Returns the first enabled command whose probabilities in this state sum to 1 only after
+    /// rounding, with their sum.
     pub fn rounded_in(&self, state: &[i64]) -> Option<(CommandId, f64)> {
         let value = |e| self.pool.eval(e, state).ok();
         let sum = |command: &Command| {

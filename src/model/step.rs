@@ -1,4 +1,4 @@
-//! One step of a program from one state: the reference meaning of commands.
+//! One step of a program from one state: the reference semantics of commands.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,14 @@ use super::rounding::Sum;
 use super::value::{EvalError, Value};
 use super::{Command, CommandId, ModelKind, Program, State, VarId};
 
-/// Which choice of a state: what the engines' sets of choices speak of.
+/// A choice of a state, as in the choice sets of the engines.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Choice {
-    /// One command of each factor of a synchronisation, by its position in the program.
+    /// One command of each factor of a synchronisation.
     Combination {
         /// The position in [`Program::synchronisations`].
         synchronisation: usize,
-        /// One command a factor.
+        /// One command per factor.
         commands: Vec<CommandId>,
     },
     /// The only choice of a state of a `dtmc`: all enabled combinations.
@@ -23,10 +23,10 @@ pub enum Choice {
     Deadlock,
 }
 
-/// A choice with the distribution it leads to.
+/// A choice with its distribution over successors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Which choice.
+    /// The choice.
     pub choice: Choice,
     /// Its name: see [`Program::choices`].
     pub name: String,
@@ -34,36 +34,36 @@ pub struct Step {
     pub successors: Vec<(State, f64)>,
 }
 
-/// Why a step has no meaning in a state.
+/// The reasons why a step has no meaning in a state.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StepError {
-    /// An expression has no value: that of a guard, a probability or an update.
+    /// The expression of a guard, a probability or an update has no value.
     Eval(CommandId, EvalError),
-    /// The probabilities of a command sum to this, or one of them is this.
+    /// The sum of a command's probabilities, or one of them, is this invalid number.
     Probability(CommandId, f64),
-    /// An update leaves the range of its variable with this value.
+    /// An update assigns this value, which is outside the variable's range.
     OutOfRange(CommandId, VarId, i64),
-    /// More choices or successors than [`MOST_WAYS`].
+    /// There are more choices or successors than [`MOST_WAYS`].
     TooMany,
 }
 
-/// A state with more choices, or more ways to take the branches of them, is not listed: synchronised
-/// commands multiply.
+/// Maximum number of choices of a state, and of ways to take their branches: synchronised commands
+/// multiply.
 pub const MOST_WAYS: usize = 1 << 20;
 
-/// Positions of variables with their new values, and the probability.
+/// New values by position of the variable, and the probability.
 type Taken = (Vec<(usize, i64)>, f64);
 
 impl Program {
-    /// All choices of `state` in the order of the program, each with its name; commands that are
-    /// enabled have their probabilities checked, but no branch is taken.
+    /// Returns all choices of `state` in the order of the program, each with its name. Checks the
+    /// probabilities of enabled commands, but takes no branch.
     ///
-    /// An action is named by its label, `module#k` for the k-th unlabelled command of a module; where
-    /// one label has several choices in this state, the name is followed by the commands' numbers,
-    /// `label(m1#2,m2#1)`. A state without an enabled command has the self-loop, named `deadlock`.
+    /// An action is named by its label; the k-th unlabelled command of a module is `module#k`. If a
+    /// label has several choices in this state, the commands' numbers follow: `label(m1#2,m2#1)`. A
+    /// state without an enabled command has a self-loop named `deadlock`.
     ///
     /// # Errors
-    /// A guard or probabilities without a meaning in this state; too many choices.
+    /// A guard has no value, probabilities are invalid, or there are too many choices.
     pub fn choices(&self, state: &[i64]) -> Result<Vec<(Choice, String)>, StepError> {
         let combinations = self.combinations(state)?;
         if combinations.is_empty() {
@@ -77,10 +77,11 @@ impl Program {
         Ok(combinations.into_iter().map(choice).zip(names).collect())
     }
 
-    /// The choices of `state` as [`Program::choices`] lists them, each with its distribution.
+    /// Returns the choices of `state` as [`Program::choices`] lists them, each with its
+    /// distribution.
     ///
     /// # Errors
-    /// A command without a meaning in this state; too many choices or successors.
+    /// A command has no meaning in this state, or there are too many choices or successors.
     pub fn steps(&self, state: &[i64]) -> Result<Vec<Step>, StepError> {
         let combinations = self.combinations(state)?;
         if combinations.is_empty() {
@@ -99,7 +100,7 @@ impl Program {
         })
     }
 
-    /// The combinations of enabled commands, one of each factor, by synchronisation.
+    /// Returns the combinations of enabled commands, one of each factor, by synchronisation.
     fn combinations(&self, state: &[i64]) -> Result<Vec<(usize, Vec<CommandId>)>, StepError> {
         let mut combinations = Vec::new();
         for (index, synchronisation) in self.synchronisations.iter().enumerate() {
@@ -129,7 +130,7 @@ impl Program {
         Ok(enabled)
     }
 
-    /// Every probability lies in [0,1] and they sum to 1, if need be rounded.
+    /// Checks that every probability is in [0,1] and that they sum to 1, possibly after rounding.
     fn check_probabilities(&self, id: CommandId, state: &[i64]) -> Result<(), StepError> {
         let mut sum = 0.0;
         for branch in &self.commands[id.index()].branches {
@@ -146,7 +147,8 @@ impl Program {
         Ok(self.pool.eval(e, state).map_err(|e| StepError::Eval(id, e))?.to_f64())
     }
 
-    /// Each way to take a branch of each command; `ways` counts them over all choices of a state.
+    /// Returns the successors for all ways to take a branch of each command; `ways` counts the ways
+    /// over all choices of a state.
     fn distribution(
         &self,
         commands: &[CommandId],
@@ -175,7 +177,7 @@ impl Program {
         Ok(merge(partial))
     }
 
-    /// The branches of positive probability: the variables they write with the new values.
+    /// Returns the branches of positive probability: the new values and the probability.
     fn taken_branches(&self, id: CommandId, state: &[i64]) -> Result<Vec<Taken>, StepError> {
         let command: &Command = &self.commands[id.index()];
         let mut taken = Vec::new();
@@ -203,7 +205,7 @@ impl Program {
         }
     }
 
-    /// Names for combinations that are enabled in one state.
+    /// Returns the names of combinations that are enabled in one state.
     pub fn names(&self, combinations: &[(usize, Vec<CommandId>)]) -> Vec<String> {
         let action = |index: usize| self.synchronisations[index].action;
         let mut uses: BTreeMap<usize, usize> = BTreeMap::new();
@@ -220,9 +222,9 @@ impl Program {
         combinations.iter().map(name).collect()
     }
 
-    /// `m1#2,m2#1`
+    /// Formats the numbers of commands, for example as `m1#2,m2#1`.
     fn numbers(&self, commands: &[CommandId]) -> String {
-        // Monitors take part in every step: that is nobody's choice.
+        // Monitors take part in every step and are not chosen.
         let watches = |id: &&CommandId| self.monitors.as_ref().is_some_and(|o| o.command == id.index());
         let number = |id: &CommandId| {
             let command = &self.commands[id.index()];
@@ -232,7 +234,7 @@ impl Program {
     }
 }
 
-/// One choice out of all, each as likely as the others.
+/// Merges all choices into one that selects each with the same probability.
 fn uniform(steps: Vec<Step>) -> Step {
     let share = 1.0 / steps.len() as f64;
     let name = steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join("+");
@@ -240,7 +242,7 @@ fn uniform(steps: Vec<Step>) -> Step {
     Step { choice: Choice::Uniform, name, successors: merge(all) }
 }
 
-/// Adds up the probabilities of equal states, in the order of the states.
+/// Adds up the probabilities of equal states; the result is ordered by state.
 fn merge(weighted: Vec<(State, f64)>) -> Vec<(State, f64)> {
     let mut sums: BTreeMap<State, f64> = BTreeMap::new();
     for (state, p) in weighted {
@@ -249,7 +251,7 @@ fn merge(weighted: Vec<(State, f64)>) -> Vec<(State, f64)> {
     sums.into_iter().collect()
 }
 
-/// The Cartesian product, first factor slowest.
+/// Returns the Cartesian product, first factor slowest.
 fn product(factors: &[Vec<CommandId>]) -> Vec<Vec<CommandId>> {
     let mut all = vec![Vec::new()];
     for factor in factors {

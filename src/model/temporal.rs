@@ -1,29 +1,30 @@
-//! What a temporal formula asks of the plays of a program that its monitors watch.
+//! Temporal formulas as conditions on the marks of monitors.
 //!
-//! Monitors run beside the model: one variable each, which every choice updates alike by what holds in the
-//! present state. They mark some steps; what a formula asks is that marks come, or stay away.
+//! Monitors run in parallel with the model. Each monitor has one variable, which every choice
+//! updates in the same way, depending on the present state. Monitors mark some steps; a formula
+//! requires that marks occur or do not occur.
 
 use super::expr::ExprId;
 use super::{Program, VarId};
 
-/// More disjuncts than this are refused: each is a search of its own.
+/// Maximum number of disjuncts: each needs a search.
 pub const MOST_DISJUNCTS: usize = 64;
 
-/// What a formula asks of the marks of one monitor.
+/// The requirement of a formula on the marks of one monitor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Asks {
-    /// Some step is marked, and then all later ones are: a co-safe formula.
+    /// Some step is marked, and all later ones are then marked too: a co-safe formula.
     Accept,
-    /// No step is marked, where all steps behind a marked one are: a safe formula.
+    /// Every step is unmarked; after a marked step, all steps are marked: a safe formula.
     Avoid,
-    /// Steps are marked again and again: a recurrence.
+    /// Infinitely many steps are marked: a recurrence formula.
     Again,
-    /// From some step on none is marked: a persistence.
+    /// Every step from some step on is unmarked: a persistence formula.
     Settle,
 }
 
 impl Asks {
-    /// What the negation asks.
+    /// Returns the requirement of the negation.
     pub fn opposite(self) -> Asks {
         match self {
             Asks::Accept => Asks::Avoid,
@@ -33,7 +34,7 @@ impl Asks {
         }
     }
 
-    /// The kind of the leaf, in words.
+    /// Returns the name of the kind of leaf.
     pub fn name(self) -> &'static str {
         match self {
             Asks::Accept => "co-safe",
@@ -44,30 +45,32 @@ impl Asks {
     }
 }
 
-/// A Boolean combination of what is asked of marks. A mark is an expression: the states whose steps are marked.
+/// A Boolean combination of requirements on marks. A mark is an expression for the states whose
+/// steps are marked.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Condition {
-    /// All plays, or none.
+    /// All paths, or no path.
     Constant(bool),
-    /// What is asked of a mark.
+    /// A requirement on a mark.
     Leaf(Asks, ExprId),
-    /// All of these.
+    /// All parts.
     All(Vec<Condition>),
-    /// One of these.
+    /// At least one part.
     Any(Vec<Condition>),
 }
 
-/// One way to satisfy a condition: from some step on always this, and again and again that.
+/// One way to satisfy a condition: some marks never change their sign from some step on, others
+/// occur infinitely often.
 #[derive(Debug, Clone, PartialEq, Eq, Default, PartialOrd, Ord)]
 pub struct Disjunct {
-    /// Marks with the sign that they keep for ever.
+    /// The marks with the sign that they keep forever.
     pub always: Vec<(ExprId, bool)>,
-    /// Marks that come again and again.
+    /// The marks that occur infinitely often.
     pub again: Vec<ExprId>,
 }
 
 impl Condition {
-    /// The negation.
+    /// Returns the negation.
     pub fn negated(&self) -> Condition {
         let all = |parts: &[Condition]| parts.iter().map(Condition::negated).collect();
         match self {
@@ -78,7 +81,7 @@ impl Condition {
         }
     }
 
-    /// The marks that it speaks of.
+    /// Returns the marks of all leaves.
     pub fn marks(&self) -> Vec<ExprId> {
         match self {
             Condition::Constant(_) => Vec::new(),
@@ -89,8 +92,8 @@ impl Condition {
         }
     }
 
-    /// The disjunctive normal form, without disjuncts that ask more than another one; none where there are
-    /// more than [`MOST_DISJUNCTS`].
+    /// Returns the disjunctive normal form without disjuncts that are stronger than another one;
+    /// `None` if there are more than [`MOST_DISJUNCTS`].
     pub fn disjuncts(&self) -> Option<Vec<Disjunct>> {
         match self {
             Condition::Constant(true) => Some(vec![Disjunct::default()]),
@@ -142,7 +145,7 @@ impl Disjunct {
     }
 }
 
-/// Those that ask no more than another one, each once.
+/// Returns the weakest disjuncts, each once; `None` if there are more than [`MOST_DISJUNCTS`].
 fn least(mut all: Vec<Disjunct>) -> Option<Vec<Disjunct>> {
     all.sort_unstable_by_key(|d| (d.always.len() + d.again.len(), d.clone()));
     let mut kept: Vec<Disjunct> = Vec::new();
@@ -157,24 +160,26 @@ fn least(mut all: Vec<Disjunct>) -> Option<Vec<Disjunct>> {
 /// The monitors of a program.
 #[derive(Debug, Clone)]
 pub struct Monitors {
-    /// Their variables.
+    /// The variables of the monitors.
     pub variables: Vec<VarId>,
-    /// The module that stands for all of them, a position in [`super::Program::modules`].
+    /// The module of all monitors, a position in [`super::Program::modules`].
     pub module: usize,
-    /// Its command that takes part in every synchronisation, a position in [`super::Program::commands`].
+    /// The module's command, which takes part in every synchronisation, a position in
+    /// [`super::Program::commands`].
     pub command: usize,
-    /// Where no command of the model is enabled: there the monitors step alone.
+    /// The states in which no command of the model is enabled and the monitors step alone; `None`
+    /// if there are none.
     pub deadlock: Option<ExprId>,
-    /// Where the model begins, whatever monitors have seen.
+    /// The initial states of the model, for any state of the monitors.
     pub initial: ExprId,
-    /// Where monitors are fresh: they have read nothing yet.
+    /// The states in which all monitors are fresh, that is, have read nothing yet.
     pub fresh: ExprId,
-    /// Where they may begin.
+    /// The states in which monitors may begin.
     pub begin: Begin,
 }
 
 impl Program {
-    /// The same program without its monitors.
+    /// Returns the same program without its monitors.
     pub fn without_monitors(&self) -> Program {
         let mut program = self.clone();
         let Some(monitors) = program.monitors.take() else { return program };
@@ -191,11 +196,11 @@ impl Program {
     }
 }
 
-/// Where monitors may begin.
+/// The states in which monitors may begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begin {
-    /// Where plays begin.
+    /// The initial states.
     Initially,
-    /// In every state of the scope: formulas are judged from each of them on.
+    /// Every state of the scope: formulas are judged from each of them on.
     Everywhere,
 }

@@ -1,4 +1,4 @@
-//! Values, types and the meaning of each operator: the one place where it is defined.
+//! Values, types and operators; the only definition of the operators' meaning.
 //!
 //! Integers are 64 bits wide and never wrap: an overflow is an error. Reals are IEEE doubles.
 
@@ -38,7 +38,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The type of the value.
+    /// Returns the type of the value.
     pub fn ty(self) -> Type {
         match self {
             Value::Bool(_) => Type::Bool,
@@ -47,7 +47,7 @@ impl Value {
         }
     }
 
-    /// The value as a real; Booleans count as 0 and 1.
+    /// Returns the value as a real; Booleans count as 0 and 1.
     pub fn to_f64(self) -> f64 {
         match self {
             Value::Bool(b) => f64::from(u8::from(b)),
@@ -96,22 +96,22 @@ pub enum Unary {
     Not,
     /// Arithmetic negation.
     Neg,
-    /// The largest integer below.
+    /// The largest integer that is not greater.
     Floor,
-    /// The smallest integer above.
+    /// The smallest integer that is not less.
     Ceil,
-    /// The nearest integer, halves up (Java's `Math.round`).
+    /// The nearest integer, halves rounded up (Java's `Math.round`).
     Round,
-    /// An integer as a real.
+    /// The conversion of an integer to a real.
     ToReal,
 }
 
 /// Operators with two operands. `>`, `>=`, `!=`, `=>` and `<=>` are expressed by these.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Binary {
-    /// Conjunction; the right side is not evaluated where the left one is false.
+    /// Conjunction; the right side is not evaluated if the left one is false.
     And,
-    /// Disjunction; the right side is not evaluated where the left one is true.
+    /// Disjunction; the right side is not evaluated if the left one is true.
     Or,
     /// Equality of two Booleans, two integers or two reals.
     Eq,
@@ -139,27 +139,27 @@ pub enum Binary {
     Log,
 }
 
-/// Why an expression has no value.
+/// The reasons why an expression has no value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum EvalError {
     /// The result does not fit 64 bits.
     #[error("the result does not fit a 64-bit integer")]
     Overflow,
-    /// `mod(i, 0)`
+    /// The second argument of `mod` is 0.
     #[error("division by zero in `mod`")]
     ModByZero,
-    /// `mod(i, n)` with n < 0.
+    /// The second argument of `mod` is negative.
     #[error("`mod` needs a positive second argument")]
     ModByNegative,
-    /// `pow(i, n)` of integers with n < 0.
+    /// The exponent of a `pow` of integers is negative.
     #[error("`pow` of integers needs an exponent that is not negative")]
     NegativeExponent,
-    /// `floor`, `ceil` or `round` of a value that is no finite number or out of range.
+    /// The operand of `floor`, `ceil` or `round` is not finite or too large for an integer.
     #[error("the value is no finite number, or too large for an integer")]
     NotAnInteger,
 }
 
-/// The type of `op(a)` for an operand of type `ty`.
+/// Returns the type of `op(a)` for an operand of type `ty`.
 pub fn unary_type(op: Unary, ty: Type) -> Type {
     match op {
         Unary::Not => Type::Bool,
@@ -169,7 +169,7 @@ pub fn unary_type(op: Unary, ty: Type) -> Type {
     }
 }
 
-/// The type of `a op b` for operands of type `ty`.
+/// Returns the type of `a op b` for operands of type `ty`.
 pub fn binary_type(op: Binary, ty: Type) -> Type {
     match op {
         Binary::And | Binary::Or | Binary::Eq | Binary::Lt | Binary::Le => Type::Bool,
@@ -179,10 +179,10 @@ pub fn binary_type(op: Binary, ty: Type) -> Type {
     }
 }
 
-/// `op(x)`.
+/// Computes `op(x)`.
 ///
 /// # Errors
-/// The result has no value of its type.
+/// The operation has no value; see [`EvalError`].
 pub fn unary(op: Unary, x: Value) -> Result<Value, EvalError> {
     Ok(match (op, x) {
         (Unary::Not, x) => Value::Bool(x.to_f64() == 0.0),
@@ -195,10 +195,11 @@ pub fn unary(op: Unary, x: Value) -> Result<Value, EvalError> {
     })
 }
 
-/// `x op y` for operands of one type (`Eq` on reals is equality of numbers: NaN equals nothing).
+/// Computes `x op y` for operands of the same type (`Eq` on reals compares numbers: NaN equals
+/// nothing).
 ///
 /// # Errors
-/// The result has no value of its type.
+/// The operation has no value; see [`EvalError`].
 pub fn binary(op: Binary, x: Value, y: Value) -> Result<Value, EvalError> {
     match (x, y) {
         (Value::Bool(a), Value::Bool(b)) => Ok(Value::Bool(match op {
@@ -235,7 +236,8 @@ fn int_binary(op: Binary, a: i64, b: i64) -> Result<Value, EvalError> {
     }
 }
 
-/// `a^b` for b >= 0, none where it overflows. Exponents past 32 bits matter for bases -1, 0, 1 only.
+/// Computes `a^b` for b >= 0; `None` on overflow. Exponents beyond 32 bits matter for the bases -1,
+/// 0 and 1 only.
 fn int_pow(a: i64, b: i64) -> Option<i64> {
     match u32::try_from(b) {
         Ok(b) => a.checked_pow(b),
@@ -254,7 +256,7 @@ fn real_binary(op: Binary, a: f64, b: f64) -> Value {
         Binary::Mul => Value::Real(a * b),
         Binary::Div => Value::Real(a / b),
         Binary::Min | Binary::Max if a.is_nan() || b.is_nan() => Value::Real(f64::NAN),
-        // Of the two zeros the negative one is the smaller, as in Java.
+        // The negative zero is the smaller of the two zeros, as in Java.
         Binary::Min => Value::Real(if a < b || (a == b && a.is_sign_negative()) { a } else { b }),
         Binary::Max => Value::Real(if a > b || (a == b && a.is_sign_positive()) { a } else { b }),
         Binary::Pow => Value::Real(real_pow(a, b)),
@@ -266,18 +268,20 @@ fn real_binary(op: Binary, a: f64, b: f64) -> Value {
     }
 }
 
-/// The nearest whole number, halves up. Not `floor(x + 0.5)`: that sum is rounded itself.
+/// Returns the nearest integer, halves rounded up. Not `floor(x + 0.5)`, because that sum is
+/// rounded itself.
 fn round(x: f64) -> f64 {
     let below = x.floor();
     if x - below < 0.5 { below } else { below + 1.0 }
 }
 
-/// Java's `Math.pow`, which PRISM computes with: C and Rust say 1 where it says that there is no number.
+/// Computes Java's `Math.pow`, as PRISM does. It returns NaN in some cases in which C and Rust
+/// return 1.
 fn real_pow(a: f64, b: f64) -> f64 {
     if b.is_nan() || (a.abs() == 1.0 && b.is_infinite()) { f64::NAN } else { a.powf(b) }
 }
 
-/// PRISM's logarithm: no number for a base that is none.
+/// Computes PRISM's logarithm: NaN for an invalid base.
 fn real_log(x: f64, base: f64) -> f64 {
     if base.is_nan() || base <= 0.0 || base == 1.0 || base.is_infinite() {
         f64::NAN
@@ -286,7 +290,7 @@ fn real_log(x: f64, base: f64) -> f64 {
     }
 }
 
-/// A whole number as an integer, if 64 bits hold it.
+/// Converts a whole number to an integer, if it fits 64 bits.
 fn to_int(x: f64) -> Result<i64, EvalError> {
     const BOUND: f64 = 9_223_372_036_854_775_808.0;
     if (-BOUND..BOUND).contains(&x) { Ok(x as i64) } else { Err(EvalError::NotAnInteger) }

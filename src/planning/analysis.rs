@@ -1,4 +1,4 @@
-//! The whole analysis, phase by phase; what is known stays when a limit ends the work.
+//! The whole analysis, phase by phase; results remain available when a limit ends the work.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,27 +19,27 @@ use crate::model::preference::{Goal, Objective, ObjectiveSet, Preferences};
 use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
 
-/// What to compute.
+/// The options of an analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
-    /// What the improvement MDP keeps.
+    /// The safety mode, which selects the kept choices.
     pub safety: Safety,
-    /// The greatest level to compute; none for all.
+    /// The greatest level to compute; `None` for all.
     pub max_level: Option<usize>,
 }
 
 /// The phases of an analysis, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Phase {
-    /// Counting the model.
+    /// Counts the states and transitions of the model.
     Counts,
-    /// The regions of the objectives, and the classes.
+    /// Computes the winning regions of the objectives, and the classes.
     Outcomes,
-    /// The improvement MDP.
+    /// Computes the improvement MDP.
     Improvement,
-    /// The SASI levels.
+    /// Computes the SASI levels.
     Sasi,
-    /// The SPI levels.
+    /// Computes the SPI levels.
     Spi,
 }
 
@@ -47,7 +47,7 @@ impl Phase {
     /// All phases in their order.
     pub const ALL: [Phase; 5] = [Phase::Counts, Phase::Outcomes, Phase::Improvement, Phase::Sasi, Phase::Spi];
 
-    /// The phase that finds the levels of a kind.
+    /// Returns the phase that computes the levels of a kind.
     pub fn levels(kind: Kind) -> Phase {
         match kind {
             Kind::Sasi => Phase::Sasi,
@@ -55,7 +55,7 @@ impl Phase {
         }
     }
 
-    /// The phase that must be done before it.
+    /// Returns the phase that must be complete before this one.
     fn needs(self) -> Option<Phase> {
         match self {
             Phase::Counts | Phase::Outcomes => None,
@@ -64,7 +64,7 @@ impl Phase {
         }
     }
 
-    /// The name in messages.
+    /// Returns the name in messages.
     pub fn name(self) -> &'static str {
         match self {
             Phase::Counts => "counts",
@@ -76,27 +76,27 @@ impl Phase {
     }
 }
 
-/// What the listener of an analysis hears.
+/// An event that the listener of an analysis receives.
 #[derive(Debug, Clone, Copy)]
 pub enum Event<'a> {
     /// A phase begins.
     Started(Phase),
-    /// The regions of an objective are known.
+    /// The winning regions of an objective are known.
     Objective(&'a ObjectiveCounts),
-    /// A level is known: which kind, which number (from 1), how many states.
+    /// A level is known: its kind, its number (from 1) and its number of states.
     Level(Kind, usize, &'a Count),
-    /// A phase is done, after so long by [`crate::progress::ProgressSink::clock`]. A phase that a limit ends has
-    /// no such event.
+    /// A phase is complete, with its duration by [`crate::progress::ProgressSink::clock`]. A phase
+    /// that a limit ends has no such event.
     Finished(Phase, Duration),
 }
 
-/// WinningRegions, classes, improvement MDP and levels of one model under one preference file.
+/// The winning regions, classes, improvement MDP and levels of one model under one preference file.
 pub struct Analysis<'a, E: Engine> {
     engine: Held<'a, E>,
     preferences: Held<'a, Preferences>,
     options: Options,
     outcomes: Option<WinningRegions<E>>,
-    // Shared with the strategies made of them.
+    // Shared with the strategies that are created from them.
     classes: Option<Arc<Classes<E>>>,
     improvement: Option<Arc<Improvement<E>>>,
     sasi: Arc<Levels<E>>,
@@ -105,7 +105,7 @@ pub struct Analysis<'a, E: Engine> {
 }
 
 impl<'a, E: Engine> Analysis<'a, E> {
-    /// An analysis of which nothing is computed yet.
+    /// Creates an analysis without results.
     pub fn new(
         engine: impl Into<Held<'a, E>>,
         preferences: impl Into<Held<'a, Preferences>>,
@@ -124,20 +124,21 @@ impl<'a, E: Engine> Analysis<'a, E> {
         }
     }
 
-    /// Everything, in the order of [`Phase`]. May be called again after a limit and goes on there.
+    /// Runs all phases in the order of [`Phase`]. A call after a limit continues where the last one
+    /// ended. Cost: that of the phases; see [`WinningRegions::advance`], [`Improvement::new`] and
+    /// [`super::levels::next_level`].
     ///
     /// # Errors
-    /// A limit of the engine, or a target without a value in some state. What was found before
-    /// stays in [`Analysis::result`]. Cost: that of the phases; see [`WinningRegions::advance`],
-    /// [`Improvement::new`] and [`super::levels::next_level`].
+    /// A limit of the engine is reached, or a target has no value in some state. Earlier results
+    /// stay in [`Analysis::result`].
     pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         Phase::ALL.into_iter().try_for_each(|phase| self.run_phase(phase, listener))
     }
 
-    /// One phase, or what a limit left of it; does nothing where it is done.
+    /// Runs one phase, or the rest of it after a limit; does nothing if the phase is complete.
     ///
     /// # Errors
-    /// As [`Analysis::run`]; [`Error::Usage`] where a phase that it needs is not done.
+    /// The errors of [`Analysis::run`]; [`Error::Usage`] if a phase that it needs is not complete.
     pub fn run_phase(&mut self, phase: Phase, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.is_done(phase) {
             return Ok(());
@@ -160,7 +161,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Ok(())
     }
 
-    /// Whether a phase has run to its end.
+    /// Returns whether a phase is complete.
     pub fn is_done(&self, phase: Phase) -> bool {
         match phase {
             Phase::Counts => self.result.counts.is_some(),
@@ -176,12 +177,14 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Ok(())
     }
 
-    /// The regions of the objectives, and the classes. Cost: see [`WinningRegions::advance`] and [`Classes::new`].
+    /// Computes the winning regions of the objectives, and the classes. Cost: see
+    /// [`WinningRegions::advance`] and [`Classes::new`].
     fn run_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.outcomes.is_none() {
             let target = |o: &Objective| match &o.goal {
                 Goal::Reach(target) => self.engine.states_where(*target),
-                // A formula is satisfied by reaching where it is secured.
+                // A formula can be satisfied from a state where a disjunct can be kept, so these
+                // states are the target.
                 Goal::Satisfy { condition, .. } => temporal::secured(&*self.engine, condition),
             };
             let targets = self.preferences.objectives.iter().map(target).collect::<Result<Vec<_>>>()?;
@@ -205,7 +208,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Ok(())
     }
 
-    /// Computes one more objective, or counts one that a limit left uncounted.
+    /// Computes the regions of one more objective, or counts regions that a limit left uncounted.
     fn next_outcome(&mut self) -> Result<Option<ObjectiveCounts>> {
         let Some(outcomes) = &mut self.outcomes else { return Ok(None) };
         let counted = |i: &usize| self.result.objectives.iter().any(|o| o.objective == *i);
@@ -225,7 +228,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         }))
     }
 
-    /// The improvement MDP. Cost: see [`Improvement::new`].
+    /// Computes the improvement MDP. Cost: see [`Improvement::new`].
     fn run_improvement(&mut self) -> Result<()> {
         let Some(classes) = &self.classes else { return Ok(()) };
         let improvement = Improvement::new(&*self.engine, classes, self.options.safety)?;
@@ -234,7 +237,7 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Ok(())
     }
 
-    /// The levels of one kind; those found stay. Cost: see [`super::levels::next_level`].
+    /// Computes the remaining levels of one kind. Cost: see [`super::levels::next_level`].
     fn run_levels(&mut self, kind: Kind, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let (Some(classes), Some(improvement)) = (&self.classes, &self.improvement) else {
             return Ok(());
@@ -258,13 +261,13 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Ok(())
     }
 
-    /// What can be done from a state of the scope, as far as it is known.
+    /// Returns the prospects of a state of the scope, as far as they are known.
     ///
-    /// The actions at states of unknown rank are those of the greatest level found.
+    /// At states of unknown rank, the actions are those of the greatest level found. Cost: that of
+    /// [`strategy::permitted_at_start`] for the state's level.
     ///
     /// # Errors
-    /// A limit of the engine, or a command without a meaning in the state. Cost: that of
-    /// [`strategy::permitted_at_start`] for the state's level.
+    /// A limit of the engine is reached, or a command has no meaning in the state.
     pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
         let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
         let most_preferred = match &self.classes {
@@ -281,10 +284,11 @@ impl<'a, E: Engine> Analysis<'a, E> {
         })
     }
 
-    /// The prospects of the first `limit` initial states.
+    /// Returns the prospects of the first `limit` initial states. Cost: that of
+    /// [`Analysis::prospects`] per state.
     ///
     /// # Errors
-    /// As [`Analysis::prospects`]. Cost: that for each state.
+    /// The errors of [`Analysis::prospects`].
     pub fn initial_prospects(&self, program: &Program, limit: usize) -> Result<Vec<Prospects>> {
         let states: Vec<State> = self.engine.list_states(&self.engine.initial_states(), limit)?;
         states.iter().map(|state| self.prospects(program, state)).collect()
@@ -308,42 +312,42 @@ impl<'a, E: Engine> Analysis<'a, E> {
         Ok(Some(Plan { rank, actions }))
     }
 
-    /// The counts of all that is known.
+    /// Returns the counts of all results so far.
     pub fn result(&self) -> &AnalysisResult {
         &self.result
     }
 
-    /// The engine.
+    /// Returns the engine.
     pub fn engine(&self) -> &E {
         &self.engine
     }
 
-    /// The preferences.
+    /// Returns the preferences.
     pub fn preferences(&self) -> &Preferences {
         &self.preferences
     }
 
-    /// What was asked for.
+    /// Returns the options.
     pub fn options(&self) -> Options {
         self.options
     }
 
-    /// The regions of the objectives, once begun.
+    /// Returns the winning regions of the objectives, once their computation has begun.
     pub fn outcomes(&self) -> Option<&WinningRegions<E>> {
         self.outcomes.as_ref()
     }
 
-    /// The classes, once known.
+    /// Returns the classes, once known.
     pub fn classes(&self) -> Option<&Classes<E>> {
         self.classes.as_deref()
     }
 
-    /// The improvement MDP, once known.
+    /// Returns the improvement MDP, once known.
     pub fn improvement(&self) -> Option<&Improvement<E>> {
         self.improvement.as_deref()
     }
 
-    /// The levels of one kind, as far as they are known.
+    /// Returns the levels of one kind found so far.
     pub fn levels(&self, kind: Kind) -> &Levels<E> {
         self.shared_levels(kind)
     }
@@ -357,7 +361,8 @@ impl<'a, E: Engine> Analysis<'a, E> {
 }
 
 impl<'a, E: Engine> FiniteMemoryStrategy<'a, E> {
-    /// The finite-memory strategy of an analysis; none before the levels of this kind were searched.
+    /// Creates the finite-memory strategy of an analysis; `None` before the search for levels of
+    /// this kind has ended.
     pub fn new(
         analysis: &Analysis<'a, E>,
         program: impl Into<Held<'a, Program>>,
@@ -371,7 +376,7 @@ impl<'a, E: Engine> FiniteMemoryStrategy<'a, E> {
     }
 }
 
-/// Counts and announces the levels that are not counted yet.
+/// Counts the new levels and reports them to the listener.
 fn count_levels<E: Engine>(
     engine: &E,
     levels: &Levels<E>,

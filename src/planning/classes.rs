@@ -1,35 +1,36 @@
-//! Classes: states by their most preferred outcomes.
+//! Classes: the states grouped by their most preferred objectives.
 
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
 
-/// The states with one value of MP, and how the other classes look from there.
+/// The states with one value of MP, and the states of better and worse classes.
 pub struct Class<E: Engine> {
-    /// MP(s) of all states s of the class.
+    /// MP(s), the same for all states s of the class.
     pub most_preferred: ObjectiveSet,
     /// The states; never empty.
     pub states: E::States,
-    /// Better(c): the states of the classes that improve on c without weakening it.
+    /// Better(c): the states of the classes that improve on c and do not weaken it.
     pub better: E::States,
     /// Worse(c): the states of the classes that weaken c.
     pub worse: E::States,
 }
 
-/// The non-empty classes, sorted by the members of MP; "nothing achievable" is last.
+/// The non-empty classes, sorted by the members of MP; the class with an empty MP is last.
 pub struct Classes<E: Engine> {
-    /// The classes; they partition the states of the scope.
+    /// The classes, which partition the states of the scope.
     pub list: Vec<Class<E>>,
 }
 
 impl<E: Engine> Classes<E> {
-    /// The partition of the scope by MP, from the almost-sure region of each objective.
+    /// Computes the partition of the scope by MP from the almost-sure region of each objective.
     ///
-    /// M_i = AS_i \ ⋃ { AS_j : j strictly preferred to i } holds the states that have i in MP; the
-    /// classes are the non-empty intersections of these and their complements.
+    /// M_i = AS_i \ ⋃ { AS_j : j strictly preferred to i } contains the states that have i in MP.
+    /// The classes are the non-empty intersections of these sets and their complements. Cost: no
+    /// image; two Boolean operations per class and objective.
     ///
     /// # Errors
-    /// A limit of the engine. Cost: no image; Boolean operations, two a class and objective.
+    /// A limit of the engine is reached.
     pub fn new(engine: &E, preferences: &Preferences, almost_sure: &[&E::States]) -> Result<Self> {
         let mut split = vec![(ObjectiveSet::new(), engine.all_states())];
         for (i, region) in almost_sure.iter().enumerate() {
@@ -50,8 +51,8 @@ impl<E: Engine> Classes<E> {
         Ok(Classes { list })
     }
 
-    /// The position in [`Classes::list`] of the class that a state is in; none outside the scope. Cost: one
-    /// membership a class.
+    /// Returns the position in [`Classes::list`] of a state's class; `None` outside the scope.
+    /// Cost: one membership test per class.
     pub fn of(&self, engine: &E, state: &[i64]) -> Option<usize> {
         self.list.iter().position(|c| engine.contains(&c.states, state))
     }
@@ -59,7 +60,7 @@ impl<E: Engine> Classes<E> {
 
 type Split<E> = Vec<(ObjectiveSet, <E as Engine>::States)>;
 
-/// M_i
+/// Computes M_i; see [`Classes::new`].
 fn undominated<E: Engine>(
     engine: &E,
     preferences: &Preferences,
@@ -76,7 +77,7 @@ fn undominated<E: Engine>(
     Ok(member)
 }
 
-/// Each set divided into its part inside `member`, which gets objective i, and the rest.
+/// Splits each set into its part inside `member`, which gets objective i, and the rest.
 fn split_by<E: Engine>(engine: &E, sets: Split<E>, i: usize, member: &E::States) -> Result<Split<E>> {
     let mut split = Vec::with_capacity(sets.len() + 1);
     for (mp, states) in sets {
@@ -96,7 +97,7 @@ fn split_by<E: Engine>(engine: &E, sets: Split<E>, i: usize, member: &E::States)
     Ok(split)
 }
 
-/// The states of the classes that a step from `from` enters with this change.
+/// Returns the states of the classes for which a step from `from` has this effect.
 fn related<E: Engine>(
     engine: &E,
     preferences: &Preferences,

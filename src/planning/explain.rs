@@ -1,4 +1,4 @@
-//! Why an action is permitted in a state, or is not.
+//! Explanations why an action is permitted or not permitted in a state.
 
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::improvement::Safety;
@@ -9,44 +9,45 @@ use crate::model::preference::{Change, ObjectiveSet, Preferences};
 use crate::model::step::Step;
 use crate::model::{State, fault};
 
-/// What there is to say of an action; successors are named by their positions.
+/// The reason why an action is permitted or not; successors are given by their positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Permitted: every kept successor is an improvement that the level asks for.
+    /// Permitted: every kept successor is reached by a goal edge of the level.
     Improves,
-    /// Permitted: some successor is such an improvement.
+    /// Permitted: some successor is reached by a goal edge of the level.
     MayImprove,
-    /// Permitted: some successor is one layer closer to an improvement.
+    /// Permitted: some successor is one layer closer to a goal edge.
     Approaches,
-    /// Permitted, and makes no progress.
+    /// Permitted, but makes no progress.
     Stays,
     /// Not kept: this successor weakens.
     Weakens(usize),
-    /// Not kept under `prefix`: after this successor a weakening can not be avoided for ever. None
-    /// where that is so in the state itself.
+    /// Not kept under `prefix`: after this successor, weakening cannot be avoided forever. `None`
+    /// if this is the case in the state itself.
     Unsafe(Option<usize>),
-    /// Kept, but this successor leaves the states from which the improvements are sure.
+    /// Kept, but this successor leaves the states from which the improvements are certain.
     Strays(usize),
-    /// Kept, but no improvement that the level asks for can follow.
+    /// Kept, but no goal edge of the level can follow.
     Hopeless,
-    /// Kept, but the state has rank 0: there is nothing to plan for.
+    /// Kept, but the state has rank 0: no improvement is possible.
     NothingAhead,
 }
 
-/// A state under a strategy.
+/// The explanation of a state under a strategy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
     /// The state.
     pub state: State,
-    /// What the play remembers there.
+    /// The strategy's memory in the state.
     pub memory: Memory,
-    /// MP(s)
+    /// MP(s), the most preferred objectives of the state.
     pub most_preferred: ObjectiveSet,
-    /// What the actions are measured against: MP(s), or that of the reference under `prefix`.
+    /// The objectives that steps are compared with: MP(s), or MP of the reference class under
+    /// `prefix`.
     pub reference: ObjectiveSet,
     /// All enabled actions in the order of the program.
     pub actions: Vec<Action>,
-    /// The action of the progress strategy, by its position; none at rank 0.
+    /// The position of the progress strategy's action; `None` at rank 0.
     pub pick: Option<usize>,
 }
 
@@ -55,53 +56,54 @@ pub struct Explanation {
 pub struct Action {
     /// Its name.
     pub name: String,
-    /// Whether the improvement MDP has it.
+    /// True if the improvement MDP keeps it.
     pub kept: bool,
-    /// Whether the permissive strategy permits it.
+    /// True if the permissive strategy permits it.
     pub permitted: bool,
-    /// Whether it moves one layer closer with positive probability.
+    /// True if it moves one layer closer with positive probability.
     pub progress: bool,
-    /// Why.
+    /// The reason.
     pub verdict: Verdict,
-    /// Where it leads.
+    /// The possible successors.
     pub successors: Vec<Successor>,
 }
 
-/// Where an action may lead.
+/// A possible successor of an action.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Successor {
     /// The state.
     pub state: State,
-    /// How likely.
+    /// The probability.
     pub probability: f64,
-    /// MP(s')
+    /// MP(s'), the most preferred objectives of the successor.
     pub most_preferred: ObjectiveSet,
-    /// rank(s')
+    /// rank(s').
     pub rank: Rank,
-    /// What the step is, measured against the reference.
+    /// The effect of the step, compared with the reference.
     pub change: Change,
-    /// { j ∈ MP(s') : j is strictly preferred to a member of the reference }
+    /// The set { j ∈ MP(s') : j is strictly preferred to a member of the reference }.
     pub gained: ObjectiveSet,
-    /// { i in the reference : i is strictly preferred to a member of MP(s') }
+    /// The set { i in the reference : i is strictly preferred to a member of MP(s') }.
     pub lost: ObjectiveSet,
-    /// Whether the improvement MDP does without this branch; the real system may take it.
+    /// True if the improvement MDP drops this branch; the real system may still take it.
     pub dropped: bool,
-    /// Whether it is an improvement that the level asks for.
+    /// True if the step is a goal edge of the level.
     pub goal: bool,
-    /// Whether the level has the state: it can be played on there.
+    /// True if the successor is a winning state of the level, so that the strategy can continue
+    /// there.
     pub stays: bool,
     /// The memory after the step.
     pub next: Memory,
-    /// Whether the step is an improvement, of this level or another.
+    /// True if the step is an improvement, of this level or another.
     pub improves: bool,
 }
 
 impl<E: Engine> FiniteMemoryStrategy<'_, E> {
-    /// All that is to be said of a state in which a play has the given memory.
+    /// Explains a state in which the strategy has the given memory. Cost: that of
+    /// [`FiniteMemoryStrategy::strategy`], then no image.
     ///
     /// # Errors
-    /// A limit of the engine, or a command without a meaning in the state. Cost: that of
-    /// [`FiniteMemoryStrategy::strategy`]; then no image.
+    /// A limit of the engine is reached, or a command has no meaning in the state.
     pub fn explain(&mut self, state: &[i64], memory: Memory) -> Result<Explanation> {
         if let Some(limit) = self.engine.settings().sink.stop() {
             return Err(limit.into());
@@ -179,7 +181,7 @@ impl<E: Engine> FiniteMemoryStrategy<'_, E> {
         }
     }
 
-    /// Why a choice is not kept.
+    /// Returns the reason why a choice is not kept.
     fn refused(&self, memory: Memory, successors: &[Successor]) -> Verdict {
         match (successors.iter().position(|s| s.change == Change::Weakening), self.arena(memory)) {
             (Some(index), _) => Verdict::Weakens(index),
@@ -191,7 +193,7 @@ impl<E: Engine> FiniteMemoryStrategy<'_, E> {
     }
 }
 
-/// Why a choice is permitted.
+/// Returns the reason why a choice is permitted.
 fn allowed(successors: &[Successor], progress: bool) -> Verdict {
     let mut kept = successors.iter().filter(|s| !s.dropped);
     if kept.clone().all(|s| s.goal) {
@@ -205,7 +207,7 @@ fn allowed(successors: &[Successor], progress: bool) -> Verdict {
     }
 }
 
-/// Why a kept choice is not permitted.
+/// Returns the reason why a kept choice is not permitted.
 fn forbidden(kind: Kind, successors: &[Successor]) -> Verdict {
     let strays = |s: &Successor| !s.dropped && !s.goal && !s.stays;
     match (kind, successors.iter().position(strays)) {
@@ -214,8 +216,8 @@ fn forbidden(kind: Kind, successors: &[Successor]) -> Verdict {
     }
 }
 
-/// { j ∈ `to` : j is strictly preferred to a member of `from` }; all of `to` where gaining anything
-/// improves on an empty side.
+/// Returns { j ∈ `to` : j is strictly preferred to a member of `from` }. If `from` is empty and any
+/// gain improves, returns all of `to`.
 fn gained(preferences: &Preferences, from: &ObjectiveSet, to: &ObjectiveSet) -> ObjectiveSet {
     if from.is_empty() && preferences.improves(from, to) {
         return to.clone();
@@ -224,8 +226,8 @@ fn gained(preferences: &Preferences, from: &ObjectiveSet, to: &ObjectiveSet) -> 
     to.iter().filter(|&j| from.iter().any(|i| order.strictly(j, i))).collect()
 }
 
-/// { i ∈ `from` : i is strictly preferred to a member of `to` }; all of `from` where losing
-/// everything weakens.
+/// Returns { i ∈ `from` : i is strictly preferred to a member of `to` }. If `to` is empty and
+/// losing everything weakens, returns all of `from`.
 pub(super) fn lost(preferences: &Preferences, from: &ObjectiveSet, to: &ObjectiveSet) -> ObjectiveSet {
     if to.is_empty() && preferences.weakens(from, to) {
         return from.clone();

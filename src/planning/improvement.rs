@@ -1,8 +1,8 @@
-//! The improvement MDP, on sets: which choices are kept, which edges are dropped, which improve.
+//! The improvement MDP on sets: kept choices, and edges that improve or are dropped.
 //!
-//! The paper's V = S × {0,1} remembers whether the last step improved. (s,0) and (s,1) have the
-//! same choices, so everything is computed over S with improving steps as goal *edges*; only
-//! [`Sizes`] speaks of V.
+//! In the paper's V = S × {0,1} the bit says whether the last step improved. (s,0) and (s,1) have
+//! the same choices, so everything is computed over S with improving steps as goal *edges*; only
+//! [`Sizes`] refers to V.
 
 use std::fmt;
 
@@ -11,24 +11,25 @@ use crate::engine::edge_labels::{dropped, grouped, pairs_into};
 use crate::engine::{Count, EdgeLabels, Engine, Region};
 use crate::error::Result;
 
-/// What is kept: `--safety`.
+/// The safety mode, which selects the kept choices: `--safety`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Safety {
-    /// A choice is kept only when none of its successors weakens.
+    /// A choice is kept only if none of its successors weakens.
     #[default]
     Action,
-    /// The paper's definition to the letter: a successor that weakens is dropped, the other
-    /// successors of the same choice stay.
+    /// The paper's definition to the letter: a successor that weakens is dropped; the other
+    /// successors of the same choice are kept.
     Transition,
-    /// Nothing weakens the prefix where planning started, or the last improvement after it.
+    /// A choice is kept only if no later state has to weaken the reference: the state where
+    /// planning started, or the last improvement after it.
     Prefix,
 }
 
 impl Safety {
-    /// All, the default first.
+    /// All values, the default first.
     pub const ALL: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
 
-    /// The name in reports and options.
+    /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
         match self {
             Safety::Action => "action",
@@ -37,7 +38,7 @@ impl Safety {
         }
     }
 
-    /// The safety of a name.
+    /// Returns the safety mode with this name.
     pub fn named(name: &str) -> Option<Safety> {
         Safety::ALL.into_iter().find(|safety| safety.name() == name)
     }
@@ -49,17 +50,17 @@ impl fmt::Display for Safety {
     }
 }
 
-/// Where plays go on: the safe choices over S, with the edges that improve.
+/// An arena: the kept choices and the edges of one class (under `prefix`) or of all states.
 pub struct Arena<E: Engine> {
-    /// The class that improvements are measured against, by its position in [`Classes::list`];
-    /// none where each step is measured against the state it leaves.
+    /// The class that steps are compared with, by its position in [`Classes::list`]; `None` if each
+    /// step is compared with the state it leaves.
     pub reference: Option<usize>,
-    /// The states that plays may be in.
+    /// The states of the arena.
     pub states: E::States,
-    /// The kept choices of these states; each has a successor left.
+    /// The kept choices of these states; each has at least one successor that is not dropped.
     pub choices: E::Choices,
-    /// Which edges improve, those into `goal`; and which are dropped, none but under [`Safety::Transition`].
-    /// Together they cover `states`.
+    /// The edge labels: edges into `goal` improve; `dropped` is empty except under
+    /// [`Safety::Transition`]. Together the labels cover `states`.
     pub edge_labels: Vec<EdgeLabels<E::States>>,
 }
 
@@ -74,20 +75,20 @@ pub struct Sizes {
     pub dropped: Count,
 }
 
-/// The improvement MDP under one safety.
+/// The improvement MDP under one safety mode.
 pub struct Improvement<E: Engine> {
-    /// Under which.
+    /// The safety mode.
     pub safety: Safety,
-    /// One arena; under [`Safety::Prefix`] one a class with a safe state.
+    /// One arena; under [`Safety::Prefix`] one per class with a safe state.
     pub arenas: Vec<Arena<E>>,
 }
 
 impl<E: Engine> Improvement<E> {
-    /// The arenas of the improvement MDP under `safety`.
+    /// Computes the arenas of the improvement MDP under `safety`. Cost: one pre-image per class
+    /// with distinct Worse(c); under `prefix` one `stay_within` per class.
     ///
     /// # Errors
-    /// A limit of the engine. Cost: one pre-image a class with distinct Worse(c); under `prefix`
-    /// one `stay_within` a class.
+    /// A limit of the engine is reached.
     pub fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
         let arenas = match safety {
             Safety::Action => vec![action(engine, classes)?],
@@ -97,10 +98,11 @@ impl<E: Engine> Improvement<E> {
         Ok(Improvement { safety, arenas })
     }
 
-    /// The size of the improvement MDP; none under `prefix`, where there is no single one.
+    /// Computes the size of the improvement MDP; `None` under `prefix`, which has one arena per
+    /// class. Cost: counting, no image.
     ///
     /// # Errors
-    /// A limit of the engine. Cost: counting, no image.
+    /// A limit of the engine is reached.
     pub fn sizes(&self, engine: &E) -> Result<Option<Sizes>> {
         let (Some(arena), false) = (self.arenas.first(), self.safety == Safety::Prefix) else {
             return Ok(None);
@@ -109,7 +111,8 @@ impl<E: Engine> Improvement<E> {
         let total = engine.count_transitions(&engine.all_choices(), &all)?;
         let mut kept = engine.count_transitions(&arena.choices, &all)?;
         for (from, into) in &dropped(engine, &arena.edge_labels)? {
-            // What a kept choice loses; choices that drop all their successors are not in `arena.choices`.
+            // The dropped edges of kept choices; choices without a kept successor are not in
+            // `arena.choices`.
             kept -= engine.count_transitions(&engine.choices_in(&arena.choices, from)?, into)?;
         }
         let states = engine.count(&all)? * 2u32;
@@ -117,7 +120,8 @@ impl<E: Engine> Improvement<E> {
     }
 }
 
-/// Kept: all enabled choices minus ⋃ over c of [c] ∩ some_successor_in(Worse(c)).
+/// Computes the arena under [`Safety::Action`]: all enabled choices minus ⋃ over c of [c] ∩
+/// some_successor_in(Worse(c)).
 fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     let weakening = pairs_into(engine, &engine.all_choices(), by_worse(classes))?;
     Ok(Arena {
@@ -128,8 +132,8 @@ fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     })
 }
 
-/// Kept: all enabled choices minus ⋃ over c of [c] ∩ every_successor_in(Worse(c)), without the
-/// edges from [c] into Worse(c).
+/// Computes the arena under [`Safety::Transition`]: all enabled choices minus ⋃ over c of [c] ∩
+/// every_successor_in(Worse(c)), without the edges from [c] into Worse(c).
 fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     let mut choices = engine.all_choices();
     for (from, worse) in &grouped(engine, by_worse(classes))? {
@@ -140,7 +144,8 @@ fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     Ok(Arena { reference: None, states: engine.all_states(), choices, edge_labels })
 }
 
-/// For each class c: Safe_c = νZ. S \ Worse(c) ∩ { s : some choice has all successors in Z }.
+/// Computes the arenas under [`Safety::Prefix`]: for each class c, Safe_c = νZ. S \ Worse(c) ∩ { s
+/// : some choice has all successors in Z }.
 fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> {
     let mut arenas = Vec::new();
     for (reference, class) in classes.list.iter().enumerate() {
@@ -161,7 +166,8 @@ fn by_worse<E: Engine>(classes: &Classes<E>) -> Vec<(E::States, E::States)> {
     classes.list.iter().map(|c| (c.states.clone(), c.worse.clone())).collect()
 }
 
-/// What the edges from each class are worth; classes with the same Better(c) and the same dropped set are one.
+/// Returns the labels of the edges from each class. Classes with the same Better(c) and the same
+/// dropped set are merged.
 fn edge_labels<E: Engine>(
     engine: &E,
     classes: &Classes<E>,

@@ -1,4 +1,4 @@
-//! What can come of a play under a strategy: the states it may visit, with what it remembers there.
+//! Induced models: the states, with their memory, that runs under a strategy may visit.
 
 use std::collections::VecDeque;
 
@@ -11,18 +11,18 @@ use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::State;
 
-/// Which of the two strategies is played.
+/// The strategy that runs follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scheduler {
-    /// Every permitted action, each as likely as the others.
+    /// Every permitted action, each with the same probability.
     Permissive,
     /// The first action that makes progress.
     Progress,
 }
 
 impl Scheduler {
-    /// The name in reports and options.
+    /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
         match self {
             Scheduler::Permissive => "permissive",
@@ -30,12 +30,12 @@ impl Scheduler {
         }
     }
 
-    /// The strategy of a name.
+    /// Returns the scheduler with this name.
     pub fn named(name: &str) -> Option<Scheduler> {
         [Scheduler::Permissive, Scheduler::Progress].into_iter().find(|scheduler| scheduler.name() == name)
     }
 
-    /// Whether this strategy may take the action at this position.
+    /// Returns whether this scheduler may take the action at this position.
     pub fn plays(self, at: &Explanation, action: usize) -> bool {
         match self {
             Scheduler::Permissive => at.actions.get(action).is_some_and(|a: &Action| a.permitted),
@@ -44,31 +44,32 @@ impl Scheduler {
     }
 }
 
-/// A state with what the play remembers there.
+/// A node of an induced model: a state with the strategy's memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Node {
-    /// The state.
+    /// The explanation of the state and its actions.
     pub at: Explanation,
-    /// For each action and each of its successors the node it leads to; none for actions that the
-    /// strategy does not take, and for nodes past the limit.
+    /// For each action and each of its successors, the node it leads to; `None` for actions that
+    /// the scheduler does not take, and for nodes beyond the limit.
     pub next: Vec<Vec<Option<usize>>>,
 }
 
-/// The part reachable under a strategy.
+/// The states with memory that are reachable under a strategy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InducedModel {
-    /// The nodes, those where plays start first, then breadth first.
+    /// The nodes: first those in which runs start, then the others in breadth-first order.
     pub nodes: Vec<Node>,
-    /// Whether all nodes are there: the limit was not passed.
+    /// True if all reachable nodes are included, that is, if the limit was not reached.
     pub complete: bool,
 }
 
 impl InducedModel {
-    /// Unfolds a strategy from some states, up to `limit` nodes. Branches that the improvement MDP
-    /// drops are followed too: the real system may take them.
+    /// Unfolds a strategy from some states, up to `limit` nodes. Follows also branches that the
+    /// improvement MDP drops: the real system may take them. Cost: that of
+    /// [`FiniteMemoryStrategy::explain`] per node.
     ///
     /// # Errors
-    /// As [`FiniteMemoryStrategy::explain`]. Cost: that for each node.
+    /// The errors of [`FiniteMemoryStrategy::explain`].
     pub fn unfold<E: Engine>(
         book: &mut FiniteMemoryStrategy<'_, E>,
         starts: &[State],
@@ -99,7 +100,7 @@ impl InducedModel {
         Ok(course)
     }
 
-    /// The most steps that a play can take; none where there is no bound, or where it is not known.
+    /// Returns the maximum number of steps of a run; `None` if it is unbounded or unknown.
     pub fn longest_play(&self) -> Option<usize> {
         let edges = |node: &Node| node.next.iter().flatten().flatten().copied().collect::<Vec<_>>();
         let mut entering = vec![0usize; self.nodes.len()];
@@ -117,13 +118,13 @@ impl InducedModel {
                 }
             }
         }
-        // Nodes on a cycle never get ready.
+        // Nodes on a cycle never become ready.
         let bounded = self.complete && sorted == self.nodes.len();
         bounded.then(|| depth.into_iter().max().unwrap_or(0))
     }
 }
 
-/// The number of a node, which is queued where it is new; none past the limit.
+/// Returns the number of a node and queues the node if it is new; `None` beyond the limit.
 fn enter(
     index: &mut AHashMap<(State, Memory), usize>,
     queue: &mut VecDeque<(State, Memory)>,

@@ -1,8 +1,9 @@
-//! Levels: from where k improvements can be made, almost surely (SASI) or possibly (SPI).
+//! Levels: the states from which k improvements can be made, almost surely (SASI) or with positive
+//! probability (SPI).
 //!
-//! W_0 = S and W_{k+1} = the states from which a goal edge of level k+1 is taken almost surely
-//! (SASI) or with positive probability (SPI); a goal edge of level k+1 improves and enters W_k.
-//! This is the paper's Algorithm "Level set" on the symmetric halves of V.
+//! W_0 = S, and W_{k+1} is the set of states from which a goal edge of level k+1 is taken almost
+//! surely (SASI) or with positive probability (SPI). A goal edge of level k+1 improves and enters
+//! W_k. This is the paper's Algorithm "Level set" on the symmetric halves of V.
 
 use std::fmt;
 
@@ -14,7 +15,7 @@ use crate::engine::edge_labels::{pairs_into, winning};
 use crate::engine::{EdgeLabels, Engine, Region};
 use crate::error::Result;
 
-/// Which of the paper's two solution concepts.
+/// The paper's two solution concepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -25,10 +26,10 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Both.
+    /// Both kinds.
     pub const ALL: [Kind; 2] = [Kind::Sasi, Kind::Spi];
 
-    /// The name in regions, reports and options.
+    /// Returns the name in regions, reports and options.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Sasi => "sasi",
@@ -36,7 +37,7 @@ impl Kind {
         }
     }
 
-    /// The kind of a name.
+    /// Returns the kind with this name.
     pub fn named(name: &str) -> Option<Kind> {
         Kind::ALL.into_iter().find(|kind| kind.name() == name)
     }
@@ -51,12 +52,12 @@ impl fmt::Display for Kind {
     }
 }
 
-/// How many improvements a state has before it.
+/// The number of improvements that can be made from a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Rank {
-    /// Exactly so many.
+    /// Exactly this number.
     Finite(usize),
-    /// So many, and perhaps more: the search ended there.
+    /// At least this number: the search for levels ended there.
     AtLeast(usize),
     /// Any number.
     Unbounded,
@@ -72,14 +73,14 @@ impl Serialize for Rank {
     }
 }
 
-/// What is won in one arena at one level.
+/// The result for one arena at one level.
 pub struct Game<E: Engine> {
-    /// Those of the arena, where improving steps must enter W_{k-1} to win.
+    /// The edge labels of the arena, restricted to goal edges that enter W_{k-1}.
     pub edge_labels: Vec<EdgeLabels<E::States>>,
     /// The winning states.
     pub states: E::States,
-    /// Of the kept choices of the winning states: for SASI those whose kept edges all are goal edges
-    /// or stay in the winning states; for SPI all.
+    /// The kept choices of the winning states. For SASI, only those whose kept edges all are goal
+    /// edges or stay in the winning states; for SPI, all.
     pub choices: E::Choices,
 }
 
@@ -93,45 +94,46 @@ impl<E: Engine> Clone for Game<E> {
     }
 }
 
-/// One level: W_k with the games it was won in, one an arena.
+/// One level: W_k with its games, one per arena.
 pub struct Level<E: Engine> {
     /// W_k
     pub states: E::States,
-    /// In the order of [`Improvement::arenas`].
+    /// The games in the order of [`Improvement::arenas`].
     pub games: Vec<Game<E>>,
 }
 
-/// Why there are no more levels.
+/// The reason why there are no more levels.
 pub enum End<E: Engine> {
     /// The next level is empty.
     Empty,
-    /// The next level has the states of the last one: from these any number of improvements can be
-    /// made. Its games have that fixpoint as their goal; the last level's games need not.
+    /// The next level equals the last one: any number of improvements can be made from its states.
+    /// The games of this level have the fixpoint as their goal; the last level's games need not.
     Unbounded(Level<E>),
-    /// The greatest level asked for was reached.
+    /// The requested greatest level was reached.
     Cut,
 }
 
-/// The levels of one kind, found one after the other.
+/// The levels of one kind, computed one after the other.
 pub struct Levels<E: Engine> {
-    /// Which kind.
+    /// The kind.
     pub kind: Kind,
-    /// W_1 ⊋ W_2 ⊋ …, none of them empty.
+    /// W_1 ⊋ W_2 ⊋ …, all non-empty.
     pub found: Vec<Level<E>>,
-    /// Why there are no more; none while there may be.
+    /// The reason why there are no more levels; `None` while there may be more.
     pub end: Option<End<E>>,
 }
 
 impl<E: Engine> Levels<E> {
-    /// No level yet.
+    /// Creates an empty list of levels.
     pub fn new(kind: Kind) -> Self {
         Levels { kind, found: Vec::new(), end: None }
     }
 
-    /// Finds the next level or the end, and says whether a level was added to `found`.
+    /// Computes the next level or the end; returns whether a level was added to `found`. Cost: see
+    /// [`next_level`].
     ///
     /// # Errors
-    /// A limit of the engine; nothing is changed then. Cost: see [`next_level`].
+    /// A limit of the engine is reached; nothing is changed.
     pub fn advance(
         &mut self,
         engine: &E,
@@ -159,8 +161,8 @@ impl<E: Engine> Levels<E> {
         Ok(false)
     }
 
-    /// rank(s) = max { k : s ∈ W_k }, unbounded in the fixpoint; at least that where the search for levels
-    /// has not come to its end. Cost: one membership a level.
+    /// Returns rank(s) = max { k : s ∈ W_k }, unbounded in the fixpoint. The rank is a lower bound
+    /// if the search for levels is not complete. Cost: one membership test per level.
     pub fn rank(&self, engine: &E, state: &[i64]) -> Rank {
         let holds = |level: &Level<E>| engine.contains(&level.states, state);
         if matches!(&self.end, Some(End::Unbounded(fixpoint)) if holds(fixpoint)) {
@@ -171,7 +173,7 @@ impl<E: Engine> Levels<E> {
         if open { Rank::AtLeast(rank) } else { Rank::Finite(rank) }
     }
 
-    /// The level that a state of this rank plays: none for rank 0, the fixpoint where unbounded.
+    /// Returns the level for states of this rank: `None` for rank 0, the fixpoint if unbounded.
     pub fn level(&self, rank: Rank) -> Option<&Level<E>> {
         match rank {
             Rank::Finite(k) | Rank::AtLeast(k) => self.found.get(k.checked_sub(1)?),
@@ -179,7 +181,8 @@ impl<E: Engine> Levels<E> {
         }
     }
 
-    /// The fixpoint W_k = W_{k+1} ≠ ∅, if it was reached: from there any number of improvements can be made.
+    /// Returns the fixpoint W_k = W_{k+1} ≠ ∅, if it was reached: any number of improvements can be
+    /// made from its states.
     pub fn unbounded(&self) -> Option<&Level<E>> {
         match &self.end {
             Some(End::Unbounded(level)) => Some(level),
@@ -188,14 +191,15 @@ impl<E: Engine> Levels<E> {
     }
 }
 
-/// W_{k+1} from W_k (`last`; none for k = 0, where W_0 = S).
+/// Computes W_{k+1} from W_k (`last`; `None` for k = 0, where W_0 = S).
 ///
-/// Levels decrease, by induction: fewer goals, fewer wins. So each game starts from the states and
-/// choices left by its game of the level before.
+/// By induction, levels decrease: fewer goal edges mean fewer winning states. Each game therefore
+/// starts from the states and choices left by the game of the last level. Cost per arena: one
+/// pre-image per part for the goal edges, and one `can_reach` (SPI) or one `almost_surely_win`
+/// (SASI).
 ///
 /// # Errors
-/// A limit of the engine. Cost, an arena: a pre-image a part for the goal edges; then for SPI one
-/// `can_reach`, for SASI one `almost_surely_win`.
+/// A limit of the engine is reached.
 pub fn next_level<E: Engine>(
     engine: &E,
     classes: &Classes<E>,
@@ -209,7 +213,7 @@ pub fn next_level<E: Engine>(
         let before = last.and_then(|level| level.games.get(index));
         let game = play(engine, arena, kind, &entered, before)?;
         let won = match arena.reference.filter(|_| improvement.safety == Safety::Prefix) {
-            // Each state is its own reference when planning starts or an improvement is made.
+            // Each state is its own reference when planning starts or after an improvement.
             Some(class) => match classes.list.get(class) {
                 Some(class) => engine.intersection(&game.states, &class.states)?,
                 None => engine.no_states(),
@@ -243,10 +247,10 @@ fn play<E: Engine>(
     }
 }
 
-/// The edge labels of an arena, of which improving steps must enter X to win.
+/// Returns the edge labels of an arena, restricted to goal edges that enter X. Cost: no image.
 ///
 /// # Errors
-/// A limit of the engine. Cost: no image.
+/// A limit of the engine is reached.
 pub(crate) fn entering<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
@@ -257,9 +261,10 @@ pub(crate) fn entering<E: Engine>(
     arena.edge_labels.iter().map(within).collect()
 }
 
-/// μX. { s : some kept choice has a goal edge or a kept edge into X }.
+/// Computes μX. { s : some kept choice has a goal edge or a kept edge into X }.
 ///
-/// Starting with the choices of the states won before is sound: W_{k+1} ⊆ W_k, arena by arena.
+/// The search may start with the choices of the last level's winning states: W_{k+1} ⊆ W_k in each
+/// arena.
 fn positively<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
@@ -274,8 +279,8 @@ fn positively<E: Engine>(
     Ok(Game { edge_labels, states, choices })
 }
 
-/// νY. μX. { s : some kept choice has every kept edge in Y or a goal edge, and one in X or a goal
-/// edge }.
+/// Computes νY. μX. { s : some kept choice has only goal edges and kept edges into Y, and a goal
+/// edge or a kept edge into X }.
 fn almost_surely<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
@@ -293,11 +298,11 @@ fn almost_surely<E: Engine>(
     Ok(Game { edge_labels, states, choices })
 }
 
-/// The choices of the last level's game that are not lost at once at the next level.
+/// Returns the choices of the last level's game that are not lost immediately at the next level.
 ///
-/// A choice that was lost stays lost: its bad edge left W_k and was no goal edge, and now both the
-/// winning states and the goals are fewer. Of the others, those are lost that have an edge which was
-/// a goal edge, is none any more and ends outside of W_k.
+/// A lost choice stays lost: it has an edge that left W_k and was not a goal edge, and both the
+/// winning states and the goal edges become fewer. A remaining choice is lost if it has an edge
+/// that was a goal edge before, is not a goal edge any more and ends outside of W_k.
 fn still_good<E: Engine>(
     engine: &E,
     edge_labels: &[EdgeLabels<E::States>],

@@ -1,4 +1,4 @@
-//! Planning: outcomes, improvement, levels and strategies, once for all engines.
+//! Planning: winning regions, improvement MDP, levels and strategies, written once for all engines.
 //!
 //! | The paper | here |
 //! | --- | --- |
@@ -7,8 +7,9 @@
 //! | Algorithm "Level set", rank | [`levels`] |
 //! | SPI and SASI strategies | [`strategy`], [`finite_memory`] |
 //!
-//! [`Analysis`] runs them one after the other and keeps what is known when a limit is hit. [`explain`]
-//! says why a strategy does what it does, [`induced_model`] what can come of it, [`simulate`] what does.
+//! [`Analysis`] runs them one after the other and keeps its results when a limit is reached.
+//! [`explain`] says why an action is permitted, [`induced_model`] computes the states that a
+//! strategy may visit, and [`simulate`] draws random runs.
 
 pub mod analysis;
 pub mod classes;

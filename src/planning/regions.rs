@@ -1,12 +1,12 @@
-//! All regions of an analysis by name, in one order for all engines.
+//! The named regions of an analysis, in the same order for all engines.
 
 use super::analysis::Analysis;
 use super::levels::Kind;
 use crate::engine::Engine;
 use crate::names;
 
-/// The regions that are known so far: `target:A`, `almost-sure:A`, `positive:A`, `class:A+B`, `sasi:1`,
-/// `spi:unbounded`, …
+/// Returns the regions that are known so far: `target:A`, `almost-sure:A`, `positive:A`,
+/// `class:A+B`, `sasi:1`, `spi:unbounded`, …
 pub fn regions<'a, E: Engine>(analysis: &'a Analysis<'_, E>) -> Vec<(String, &'a E::States)> {
     let mut regions = Vec::new();
     let preferences = analysis.preferences();

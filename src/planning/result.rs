@@ -1,4 +1,4 @@
-//! What was found, as plain data: counts, ranks and names, no sets.
+//! The results of an analysis as plain data: counts, ranks and names, no sets.
 
 use super::improvement::Sizes;
 use super::levels::Rank;
@@ -7,16 +7,16 @@ use crate::error::Result;
 use crate::model::State;
 use crate::model::preference::ObjectiveSet;
 
-/// All that `check` reports; what was not reached yet is none or empty.
+/// The contents of a report of `check`; results that are not known yet are `None` or empty.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct AnalysisResult {
     /// The size of the model.
     pub counts: Option<ModelCounts>,
-    /// The objectives that are known, in the order of declaration.
+    /// The objectives with known regions, in the order of declaration.
     pub objectives: Vec<ObjectiveCounts>,
     /// The non-empty classes.
     pub classes: Option<Vec<ClassCount>>,
-    /// The size of the improvement MDP; none under `prefix`.
+    /// The size of the improvement MDP; `None` under `prefix`.
     pub improvement: Option<Sizes>,
     /// The SASI levels.
     pub sasi: LevelCounts,
@@ -29,23 +29,23 @@ pub struct AnalysisResult {
 pub struct ModelCounts {
     /// |S|
     pub states: Count,
-    /// Where monitors watch plays, how many states the model has without them.
+    /// The number of states without monitors, if the model has monitors.
     pub model_states: Option<Count>,
-    /// The enabled pairs of a state and a choice.
+    /// The number of enabled (state, choice) pairs.
     pub choices: Count,
-    /// The triples (s, a, s').
+    /// The number of triples (s, a, s').
     pub transitions: Count,
-    /// The states without an enabled command.
+    /// The number of states without an enabled command.
     pub deadlocks: Count,
-    /// The initial states.
+    /// The number of initial states.
     pub initial: Count,
 }
 
 impl ModelCounts {
-    /// The size of the model that an engine has.
+    /// Counts the model of an engine. Cost: no image.
     ///
     /// # Errors
-    /// A limit of the engine. Cost: no image.
+    /// A limit of the engine is reached.
     pub fn of<E: Engine>(engine: &E) -> Result<Self> {
         let (states, choices) = (engine.all_states(), engine.all_choices());
         Ok(ModelCounts {
@@ -62,7 +62,7 @@ impl ModelCounts {
 /// The sizes of an objective's regions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ObjectiveCounts {
-    /// Which objective, by its position.
+    /// The objective, by its position.
     pub objective: usize,
     /// |F|; 0 deserves a warning.
     pub target: Count,
@@ -77,35 +77,35 @@ pub struct ObjectiveCounts {
 pub struct ClassCount {
     /// MP of its states.
     pub most_preferred: ObjectiveSet,
-    /// How many states it has.
+    /// The number of states.
     pub states: Count,
 }
 
 /// The sizes of the levels of one kind.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct LevelCounts {
-    /// |W_1| > |W_2| > …, counted over S, none of them 0.
+    /// |W_1| > |W_2| > …, counted over S and never 0.
     pub levels: Vec<Count>,
-    /// Whether there are no more levels, and why.
+    /// The reason why there are no more levels, if known.
     pub end: LevelsEnd,
 }
 
-/// Whether there are no more levels, and why.
+/// The reason why there are no more levels, if known.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum LevelsEnd {
-    /// There may be more: the work ended early.
+    /// There may be more levels: the work ended early.
     #[default]
     Open,
-    /// The greatest level asked for was reached; there may be more.
+    /// The requested greatest level was reached; there may be more.
     Cut,
     /// The next level is empty.
     Empty,
-    /// So many states have an unbounded rank; they are the last level.
+    /// This number of states have an unbounded rank; they are the last level.
     Unbounded(Count),
 }
 
 impl LevelCounts {
-    /// The number of states of unbounded rank; none where it is not known.
+    /// Returns the number of states of unbounded rank; `None` if it is not known.
     pub fn unbounded(&self) -> Option<Count> {
         match &self.end {
             LevelsEnd::Open | LevelsEnd::Cut => None,
@@ -115,25 +115,25 @@ impl LevelCounts {
     }
 }
 
-/// What can be done from a state.
+/// The prospects of a state: its most preferred objectives and its plans.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Prospects {
     /// The state.
     pub state: State,
     /// MP of the state.
     pub most_preferred: ObjectiveSet,
-    /// Under SASI; none where the levels were not begun.
+    /// The plan under SASI; `None` if no levels were computed.
     pub sasi: Option<Plan>,
-    /// Under SPI; none where the levels were not begun.
+    /// The plan under SPI; `None` if no levels were computed.
     pub spi: Option<Plan>,
 }
 
-/// The rank of a state and what the permissive strategy of that rank permits when planning starts
+/// The rank of a state and the actions of the permissive strategy of that rank when planning starts
 /// there.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
     /// The rank.
     pub rank: Rank,
-    /// The names of the permitted actions, in the order of the program; none at rank 0.
+    /// The names of the permitted actions, in the order of the program; empty at rank 0.
     pub actions: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! Random plays under a strategy: how often they improve, how soon, and whether they weaken.
+//! Random runs under a strategy: the number of improvements, their times, and weakening steps.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -15,62 +15,64 @@ use crate::model::State;
 use crate::model::preference::{Change, ObjectiveSet};
 use crate::random::Draw;
 
-/// How many explained states are kept for plays that come by again.
+/// Maximum number of explained states that are kept for later visits.
 const REMEMBERED: usize = 1 << 16;
 
-/// Which plays.
+/// The settings of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Setup {
-    /// Under which strategy.
+    /// The strategy that runs follow.
     pub scheduler: Scheduler,
-    /// How many.
+    /// The number of runs per start state.
     pub runs: u64,
-    /// A play is given up after so many steps.
+    /// Maximum number of steps of a run; a longer run is given up.
     pub steps: u64,
-    /// The same seed gives the same plays, with any engine and on any machine.
+    /// The random seed: the same seed gives the same runs with any engine and on any machine.
     pub seed: u64,
 }
 
-/// What came of the plays from one state.
+/// The statistics of the runs from one state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tally {
-    /// Where they started.
+    /// The state in which the runs start.
     pub start: State,
-    /// rank(s), and with it what the strategy promises.
+    /// rank(s), the number of improvements that the strategy guarantees (SASI) or makes possible
+    /// (SPI).
     pub rank: Rank,
-    /// How many plays there were.
+    /// The number of runs.
     pub plays: u64,
-    /// How many plays improved how often.
+    /// The number of runs by number of improvements.
     pub improvements: BTreeMap<usize, u64>,
-    /// For the first, the second, … improvement the steps that it took, counted from the start.
+    /// For each improvement (first, second, …), its number of steps since the start.
     pub waits: Vec<Wait>,
-    /// Plays that ended where no improvement is left.
+    /// The number of runs that ended in a state where no improvement is left.
     pub settled: u64,
-    /// Plays that were given up.
+    /// The number of runs that were given up.
     pub given_up: u64,
-    /// Those among them that had not yet improved as often as the rank says.
+    /// The number of given-up runs that had made fewer improvements than the rank.
     pub undecided: u64,
-    /// Plays with a step that weakens the state before it.
+    /// The number of runs with a step that weakens the state before it.
     pub weakened_step: u64,
-    /// Plays with a step that weakens what the strategy measures against: under `prefix` the state
-    /// where planning started or the last improvement after it, else the state before.
+    /// The number of runs with a step that weakens the strategy's reference. Under `prefix` this is
+    /// the state where planning started or the last improvement after it, else the state before the
+    /// step.
     pub weakened_reference: u64,
-    /// Plays with a state that weakens the state they started in.
+    /// The number of runs with a state that weakens the start state.
     pub weakened_start: u64,
-    /// The first play that weakened, or else the first play.
+    /// The first run that weakened, or the first run if none did.
     pub trace: Trace,
 }
 
-/// How many steps something took.
+/// The number of steps until an improvement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wait {
-    /// In how many plays it came.
+    /// The number of runs with this improvement.
     pub plays: u64,
-    /// The fewest steps.
+    /// The smallest number of steps.
     pub least: u64,
-    /// The most steps.
+    /// The largest number of steps.
     pub most: u64,
-    /// The steps of all these plays together.
+    /// The sum of the steps over these runs.
     pub total: u64,
 }
 
@@ -82,23 +84,23 @@ impl Wait {
         self.total += steps;
     }
 
-    /// The average.
+    /// Returns the mean number of steps.
     pub fn mean(&self) -> f64 {
         self.total as f64 / self.plays as f64
     }
 }
 
-/// A play in full.
+/// A complete run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trace {
-    /// Which play, from 1.
+    /// The number of the run, from 1.
     pub play: u64,
-    /// Its steps.
+    /// The steps.
     pub turns: Vec<Turn>,
 }
 
 impl Trace {
-    /// How often the play improved.
+    /// Returns the number of improvements.
     pub fn improvements(&self) -> usize {
         self.turns.iter().filter(|turn| turn.improves).count()
     }
@@ -108,42 +110,42 @@ impl Trace {
     }
 }
 
-/// How a play ended, against what the rank of its start promises.
+/// The end of a run, compared with the rank of its start state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlayEnd {
-    /// It improved as often as that.
+    /// The run made as many improvements as the rank says.
     Kept,
-    /// It was given up before.
+    /// The run was given up before.
     CutOff,
-    /// It ended before.
+    /// The run ended before.
     Failed,
 }
 
-/// A step of a play.
+/// A step of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turn {
     /// The action taken.
     pub action: String,
     /// The state entered.
     pub state: State,
-    /// How likely that was under the action.
+    /// The probability of this branch of the action.
     pub probability: f64,
     /// MP of the state entered.
     pub most_preferred: ObjectiveSet,
     /// The rank of the state entered.
     pub rank: Rank,
-    /// Whether the step was an improvement.
+    /// True if the step was an improvement.
     pub improves: bool,
-    /// What was gained against the reference.
+    /// The objectives gained, compared with the reference.
     pub gained: ObjectiveSet,
-    /// What the step is, measured against the reference. An improving step that is no improvement
-    /// of the play is one after which the others that were promised could not follow.
+    /// The effect of the step, compared with the reference. An improving step may not count as an
+    /// improvement of the run: the other improvements of the level could then not follow.
     pub change: Change,
-    /// What was lost against the state before.
+    /// The objectives lost, compared with the state before.
     pub lost: ObjectiveSet,
-    /// Whether it weakens the state before.
+    /// True if the step weakens the state before.
     pub weakens_step: bool,
-    /// Whether it weakens the state that the play started in.
+    /// True if the step weakens the start state of the run.
     pub weakens_start: bool,
 }
 
@@ -165,7 +167,7 @@ impl Tally {
         }
     }
 
-    /// How many plays improved less often than `times`.
+    /// Returns the number of runs with fewer than `times` improvements.
     pub fn fewer_than(&self, times: usize) -> u64 {
         self.improvements.range(..times).map(|(_, plays)| plays).sum()
     }
@@ -204,7 +206,7 @@ impl Tally {
     }
 }
 
-/// Plays under the a finite-memory strategy.
+/// Simulation of runs under a finite-memory strategy.
 pub struct Simulation<'b, 'a, E: Engine> {
     book: &'b mut FiniteMemoryStrategy<'a, E>,
     setup: Setup,
@@ -212,23 +214,24 @@ pub struct Simulation<'b, 'a, E: Engine> {
 }
 
 impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
-    /// A simulation without plays yet.
+    /// Creates a simulation without runs.
     pub fn new(book: &'b mut FiniteMemoryStrategy<'a, E>, setup: Setup) -> Self {
         Simulation { book, setup, seen: AHashMap::new() }
     }
 
-    /// All plays from one state of the scope.
+    /// Simulates all runs from one state of the scope. Cost: that of
+    /// [`FiniteMemoryStrategy::explain`] per visited state and memory.
     ///
     /// # Errors
-    /// As [`FiniteMemoryStrategy::explain`]. Cost: that for each state and memory visited.
+    /// The errors of [`FiniteMemoryStrategy::explain`].
     pub fn run(&mut self, start: &[i64]) -> Result<Tally> {
         self.run_each(start, &mut |_| ())
     }
 
-    /// As [`Simulation::run`]; `each` sees every play in full.
+    /// Simulates like [`Simulation::run`] and passes each complete run to `each`.
     ///
     /// # Errors
-    /// Those of [`Simulation::run`].
+    /// The errors of [`Simulation::run`].
     pub fn run_each(&mut self, start: &[i64], each: &mut dyn FnMut(&Trace)) -> Result<Tally> {
         let mut tally = Tally::new(start, self.book.rank(start));
         for play in 1..=self.setup.runs {
@@ -240,11 +243,11 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
         Ok(tally)
     }
 
-    /// The first of all plays from one state that weakens nothing and improves as often as the rank of the
-    /// state says; else the one that comes closest to that.
+    /// Returns the first run from one state that weakens nothing and makes as many improvements as
+    /// the state's rank says; if there is none, returns the run that comes closest.
     ///
     /// # Errors
-    /// Those of [`Simulation::run`].
+    /// The errors of [`Simulation::run`].
     pub fn telling(&mut self, start: &[i64]) -> Result<(Trace, PlayEnd)> {
         let wanted = match self.book.rank(start) {
             Rank::Finite(k) | Rank::AtLeast(k) => k,
@@ -263,7 +266,7 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
             if play == 1 || merit(&trace) > merit(&best.0) {
                 best = (trace, end);
             }
-            // What has no end is told by its beginning.
+            // For an unbounded rank, a run that is cut off is sufficient.
             let told = best.1 == PlayEnd::Kept || (wanted == usize::MAX && best.1 == PlayEnd::CutOff);
             if told && !best.0.weakens() {
                 break;
@@ -272,7 +275,7 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
         Ok(best)
     }
 
-    /// One play, and whether it ended where nothing is left to improve.
+    /// Simulates one run; returns its steps and whether it ended where nothing is left to improve.
     fn play(&mut self, start: &[i64], draw: &mut Draw) -> Result<(Vec<Turn>, bool)> {
         let first = self.book.most_preferred(start);
         let (mut state, mut memory) = (start.to_vec(), self.book.start(start));
@@ -287,7 +290,7 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
         Ok((turns, settled))
     }
 
-    /// One step; none where the strategy has no action.
+    /// Simulates one step; `None` if the strategy has no action.
     fn turn(&self, at: &Explanation, first: &ObjectiveSet, draw: &mut Draw) -> Option<(Turn, Memory)> {
         let played: Vec<usize> =
             (0..at.actions.len()).filter(|&a| self.setup.scheduler.plays(at, a)).collect();
@@ -298,7 +301,7 @@ impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
             sum += s.probability;
             drawn < sum
         });
-        // Rounding may leave the sum a little below 1.
+        // The sum may be slightly below 1 because of rounding.
         let to = reached.or(action.successors.last())?;
         let weakens = |from| self.book.preferences.change(from, &to.most_preferred) == Change::Weakening;
         let turn = Turn {

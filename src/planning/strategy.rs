@@ -1,9 +1,9 @@
-//! Strategies: what may be done, and what makes progress, at each level.
+//! Strategies: the permitted choices and the progress choices of each level.
 //!
-//! A strategy has a part for each arena. Under `action` and `transition` there is one. Under
-//! `prefix` there is one a reference class: planning starts in the part of the state's own class and
-//! stays there through steps that do not improve on it; after an improving step into W_{k-1} the
-//! class of the state entered is the new reference and k-1 the new level.
+//! A strategy has a part for each arena. Under `action` and `transition` there is one arena; under
+//! `prefix` there is one per reference class. Under `prefix`, planning starts in the part of the
+//! state's own class and stays there during steps that do not improve on it. After an improving
+//! step into W_{k-1}, the class of the entered state is the new reference and k-1 is the new level.
 
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
@@ -14,29 +14,31 @@ use crate::error::Result;
 
 /// The two strategies of one level in one arena.
 pub struct Strategy<E: Engine> {
-    /// The class that improvements are measured against; none: the state each step leaves.
+    /// The class that steps are compared with; `None` if each step is compared with the state it
+    /// leaves.
     pub reference: Option<usize>,
     /// The winning states.
     pub states: E::States,
-    /// See [`permissive`].
+    /// The permitted choices; see [`permissive`].
     pub permissive: E::Choices,
-    /// The states by their distance from the goal, disjoint, the winning states together: layer 0
-    /// has a permitted choice with a goal edge, layer i+1 one with a kept edge into layer i and none
-    /// with one into an earlier layer.
+    /// The winning states by their distance from the goal; the layers are disjoint. A state in
+    /// layer 0 has a permitted choice with a goal edge. A state in layer i+1 has one with a kept
+    /// edge into layer i and none with an edge into an earlier layer.
     pub layers: Vec<E::States>,
     /// The permitted choices that move one layer closer with positive probability; in layer 0 those
-    /// with a goal edge. The progress strategy takes the first of a state in the order of the
+    /// with a goal edge. The progress strategy takes the first one of a state in the order of the
     /// program.
     pub progress: E::Choices,
 }
 
-/// The permitted choices of a level in one arena.
+/// Computes the permitted choices of a level in one arena.
 ///
-/// SASI: the kept choices of the winning states whose kept edges all are goal edges or stay in the
-/// winning states. SPI: the kept choices with a goal edge or a kept edge into the winning states.
+/// For SASI, these are the kept choices of the winning states whose kept edges all are goal edges
+/// or stay in the winning states. For SPI, these are the kept choices with a goal edge or a kept
+/// edge into the winning states. Cost: none for SASI; two pre-images per part for SPI.
 ///
 /// # Errors
-/// A limit of the engine. Cost: none for SASI; for SPI two pre-images a part.
+/// A limit of the engine is reached.
 pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
     match kind {
         Kind::Sasi => Ok(game.choices.clone()),
@@ -49,10 +51,11 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
     }
 }
 
-/// Both strategies of a level in one arena, layer by layer.
+/// Computes both strategies of a level in one arena, layer by layer. Cost: one pre-image per layer
+/// and part.
 ///
 /// # Errors
-/// A limit of the engine. Cost: one pre-image a layer and part.
+/// A limit of the engine is reached.
 pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
     let mut progress = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
@@ -74,10 +77,11 @@ pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game
     Ok(Strategy { reference: arena.reference, states, permissive, layers, progress })
 }
 
-/// The strategies of all arenas of a level, in the order of [`Improvement::arenas`].
+/// Computes the strategies of all arenas of a level, in the order of [`Improvement::arenas`]. Cost:
+/// that of [`strategy`] per arena.
 ///
 /// # Errors
-/// A limit of the engine. Cost: that of [`strategy`] for each.
+/// A limit of the engine is reached.
 pub fn strategies<E: Engine>(
     engine: &E,
     kind: Kind,
@@ -88,10 +92,11 @@ pub fn strategies<E: Engine>(
     pairs.map(|(arena, game)| strategy(engine, kind, arena, game)).collect()
 }
 
-/// The permitted choices of all states of a level when planning starts there.
+/// Computes the permitted choices of all states of a level when planning starts there. Cost: that
+/// of [`permissive`] per arena.
 ///
 /// # Errors
-/// A limit of the engine. Cost: that of [`permissive`] for each arena.
+/// A limit of the engine is reached.
 pub fn permitted_at_start<E: Engine>(
     engine: &E,
     kind: Kind,
@@ -111,8 +116,8 @@ pub fn permitted_at_start<E: Engine>(
     Ok(all)
 }
 
-/// Whether a step between two states is a goal edge of a game: it improves and enters
-/// the level below.
+/// Returns whether a step between two states is a goal edge of a game: it improves and enters the
+/// level below.
 pub fn is_goal<E: Engine>(engine: &E, game: &Game<E>, from: &[i64], to: &[i64]) -> bool {
     let holds = |x: &E::States, state: &[i64]| engine.contains(x, state);
     game.edge_labels.iter().any(|m| holds(&m.from, from) && holds(&m.goal, to))

@@ -1,8 +1,8 @@
-//! Regions of temporal formulas: what is asked of the marks of monitors, on the product.
+//! Winning regions of temporal formulas: conditions on the marks of monitors, on the product.
 //!
-//! With a condition in disjunctive normal form, an Emerson-Lei condition, U_d is where the disjunct d can be kept
-//! to for ever; a play that satisfies the condition almost surely comes to one of them (L. de Alfaro, *Formal
-//! verification of probabilistic systems*, 1997).
+//! In disjunctive normal form, a condition is an Emerson-Lei condition. U_d is the set of states
+//! from which the disjunct d can be kept forever. A path that satisfies the condition almost surely
+//! reaches one of these sets (L. de Alfaro, *Formal verification of probabilistic systems*, 1997).
 
 use super::winning_regions::almost_sure_within;
 use crate::engine::regions::{Regions, Which, pmax_positive};
@@ -11,20 +11,21 @@ use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::temporal::{Condition, Disjunct};
 
-/// Where a disjunct can be kept to, with what shows it.
+/// The states from which a disjunct can be kept, with the choices and marks that prove it.
 pub struct Kept<E: Engine> {
-    /// U_d
+    /// U_d, the states.
     pub states: E::States,
-    /// The pairs of these states that stay in them.
+    /// The pairs of these states that stay in U_d.
     pub choices: E::Choices,
-    /// For each mark that comes again and again, the states of U_d whose steps it is on.
+    /// For each mark that must occur infinitely often, the states of U_d whose steps are marked.
     pub again: Vec<E::States>,
 }
 
-/// P_d: the states that satisfy what a disjunct asks from now on always.
+/// Computes P_d: the states that satisfy the marks a disjunct requires from now on always. Cost: no
+/// image.
 ///
 /// # Errors
-/// A limit of the engine, or a state formula without a value. Cost: no image.
+/// A limit of the engine is reached, or a state formula has no value.
 pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> {
     let mut allowed = engine.all_states();
     for &(mark, sign) in &disjunct.always {
@@ -38,15 +39,16 @@ pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> 
     Ok(allowed)
 }
 
-/// U_d = the greatest Z ⊆ P_d such that from every state of Z some choices stay in Z surely and, staying,
-/// almost surely reach each R_di.
+/// Computes U_d, the greatest Z ⊆ P_d such that from every state of Z some choices stay in Z surely
+/// and, while staying, almost surely reach each R_di.
 ///
-/// From where R_di can be reached inside Z with pairs that stay in Z, it is reached almost surely when these are
-/// taken at random: so what cannot reach some R_di is taken out, then what has no pair left, until nothing is.
+/// If R_di can be reached inside Z with pairs that stay in Z, then random selection of these pairs
+/// reaches it almost surely. The algorithm therefore removes states that cannot reach some R_di,
+/// then states without a remaining pair, until nothing changes. Cost: one `can_reach` per R_di and
+/// round, and one pre-image of the removed states.
 ///
 /// # Errors
-/// A limit of the engine, or a state formula without a value. Cost: one `can_reach` an R_di and round, and one
-/// pre-image of the states removed.
+/// A limit of the engine is reached, or a state formula has no value.
 pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
     let allowed = allowed(engine, disjunct)?;
     let recurring =
@@ -71,34 +73,35 @@ pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
     Ok(Kept { states, choices, again })
 }
 
-/// ⋃_d U_d: where the condition can be kept to. Almost surely to reach it, or possibly, is almost surely, or
-/// possibly, to satisfy the condition.
+/// Computes ⋃_d U_d, the states from which some disjunct can be kept. Reaching this set almost
+/// surely (or with positive probability) is equivalent to satisfying the condition almost surely
+/// (or with positive probability). Cost: that of [`kept`] per disjunct.
 ///
 /// # Errors
-/// As [`kept`]. Cost: that of it for each disjunct.
+/// The errors of [`kept`].
 pub fn secured<E: Engine>(engine: &E, condition: &Condition) -> Result<E::States> {
     let mut all = engine.no_states();
-    // Conditions that are too large were refused when they were read.
+    // Conditions that are too large were refused by the reader.
     for disjunct in condition.disjuncts().unwrap_or_default() {
         all = engine.union(&all, &kept(engine, &disjunct)?.states)?;
     }
     Ok(all)
 }
 
-/// The four regions of a condition on the product.
+/// Computes the four regions of a condition on the product. Cost: for the condition and for its
+/// negation, that of [`secured`], one backward fixpoint and one almost-sure fixpoint.
 ///
 /// # Errors
-/// As [`kept`]. Cost: for the condition and its negation each that of [`secured`], a backward fixpoint and an
-/// almost sure one.
+/// The errors of [`kept`].
 pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E::States>> {
     regions_by(engine, condition, |_, find| find())
 }
 
-/// The four regions, each found when `by` asks for it; what no strategy against the condition wins is won by
-/// every strategy.
+/// Computes the four regions; `by` calls the function that finds each region. A state from which no
+/// strategy satisfies the negation is a state from which every strategy satisfies the condition.
 ///
 /// # Errors
-/// Those of [`regions`], and of `by`.
+/// The errors of [`regions`] and of `by`.
 pub fn regions_by<E: Engine>(
     engine: &E,
     condition: &Condition,
@@ -123,10 +126,11 @@ pub fn regions_by<E: Engine>(
     Ok(Regions { pmax_one, pmax_positive: positive, pmin_one, pmin_positive })
 }
 
-/// The states of a region in which monitors are fresh: formulas are judged from there on.
+/// Restricts regions to the states with fresh monitors: formulas are judged from these states on.
+/// Cost: no image.
 ///
 /// # Errors
-/// A limit of the engine. Cost: no image.
+/// A limit of the engine is reached.
 pub fn judged<E: Engine>(
     engine: &E,
     fresh: ExprId,

@@ -1,16 +1,16 @@
-//! Where each objective can be achieved.
+//! Winning regions: the states from which each objective can be achieved.
 
 use crate::engine::regions::pmax_positive;
 use crate::engine::{Count, Engine};
 use crate::error::Result;
 
-/// The regions of one objective.
+/// The winning regions of one objective.
 pub struct ObjectiveRegions<E: Engine> {
     /// F: the target itself.
     pub target: E::States,
-    /// PWin(F): where some strategy reaches F with positive probability.
+    /// PWin(F): the states from which some strategy reaches F with positive probability.
     pub positive: E::States,
-    /// ASWin(F): where some strategy reaches F almost surely.
+    /// ASWin(F): the states from which some strategy reaches F almost surely.
     pub almost_sure: E::States,
 }
 
@@ -24,22 +24,22 @@ impl<E: Engine> Clone for ObjectiveRegions<E> {
     }
 }
 
-/// The regions of all objectives: Out(s) = { i : s ∈ ASWin(F_i) } by state sets.
+/// The winning regions of all objectives: Out(s) = { i : s ∈ ASWin(F_i) }, as state sets.
 ///
-/// Computed one objective at a time, the larger targets first, so that a smaller one may start from
-/// what is known of a larger one. What was computed stays when a limit ends the work.
+/// The regions are computed one objective at a time, larger targets first: the regions of a larger
+/// target bound the search for a smaller one. Results remain when a limit ends the work.
 pub struct WinningRegions<E: Engine> {
     targets: Vec<E::States>,
-    /// The objectives still to do, the next one last.
+    /// The objectives that are not computed yet, the next one last.
     pending: Vec<usize>,
     known: Vec<Option<ObjectiveRegions<E>>>,
 }
 
 impl<E: Engine> WinningRegions<E> {
-    /// Nothing computed yet for these targets.
+    /// Creates the computation for these targets. Cost: no image.
     ///
     /// # Errors
-    /// A limit of the engine while it counts. Cost: no image.
+    /// A limit of the engine is reached while the targets are counted.
     pub fn new(engine: &E, targets: Vec<E::States>) -> Result<Self> {
         let sizes = targets.iter().map(|t| engine.count(t)).collect::<Result<Vec<Count>>>()?;
         let mut pending: Vec<usize> = (0..targets.len()).collect();
@@ -48,15 +48,15 @@ impl<E: Engine> WinningRegions<E> {
         Ok(WinningRegions { targets, pending, known })
     }
 
-    /// Computes the regions of one more objective and says which; none when all are known.
+    /// Computes the regions of one more objective and returns the objective; `None` if all are
+    /// known.
     ///
-    /// A target inside a known larger one has its almost-sure region inside the larger one's
-    /// (to reach the smaller is to reach the larger), which bounds the search. Equal targets share
-    /// everything.
+    /// If a target is a subset of a known one, its almost-sure region is a subset of the known
+    /// one's, because reaching the smaller target reaches the larger one. This bounds the search.
+    /// Equal targets share all regions. Cost: one `can_reach` and one `almost_surely_reach`.
     ///
     /// # Errors
-    /// A limit of the engine; the objective is then still to do. Cost: one `can_reach` and
-    /// one `almost_surely_reach`.
+    /// A limit of the engine is reached; the objective then remains to be computed.
     pub fn advance(&mut self, engine: &E) -> Result<Option<usize>> {
         let Some(&objective) = self.pending.last() else {
             return Ok(None);
@@ -89,30 +89,31 @@ impl<E: Engine> WinningRegions<E> {
         Ok(ObjectiveRegions { target: target.clone(), positive, almost_sure })
     }
 
-    /// F: the target of an objective, known before its regions are.
+    /// Returns F, the target of an objective, which is known before its regions.
     pub fn target(&self, objective: usize) -> Option<&E::States> {
         self.targets.get(objective)
     }
 
-    /// The regions of an objective, if they are known yet.
+    /// Returns the regions of an objective, if they are known yet.
     pub fn get(&self, objective: usize) -> Option<&ObjectiveRegions<E>> {
         self.known.get(objective)?.as_ref()
     }
 
-    /// The almost-sure regions of all objectives, once all are known.
+    /// Returns the almost-sure regions of all objectives, once all are known.
     pub fn almost_sure(&self) -> Option<Vec<&E::States>> {
         self.known.iter().map(|o| o.as_ref().map(|o| &o.almost_sure)).collect()
     }
 }
 
-/// ASWin(F) = νY. μX. F ∪ { s : some a has succ(s,a) ⊆ Y and ∩ X ≠ ∅ } (Pmax = 1), given any
-/// `bound` ⊇ ASWin(F), such as PWin(F).
+/// Computes ASWin(F) = νY. μX. F ∪ { s : some a has succ(s,a) ⊆ Y and succ(s,a) ∩ X ≠ ∅ } (Pmax =
+/// 1), given any `bound` ⊇ ASWin(F), such as PWin(F).
 ///
-/// Starts with the choices of the bound alone: what is outside of a superset of the result is lost, so
-/// the result is the same and a backward fixpoint is spared.
+/// The search starts with the choices of the bound. States outside of a superset of the result are
+/// lost, so the result is the same and one backward fixpoint is saved. Cost: one
+/// `almost_surely_reach`.
 ///
 /// # Errors
-/// A limit of the engine. Cost: an `almost_surely_reach`.
+/// A limit of the engine is reached.
 pub(super) fn almost_sure_within<E: Engine>(
     engine: &E,
     target: &E::States,

@@ -1,11 +1,11 @@
-//! What can be won almost surely, round by round without looking at everything in each.
+//! The almost-sure solver: a nested fixpoint that does not examine all states in every round.
 //!
-//! Every state that can still win remembers a choice by which it gets closer, to a state on a lower
-//! level. When states are lost, only those are looked at again whose remembered choice was
-//! disallowed: most find another one that leads lower. Those that do not are detached, whoever
-//! depends on them is looked at too, and so on; of the detached, those that find no choice on any
-//! level are the next to be lost. So a round costs what is around the states that it looks at,
-//! where a backward search would cost all edges.
+//! Every state that can still win stores a choice that leads to a state on a lower level, closer to
+//! the goal. When states are lost, the solver examines only the states whose stored choice was
+//! removed. Most of them have another choice that leads lower. The others are detached, and the
+//! states that depend on them are examined too, and so on. Detached states that find no choice on
+//! any level are lost in the next round. The cost of a round depends on the neighbourhood of the
+//! examined states; a backward search would examine all edges.
 
 use super::graph::Predecessors;
 use super::index::NOBODY;
@@ -15,15 +15,15 @@ use super::{ExplicitEngine, StateSet};
 use crate::engine::{EdgeLabels, Region};
 use crate::error::Result;
 
-/// What the edges of a game are worth.
+/// The edge labels of a game, by source and target state.
 pub(super) trait Rules {
-    /// Whether the edge is there.
+    /// Returns whether the edge is not dropped.
     fn keeps(&self, from: usize, to: usize) -> bool;
-    /// Whether to take it wins.
+    /// Returns whether the edge is a goal edge.
     fn wins(&self, from: usize, to: usize) -> bool;
 }
 
-/// To enter a target wins.
+/// The rules of reachability: edges into the target are goal edges, no edge is dropped.
 pub(super) struct Entering<'a>(pub(super) &'a BitSet);
 
 impl Rules for Entering<'_> {
@@ -38,17 +38,17 @@ impl Rules for Entering<'_> {
     }
 }
 
-/// [`EdgeLabels`], with the number of its own for each state.
+/// Rules given by [`EdgeLabels`], with the position of the entry for each state.
 pub(super) struct Table<'a> {
     entry: Array<u32>,
     edge_labels: Vec<(&'a [u64], &'a [u64])>,
 }
 
 impl<'a> Table<'a> {
-    /// The rules of `edge_labels`.
+    /// Creates the rules of `edge_labels`.
     ///
     /// # Errors
-    /// The memory limit would be passed.
+    /// The memory limit is reached.
     pub(super) fn new(engine: &ExplicitEngine, edge_labels: &'a [EdgeLabels<StateSet>]) -> Result<Self> {
         let mut entry = Array::filled(&engine.meter, engine.graph.states(), NOBODY)?;
         for (number, m) in edge_labels.iter().enumerate() {
@@ -76,16 +76,18 @@ struct AlmostSureSolver<'a, R> {
     graph: &'a Predecessors,
     rules: &'a R,
     choices: BitSet,
-    /// For each state that can win a choice that gets it closer.
+    /// For each state that can still win, a choice that leads closer to the goal.
     by: Array<u32>,
-    /// That choice wins or may step to a state on a level below this one.
+    /// The level of each state: its stored choice has a goal edge, or an edge into a state on a
+    /// lower level.
     level: Array<u32>,
 }
 
 impl ExplicitEngine {
-    /// νY. μX. { s ∈ S : some (s,a) ∈ C has every edge winning or into Y, and one winning or into X },
-    /// of edges that are there; with the pairs of C that stay. Every pair of C has its state in S and
-    /// all edges winning or into S.
+    /// Computes νY. μX. { s ∈ S : some (s,a) ∈ C has only goal edges and edges into Y, and one goal
+    /// edge or edge into X }, ignoring dropped edges, together with the pairs of C that stay. Every
+    /// pair of C must have its state in S, and each of its edges must be a goal edge or lead into
+    /// S.
     pub(super) fn pursue<R: Rules>(
         &self,
         states: &BitSet,
@@ -114,7 +116,7 @@ impl ExplicitEngine {
 }
 
 impl<R: Rules> AlmostSureSolver<'_, R> {
-    /// An edge that is there and does not win: what becomes of its end matters.
+    /// Returns whether the edge is plain: only then does it matter whether `to` can win.
     #[inline]
     fn leans(&self, from: u32, to: usize) -> bool {
         let from = from as usize;
@@ -137,8 +139,8 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
         self.spread(work)
     }
 
-    /// From the states in `work`, which have a choice, backwards; nearer states first, so that few
-    /// others depend on each.
+    /// Searches backwards from the states in `work`, which have a choice. Nearer states come first,
+    /// so that few other states depend on each.
     fn spread(&mut self, mut work: Array<u32>) -> Result<()> {
         let (graph, choices) = (self.graph, self.choices.words());
         let mut next = 0;
@@ -161,8 +163,9 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
         Ok(())
     }
 
-    /// Takes the choices away that may step into a lost state, among them all of the lost states
-    /// themselves; detaches states that then have no choice that leads lower.
+    /// Removes the choices that may step into a lost state by a plain edge, including those of the
+    /// lost states. Detaches and returns the states that then have no choice that leads to a lower
+    /// level.
     fn remove_attractor(&mut self, lost: &[u32]) -> Result<Array<u32>> {
         let graph = self.graph;
         let mut detached = Array::new(&self.engine.meter);
@@ -191,7 +194,8 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
         Ok(detached)
     }
 
-    /// Lets a state do without a choice that it may have remembered.
+    /// Replaces a choice that a state may have stored; detaches the state if no other choice leads
+    /// lower.
     #[inline]
     fn detach(&mut self, state: u32, choice: u32, detached: &mut Array<u32>) -> Result<()> {
         let at = state as usize;
@@ -207,7 +211,7 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
         Ok(())
     }
 
-    /// Looks for another choice for each of these states; gives those without one.
+    /// Searches another choice for each detached state and returns the states without one.
     fn attach(&mut self, detached: Array<u32>) -> Result<Array<u32>> {
         let mut work = Array::new(&self.engine.meter);
         for &state in detached.iter() {
@@ -226,8 +230,9 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
         Ok(lost)
     }
 
-    /// A choice that is left and may win at once or step to a state that can win, of a level below
-    /// `bound`; with the least level that it fits.
+    /// Finds a remaining choice that has a goal edge, or an edge to a state that can still win,
+    /// below the level `bound` if there is one. Returns the choice and the level of `state` for it:
+    /// 0, or the successor's plus 1.
     fn way_out(&self, state: usize, bound: Option<u32>) -> Option<(u32, u32)> {
         for choice in self.engine.graph.choices_of(state) {
             if !test(self.choices.words(), choice) {

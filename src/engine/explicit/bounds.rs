@@ -1,19 +1,20 @@
-//! Which expressions certainly have a value in every state.
+//! A sufficient test for expressions that have a value in every state.
 
 use crate::model::Program;
 use crate::model::expr::{Binary, ExprId, Node, Unary};
 use crate::model::value::{Type, Value};
 
-/// The least and the greatest value of an integer expression; of others nothing is said.
+/// The smallest and the largest value of an integer expression; without meaning for other types.
 type Interval = (i128, i128);
 
-/// For each node of the pool `None` where it may have no value, else its bounds.
+/// For each node of the pool its bounds, or `None` if the node may have no value in some state.
 pub(super) struct Bounds(Vec<Option<Interval>>);
 
 impl Bounds {
-    /// Bounds from the ranges of the variables, operands before the nodes that use them.
+    /// Computes bounds from the ranges of the variables, operands before the nodes that use them.
     ///
-    /// Sufficient, not necessary: what is not seen to be total counts as partial.
+    /// The test is sufficient, not necessary: an expression that is not proved total counts as
+    /// partial.
     pub(super) fn new(program: &Program) -> Self {
         let mut bounds = Bounds(Vec::with_capacity(program.pool.len()));
         for e in program.pool.ids() {
@@ -23,7 +24,7 @@ impl Bounds {
         bounds
     }
 
-    /// Whether `e` has a value in every state.
+    /// Returns whether `e` is known to have a value in every state.
     pub(super) fn is_total(&self, e: ExprId) -> bool {
         self.get(e).is_some()
     }
@@ -62,7 +63,7 @@ impl Bounds {
     }
 }
 
-/// The bounds of an operation on integers; both operands fit 64 bits.
+/// Computes the bounds of an operation on integers; both operands fit 64 bits.
 fn whole(op: Binary, x: Interval, y: Interval) -> Option<Interval> {
     match op {
         Binary::Add => Some((x.0 + y.0, x.1 + y.1)),

@@ -1,7 +1,7 @@
-//! From expressions to code for the [`super::machine`].
+//! The compiler from expressions to code for the [`super::machine`].
 //!
-//! Conditions become jumps, so that `&`, `|` and `?:` evaluate only what they need, in the order in
-//! which [`ExprPool::eval`] does. Some nodes become routines whose results are kept ([`share`]), so
+//! Conditions become jumps, so that `&`, `|` and `?:` evaluate only the operands they need, in the
+//! order of [`ExprPool::eval`]. Some nodes become routines whose results are kept ([`share`]), so
 //! that nested formulas are neither copied nor computed again.
 
 use ahash::AHashMap;
@@ -14,23 +14,24 @@ use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::Type;
 use crate::progress::Poll;
 
-/// Translates expressions of a program.
+/// The compiler for the expressions of a program.
 pub(super) struct Compiler<'a> {
     pool: &'a ExprPool,
     code: Code,
     constants: AHashMap<i64, Reg>,
-    /// For each node that is kept apart how to get at it, and where it then is.
+    /// For each node with a routine, the instruction that provides its value and the register that
+    /// receives it.
     kept: AHashMap<ExprId, (Op, Reg)>,
 }
 
-/// A jump whose goal is not known yet.
+/// The position of a jump whose target is not known yet.
 type Hole = usize;
 
 impl<'a> Compiler<'a> {
-    /// A compiler for a program; `roots` are all expressions that will be compiled.
+    /// Creates a compiler for a program; `roots` are all expressions that will be compiled.
     ///
     /// # Errors
-    /// The work is to stop.
+    /// The work is cancelled.
     pub(super) fn new(program: &'a Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<Self> {
         let code = Code { initial: vec![0; program.variables.len()], ..Code::default() };
         let (constants, kept) = (AHashMap::new(), AHashMap::new());
@@ -39,18 +40,18 @@ impl<'a> Compiler<'a> {
         Ok(compiler)
     }
 
-    /// The code of everything that was compiled.
+    /// Returns the code of all compiled expressions.
     pub(super) fn finish(self) -> Code {
         self.code
     }
 
-    /// Code that ends with the value of a Boolean expression.
+    /// Emits code that returns the value of a Boolean expression.
     pub(super) fn condition(&mut self, e: ExprId) -> Entry {
         self.conjunction(&[e])
     }
 
-    /// Code that ends with whether all of some conditions hold; the first that does not is the last
-    /// to be evaluated.
+    /// Emits code that returns whether all given conditions are true. Evaluation stops at the first
+    /// one that is false.
     pub(super) fn conjunction(&mut self, of: &[ExprId]) -> Entry {
         let start = self.here();
         let mut fails = Vec::new();
@@ -63,7 +64,7 @@ impl<'a> Compiler<'a> {
         Entry { start, result: 0 }
     }
 
-    /// Code that leaves the value of an expression in a register.
+    /// Emits code that leaves the value of an expression in a register.
     pub(super) fn value(&mut self, e: ExprId) -> Entry {
         let start = self.here();
         let result = self.reg(e);
@@ -71,7 +72,8 @@ impl<'a> Compiler<'a> {
         Entry { start, result }
     }
 
-    /// The same for a real: an integer is converted.
+    /// Emits code that leaves the value of an expression in a register as a real; integers are
+    /// converted.
     pub(super) fn real(&mut self, e: ExprId) -> Entry {
         let start = self.here();
         let result = self.real_reg(e);
@@ -79,14 +81,14 @@ impl<'a> Compiler<'a> {
         Entry { start, result }
     }
 
-    /// Compiles what is kept apart; operands come before the nodes that use them.
+    /// Compiles the routines; operands come before the nodes that use them.
     fn compile_kept(&mut self, kept: Vec<(ExprId, Keep)>) {
         for (e, keep) in kept {
             let start = self.here();
             let result = self.compute(e);
             self.emit(Op::Return(true));
             let routine = self.code.routines.len() as u32;
-            // The result gets a register of its own: looking up writes to it.
+            // The result has its own register, because a table look-up writes to it.
             let dst = self.fresh();
             let op = match keep {
                 Keep::Register => Op::Share { routine },
@@ -97,7 +99,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Emits code after which the register holds the value of `e`.
+    /// Emits code that leaves the value of `e` in the returned register.
     fn reg(&mut self, e: ExprId) -> Reg {
         match self.kept.get(&e) {
             Some(&(op, result)) => {
@@ -166,7 +168,8 @@ impl<'a> Compiler<'a> {
         dst
     }
 
-    /// A register with the value as a real: integers are converted.
+    /// Emits code that leaves the value of `e` as a real in the returned register; integers are
+    /// converted.
     fn real_reg(&mut self, e: ExprId) -> Reg {
         let (ty, a) = (self.pool.ty(e), self.reg(e));
         if ty == Type::Real {
@@ -177,7 +180,7 @@ impl<'a> Compiler<'a> {
         dst
     }
 
-    /// A register with 1 where a condition holds and 0 where not.
+    /// Emits code that leaves 1 in the returned register if a condition is true, else 0.
     fn truth(&mut self, e: ExprId) -> Reg {
         let (one, zero) = (self.constant(1), self.constant(0));
         let mut fails = Vec::new();
@@ -191,7 +194,7 @@ impl<'a> Compiler<'a> {
         dst
     }
 
-    /// Emits jumps that are taken where `e` is `value`; elsewhere the code goes on behind them.
+    /// Emits jumps that are taken if `e` equals `value`; otherwise execution continues after them.
     fn jump_if(&mut self, e: ExprId, value: bool, holes: &mut Vec<Hole>) {
         if self.kept.contains_key(&e) { self.test(e, value, holes) } else { self.branch(e, value, holes) }
     }
@@ -227,7 +230,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Computes a truth value and jumps on it.
+    /// Emits code that computes a truth value and jumps if it equals `value`.
     fn test(&mut self, e: ExprId, value: bool, holes: &mut Vec<Hole>) {
         let a = self.reg(e);
         self.test_reg(a, value, holes);
@@ -261,7 +264,7 @@ impl<'a> Compiler<'a> {
         self.code.ops.len() - 1
     }
 
-    /// Makes jumps lead to what is emitted next.
+    /// Sets the target of jumps to the next instruction.
     fn land(&mut self, holes: Vec<Hole>) {
         let here = self.here();
         for hole in holes {
@@ -277,7 +280,7 @@ impl<'a> Compiler<'a> {
     }
 }
 
-/// The jump that is taken where `a op b` is `value`.
+/// Returns the jump that is taken if `a op b` equals `value`.
 fn compare(op: Binary, value: bool, a: Reg, b: Reg) -> Op {
     match (op, value) {
         (Binary::Lt, true) => Op::JumpLt { a, b, to: 0 },

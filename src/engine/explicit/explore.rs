@@ -1,4 +1,4 @@
-//! From a program to its states and their choices, breadth first.
+//! Breadth-first exploration of the states of a program and their choices.
 
 use std::sync::Arc;
 
@@ -17,31 +17,31 @@ use crate::error::{Error, Limit, Result};
 use crate::model::temporal::Begin;
 use crate::model::{Program, State, fault};
 
-/// How many states are visited between two looks at the progress sink.
+/// Number of states explored between two checks of the progress sink.
 const PATIENCE: usize = 1 << 12;
-/// Every state takes this many bytes at the very least: its place in the rows.
+/// Minimum number of bytes per state: its entries in the sparse rows.
 const LEAST_BYTES: u64 = 12;
 
-/// Which states there are.
+/// The states of a scope, by number.
 #[derive(Debug)]
 pub(super) enum Space {
-    /// Those met, numbered in this order.
+    /// The states reached, numbered in this order.
     Met(Index),
-    /// Every valuation, numbered in the order of values.
+    /// Every valuation, numbered in the order of the values; contains their number.
     Every(usize),
 }
 
-/// The states of a scope and what leads from one to another.
+/// The states of a scope with their choices and successors.
 pub(super) struct Explored {
     pub(super) space: Space,
     pub(super) graph: Graph,
     pub(super) initial: BitSet,
     pub(super) deadlocks: BitSet,
-    /// The first state in which probabilities were rounded.
+    /// The first state in which probabilities sum to 1 only after rounding.
     pub(super) rounded: Option<State>,
 }
 
-/// What an exploration works with.
+/// The input of an exploration.
 pub(super) struct Task<'a> {
     pub(super) program: &'a Arc<Program>,
     pub(super) settings: &'a Settings,
@@ -50,10 +50,10 @@ pub(super) struct Task<'a> {
     pub(super) meter: &'a Meter,
 }
 
-/// How the states of the scope are codes.
+/// Chooses the layout of the codes of the states.
 ///
 /// # Errors
-/// There are too many valuations, or variables.
+/// The valuations are too many for the memory limit, or the variables for a code.
 pub(super) fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
     let begin = program.monitors.as_ref().map(|o| o.begin);
     if settings.scope == Scope::Reachable || begin == Some(Begin::Initially) {
@@ -78,7 +78,7 @@ impl Task<'_> {
     /// Explores the scope.
     ///
     /// # Errors
-    /// A limit, or a command without a meaning in some state.
+    /// A limit of the engine is reached, or a command has no meaning in some state.
     pub(super) fn run(&self) -> Result<Explored> {
         match self.layout.words() {
             1 => self.explore::<1>(),
@@ -93,13 +93,15 @@ impl Task<'_> {
 
     fn explore<const W: usize>(&self) -> Result<Explored> {
         let mut run = self.start::<W>()?;
-        // So does one in which many guards are to be looked at.
+        // A state takes longer if more guards are evaluated, so the interval depends on the
+        // commands.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
         let mut state = 0;
         while state < run.space.len() {
             // A state with many successors takes as long as many states.
             if state % interval == 0 || run.stepper.steps.len() >= PATIENCE {
-                // In the scope `all` nothing need be reached: what counts is what was looked at.
+                // In the scope `all` every valuation is a state, so the explored states are
+                // reported.
                 let reached = if matches!(run.space, Space::Every(_)) { state } else { run.space.len() };
                 self.report(state, reached)?;
             }
@@ -129,7 +131,7 @@ impl Task<'_> {
         })
     }
 
-    /// Finds the steps from a state, and whether it is an initial one.
+    /// Computes the steps from a state and tests whether it is an initial state.
     #[inline]
     fn look<const W: usize>(&self, run: &mut Run<'_, W>, state: usize, code: &[u64; W]) -> Result<()> {
         run.stepper.enter(self.layout, code);
@@ -209,12 +211,12 @@ impl Task<'_> {
     }
 }
 
-/// An exploration under way.
+/// The state of an exploration.
 struct Run<'a, const W: usize> {
     space: Space,
-    /// How many states there were before the first step.
+    /// Number of states before the first step.
     started: usize,
-    /// Whether monitors may begin in every state that is met.
+    /// True if monitors may begin in every reached state.
     restarts: bool,
     stepper: Stepper<'a, W>,
     graph: Graph,
@@ -224,7 +226,7 @@ struct Run<'a, const W: usize> {
 }
 
 impl<const W: usize> Run<'_, W> {
-    /// Adds the steps from a state, and what they lead to.
+    /// Adds the steps from a state, with their successors, to the graph.
     #[inline]
     fn add(&mut self, state: usize, code: &[u64; W]) -> Result<()> {
         if self.stepper.ends.is_empty() || self.stepper.steps_alone() {
@@ -251,7 +253,7 @@ impl<const W: usize> Run<'_, W> {
 }
 
 impl Space {
-    /// How many states there are.
+    /// Returns the number of states.
     #[inline]
     pub(super) fn len(&self) -> usize {
         match self {
@@ -260,7 +262,7 @@ impl Space {
         }
     }
 
-    /// The code of a state.
+    /// Returns the code of a state.
     #[inline]
     fn code<const W: usize>(&self, state: usize) -> [u64; W] {
         match self {
@@ -269,7 +271,7 @@ impl Space {
         }
     }
 
-    /// The number of the state with a code, a new one if need be.
+    /// Returns the number of the state with this code; assigns a new number if necessary.
     #[inline]
     fn number<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
         match self {
@@ -278,7 +280,7 @@ impl Space {
         }
     }
 
-    /// The number of the state with a code, if it is one of the scope.
+    /// Returns the number of the state with this code, if it is in the scope.
     pub(super) fn find(&self, code: &[u64]) -> Option<usize> {
         match self {
             Space::Met(index) => index.find(code).map(|id| id as usize),
@@ -287,7 +289,7 @@ impl Space {
     }
 }
 
-/// A code of known length; missing words are 0.
+/// Copies words to a code of fixed length; missing words are 0.
 #[inline]
 pub(super) fn fixed<const W: usize>(words: &[u64]) -> [u64; W] {
     let mut code = [0; W];

@@ -1,4 +1,4 @@
-//! Fixpoints by work lists: each edge is looked at once a fixpoint.
+//! Fixpoints by work lists: each fixpoint examines each edge at most once.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -10,18 +10,18 @@ use super::set::{BitSet, clear, set, test};
 use crate::engine::Region;
 use crate::error::Result;
 
-/// How many states are taken from a work list between two looks at the progress sink.
+/// Number of states taken from a work list between two checks of the progress sink.
 const PATIENCE: usize = 1 << 14;
 
 impl ExplicitEngine {
-    /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is there }
+    /// Computes μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }.
     pub(super) fn attract(&self, target: &BitSet, within: &BitSet, rules: &impl Rules) -> Result<BitSet> {
         let graph = self.graph.predecessors()?;
         let mut found = target.copy()?;
         let (x, within) = (found.words_mut(), within.words());
         let mut work = Array::new(&self.meter);
-        // What was found is expanded before the next state of the target is taken, so that the
-        // list holds few of the target's states.
+        // New states are expanded before the next target state is added, so that the list contains
+        // few target states.
         for start in target.iter() {
             work.push(start as u32)?;
             while let Some(state) = work.pop() {
@@ -38,7 +38,8 @@ impl ExplicitEngine {
         Ok(found)
     }
 
-    /// The greatest Z ⊆ X in which every state has a pair of C with all successors in Z.
+    /// Computes the greatest Z ⊆ X in which every state has a pair of C with all successors in Z,
+    /// together with these pairs.
     pub(super) fn remain(&self, x: &BitSet, within: &BitSet) -> Result<Region<BitSet, BitSet>> {
         let graph = self.graph.predecessors()?;
         let mut removal = Removal::new(self, graph, x.copy()?, self.choices_of_states(within, x)?)?;
@@ -55,7 +56,7 @@ impl ExplicitEngine {
         Ok(Region { states: removal.states, choices: removal.choices })
     }
 
-    /// Looks at the progress sink now and then.
+    /// Counts a step and checks the progress sink every [`PATIENCE`] steps.
     #[inline]
     pub(super) fn tick(&self) -> Result<()> {
         let ticks = self.ticks.load(Relaxed).wrapping_add(1);
@@ -73,13 +74,13 @@ impl ExplicitEngine {
     }
 }
 
-/// States and choices that are left, while states are lost one after the other.
+/// The remaining states and choices while states are removed one after the other.
 struct Removal<'a> {
     engine: &'a ExplicitEngine,
     graph: &'a Predecessors,
     states: BitSet,
     choices: BitSet,
-    /// For each state how many of its choices are left.
+    /// For each state, the number of its remaining choices.
     left: Array<u32>,
     work: Array<u32>,
 }
@@ -98,8 +99,8 @@ impl<'a> Removal<'a> {
         Ok(Removal { engine, graph, states, choices, left, work: Array::new(&engine.meter) })
     }
 
-    /// Disallows the choices that may step into a state, which is not among those left any more, and
-    /// so on where no choice is left.
+    /// Removes the choices that may step into `state`, which is already removed; removes states
+    /// without a remaining choice, and so on.
     fn remove_attractor(&mut self, state: usize) -> Result<()> {
         let (states, choices) = (self.states.words_mut(), self.choices.words_mut());
         self.work.push(state as u32)?;

@@ -1,4 +1,4 @@
-//! Choices and successors in compressed sparse rows.
+//! The choices of states and the successors of choices in compressed sparse rows.
 
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -6,32 +6,33 @@ use std::sync::OnceLock;
 use super::meter::{Array, Meter};
 use crate::error::{Limit, Result};
 
-/// Which choices a state has, and which successors a choice.
+/// The choices of each state and the successors of each choice.
 #[derive(Debug)]
 pub(super) struct Graph {
-    /// Where the choices of each state start; one more at the end.
+    /// Start of the choices of each state, with one more entry for the end.
     choices: Array<u32>,
-    /// Where the successors of each choice start; one more at the end.
+    /// Start of the successors of each choice, with one more entry for the end.
     rows: Array<u32>,
-    /// The successors, each once a choice.
+    /// The successors, each once per choice.
     successors: Array<u32>,
     meter: Meter,
     predecessors: OnceLock<Predecessors>,
 }
 
-/// The graph backwards.
+/// The reversed graph.
 #[derive(Debug)]
 pub(super) struct Predecessors {
-    /// Where the predecessors of each state start; one more at the end.
+    /// Start of the predecessors of each state, with one more entry for the end.
     rows: Array<u32>,
-    /// The choices that may lead to it.
+    /// The choices that may lead to each state.
     choices: Array<u32>,
-    /// The state of each choice; none where every state has one choice, its own number.
+    /// The state of each choice; `None` if every state has one choice, which then has the state's
+    /// number.
     owners: Option<Array<u32>>,
 }
 
 impl Graph {
-    /// A graph without states.
+    /// Creates a graph without states.
     pub(super) fn new(meter: &Meter) -> Result<Self> {
         let mut graph = Graph {
             choices: Array::new(meter),
@@ -45,13 +46,13 @@ impl Graph {
         Ok(graph)
     }
 
-    /// Adds a successor to the choice being built.
+    /// Adds a successor to the current choice.
     #[inline]
     pub(super) fn add(&mut self, state: u32) -> Result<()> {
         self.successors.push(state)
     }
 
-    /// Ends the choice being built; successors met twice count once.
+    /// Ends the current choice; repeated successors count once.
     pub(super) fn end_choice(&mut self) -> Result<()> {
         let start = self.rows.last().copied().unwrap_or(0) as usize;
         let own = &mut self.successors[start..];
@@ -66,50 +67,50 @@ impl Graph {
         self.rows.push(end)
     }
 
-    /// Ends the state being built.
+    /// Ends the current state.
     #[inline]
     pub(super) fn end_state(&mut self) -> Result<()> {
         self.choices.push(self.rows.len() as u32 - 1)
     }
 
-    /// Gives back what is not used.
+    /// Frees unused capacity.
     pub(super) fn shrink(&mut self) {
         self.choices.shrink();
         self.rows.shrink();
         self.successors.shrink();
     }
 
-    /// How many states there are.
+    /// Returns the number of states.
     pub(super) fn states(&self) -> usize {
         self.choices.len() - 1
     }
 
-    /// How many choices there are.
+    /// Returns the number of choices.
     pub(super) fn choices(&self) -> usize {
         self.rows.len() - 1
     }
 
-    /// The choices of a state.
+    /// Returns the choices of a state.
     #[inline]
     pub(super) fn choices_of(&self, state: usize) -> Range<usize> {
         self.choices[state] as usize..self.choices[state + 1] as usize
     }
 
-    /// The successors of a choice.
+    /// Returns the successors of a choice.
     #[inline]
     pub(super) fn successors_of(&self, choice: usize) -> &[u32] {
         &self.successors[self.rows[choice] as usize..self.rows[choice + 1] as usize]
     }
 
-    /// The graph backwards if it has been built.
+    /// Returns the reversed graph if it is built already.
     pub(super) fn known_predecessors(&self) -> Option<&Predecessors> {
         self.predecessors.get()
     }
 
-    /// The graph backwards, built when it is needed first.
+    /// Returns the reversed graph, which is built on first use.
     ///
     /// # Errors
-    /// The memory limit would be passed.
+    /// The memory limit is reached.
     pub(super) fn predecessors(&self) -> Result<&Predecessors> {
         if let Some(known) = self.predecessors.get() {
             return Ok(known);
@@ -129,7 +130,7 @@ impl Graph {
             *row = end;
         }
         let mut choices = Array::filled(&self.meter, self.successors.len(), 0u32)?;
-        // From the last to the first, so that predecessors stand in order.
+        // From the last choice to the first, so that predecessors are in order.
         for choice in (0..self.choices()).rev() {
             for &state in self.successors_of(choice) {
                 let row = &mut rows[state as usize];
@@ -153,13 +154,13 @@ impl Graph {
 }
 
 impl Predecessors {
-    /// The choices that may lead to a state, in order.
+    /// Returns the choices that may lead to a state, in order.
     #[inline]
     pub(super) fn of(&self, state: usize) -> &[u32] {
         &self.choices[self.rows[state] as usize..self.rows[state + 1] as usize]
     }
 
-    /// The state of a choice.
+    /// Returns the state of a choice.
     #[inline]
     pub(super) fn owner(&self, choice: u32) -> u32 {
         match &self.owners {
@@ -169,7 +170,7 @@ impl Predecessors {
     }
 }
 
-/// EdgeLabels each number of a sorted list to the front once; how many there are.
+/// Moves each distinct number of a sorted list to the front and returns how many there are.
 fn keep_once(sorted: &mut [u32]) -> usize {
     let mut kept = 1;
     for at in 1..sorted.len() {

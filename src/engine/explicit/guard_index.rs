@@ -1,8 +1,9 @@
-//! Which commands of a participant can be enabled, by a table over a few variables.
+//! The guard index: a table from the values of a few variables to the commands that can be enabled.
 //!
-//! Most guards ask where their module stands, or what is the case in a cell of a grid. Those parts of
-//! a participant's guards that are over a few variables are looked up together: each valuation of
-//! these has a cell, with the commands whose parts hold there. The table fills as it is used.
+//! Most guards test the location of their module or the contents of a grid cell. The parts of a
+//! participant's guards over a few variables are looked up together. Each valuation of these
+//! variables has a cell with the commands whose parts are true there. Cells are filled on first
+//! use.
 
 use std::cmp::Reverse;
 
@@ -18,45 +19,45 @@ use crate::model::value::{EvalError, Type, Value};
 use crate::model::{CommandId, Program};
 use crate::progress::Poll;
 
-/// A table has at most so many cells.
+/// Maximum number of cells of a table.
 const MOST_CELLS: u64 = 1 << 18;
-/// For variables that only one conjunct is over it grows to no more than this.
+/// Maximum number of cells if variables are added for a single conjunct.
 const FEW_CELLS: u64 = 1 << 10;
-/// All tables of a program together have at most so many cells.
+/// Maximum number of cells of all tables of a program together.
 const ALL_CELLS: u64 = 1 << 22;
-/// The rows of a table hold at most so many commands together.
+/// Maximum number of commands in all rows of a table together.
 const MOST_MEMBERS: usize = 1 << 20;
-/// A table is worth its memory only after so many look-ups.
+/// Number of look-ups before a table is allocated.
 const PATIENCE: u32 = 64;
-/// The cell of which nothing is known; there are no more rows than this.
+/// The content of a cell that is not filled; also the maximum number of rows.
 const UNKNOWN: u16 = u16::MAX;
 
-/// How the guards of a participant's commands are divided.
+/// The guards of a participant's commands, each divided into a part for the table and the rest.
 pub(super) struct Division {
-    /// The variables that the table is over.
+    /// The variables that index the table.
     keys: Vec<u32>,
     commands: Vec<Divided>,
 }
 
-/// A guard as two conjunctions.
+/// A guard as two conjunctions: the part that the table answers and the rest.
 struct Divided {
     command: CommandId,
     settled: Vec<ExprId>,
     rest: Vec<ExprId>,
 }
 
-/// A part of a guard.
+/// A conjunct of a guard.
 struct Conjunct {
     e: ExprId,
-    /// The variables in it; none where a table may not answer for it.
+    /// The variables in it; `None` if a table must not answer for it.
     support: Option<Vec<u32>>,
 }
 
 impl Division {
-    /// Divides the guards of `commands`; there will be `tables` of these in all.
+    /// Divides the guards of `commands`; `tables` is the number of tables of the program.
     ///
     /// # Errors
-    /// The work is to stop.
+    /// The work is cancelled.
     pub(super) fn new(
         program: &Program,
         bounds: &Bounds,
@@ -80,15 +81,15 @@ impl Division {
         Ok(Division { keys, commands })
     }
 
-    /// All parts of guards.
+    /// Returns all conjuncts of the guards.
     pub(super) fn roots(&self) -> impl Iterator<Item = ExprId> {
         self.commands.iter().flat_map(|c| c.settled.iter().chain(&c.rest)).copied()
     }
 
-    /// The same as code.
+    /// Compiles the parts of the guards.
     ///
     /// # Errors
-    /// The work is to stop.
+    /// The work is cancelled.
     pub(super) fn compile(
         &self,
         program: &Program,
@@ -113,10 +114,10 @@ impl Conjunct {
     }
 }
 
-/// The conjuncts of a guard, in their order.
+/// Returns the conjuncts of a guard, in their order.
 ///
-/// A table may answer for one when it and all before it are total: where it is false, the guard is
-/// false then, and not without a value.
+/// A table may answer for a conjunct if it and all conjuncts before it are total. Then a guard with
+/// a false conjunct is false and never without a value.
 fn conjuncts(program: &Program, bounds: &Bounds, guard: ExprId) -> Vec<Conjunct> {
     let pool = &program.pool;
     let (mut found, mut stack, mut total) = (Vec::new(), vec![guard], true);
@@ -134,8 +135,8 @@ fn conjuncts(program: &Program, bounds: &Bounds, guard: ExprId) -> Vec<Conjunct>
     found
 }
 
-/// The variables for a table: those that most different conjuncts are over come first, since what
-/// all guards have in common tells no command from another.
+/// Chooses the variables of a table. Variable sets with more different conjuncts come first,
+/// because a conjunct that all guards share does not distinguish commands.
 fn keys(program: &Program, guards: &[Vec<Conjunct>], most: u64) -> Vec<u32> {
     let mut votes: AHashMap<&[u32], AHashSet<ExprId>> = AHashMap::new();
     for conjunct in guards.iter().flatten() {
@@ -153,12 +154,12 @@ fn keys(program: &Program, guards: &[Vec<Conjunct>], most: u64) -> Vec<u32> {
             keys = more;
         }
     }
-    // One look-up is no better than one test.
+    // A look-up costs as much as a single test.
     let settled = guards.iter().flatten().filter(|c| c.is_over(&keys)).count();
     if settled > 1 { keys } else { Vec::new() }
 }
 
-/// The commands of a participant by cell.
+/// The commands of a participant, looked up by cell.
 pub(super) struct GuardIndex {
     keys: Vec<Key>,
     cells: u32,
@@ -168,28 +169,29 @@ pub(super) struct GuardIndex {
 /// A command of a participant.
 pub(super) struct Candidate {
     pub(super) command: u32,
-    /// The part of its guard that the table answers for.
+    /// The part of its guard that the table answers.
     settled: Option<Entry>,
-    /// The part that has to be looked at in each state.
+    /// The part of its guard that is evaluated in each state.
     pub(super) rest: Option<Entry>,
 }
 
-/// The table of a [`GuardIndex`], as far as it is filled.
+/// The table of a [`GuardIndex`], filled on demand.
 #[derive(Default)]
 pub(super) struct Rows {
-    /// For each cell the number of its row.
+    /// For each cell, the number of its row.
     cells: Vec<u16>,
-    /// Where each row is in `members`.
+    /// Start and end of each row in `members`.
     rows: Vec<(u32, u32)>,
-    /// Positions in [`GuardIndex::candidates`]; those in front are the last row that was not kept.
+    /// Positions in [`GuardIndex::candidates`]. The first entries contain the last row that was not
+    /// stored.
     pub(super) members: Vec<u32>,
     known: AHashMap<Vec<u32>, u16>,
     asked: u32,
 }
 
 impl Rows {
-    /// Where in [`Rows::members`] the candidates are that the present state does not rule out by the
-    /// variables of the table, in the order of the program. Holds until the next call.
+    /// Returns the range in [`Rows::members`] of the candidates that the table does not rule out in
+    /// the present state, in the order of the program. The range is valid until the next call.
     #[inline]
     pub(super) fn of(
         &mut self,
@@ -238,7 +240,7 @@ impl Rows {
         Ok(self.rows[number as usize])
     }
 
-    /// The number of a row.
+    /// Returns the number of a row; stores the row if it is new.
     fn number(&mut self, row: Vec<u32>) -> u16 {
         if let Some(&number) = self.known.get(&row) {
             return number;

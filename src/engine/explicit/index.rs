@@ -1,4 +1,4 @@
-//! The states that were reached, each stored once, and the way from a code to its number.
+//! The states reached, each stored once, and a hash index from a code to its number.
 
 use std::hash::{BuildHasher, Hasher};
 
@@ -7,22 +7,22 @@ use ahash::RandomState;
 use super::meter::{Array, Charge, Meter};
 use crate::error::{Limit, Result};
 
-/// No state has this number.
+/// A number that no state has.
 pub(super) const NOBODY: u32 = u32::MAX;
-/// The most states that can be numbered: the index keeps a quarter of its slots free.
+/// Maximum number of states: the index keeps a quarter of its slots free.
 const MOST_STATES: usize = 3 << 30;
 
-/// Codes in the order in which they were met, with an open-addressing index over them.
+/// Codes in the order in which they were reached, with an open-addressing hash index.
 ///
-/// A slot holds the number of a state and, in the bits above those that numbers need, a tag from
-/// its hash: so a probe that does not fit hardly ever touches the stored code.
+/// A slot contains the number of a state and, in the bits above, a tag from its hash. A probe of a
+/// slot with another code therefore rarely reads the stored code.
 #[derive(Debug)]
 pub(super) struct Index {
     /// All codes, one after the other.
     codes: Array<u64>,
     words: usize,
     slots: Vec<u32>,
-    /// The low bits of a slot, which hold the number; also the mask of positions.
+    /// Mask of the low bits of a slot, which contain the number; also the mask of slot positions.
     mask: u32,
     hasher: RandomState,
     meter: Meter,
@@ -30,7 +30,7 @@ pub(super) struct Index {
 }
 
 impl Index {
-    /// An empty index of codes of `words` words.
+    /// Creates an empty index for codes of `words` words.
     pub(super) fn new(words: usize, meter: &Meter) -> Result<Self> {
         let size = 1usize << 10;
         Ok(Index {
@@ -38,29 +38,29 @@ impl Index {
             words,
             slots: vec![NOBODY; size],
             mask: size as u32 - 1,
-            // Fixed seeds: nothing depends on them, but times shall not either.
+            // Fixed seeds: results do not depend on them, and run times should not either.
             hasher: RandomState::with_seeds(0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344),
             meter: meter.clone(),
             charge: meter.charge(size * 4)?,
         })
     }
 
-    /// How many states there are.
+    /// Returns the number of states.
     #[inline]
     pub(super) fn len(&self) -> usize {
         self.codes.len() / self.words
     }
 
-    /// The code of a state.
+    /// Returns the code of a state.
     #[inline]
     pub(super) fn code(&self, id: usize) -> &[u64] {
         &self.codes[id * self.words..(id + 1) * self.words]
     }
 
-    /// The number of a code, a new one if it was not met before.
+    /// Returns the number of a code, a new one if the code is new.
     ///
     /// # Errors
-    /// The memory limit would be passed.
+    /// The memory limit or the maximum number of states is reached.
     #[inline]
     pub(super) fn intern<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
         let hash = self.hash(code);
@@ -71,7 +71,7 @@ impl Index {
         self.insert(code, hash, slot)
     }
 
-    /// The number of a code, if it was met.
+    /// Returns the number of a code, if the code is known.
     pub(super) fn find(&self, code: &[u64]) -> Option<u32> {
         let hash = self.hash(code);
         let tag = self.tag(hash);
@@ -89,12 +89,12 @@ impl Index {
         }
     }
 
-    /// Gives back what is not used.
+    /// Frees unused capacity.
     pub(super) fn shrink(&mut self) {
         self.codes.shrink();
     }
 
-    /// The slot in which a code is or would be, and its number.
+    /// Returns the slot for a code, and the code's number or [`NOBODY`].
     #[inline]
     fn probe<const W: usize>(&self, code: &[u64; W], hash: u64) -> (u32, u32) {
         let tag = self.tag(hash);
@@ -143,7 +143,7 @@ impl Index {
         Ok(id as u32)
     }
 
-    /// Doubles the slots; for a moment both tables are there.
+    /// Doubles the slots; both tables exist while entries move.
     fn grow(&mut self) -> Result<()> {
         let size = self.slots.len() * 2;
         let charge = self.meter.charge(size * 4)?;

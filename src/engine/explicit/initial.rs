@@ -1,4 +1,4 @@
-//! The initial states, found without trying all valuations.
+//! A search for the initial states that does not enumerate all valuations.
 
 use super::compile::Compiler;
 use super::machine::{Code, Machine};
@@ -7,24 +7,26 @@ use crate::model::expr::{Binary, ExprId, Node};
 use crate::model::{Program, State};
 use crate::progress::{Poll, ProgressSink};
 
-/// How many partial valuations are tried between two looks at the progress sink.
+/// Number of partial valuations tried between two checks of the progress sink.
 const PATIENCE: u64 = 1 << 16;
 
-/// Searches the valuations in which all conjuncts of a predicate hold, variable by variable.
+/// A search for the valuations in which all conjuncts of a predicate are true, variable by
+/// variable.
 pub(super) struct Search<'a> {
     program: &'a Program,
     sink: &'a dyn ProgressSink,
     code: Code,
     machine: Machine,
-    /// For each variable the conjuncts that can be tested once it and all before it have values.
+    /// For each depth, the conjuncts that can be tested once the variables before it have values.
     tests: Vec<Vec<u32>>,
-    /// The order in which variables get values, with the first and last to be tried.
+    /// The order in which variables are assigned, with the first and last value to be tried.
     order: Vec<(usize, i64, i64)>,
     tried: u64,
 }
 
 impl<'a> Search<'a> {
-    /// A search for the states of a predicate, that of the initial ones say; conjuncts that fix a variable cut its range.
+    /// Creates a search for the states of a predicate, such as that of the initial states.
+    /// Conjuncts that fix a variable restrict its range.
     ///
     /// # Errors
     /// The work is cancelled.
@@ -39,7 +41,8 @@ impl<'a> Search<'a> {
                 (*low, *high) = ((*low).max(value), (*high).min(value));
             }
         }
-        // Variables with few values first: they cost nothing, and let more conjuncts be tested.
+        // Variables with one value come first: they cost nothing, and more conjuncts can be tested
+        // early.
         order.sort_by_key(|&(variable, low, high)| (high > low, variable));
         let mut compiler = Compiler::new(program, &conjuncts, &mut Poll::new(sink))?;
         let mut tests = vec![Vec::new(); order.len() + 1];
@@ -53,16 +56,19 @@ impl<'a> Search<'a> {
         Ok(Search { program, sink, code, machine, tests, order, tried: 0 })
     }
 
-    /// Calls `found` with every initial state.
+    /// Calls `found` with every state of the predicate.
     ///
-    /// A conjunct without a value counts as false here: it matters only in states of the scope,
-    /// where the whole expression is evaluated again.
+    /// A conjunct without a value counts as false. It matters only in states of the scope, where
+    /// the whole expression is evaluated again.
+    ///
+    /// # Errors
+    /// The work is cancelled, or `found` fails.
     pub(super) fn run(&mut self, found: &mut dyn FnMut(&[i64]) -> Result<()>) -> Result<()> {
         if !self.passes(0) {
             return Ok(());
         }
         let depth = self.order.len();
-        // For each variable that has a value the value to try next.
+        // For each assigned variable, the next value to try.
         let mut next: Vec<i128> = self.order.iter().map(|&(_, low, _)| low.into()).collect();
         let mut at = 0;
         loop {
@@ -104,7 +110,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The conjuncts of an expression.
+/// Collects the conjuncts of an expression.
 fn split(program: &Program, e: ExprId, conjuncts: &mut Vec<ExprId>) {
     let mut stack = vec![e];
     while let Some(e) = stack.pop() {
@@ -115,7 +121,7 @@ fn split(program: &Program, e: ExprId, conjuncts: &mut Vec<ExprId>) {
     }
 }
 
-/// The variable and the value of a conjunct `variable = constant`.
+/// Returns the variable and the value of a conjunct `variable = constant`.
 fn fixed(program: &Program, e: ExprId) -> Option<(usize, i64)> {
     use crate::model::value::Value;
     let pool = &program.pool;

@@ -1,40 +1,43 @@
-//! States as numbers.
+//! The encoding of states as words.
 //!
-//! A state is a short vector of words, its *code*. Each variable has a weight in one of them, and
-//! to change a variable is to add (new - old) · weight, whatever else changes: so the code of a
-//! successor is that of its source plus one difference a command. There are two such layouts:
+//! A state is a short vector of words, its *code*. Each variable has a weight in one word. Changing
+//! a variable adds (new - old) · weight, independent of all other changes. The code of a successor
+//! is therefore the code of its source plus one difference per command. There are two layouts:
 //! `packed`, whose weights are powers of two, and `radix`, which numbers all valuations without a
 //! gap. Codes compare as the values do, first variable first.
 
 use crate::error::{Limit, Result};
 use crate::model::{Program, Variable};
 
-/// More words than this in a code are refused.
+/// Maximum number of words in a code.
 pub(super) const MOST_WORDS: usize = 32;
 
-/// Where a variable is kept.
+/// The position of a variable in a code.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Field {
     word: u32,
     shift: u32,
-    /// What one more of the variable adds to its word.
+    /// The amount that an increment of the variable adds to its word.
     weight: u64,
     low: i64,
-    /// How many values, less one.
+    /// The number of values minus 1.
     width: u64,
 }
 
-/// How states are codes.
+/// The layout of codes.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     fields: Vec<Field>,
     words: usize,
-    /// With `radix` how many valuations there are.
+    /// The number of valuations in a `radix` layout.
     valuations: Option<u64>,
 }
 
 impl Layout {
-    /// Each variable its own bits, none of them across two words.
+    /// Creates a layout in which each variable has its own bits within one word.
+    ///
+    /// # Errors
+    /// A code would need more than [`MOST_WORDS`] words.
     pub(super) fn packed(program: &Program) -> Result<Self> {
         let mut sizes: Vec<u32> = program.variables.iter().map(|v| v.bits()).collect();
         let mut places = Vec::new();
@@ -55,7 +58,8 @@ impl Layout {
             let what = format!("states of {bits} bits for the explicit engine, which takes 2048");
             return Err(Limit::Size { what }.into());
         }
-        // A variable of one value may stand behind the last bit of a word: its weight is not used.
+        // A variable with one value may be placed after the last bit of a word; its weight is not
+        // used.
         let field = |(v, (word, shift)): (&Variable, (u32, u32))| Field {
             word,
             shift: shift & 63,
@@ -67,7 +71,8 @@ impl Layout {
         Ok(Layout { fields, words, valuations: None })
     }
 
-    /// All valuations, numbered in the order of their values; none where there are 2^32 or more.
+    /// Creates a layout that numbers all valuations in the order of their values; `None` if there
+    /// are 2^32 or more.
     pub(super) fn radix(program: &Program) -> Option<Self> {
         let mut fields = Vec::new();
         let mut weight: u64 = 1;
@@ -81,22 +86,22 @@ impl Layout {
         Some(Layout { fields, words: 1, valuations: Some(weight) })
     }
 
-    /// How many words a code has: 1 to 4, 8, 16 or 32.
+    /// Returns the number of words of a code: 1 to 4, 8, 16 or 32.
     pub(super) fn words(&self) -> usize {
         self.words
     }
 
-    /// With [`Layout::radix`] how many states there are.
+    /// Returns the number of valuations of a [`Layout::radix`], else `None`.
     pub(super) fn valuations(&self) -> Option<u64> {
         self.valuations
     }
 
-    /// The field of a variable.
+    /// Returns the field of a variable.
     pub(super) fn field(&self, variable: usize) -> Field {
         self.fields[variable]
     }
 
-    /// The values of a state, into the first registers.
+    /// Writes the values of a state to the first entries of `values`.
     #[inline]
     pub(super) fn decode(&self, code: &[u64], values: &mut [i64]) {
         if self.valuations.is_some() {
@@ -110,14 +115,14 @@ impl Layout {
         }
     }
 
-    /// The value of one variable.
+    /// Returns the value of one variable.
     #[inline]
     pub(super) fn value(&self, code: &[u64], variable: usize) -> i64 {
         let field = &self.fields[variable];
         if self.valuations.is_some() { field.radix_value(code) } else { field.packed_value(code) }
     }
 
-    /// The code of a valuation; none where a value is out of its range or the length is wrong.
+    /// Returns the code of a valuation; `None` if a value is out of range or the length is wrong.
     pub(super) fn encode(&self, values: &[i64]) -> Option<Vec<u64>> {
         if values.len() != self.fields.len() {
             return None;
@@ -134,7 +139,7 @@ impl Layout {
 }
 
 impl Field {
-    /// Whether a value lies in the variable's range.
+    /// Returns whether a value is in the variable's range.
     #[inline]
     pub(super) fn holds(&self, value: i64) -> bool {
         value >= self.low && value.wrapping_sub(self.low) as u64 <= self.width
@@ -160,7 +165,7 @@ impl Field {
     }
 }
 
-/// How many values a variable has, less one.
+/// Returns the number of values of a variable minus 1.
 pub(super) fn width(variable: &Variable) -> u64 {
     variable.high.wrapping_sub(variable.low) as u64
 }

@@ -1,8 +1,8 @@
-//! Compiled expressions: a register machine.
+//! A register machine for compiled expressions.
 //!
-//! The first registers are the values of the variables, then come constants, then results. So
-//! `x < 5` is one instruction. Integers and Booleans (0 and 1) stand for themselves, reals for
-//! their bits.
+//! The first registers contain the values of the variables; constants and results follow. Thus `x <
+//! 5` is one instruction. Integers are stored as they are, Booleans as 0 and 1, reals as their
+//! bits.
 
 use super::share::Keep;
 use crate::model::expr::{Binary, Unary};
@@ -11,7 +11,7 @@ use crate::model::value::{self, EvalError, Type, Value};
 /// A register.
 pub(super) type Reg = u32;
 
-/// One instruction; `to` is the position in the code to go on from where the condition holds.
+/// One instruction; `to` is the position where execution continues if the condition is true.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Op {
     Add {
@@ -43,7 +43,7 @@ pub(super) enum Op {
         dst: Reg,
         a: Reg,
     },
-    /// Any operator, on integers or Booleans as they are.
+    /// Any operator on integers or Booleans.
     Whole {
         op: Binary,
         ty: Type,
@@ -51,7 +51,7 @@ pub(super) enum Op {
         a: Reg,
         b: Reg,
     },
-    /// Any operator, on reals.
+    /// Any operator on reals.
     Real {
         op: Binary,
         dst: Reg,
@@ -87,40 +87,40 @@ pub(super) enum Op {
         b: Reg,
         to: u32,
     },
-    /// Puts a node that is kept in a register there, unless it is there for this state.
+    /// Provides a node that is kept in a register; computes it only once per state.
     Share {
         routine: u32,
     },
-    /// Puts a node that is kept in a table into its register.
+    /// Provides a node that is kept in a table, in the node's register.
     LookUp {
         routine: u32,
     },
-    /// The end: of a condition with its value, of a value with `true`.
+    /// Ends the code: returns the value of a condition, or `true` after computing a value.
     Return(bool),
 }
 
-/// Code that computes a condition or a value.
+/// The entry point of code that computes a condition or a value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry {
-    /// Where it starts.
+    /// The position of the first instruction.
     pub(super) start: u32,
-    /// Where a value is found afterwards.
+    /// The register that contains the value afterwards.
     pub(super) result: Reg,
 }
 
 /// A node whose value is kept.
 #[derive(Debug, Clone)]
 pub(super) struct Routine {
-    /// Its code.
+    /// The position of its first instruction.
     pub(super) start: u32,
-    /// Where the code leaves its value.
+    /// The register in which the code leaves the value.
     pub(super) result: Reg,
-    /// Where those who use it find it.
+    /// The register from which other code reads the value.
     pub(super) dst: Reg,
     pub(super) keep: Keep,
 }
 
-/// The cell of a value that is not known, or does not fit.
+/// The content of a cell whose value is unknown or does not fit.
 const UNKNOWN: i16 = i16::MIN;
 
 /// The code of all expressions of a program.
@@ -128,36 +128,39 @@ const UNKNOWN: i16 = i16::MIN;
 pub(super) struct Code {
     pub(super) ops: Vec<Op>,
     pub(super) routines: Vec<Routine>,
-    /// What the registers hold before anything is computed.
+    /// The initial contents of the registers.
     pub(super) initial: Vec<i64>,
 }
 
 /// The registers of one evaluation.
 #[derive(Debug, Clone)]
 pub(super) struct Machine {
-    /// Variables first.
+    /// The registers, variables first.
     pub(super) regs: Vec<i64>,
-    /// For each routine the state (by number) for which its register holds.
+    /// For each routine, the number of the state for which its register is valid.
     stamps: Vec<u64>,
-    /// For each routine the values that are known; empty until the first.
+    /// For each routine, the known values; empty until the first one.
     tables: Vec<Vec<i16>>,
     now: u64,
 }
 
 impl Machine {
-    /// A machine for the given code.
+    /// Creates a machine for the given code.
     pub(super) fn new(code: &Code) -> Self {
         let routines = code.routines.len();
         let (stamps, tables) = (vec![0; routines], vec![Vec::new(); routines]);
         Machine { regs: code.initial.clone(), stamps, tables, now: 0 }
     }
 
-    /// Forgets what was computed: the variables have new values.
+    /// Discards the kept results, because the variables have new values.
     pub(super) fn next_state(&mut self) {
         self.now += 1;
     }
 
-    /// Runs a condition to its value, or a value into its register.
+    /// Runs code from `start`: returns the value of a condition, or writes a value to its register.
+    ///
+    /// # Errors
+    /// An expression has no value.
     pub(super) fn run(&mut self, code: &Code, start: u32) -> Result<bool, EvalError> {
         let mut at = start as usize;
         loop {
@@ -253,7 +256,7 @@ impl Machine {
         self.regs[reg as usize]
     }
 
-    /// A register as a value of a type.
+    /// Returns a register's content as a value of a type.
     pub(super) fn typed(&self, ty: Type, reg: Reg) -> Value {
         let word = self.get(reg);
         match ty {
@@ -264,7 +267,7 @@ impl Machine {
     }
 }
 
-/// A value as a register holds it.
+/// Returns the register content for a value.
 pub(super) fn word(value: Value) -> i64 {
     match value {
         Value::Bool(b) => i64::from(b),

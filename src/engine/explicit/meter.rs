@@ -1,21 +1,21 @@
-//! The bytes of the engine's arrays, against `--memory`.
+//! Memory accounting: the bytes of the engine's arrays, limited by `--memory`.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::error::{Limit, Result};
 
-/// Counts bytes of arrays that are alive; clones count together.
+/// A counter of the bytes of live arrays; clones share the counter.
 #[derive(Debug, Clone)]
 pub(super) struct Meter {
     limit: u64,
     used: Arc<AtomicU64>,
     peak: Arc<AtomicU64>,
-    /// States reached so far: for the message where memory ends.
+    /// The number of states reached so far, for the message about the memory limit.
     states: Arc<AtomicU64>,
 }
 
-/// Bytes that are given back when it is dropped.
+/// Bytes that are released on drop.
 #[derive(Debug)]
 pub(super) struct Charge {
     meter: Meter,
@@ -23,42 +23,42 @@ pub(super) struct Charge {
 }
 
 impl Meter {
-    /// A meter that refuses more than `limit` bytes.
+    /// Creates a meter that refuses more than `limit` bytes.
     pub(super) fn new(limit: u64) -> Self {
         Meter { limit, used: Arc::default(), peak: Arc::default(), states: Arc::default() }
     }
 
-    /// The bytes alive.
+    /// Returns the number of live bytes.
     pub(super) fn used(&self) -> u64 {
         self.used.load(Ordering::Relaxed)
     }
 
-    /// The most bytes that were alive at once.
+    /// Returns the largest number of bytes that were live at the same time.
     pub(super) fn peak(&self) -> u64 {
         self.peak.load(Ordering::Relaxed)
     }
 
-    /// Says how many states have been reached.
+    /// Records the number of states reached.
     pub(super) fn reached(&self, states: usize) {
         self.states.store(states as u64, Ordering::Relaxed);
     }
 
-    /// Takes bytes for an array.
+    /// Charges bytes for an array.
     ///
     /// # Errors
-    /// The limit would be passed.
+    /// The memory limit is reached.
     pub(super) fn charge(&self, bytes: usize) -> Result<Charge> {
         if self.used() + bytes as u64 > self.limit { Err(self.full().into()) } else { Ok(self.note(bytes)) }
     }
 
-    /// Takes bytes without looking at the limit.
+    /// Charges bytes without checking the limit.
     pub(super) fn note(&self, bytes: usize) -> Charge {
         let before = self.used.fetch_add(bytes as u64, Ordering::Relaxed);
         self.peak.fetch_max(before + bytes as u64, Ordering::Relaxed);
         Charge { meter: self.clone(), bytes: bytes as u64 }
     }
 
-    /// The limit that was hit, with the states reached so far.
+    /// Returns the error for the memory limit, with the number of states reached so far.
     pub(super) fn full(&self) -> Limit {
         let states = self.states.load(Ordering::Relaxed);
         let what = format!(
@@ -75,7 +75,7 @@ impl Drop for Charge {
     }
 }
 
-/// A growing array whose capacity is charged.
+/// A growing array whose capacity is charged to a meter.
 #[derive(Debug)]
 pub(super) struct Array<T> {
     items: Vec<T>,
@@ -83,15 +83,15 @@ pub(super) struct Array<T> {
 }
 
 impl<T: Copy> Array<T> {
-    /// An empty array.
+    /// Creates an empty array.
     pub(super) fn new(meter: &Meter) -> Self {
         Array { items: Vec::new(), charge: meter.note(0) }
     }
 
-    /// `n` times the same item.
+    /// Creates an array of `n` copies of an item.
     ///
     /// # Errors
-    /// The limit would be passed.
+    /// The memory limit is reached.
     pub(super) fn filled(meter: &Meter, n: usize, item: T) -> Result<Self> {
         let mut array = Array::new(meter);
         array.grow(n)?;
@@ -102,7 +102,7 @@ impl<T: Copy> Array<T> {
     /// Appends an item.
     ///
     /// # Errors
-    /// The limit would be passed.
+    /// The memory limit is reached.
     #[inline]
     pub(super) fn push(&mut self, item: T) -> Result<()> {
         if self.items.len() == self.items.capacity() {
@@ -115,7 +115,7 @@ impl<T: Copy> Array<T> {
     /// Appends several items.
     ///
     /// # Errors
-    /// The limit would be passed.
+    /// The memory limit is reached.
     #[inline]
     pub(super) fn extend(&mut self, items: &[T]) -> Result<()> {
         if self.items.capacity() - self.items.len() < items.len() {
@@ -130,12 +130,12 @@ impl<T: Copy> Array<T> {
         self.items.truncate(n);
     }
 
-    /// The item at the end, taken away.
+    /// Removes and returns the last item.
     pub(super) fn pop(&mut self) -> Option<T> {
         self.items.pop()
     }
 
-    /// Gives back what is not used.
+    /// Frees unused capacity.
     pub(super) fn shrink(&mut self) {
         self.items.shrink_to_fit();
         self.charge = self.charge.meter.note(self.items.capacity() * size_of::<T>());
@@ -145,7 +145,7 @@ impl<T: Copy> Array<T> {
     fn grow(&mut self, more: usize) -> Result<()> {
         let meter = self.charge.meter.clone();
         let bytes = (self.items.len() + more) * size_of::<T>();
-        // Large blocks grow in place: the old one is not counted beside the new.
+        // Large blocks grow in place, so the old block is not counted in addition to the new one.
         let old = std::mem::replace(&mut self.charge, meter.note(0));
         drop(old);
         self.charge = meter.charge(bytes)?;

@@ -1,9 +1,9 @@
-//! The explicit engine: every state stored, choices and successors in sparse rows, sets as bits.
+//! The explicit engine: every state is stored, choices and successors are sparse rows, sets are bit
+//! sets.
 //!
 //! States are codes of a few words (`layout`). The program is compiled (`compile`, `machine`,
-//! `program`) and stepped through state by state (`stepper`, `explore`); codes are numbered by
-//! an open-addressing index (`index`). Fixpoints are work lists over a reversed graph
-//! (`fixpoint`, `almost_sure`, `graph`).
+//! `program`) and explored state by state (`stepper`, `explore`). A hash index numbers the codes
+//! (`index`). Fixpoints use work lists over a reversed graph (`fixpoint`, `almost_sure`, `graph`).
 
 mod almost_sure;
 mod bounds;
@@ -38,11 +38,11 @@ use program::Prepared;
 use set::BitSet;
 pub use visit::Listing;
 
-/// A set of states: one bit a state.
+/// A set of states: one bit per state.
 #[derive(Debug, Clone)]
 pub struct StateSet(BitSet);
 
-/// A set of (state, choice) pairs: one bit a pair.
+/// A set of (state, choice) pairs: one bit per pair.
 #[derive(Debug, Clone)]
 pub struct ChoiceSet(BitSet);
 
@@ -60,19 +60,18 @@ pub struct ExplicitEngine {
     initial: BitSet,
     deadlocks: BitSet,
     rounded: Option<State>,
-    /// Counts steps of work lists, to look at the progress sink now and then.
+    /// The number of work list steps, which decides when to check the progress sink.
     ticks: AtomicUsize,
 }
 
 impl ExplicitEngine {
-    /// Explores the scope and checks that every command has a meaning in every state of it.
+    /// Explores the scope and checks that every command has a meaning in each of its states. Cost:
+    /// evaluates all guards once per state, one index look-up per transition.
     ///
     /// # Errors
-    /// A limit, with the number of states reached so far; or, as input errors with an example state
-    /// of the scope, an update that leaves its range, probabilities that are no distribution, an
-    /// expression without a value.
-    ///
-    /// Cost: all guards in every state once, one look-up a transition.
+    /// - A limit is reached; the error says how many states were reached.
+    /// - An update leaves the range of its variable, probabilities are not a distribution, or an
+    ///   expression has no value: an input error with an example state of the scope.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         let layout = explore::layout(&program, &settings)?;
         let prepared = Prepared::new(&program, &layout, &*settings.sink)?;
@@ -104,7 +103,7 @@ impl ExplicitEngine {
         })
     }
 
-    /// The program.
+    /// Returns the program.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
     }

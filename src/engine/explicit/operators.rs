@@ -1,4 +1,4 @@
-//! The operators of the engine interface on bits.
+//! The operators of the engine interface on bit sets.
 
 use std::ops::Range;
 
@@ -147,7 +147,8 @@ impl Engine for ExplicitEngine {
     ) -> Result<Region<StateSet, ChoiceSet>> {
         let outside = self.every_state.zip(&target.0, |all, t| all & !t)?;
         let choices = self.choices_of_states(&within.0, &outside)?;
-        // States without a pair are lost: one pass over the rows takes out what may step there.
+        // States without a pair are lost. One pass over the rows removes the choices that may step
+        // into them.
         let alive = self.union(&self.sources(within)?, target)?;
         let choices = match self.same(&alive, &self.all_states()) {
             true => choices,
@@ -244,11 +245,11 @@ impl Engine for ExplicitEngine {
 }
 
 impl ExplicitEngine {
-    /// [`Engine::states_where`] for an expression of a program that has more expressions than the engine's own
-    /// and is the same otherwise.
+    /// Computes [`Engine::states_where`] for an expression of `program`, the engine's own program
+    /// with more expressions.
     ///
     /// # Errors
-    /// Those of [`Engine::states_where`].
+    /// The errors of [`Engine::states_where`].
     pub fn states_where_in(&self, program: &Program, predicate: ExprId) -> Result<StateSet> {
         let mut poll = Poll::new(&*self.settings.sink);
         let mut compiler = Compiler::new(program, &[predicate], &mut poll)?;
@@ -275,12 +276,12 @@ impl ExplicitEngine {
         Ok(StateSet(holds))
     }
 
-    /// The number of a state of the scope.
+    /// Returns the number of a state; `None` outside the scope.
     fn number(&self, values: &[i64]) -> Option<usize> {
         self.space.find(&self.layout.encode(values)?)
     }
 
-    /// The values of a state.
+    /// Returns the values of a state.
     pub(super) fn values(&self, state: usize) -> State {
         let mut values = vec![0; self.program.variables.len()];
         self.with_code(state, |code| self.layout.decode(code, &mut values));
@@ -295,7 +296,8 @@ impl ExplicitEngine {
         }
     }
 
-    /// The how-manieth choice of a state it is, from 0; none where it is not enabled.
+    /// Returns the position of `choice` among the choices of a state, from 0; `None` if it is not
+    /// enabled.
     fn position(&self, state: usize, choice: &Choice) -> Option<usize> {
         let deadlock = self.deadlocks.has(state);
         let (wanted, commands) = match choice {
@@ -323,7 +325,7 @@ impl ExplicitEngine {
         Some(before + rank)
     }
 
-    /// { (s,a) ∈ C : s ∈ X }
+    /// Returns { (s,a) ∈ C : s ∈ X }.
     pub(super) fn choices_of_states(&self, c: &BitSet, x: &BitSet) -> Result<BitSet> {
         if self.graph.choices() == self.graph.states() {
             return c.zip(x, |c, x| c & x);
@@ -342,12 +344,12 @@ impl ExplicitEngine {
         Ok(found)
     }
 
-    /// { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }
+    /// Returns { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }.
     fn choices_into(&self, x: &BitSet) -> Result<BitSet> {
         let mut found = BitSet::empty(&self.meter, self.graph.choices());
         let words = found.words_mut();
         match self.graph.known_predecessors() {
-            // A small set is better left backwards.
+            // For a small set, the search along reversed edges is faster.
             Some(graph) if x.count() < self.graph.states() as u64 / 4 => {
                 for state in x.iter() {
                     self.tick()?;

@@ -1,4 +1,4 @@
-//! A program made ready for fast steps: compiled expressions, commands by factor.
+//! A program prepared for fast steps: compiled expressions, and commands by factor.
 
 use ahash::AHashMap;
 
@@ -13,48 +13,49 @@ use crate::model::rounding::Sum;
 use crate::model::{Branch, Command, CommandId, ModelKind, Program, VarId};
 use crate::progress::{Poll, ProgressSink};
 
-/// A program over the codes of one layout.
+/// A program compiled for the codes of one layout.
 pub(super) struct Prepared {
     pub(super) code: Code,
     pub(super) commands: Vec<Ready>,
-    /// The alternatives of participants, each once, whatever synchronisations they stand in.
+    /// The commands of each participant. Participants that occur in several synchronisations are
+    /// stored once.
     pub(super) factors: Vec<Factor>,
-    /// For each synchronisation its factors.
+    /// For each synchronisation, its factors.
     pub(super) synchronisations: Vec<Vec<usize>>,
-    /// All combinations make one choice.
+    /// True if all combinations form a single choice.
     pub(super) uniform: bool,
     pub(super) initial: Entry,
-    /// The expression for the initial states may have no value in some state.
+    /// True if the expression for the initial states may have no value in some state.
     pub(super) initial_is_partial: bool,
     /// The variables of monitors.
     pub(super) monitors: Vec<(usize, Field)>,
-    /// The participant that is enabled in deadlocks, where monitors step there.
+    /// The participant that is enabled in deadlocks, if monitors step there.
     pub(super) alone: Option<usize>,
 }
 
 /// The commands of a participant.
 pub(super) struct Factor {
-    /// Which of them may be enabled.
+    /// The table of the commands that may be enabled.
     pub(super) guard_index: GuardIndex,
-    /// No command of it can be at fault in any state before its updates are looked at.
+    /// True if guards and probabilities of all its commands are valid in every state.
     pub(super) is_sound: bool,
 }
 
 /// A command.
 pub(super) struct Ready {
     pub(super) chances: Chances,
-    /// Those whose probability is not 0 everywhere.
+    /// The branches whose probability is not the constant 0.
     pub(super) branches: Vec<ReadyBranch>,
 }
 
-/// What is known of the probabilities of a command.
+/// The properties of a command's probabilities that are known in advance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Chances {
     /// They are constants and a distribution.
     Sound,
-    /// They are constants and a distribution that was rounded.
+    /// They are constants and sum to 1 only after rounding.
     Rounded,
-    /// They are constants and no distribution.
+    /// They are constants and not a distribution.
     Broken,
     /// They depend on the state.
     Vary,
@@ -62,7 +63,7 @@ pub(super) enum Chances {
 
 /// A branch of a command.
 pub(super) struct ReadyBranch {
-    /// Its probability, where it depends on the state.
+    /// Its probability, if it depends on the state.
     pub(super) probability: Option<Entry>,
     pub(super) updates: Vec<Update>,
 }
@@ -72,7 +73,7 @@ pub(super) struct Update {
     pub(super) variable: usize,
     pub(super) field: Field,
     pub(super) value: Entry,
-    /// The value stands in its register without being computed.
+    /// True if the register contains the value without a computation.
     pub(super) is_given: bool,
 }
 
@@ -126,7 +127,8 @@ impl Prepared {
     }
 }
 
-/// The commands of each participant, each once, and for each synchronisation its participants.
+/// Returns the commands of each participant, each once, and the participants of each
+/// synchronisation.
 fn participants(program: &Program) -> (Vec<&[CommandId]>, Vec<Vec<usize>>) {
     let mut known: AHashMap<&[CommandId], usize> = AHashMap::new();
     let (mut all, mut synchronisations) = (Vec::new(), Vec::new());
@@ -143,7 +145,7 @@ fn participants(program: &Program) -> (Vec<&[CommandId]>, Vec<Vec<usize>>) {
     (all, synchronisations)
 }
 
-/// Every expression of the branches, and that of the initial states, as often as it is used.
+/// Returns every expression of the branches and that of the initial states, once per use.
 fn roots(program: &Program) -> Vec<ExprId> {
     let mut roots = vec![program.initial];
     for command in &program.commands {
@@ -160,7 +162,7 @@ fn ready(program: &Program, layout: &Layout, command: &Command, compiler: &mut C
     let mut branches = Vec::new();
     for branch in &command.branches {
         let constant = program.pool.literal(branch.probability).map(|p| p.to_f64());
-        // A sum that depends on the state needs all probabilities, those of 0 too.
+        // A sum that depends on the state needs all probabilities, including those that are 0.
         if chances == Chances::Vary || constant.is_some_and(|p| p > 0.0) {
             let probability = (chances == Chances::Vary).then(|| compiler.real(branch.probability));
             branches.push(ReadyBranch { probability, updates: updates(program, layout, branch, compiler) });

@@ -1,4 +1,4 @@
-//! Sets of states and of choices: bits, one a number.
+//! Sets of states and sets of choices: one bit per number.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::error::Result;
 
 /// A set of numbers below a fixed size. Bits past the size are always 0.
 ///
-/// Clones share their bits until one is changed.
+/// Clones share their bits until one of them is modified.
 #[derive(Debug, Clone)]
 pub(super) struct BitSet(Arc<Charged>);
 
@@ -28,12 +28,12 @@ impl Clone for Charged {
 }
 
 impl BitSet {
-    /// No number.
+    /// Creates an empty set.
     pub(super) fn empty(meter: &Meter, size: usize) -> Self {
         Self::filled(meter, size, false)
     }
 
-    /// All numbers below `size`.
+    /// Creates the set of all numbers below `size`.
     pub(super) fn full(meter: &Meter, size: usize) -> Self {
         Self::filled(meter, size, true)
     }
@@ -45,43 +45,43 @@ impl BitSet {
         BitSet(Arc::new(Charged { bits, _charge: charge, meter: meter.clone() }))
     }
 
-    /// The bits as words, the first number lowest.
+    /// Returns the bits as words, the smallest number in the lowest bit.
     #[inline]
     pub(super) fn words(&self) -> &[u64] {
         self.0.bits.as_raw_slice()
     }
 
-    /// The words, to be changed; a shared set is copied first.
+    /// Returns the words for modification; a shared set is copied first.
     #[inline]
     pub(super) fn words_mut(&mut self) -> &mut [u64] {
         Arc::make_mut(&mut self.0).bits.as_raw_mut_slice()
     }
 
-    /// i ∈ X
+    /// Returns whether i ∈ X.
     #[inline]
     pub(super) fn has(&self, i: usize) -> bool {
         test(self.words(), i)
     }
 
-    /// X = ∅
+    /// Returns whether X = ∅.
     pub(super) fn is_empty(&self) -> bool {
         self.words().iter().all(|&w| w == 0)
     }
 
-    /// X = Y
+    /// Returns whether X = Y.
     pub(super) fn same(&self, other: &BitSet) -> bool {
         Arc::ptr_eq(&self.0, &other.0) || self.words() == other.words()
     }
 
-    /// |X|
+    /// Returns |X|.
     pub(super) fn count(&self) -> u64 {
         self.words().iter().map(|w| u64::from(w.count_ones())).sum()
     }
 
-    /// Word by word `op(X, Y)`.
+    /// Computes `op(X, Y)` word by word.
     ///
     /// # Errors
-    /// The memory limit would be passed.
+    /// The memory limit is reached.
     pub(super) fn zip(&self, other: &BitSet, op: impl Fn(u64, u64) -> u64) -> Result<BitSet> {
         let mut result = self.copy()?;
         for (x, &y) in result.words_mut().iter_mut().zip(other.words()) {
@@ -90,22 +90,22 @@ impl BitSet {
         Ok(result)
     }
 
-    /// The same numbers in a set of their own.
+    /// Returns a copy that shares no bits with this set.
     ///
     /// # Errors
-    /// The memory limit would be passed.
+    /// The memory limit is reached.
     pub(super) fn copy(&self) -> Result<BitSet> {
         self.0.meter.charge(self.words().len() * 8)?;
         Ok(BitSet(Arc::new(Charged::clone(&self.0))))
     }
 
-    /// The numbers of the set, from the smallest.
+    /// Returns the numbers of the set in ascending order.
     pub(super) fn iter(&self) -> impl Iterator<Item = usize> {
         ones(self.words())
     }
 }
 
-/// Whether bit `i` is set.
+/// Returns whether bit `i` is set.
 #[inline]
 pub(super) fn test(words: &[u64], i: usize) -> bool {
     words[i >> 6] >> (i & 63) & 1 != 0
@@ -123,7 +123,7 @@ pub(super) fn clear(words: &mut [u64], i: usize) {
     words[i >> 6] &= !(1 << (i & 63));
 }
 
-/// The positions of the bits that are set.
+/// Returns the positions of the bits that are set.
 pub(super) fn ones(words: &[u64]) -> impl Iterator<Item = usize> {
     words.iter().enumerate().flat_map(|(index, &word)| {
         std::iter::successors((word != 0).then_some(word), |&w| Some(w & (w - 1)).filter(|&w| w != 0))

@@ -1,8 +1,8 @@
-//! Which nodes of expressions are computed apart, to be looked up afterwards.
+//! Selection of expression nodes that are computed once and then looked up.
 //!
-//! A node over few valuations of few variables becomes a table that fills as it is used: models of
-//! grids ask again and again whether a cell is blocked, by long formulas over two coordinates. A
-//! larger node with several uses is computed at most once a state.
+//! A node over few variables with few valuations becomes a table that is filled on use: models of
+//! grids test again and again whether a cell is blocked, by long formulas over two coordinates. A
+//! larger node with several uses is computed at most once per state.
 
 use ahash::{AHashMap, AHashSet};
 
@@ -12,24 +12,24 @@ use crate::model::expr::{ExprId, Node};
 use crate::model::value::Type;
 use crate::progress::Poll;
 
-/// Nodes with at least this many operators below them are worth a routine.
+/// Minimum number of operators below a node that is shared.
 const WORTH_SHARING: u32 = 3;
-/// A table has at most so many cells; it then fits the second cache.
+/// Maximum number of cells of a table, which then fits the second-level cache.
 const MOST_CELLS: u64 = 1 << 14;
-/// A table is over at most so many variables.
+/// Maximum number of variables of a table.
 const MOST_KEYS: usize = 4;
 
-/// A variable that a table is over.
+/// A variable that indexes a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Key {
     pub(super) variable: u32,
     pub(super) low: i64,
-    /// How many cells further the next value is.
+    /// The distance in cells between two consecutive values.
     pub(super) stride: u32,
 }
 
 impl Key {
-    /// What the variable adds to the number of the cell.
+    /// Returns the variable's contribution to the cell number.
     #[inline]
     pub(super) fn offset(&self, values: &[i64]) -> usize {
         let above = values[self.variable as usize].wrapping_sub(self.low) as usize;
@@ -37,28 +37,28 @@ impl Key {
     }
 }
 
-/// How a node is kept.
+/// The way a node's value is kept.
 #[derive(Debug, Clone)]
 pub(super) enum Keep {
-    /// In a register for the present state.
+    /// In a register, for the present state.
     Register,
-    /// In a table by the values of some variables.
+    /// In a table, by the values of some variables.
     Table { keys: Vec<Key>, cells: u32 },
 }
 
-/// What is known of a node.
+/// The properties of a node.
 struct Fact {
     uses: u32,
-    /// Its operators, as often as they occur in the tree.
+    /// The number of its operators, counted once per occurrence in the tree.
     work: u32,
-    /// The variables in it, where they have few valuations.
+    /// The variables in it, if they have few valuations.
     support: Option<Vec<u32>>,
 }
 
-/// Decides for the nodes below `roots`, operands before the nodes that use them.
+/// Selects the nodes below `roots` to keep, operands before the nodes that use them.
 ///
 /// # Errors
-/// The work is to stop.
+/// The work is cancelled.
 pub(super) fn plan(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<Vec<(ExprId, Keep)>> {
     let facts = facts(program, roots, poll)?;
     let mut order: Vec<ExprId> = facts.keys().copied().collect();
@@ -77,14 +77,14 @@ pub(super) fn plan(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> 
             }
             false => (size >= WORTH_SHARING && facts[&e].uses > 1).then_some(Keep::Register),
         };
-        // What is kept costs one instruction where it is used.
+        // A kept node costs one instruction per use.
         sizes.insert(e, if keep.is_some() { 1 } else { size });
         kept.extend(keep.map(|keep| (e, keep)));
     }
     Ok(kept)
 }
 
-/// The operands of a node, in the order of evaluation.
+/// Returns the operands of a node, in the order of evaluation.
 pub(super) fn operands(node: Node) -> impl Iterator<Item = ExprId> {
     let (a, b, c) = match node {
         Node::Literal(_) | Node::Var(_) => (None, None, None),
@@ -130,14 +130,14 @@ fn facts(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<AHa
     Ok(facts)
 }
 
-/// The largest nodes that fit a table and are worth one.
+/// Returns the largest nodes that fit a table and have enough operators to profit from one.
 fn tables(
     program: &Program,
     roots: &[ExprId],
     facts: &AHashMap<ExprId, Fact>,
     order: &[ExprId],
 ) -> AHashSet<ExprId> {
-    // Nodes that are met outside of all tables.
+    // Nodes that occur outside of all tables.
     let mut open: AHashSet<ExprId> = roots.iter().copied().collect();
     let mut found = AHashSet::new();
     for &e in order.iter().rev() {
@@ -155,14 +155,14 @@ fn tables(
     found
 }
 
-/// Two sets of variables as one, sorted.
+/// Returns the union of two sets of variables, sorted.
 pub(super) fn merged(mut x: Vec<u32>, y: &[u32]) -> Vec<u32> {
     x.extend(y.iter().filter(|v| !x.contains(v)).copied().collect::<Vec<_>>());
     x.sort_unstable();
     x
 }
 
-/// How many valuations some variables have.
+/// Returns the number of valuations of some variables; `None` if it overflows.
 pub(super) fn cells(program: &Program, support: &[u32]) -> Option<u64> {
     let size = |v: &u32| {
         let declared = &program.variables[*v as usize];
@@ -171,7 +171,8 @@ pub(super) fn cells(program: &Program, support: &[u32]) -> Option<u64> {
     support.iter().try_fold(1u64, |n, v| n.checked_mul(size(v)?))
 }
 
-/// The keys of a table over some variables and how many cells it has; these fit 32 bits.
+/// Returns the keys of a table over some variables and its number of cells. The number must fit 32
+/// bits.
 pub(super) fn table(program: &Program, support: &[u32]) -> (Vec<Key>, u32) {
     let (mut keys, mut stride) = (Vec::new(), 1u32);
     for &variable in support.iter().rev() {

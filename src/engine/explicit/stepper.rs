@@ -1,4 +1,4 @@
-//! The choices of one state, as differences of codes.
+//! Computation of the choices of one state, as differences of codes.
 
 use super::guard_index::Rows;
 use super::layout::Layout;
@@ -8,15 +8,15 @@ use crate::error::Limit;
 use crate::model::rounding::Sum;
 use crate::model::value::{EvalError, Type};
 
-/// A state with more successors than this, counted with every combination, is refused.
+/// Maximum number of successors of a state, counted with every combination.
 const MOST_SUCCESSORS: usize = 1 << 22;
 
-/// Why a state has no choices that could be listed.
+/// The reasons why the choices of a state cannot be listed.
 #[derive(Debug)]
 pub(super) enum Broken {
-    /// A command has no meaning there; [`crate::model::fault`] finds out which.
+    /// A command has no meaning in the state; [`crate::model::fault`] finds the command.
     Fault,
-    /// There are too many.
+    /// The state has too many choices or successors.
     Limit(Limit),
 }
 
@@ -26,10 +26,10 @@ impl From<EvalError> for Broken {
     }
 }
 
-/// A part of a list.
+/// A range of a list.
 #[derive(Debug, Clone, Copy, Default)]
 struct Slice {
-    /// For which state it holds.
+    /// The number of the state for which the range is valid.
     stamp: u64,
     start: u32,
     end: u32,
@@ -40,24 +40,25 @@ pub(super) struct Stepper<'a, const W: usize> {
     prepared: &'a Prepared,
     machine: Machine,
     now: u64,
-    /// For each factor what is known of its guards.
+    /// For each factor, the filled part of its guard index.
     rows: Vec<Rows>,
-    /// For each factor its enabled commands, in `enabled`.
+    /// For each factor, the range of its enabled commands in `enabled`.
     factors: Vec<Slice>,
     enabled: Vec<u32>,
-    /// For each command what its branches add to the code, in `effects`.
+    /// For each command, the range in `effects` of the differences that its branches add to the
+    /// code.
     commands: Vec<Slice>,
     effects: Vec<[u64; W]>,
-    /// Whether an enabled command had probabilities that were rounded.
+    /// True if the probabilities of an enabled command summed to 1 only after rounding.
     pub(super) rounded: bool,
-    /// What the choices add to the code, one after the other.
+    /// The differences that the choices add to the code, one after the other.
     pub(super) steps: Vec<[u64; W]>,
-    /// Where each choice ends in `steps`.
+    /// The end of each choice in `steps`.
     pub(super) ends: Vec<u32>,
 }
 
 impl<'a, const W: usize> Stepper<'a, W> {
-    /// A stepper for a program.
+    /// Creates a stepper for a program.
     pub(super) fn new(prepared: &'a Prepared) -> Self {
         Stepper {
             prepared,
@@ -74,7 +75,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         }
     }
 
-    /// Goes to a state: nothing known of the last one holds any more.
+    /// Moves to a state and discards the results for the last one.
     pub(super) fn enter(&mut self, layout: &Layout, code: &[u64]) {
         self.machine.next_state();
         self.now += 1;
@@ -83,13 +84,13 @@ impl<'a, const W: usize> Stepper<'a, W> {
         layout.decode(code, &mut self.machine.regs);
     }
 
-    /// Whether the state entered is an initial one.
+    /// Returns whether the current state is an initial state.
     pub(super) fn is_initial(&mut self) -> Result<bool, EvalError> {
         self.machine.run(&self.prepared.code, self.prepared.initial.start)
     }
 
-    /// Lists the choices of the state entered in the order of [`crate::model::Program::steps`];
-    /// none for a deadlock.
+    /// Lists the choices of the current state in the order of [`crate::model::Program::steps`]; a
+    /// deadlock has none.
     pub(super) fn expand(&mut self) -> Result<(), Broken> {
         self.steps.clear();
         self.ends.clear();
@@ -103,7 +104,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(())
     }
 
-    /// Whether the state expanded is a deadlock in which monitors step.
+    /// Returns whether the current state is a deadlock in which monitors step.
     pub(super) fn steps_alone(&self) -> bool {
         let enabled = |factor: usize| {
             let found = self.factors[factor];
@@ -112,7 +113,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         self.prepared.alone.is_some_and(enabled)
     }
 
-    /// What leads from the state entered to the one with fresh monitors.
+    /// Returns the difference between the current state and the same state with fresh monitors.
     pub(super) fn restart(&self) -> [u64; W] {
         let mut effect = [0; W];
         for &(variable, field) in &self.prepared.monitors {
@@ -121,7 +122,8 @@ impl<'a, const W: usize> Stepper<'a, W> {
         effect
     }
 
-    /// The commands of each factor of a synchronisation that are enabled in the state entered.
+    /// Returns the commands of each factor of a synchronisation that are enabled in the current
+    /// state.
     pub(super) fn alternatives(&mut self, index: usize) -> Result<Vec<Vec<u32>>, Broken> {
         let mut all = Vec::new();
         for &factor in &self.prepared.synchronisations[index] {
@@ -144,7 +146,8 @@ impl<'a, const W: usize> Stepper<'a, W> {
         }
         let mut count: usize = 1;
         for &factor in factors {
-            // Where nothing can be wrong, there is nothing to see once a partner is not ready.
+            // If no fault is possible, a factor is irrelevant once another one has no enabled
+            // command.
             if count > 0 || !self.prepared.factors[factor].is_sound {
                 let found = self.factor(factor)?;
                 count = count.saturating_mul((found.end - found.start) as usize);
@@ -159,7 +162,8 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(())
     }
 
-    /// The combination with a number, the last factor fastest: all ways to take a branch of each.
+    /// Adds the choice for combination `number`, the last factor fastest: all ways to take a branch
+    /// of each command.
     fn combine(&mut self, factors: &[usize], number: usize) -> Result<(), Broken> {
         let start = self.steps.len();
         self.steps.push([0; W]);
@@ -196,7 +200,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(())
     }
 
-    /// The enabled commands of a factor, their probabilities checked.
+    /// Returns the enabled commands of a factor, after checking their probabilities.
     fn factor(&mut self, index: usize) -> Result<Slice, Broken> {
         if self.factors[index].stamp == self.now {
             return Ok(self.factors[index]);
@@ -243,7 +247,8 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(())
     }
 
-    /// What the branches of positive probability of an enabled command add to the code.
+    /// Returns the differences that the branches of positive probability of an enabled command add
+    /// to the code.
     fn command(&mut self, index: u32) -> Result<Slice, Broken> {
         let known = self.commands[index as usize];
         if known.stamp == self.now {
@@ -282,7 +287,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
     }
 }
 
-/// Word by word, without carry between them.
+/// Adds word by word, without a carry between words.
 #[inline]
 pub(super) fn sum<const W: usize>(a: &[u64; W], b: &[u64; W]) -> [u64; W] {
     let mut sum = *a;

@@ -1,4 +1,4 @@
-//! The states of a set one by one.
+//! Iteration over the states of a set.
 
 use super::explore::Space;
 use super::meter::Charge;
@@ -7,25 +7,27 @@ use super::{ExplicitEngine, StateSet};
 use crate::error::Result;
 use crate::model::State;
 
-/// The states of a set in the order of their values, the first variable first, one after the other.
+/// An iteration over the states of a set in the order of their values, first variable first.
 pub struct Listing {
-    /// The numbers of the states that are left, the next one last.
+    /// The numbers of the remaining states, the next one last.
     left: Vec<usize>,
     _charge: Charge,
 }
 
 impl StateSet {
-    /// How many states the scope has, in steps of 64: work on the set is in proportion to it.
+    /// Returns the number of states of the scope, rounded up to a multiple of 64. Work on the set
+    /// is proportional to it.
     pub(crate) fn capacity(&self) -> usize {
         64 * self.0.words().len()
     }
 }
 
 impl ExplicitEngine {
-    /// The states of X one after the other; [`ExplicitEngine::next_listed`] goes on.
+    /// Starts an iteration over the states of X; [`ExplicitEngine::next_listed`] returns them.
+    /// Cost: the states of X are sorted.
     ///
     /// # Errors
-    /// A limit. Cost: the states of X are sorted.
+    /// A limit of the engine is reached.
     pub fn listing(&self, x: &StateSet) -> Result<Listing> {
         let count = usize::try_from(x.0.count()).unwrap_or(usize::MAX);
         let charge = self.meter.charge(count.saturating_mul(size_of::<usize>()))?;
@@ -38,15 +40,15 @@ impl ExplicitEngine {
         Ok(Listing { left, _charge: charge })
     }
 
-    /// The next state of a listing; none at its end.
+    /// Returns the next state of a listing; `None` at its end.
     pub fn next_listed(&self, listing: &mut Listing) -> Option<State> {
         listing.left.pop().map(|state| self.values(state))
     }
 
-    /// Shows each state of X, in no particular order.
+    /// Calls `each` with every state of X, in no particular order.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit of the engine is reached.
     pub fn visit(&self, x: &StateSet, each: &mut dyn FnMut(&[i64])) -> Result<()> {
         let mut values = vec![0; self.program.variables.len()];
         for state in x.0.iter() {
@@ -57,10 +59,10 @@ impl ExplicitEngine {
         Ok(())
     }
 
-    /// { s ∈ X : `wanted` takes s }
+    /// Returns { s ∈ X : `wanted(s)` }.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit of the engine is reached.
     pub fn filter(&self, x: &StateSet, wanted: &mut dyn FnMut(&[i64]) -> bool) -> Result<StateSet> {
         let mut found = BitSet::empty(&self.meter, self.graph.states());
         let words = found.words_mut();
@@ -75,10 +77,11 @@ impl ExplicitEngine {
         Ok(StateSet(found))
     }
 
-    /// The states of X at some positions, counted from 0 in an order that is always the same.
+    /// Returns the states of X at the given positions, counted from 0 in an order that is always
+    /// the same. Cost: one pass over X.
     ///
     /// # Errors
-    /// A limit. Cost: X is gone through once.
+    /// A limit of the engine is reached.
     pub fn members_at(&self, x: &StateSet, positions: &[u64]) -> Result<Vec<State>> {
         let mut sorted: Vec<(u64, usize)> = positions.iter().copied().zip(0..).collect();
         sorted.sort_unstable();
