@@ -93,10 +93,10 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// Variables stay as declared, since authors write related variables next to each other. There are
 /// two exceptions:
 ///
-/// One module has all variables, or several modules are independent of each other: counters that
+/// If one module has all variables, or several modules are independent of each other: counters that
 /// every step changes come first, then flags, then positions interleaved bit by bit.
 ///
-/// Three or more copies of a module advance their clocks together: the variables declared before
+/// If three or more copies of a module advance their clocks together: the variables declared before
 /// the clocks come first, then the clocks and the variables after them, those of equal role next to
 /// each other.
 ///
@@ -243,7 +243,7 @@ pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Vec<Bit>> {
             }
         }
     }
-    // An order for a model does not name its monitors.
+    // An order for a model need not name its monitors.
     order = beside_monitors(program, order);
     seen.extend(&order);
     let missing: Vec<Bit> = declared(program).into_iter().filter(|b| !seen.contains(b)).collect();
