@@ -2,9 +2,9 @@
 //! that may step into a lost state are withdrawn, states left without a choice are lost, and so on.
 //!
 //! At the first bit the sets split into halves. Each half removes its own lost states. Then the
-//! choices of one half that may step into lost states of the other half are withdrawn, and states
-//! left without a choice are lost in their half, until nothing changes. This finds losses of many
-//! layers, such as a battery that runs down, without a pass over all sets for each layer.
+//! choices of one half that may step into lost states of the other half are withdrawn. States left
+//! without a choice are lost in their half. This repeats until nothing changes. It finds losses of
+//! many layers, such as a battery that runs down, without a pass over all sets for each layer.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -31,8 +31,9 @@ pub(super) struct Removed {
 }
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// Computes the lost states and the choices that remain: the least L ⊇ `new` that contains
-    /// every state allowed by some part if each part that allows it has a step into L that counts.
+    /// Computes the lost states and the choices that remain. The lost states are the least L ⊇
+    /// `new` with this property: a state allowed by some part is in L if each part that allows it
+    /// has a step into L that counts.
     ///
     /// The parts must not allow any state of `new`. Parts without such a step stay as they are.
     pub(super) fn remove_attractor(

@@ -73,8 +73,8 @@ impl CommandBuilder<'_> {
             .try_fold(self.store.one(), |all, e| self.store.and(&all, &self.translator.within(e)?))
     }
 
-    /// Returns for each branch the states of the guard in which its probability is positive, and
-    /// the states of the guard in which the probabilities are not a distribution.
+    /// Returns for each branch the states of the guard in which its probability is positive. The
+    /// second result is the states of the guard in which the probabilities are not a distribution.
     fn probabilities(&self, command: &Command, guard: &Bdd) -> Result<(Vec<Bdd>, Bdd)> {
         let store = self.store;
         let mut wrong = Vec::new();

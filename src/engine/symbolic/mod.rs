@@ -7,8 +7,8 @@
 //! The fixpoint operations are recursions over the diagrams of sets and the lists of relations
 //! (`relation_lists`) at once; `recursions` runs them: one step (`walk`) and the reachable states
 //! (`reach`, `saturation`). If each group of choices has a bound of its own (`parts`), `confined`
-//! computes the states that reach a target by allowed choices, and `attractor` removes the states
-//! that lose.
+//! computes the states that reach a target by allowed choices. The removal of losing states is in
+//! `attractor`.
 
 mod algebra;
 mod attractor;
@@ -116,8 +116,8 @@ pub struct DiagramSizes {
 }
 
 impl SymbolicEngine {
-    /// Encodes the program with the bits in the order of the settings, explores the scope, and
-    /// checks that every command has a meaning in every state of the scope.
+    /// Encodes the program with the bits in the order of the settings and explores the scope.
+    /// Checks that every command has a meaning in every state of the scope.
     ///
     /// Cost: one image fixpoint for the scope `reachable`.
     ///

@@ -28,12 +28,13 @@ impl Store {
 
     /// Computes μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y } for X ⊆ B.
     ///
-    /// There are two methods: the recursion over all relations, usually faster by far, and
-    /// saturation, which is faster where components that read much of each other need many rounds.
-    /// The method that succeeded last in this direction starts with a limited number of steps. Then
-    /// the other one may take four times as many, because saturation, where it is faster, is so by
-    /// a factor of ten, the recursion by two or three. Both repeat with 16 times more steps until
-    /// one finishes. Intermediate results are reused as long as the operation cache still has them.
+    /// There are two methods. The recursion over all relations is usually faster. Saturation is
+    /// faster where components that read much of each other need many rounds. The method that
+    /// succeeded last in this direction starts with a limited number of steps; then the other one
+    /// may take four times as many. It may take more because saturation, where it is faster, is
+    /// about ten times faster; the recursion two or three times. Both repeat with 16 times more
+    /// steps until one finishes. Intermediate results are reused as long as the operation cache
+    /// still has them.
     pub(super) fn reach(
         &self,
         (direction, phase): (Direction, &'static str),

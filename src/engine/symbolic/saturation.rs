@@ -1,9 +1,9 @@
 //! Saturation: a reachability fixpoint that closes the lower parts of the diagram first.
 //!
 //! A relation that depends on no bit above some level acts on every subdiagram below that level
-//! separately. The fixpoint first descends to the parts that the lowest relations change. It closes
-//! each of them once (the operation cache remembers it), and applies a higher relation only to
-//! parts whose children are closed (Ciardo, Lüttgen and Siminiescu, Saturation, TACAS 2001).
+//! separately. The fixpoint first descends to the parts that the lowest relations change, and
+//! closes each of them once (the operation cache remembers it). It applies a higher relation only
+//! to parts whose children are closed (Ciardo, Lüttgen and Siminiescu, Saturation, TACAS 2001).
 //!
 //! All sets stay within a bound that is split along with them (Zhao and Ciardo, Symbolic CTL model
 //! checking with constrained saturation, ATVA 2009). Restricting the relations to the reachable

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 pub struct Thresholds {
     /// Relations with the same support are united while they have fewer nodes than this.
     pub small_relation: usize,
-    /// Relations with the same first bit are united, whatever their support, if the union has at
-    /// most this many nodes, or at most twice as many as the two together.
+    /// Relations with the same first bit are united, whatever their support, if the union is small:
+    /// at most this many nodes, or at most twice as many as the two together.
     pub small_union: usize,
     /// Maximum number of relation lists that are remembered. Then all are forgotten except those in
     /// use.
@@ -41,8 +41,8 @@ pub struct Thresholds {
     pub first_cache: u64,
     /// Maximum number of steps of the exploration with the first operation cache.
     pub first_steps: u64,
-    /// Number of entries of the operation cache after the exploration took too many steps, and
-    /// after the states of a model that is not small are known. Larger models get more.
+    /// Number of entries of the operation cache once the exploration took too many steps, or the
+    /// states are known and the model is not small. Larger models get more.
     pub main_cache: u64,
     /// Minimum number of nodes at which garbage is collected.
     pub first_collection: usize,
