@@ -1,4 +1,5 @@
-//! The Boolean algebra of both sorts: diagrams of states, and for each group of choices one.
+//! The Boolean algebra of both sorts: one diagram for a set of states, one per group for a set of
+//! choices.
 
 use std::sync::Arc;
 
@@ -59,7 +60,7 @@ impl Algebra<ChoiceSet> for SymbolicEngine {
     }
 }
 
-/// Group by group `op(C, D)`.
+/// Computes `op(C, D)` for each group.
 fn zip(c: &ChoiceSet, d: &ChoiceSet, op: impl Fn(&Bdd, &Bdd) -> Result<Bdd>) -> Result<ChoiceSet> {
     let both = c.0.iter().zip(d.0.iter()).map(|(f, g)| op(f, g));
     Ok(ChoiceSet(Arc::new(both.collect::<Result<_>>()?)))

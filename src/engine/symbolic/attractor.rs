@@ -1,10 +1,10 @@
-//! Removal of the attractor of losing states: states left without a choice once the choices that may step into a
-//! lost state are withdrawn, and so on, in one recursion over all sets and relations.
+//! Removal of the attractor of losing states, in one recursion over all sets and relations: choices
+//! that may step into a lost state are withdrawn, states left without a choice are lost, and so on.
 //!
-//! At the first bit the sets split into halves. Each half removes its own lost states. Then the choices of one half
-//! that may step into lost states of the other half are withdrawn; states without a choice are lost in their half,
-//! until nothing changes. This finds losses that take many layers, such as a battery that runs down, without a pass
-//! over all sets for each layer.
+//! At the first bit the sets split into halves. Each half removes its own lost states. Then the
+//! choices of one half that may step into lost states of the other half are withdrawn. States left
+//! without a choice are lost in their half. This repeats until nothing changes. It finds losses of
+//! many layers, such as a battery that runs down, without a pass over all sets for each layer.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -20,20 +20,22 @@ use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::EdgeLabels;
 use crate::error::Result;
 
-/// What a recursion found.
+/// The result of a recursion.
 #[derive(Clone)]
 pub(super) struct Removed {
-    /// All that is lost.
+    /// All lost states.
     pub(super) lost: Bdd,
-    /// For each part where its choices are still allowed: none in what is lost.
+    /// For each part the states in which its choices are still allowed; no lost state is among
+    /// them.
     pub(super) allowed: Arc<[Bdd]>,
 }
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// The least set L with `new` ⊆ L in which every state has no part that allows it and whose steps
-    /// all avoid L or do not count.
+    /// Computes the lost states and the choices that remain. The lost states are the least L ⊇
+    /// `new` with this property: a state allowed by some part is in L if each part that allows it
+    /// has a step into L that counts.
     ///
-    /// No part may allow a state of `new`; parts whose choices have no step into it change nothing.
+    /// The parts must not allow any state of `new`. Parts without such a step stay as they are.
     pub(super) fn remove_attractor(
         &self,
         new: &Bdd,
@@ -55,7 +57,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(found)
     }
 
-    /// The same by halves of a bit.
+    /// Computes [`Walk::remove_attractor`] by splitting on a bit.
     fn remove_across(
         &self,
         bit: u32,
@@ -72,7 +74,8 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         }
         let arcs = [self.arcs(bit, parts, true, false)?, self.arcs(bit, parts, false, true)?];
         let mut crossed = [self.store.zero(), self.store.zero()];
-        // Which half was lost in last; ends when what is lost in neither has any effect on the other.
+        // The lost states of half `at` are propagated next; ends when neither half affects the
+        // other.
         let (mut at, mut quiet) = (0, 0);
         while quiet < 2 {
             quiet += 1;
@@ -96,7 +99,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         })
     }
 
-    /// Adds to a half what is lost in it by `new`.
+    /// Adds to a half the states that are lost in it because of `new`.
     fn remove_in(&self, half: &mut Half, new: &Bdd, known: &mut Known<Removed>) -> Result<(), Halt> {
         let Removed { lost, allowed } = self.remove_attractor(new, &half.parts, known)?;
         half.lost = self.own(|w| w.or(half.lost.as_edge(w.m), lost.as_edge(w.m)))?;
@@ -104,8 +107,8 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(())
     }
 
-    /// Withdraws the choices that may step from the other half into what is new in the half `at`, and
-    /// says which states have none left by that.
+    /// Withdraws the choices of the other half that may step into the new lost states of half `at`.
+    /// Returns the states of the other half that this leaves without a choice.
     fn withdraw(
         &self,
         new: &Bdd,
@@ -131,13 +134,15 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     }
 }
 
-/// One half of what is lost.
+/// One half of the sets.
 struct Half {
     parts: Vec<Part>,
     lost: Bdd,
 }
 
-/// [`Engine::remove_attractor`](crate::engine::Engine::remove_attractor): each group of choices by what its edges are worth.
+/// Computes [`Engine::remove_attractor`](crate::engine::Engine::remove_attractor) with the choices
+/// of each group split by edge labels. Returns `None` if the recursion is not expected to pay off
+/// or gives up.
 pub(super) fn remove_attractor(
     engine: &SymbolicEngine,
     lost: &StateSet,
@@ -159,10 +164,10 @@ pub(super) fn remove_attractor(
     Ok(Some((StateSet(loss.lost), choices)))
 }
 
-/// The choices that are left, by what their edges are worth.
+/// The choices that are left, split by edge labels.
 struct Game {
     parts: Vec<Part>,
-    /// For each part its group; one past the last for the states that have won.
+    /// The group of each part; one past the last group for the states that have won.
     groups: Vec<usize>,
 }
 
@@ -179,12 +184,12 @@ impl Game {
         let safe = edge_labels.iter().map(|m| Ok((m.from.0.clone(), store.or(&m.goal.0, &m.dropped.0)?)));
         let safe = safe.collect::<Result<Vec<_>>>()?;
         let mut game = Game { parts: Vec::new(), groups: Vec::new() };
-        // The self-loops of deadlocks lead nowhere else.
+        // The self-loops of deadlocks do not leave their state.
         for (group, list) in engine.groups.iter().chain([&nothing]).enumerate() {
             let left = store.minus(&within.0[group], &lost.0)?;
             game.add(group, parts::by_exception(store, &left, &safe)?, list);
         }
-        // What has won stays, as if it had a choice that leads nowhere.
+        // States that have won stay, as if they had a choice without successors.
         let won = store.minus(&won.0, &lost.0)?;
         game.add(within.0.len(), parts::by_exception(store, &won, &[])?, &nothing);
         Ok(game)
@@ -197,8 +202,10 @@ impl Game {
         }
     }
 
-    /// The choices of `within` that a loss leaves. Those of what was lost before lead to nothing that
-    /// can win: left alone, they keep what is remembered of their group.
+    /// Returns the choices of `within` that remain after a loss.
+    ///
+    /// The choices of states that were lost before are kept, since they cannot lead to a win. A
+    /// group without losses then keeps its diagram, and cached results of it stay usable.
     fn left(&self, store: &Store, lost: &StateSet, within: &ChoiceSet, loss: &Removed) -> Result<ChoiceSet> {
         let mut choices = Vec::with_capacity(within.0.len());
         for (group, before) in within.0.iter().enumerate() {

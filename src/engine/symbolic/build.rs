@@ -1,4 +1,4 @@
-//! From a program to an engine.
+//! Construction of an engine from a program.
 
 use std::sync::Arc;
 
@@ -15,10 +15,10 @@ use crate::engine::Settings;
 use crate::error::{Limit, Result};
 use crate::model::{ModelKind, Program};
 
-/// Recursion over diagrams is as deep as states have bits.
+/// Maximum number of bits of a state, which is the depth of recursions over diagrams.
 const MOST_BITS: usize = 1 << 16;
 
-/// Says which states there are, instead of an exploration.
+/// A function that returns the states of the scope and replaces the exploration.
 pub(super) type Given<'a> = dyn Fn(&Store) -> Result<Bdd> + 'a;
 
 /// Builds the engine; see [`SymbolicEngine::new`]. The states of the scope may be given.
@@ -71,7 +71,8 @@ fn check_width(bits: usize) -> Result<()> {
     Ok(())
 }
 
-/// For each group, and last for the self-loops of deadlocks, where it is enabled; and the deadlocks.
+/// Returns the states in which each group is enabled, last those of the self-loops of deadlocks,
+/// and the deadlocks.
 fn enabled(store: &Store, transitions: &Transitions, states: &Bdd) -> Result<(Vec<Bdd>, Bdd)> {
     let mut enabled = Vec::new();
     for guard in &transitions.guards {
@@ -82,14 +83,15 @@ fn enabled(store: &Store, transitions: &Transitions, states: &Bdd) -> Result<(Ve
     Ok((enabled, deadlocks))
 }
 
-/// The deadlocks of the model, where monitors step there: for the engine it is a choice like any other.
+/// Returns the deadlocks of the model if monitors step there; for the engine, that step is a choice
+/// like any other.
 fn deadlocks(program: &Program, encoding: &Encoding, store: &Store, states: &Bdd) -> Result<Option<Bdd>> {
     let Some(deadlock) = program.monitors.as_ref().and_then(|o| o.deadlock) else { return Ok(None) };
     let (holds, _) = Translator::new(program, encoding, store).condition(deadlock)?;
     store.and(&holds, states).map(Some)
 }
 
-/// Unites pieces that move the same state, so that no transition is counted twice.
+/// Unites pieces that have a source in common, so that no transition is counted twice.
 fn disjoint(store: &Store, pieces: Vec<Piece>, states: &Bdd) -> Result<Vec<Piece>> {
     let mut done: Vec<(Bdd, Piece)> = Vec::new();
     for mut piece in pieces {

@@ -1,7 +1,7 @@
 //! Relations united for reachability.
 //!
-//! For reachability it does not matter whose choice a step is: pieces of all groups that depend on
-//! the same bit first are united into one *cluster*, as long as the union stays small.
+//! For reachability it is irrelevant which choice a step belongs to. Pieces of all groups with the
+//! same first bit are united into one *cluster*, as long as the union stays small.
 
 use std::sync::Arc;
 
@@ -16,18 +16,18 @@ use crate::error::Result;
 
 /// Some pieces as one relation.
 struct Cluster {
-    /// The pieces, each over the support bits of the cluster.
+    /// The pieces, each extended to the support of the cluster.
     pieces: Vec<Piece>,
-    /// All their steps.
+    /// The union of their steps.
     steps: PartialRelation,
-    /// The first bit that the relation depends on or touches.
+    /// The first bit that the relation reads or writes.
     top: u32,
 }
 
 /// All clusters.
 pub(super) struct Clusters {
     clusters: Vec<Cluster>,
-    /// All of them as one list.
+    /// The relations of all clusters as one list.
     list: Arc<RelationList>,
 }
 
@@ -53,7 +53,7 @@ impl Clusters {
         Ok(all)
     }
 
-    /// All diagrams; once they are others, the list is to be made anew.
+    /// Returns all diagrams. After they are replaced, [`Clusters::relist`] must be called.
     pub(super) fn diagrams<'a>(&'a mut self) -> impl Iterator<Item = &'a mut Bdd> {
         let of = |c: &'a mut Cluster| {
             c.pieces.iter_mut().map(|p| &mut p.steps.relation).chain([&mut c.steps.relation])
@@ -61,14 +61,14 @@ impl Clusters {
         self.clusters.iter_mut().flat_map(of)
     }
 
-    /// Makes the list of all clusters.
+    /// Builds the list of all clusters.
     pub(super) fn relist(&mut self, store: &Store) -> Result<()> {
         self.list = store.lists.of(store, self.clusters.iter().map(|c| c.steps.clone()).collect())?;
         Ok(())
     }
 
-    /// The relations with the steps of each group confined to its allowed states (`None` allows all)
-    /// and without the dropped edges.
+    /// Returns the relations with the steps of each group restricted to its allowed states (`None`
+    /// allows all) and without the dropped edges.
     pub(super) fn confined(
         &self,
         store: &Store,
@@ -96,8 +96,8 @@ impl Clusters {
         store.lists.of(store, entries)
     }
 
-    /// μX. start ∪ { s' ∈ bound : s → s' for some s ∈ X }; none where a recursion takes more than so many
-    /// steps for it.
+    /// Computes μX. start ∪ { s' ∈ bound : s → s' for some s ∈ X }; `None` if a recursion takes
+    /// more than `steps` steps.
     pub(super) fn forward(
         &self,
         store: &Store,
@@ -112,13 +112,13 @@ impl Clusters {
         }
     }
 
-    /// How many relations there are.
+    /// Returns the number of clusters.
     pub(super) fn len(&self) -> usize {
         self.clusters.len()
     }
 }
 
-/// A relation without the dropped edges.
+/// Returns a relation without the dropped edges.
 fn without(store: &Store, mut relation: Bdd, support: &Support, dropped: &[(Bdd, Bdd)]) -> Result<Bdd> {
     for (from, to) in dropped {
         let sources = store.and(&relation, from)?;
@@ -130,7 +130,8 @@ fn without(store: &Store, mut relation: Bdd, support: &Support, dropped: &[(Bdd,
     Ok(relation)
 }
 
-/// Puts the piece into the cluster unless that makes the relation much larger than the two.
+/// Adds the piece to the cluster, unless the union is large and has more than twice the nodes of
+/// the two relations. Returns true if the piece was added.
 fn join(store: &Store, cluster: &mut Cluster, piece: &Piece) -> Result<bool> {
     let steps = PartialRelation::union(store, &[&piece.steps, &cluster.steps])?;
     let sizes = store.size(&piece.steps.relation) + store.size(&cluster.steps.relation);

@@ -16,11 +16,12 @@ use crate::model::{Branch, Command, VarId};
 
 /// A command over the bits.
 pub(super) struct CommandRelation {
-    /// Where it is enabled.
+    /// The states in which the command is enabled.
     pub(super) guard: Bdd,
-    /// guard ∧ the effect of some branch of positive probability, on the variables that some branch writes.
+    /// guard ∧ the union of the effects of all branches of positive probability. Its support is the
+    /// variables that some branch writes.
     pub(super) steps: PartialRelation,
-    /// States of the guard in which an update leaves its range or has no value.
+    /// The states of the guard in which an update leaves its range or has no value.
     pub(super) bad_update: Bdd,
 }
 
@@ -29,13 +30,13 @@ pub(super) struct CommandBuilder<'a> {
     pub(super) store: &'a Store,
     pub(super) encoding: &'a Encoding,
     pub(super) translator: &'a Translator<'a>,
-    /// Where the commands built so far have probabilities that were rounded.
+    /// The states in which the commands built so far have probabilities that were rounded.
     pub(super) rounded: RefCell<Bdd>,
 }
 
 impl CommandBuilder<'_> {
-    /// The relation of a command, and the states in which the guard has no value or the
-    /// probabilities are wrong.
+    /// Returns the relation of a command, and the states in which the guard has no value or the
+    /// probabilities are not a distribution.
     pub(super) fn build(&self, command: &Command) -> Result<(CommandRelation, Bdd)> {
         let (guard, fails) = self.translator.condition(command.guard)?;
         let guard = self.store.and(&guard, &self.within(command)?)?;
@@ -61,8 +62,8 @@ impl CommandBuilder<'_> {
         Ok((CommandRelation { guard, steps, bad_update }, self.store.or(&fails, &wrong)?))
     }
 
-    /// The patterns of all variables that the command reads which are values. Not those of the
-    /// others: a relation should depend on no more than it must.
+    /// Returns the bit patterns that are values of the variables that the command reads. Other
+    /// variables are not restricted: a relation should depend on as few bits as possible.
     fn within(&self, command: &Command) -> Result<Bdd> {
         let updates = command.branches.iter().flat_map(|b| b.updates.iter().map(|(_, e)| *e));
         let read = command.branches.iter().map(|b| b.probability).chain(updates);
@@ -72,8 +73,8 @@ impl CommandBuilder<'_> {
             .try_fold(self.store.one(), |all, e| self.store.and(&all, &self.translator.within(e)?))
     }
 
-    /// For each branch the states of the guard in which its probability is positive; and the
-    /// states of the guard in which the probabilities are no distribution.
+    /// Returns for each branch the states of the guard in which its probability is positive. The
+    /// second result is the states of the guard in which the probabilities are not a distribution.
     fn probabilities(&self, command: &Command, guard: &Bdd) -> Result<(Vec<Bdd>, Bdd)> {
         let store = self.store;
         let mut wrong = Vec::new();
@@ -95,7 +96,8 @@ impl CommandBuilder<'_> {
         Ok((taken, store.any(wrong)?))
     }
 
-    /// The effect of one branch on the written variables, and the states where it has none.
+    /// Returns the effect of one branch on the written variables, and the states in which an update
+    /// has no value in range.
     fn effect(&self, branch: &Branch, states: &Bdd, writes: &[VarId]) -> Result<(Bdd, Bdd)> {
         let store = self.store;
         let mut bad = Vec::new();
@@ -117,7 +119,7 @@ impl CommandBuilder<'_> {
             }
         }
         let bad = store.any(bad)?;
-        // From the far end up, so that each conjunction only puts nodes on top.
+        // From the last level up, so that each conjunction only adds nodes on top.
         next.sort_by_key(|(p, _)| std::cmp::Reverse(*p));
         let mut relation = store.one();
         for (p, value) in next {
@@ -128,7 +130,8 @@ impl CommandBuilder<'_> {
         Ok((relation, bad))
     }
 
-    /// The new value less the smallest one, and the states in which it is out of range.
+    /// Returns the new value minus the smallest value of the variable, and the states in which it
+    /// is out of range or undefined.
     fn offset(&self, variable: VarId, e: crate::model::expr::ExprId) -> Result<(SymbolicInteger, Bdd)> {
         let store = self.store;
         let declared = &self.encoding.variables()[variable.index()];

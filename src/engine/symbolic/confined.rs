@@ -1,7 +1,7 @@
 //! Reachability by allowed choices, in one recursion over a set, bounds and relations.
 //!
-//! As [`Walk::close`], but each group of choices has a bound of its own, and steps into some states
-//! may not count: neither needs a relation that was not there before.
+//! It is like [`Walk::close`], but each group of choices has its own bound, and steps into some
+//! states may not count. Neither requires new relations.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -15,18 +15,18 @@ use super::relation_lists::RelationList;
 use super::walk::{Halt, Walk};
 use crate::error::Result;
 
-/// One value of a bit: what can move there, and what was reached.
+/// The states with one value of a bit: their choices, and the states reached among them.
 struct Half {
     parts: Vec<Part>,
     reached: Bdd,
-    /// Whether something was reached that the parts have not been tried on.
+    /// True if states were reached to which the parts have not been applied.
     open: bool,
-    /// What the other half has been entered from.
+    /// The states from which the other half has already been entered.
     crossed: Bdd,
 }
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// μY. X ∪ { s : some part allows s and has a step from s into Y that counts }
+    /// Computes μY. X ∪ { s : some part allows s and has a step from s into Y that counts }.
     pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], known: &mut Known<Bdd>) -> Result<Bdd, Halt> {
         let parts = Vec::from_iter(parts.iter().filter(|p| p.edge_labels(self.store)).cloned());
         if self.store.is_zero(x) || parts.is_empty() {
@@ -41,12 +41,12 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         known.check()?;
         let found = self.reach_by_across(self.first_bit(x, &parts), x, &parts, known)?;
         known.found.insert(key, found.clone());
-        // What is closed stays as it is.
+        // The closure of a closed set is the set itself.
         known.found.insert((found.clone(), operands), found.clone());
         Ok(found)
     }
 
-    /// The same by halves of a bit.
+    /// Computes [`Walk::reach_by`] by splitting on a bit.
     fn reach_by_across(
         &self,
         bit: u32,
@@ -73,7 +73,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.joined(bit, &set.reached, &clear.reached)
     }
 
-    /// Adds to the other half what has a step into what is new in the half `at`.
+    /// Adds to the other half the states with a step into the new states of half `at`.
     fn cross(&self, halves: &mut [Half; 2], at: usize, arcs: &[Arc<RelationList>]) -> Result<(), Halt> {
         let to = 1 - at;
         let new = self.own(|w| w.minus(halves[at].reached.as_edge(w.m), halves[at].crossed.as_edge(w.m)))?;
@@ -90,8 +90,8 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     }
 }
 
-/// What can reach a target by allowed choices and edges that are not dropped; none where that is not
-/// worth trying, or took more than it was given.
+/// Returns the states that can reach a target by allowed choices and edges that are not dropped.
+/// Returns `None` if the recursion is not expected to pay off or gives up.
 ///
 /// `allowed` has a bound for each group.
 pub(super) fn can_reach(

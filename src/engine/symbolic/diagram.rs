@@ -1,4 +1,4 @@
-//! What a recursion over diagrams needs of OxiDD, for the one type of manager in use.
+//! The operations of OxiDD that recursions over diagrams need, for the one type of manager in use.
 //!
 //! The present and the next copy of bit p lie on the levels 2p and 2p+1.
 
@@ -15,23 +15,24 @@ use oxidd_rules_bdd::simple::{BDDOp, BDDTerminal};
 /// A Boolean function of the bits of the present and the next state.
 pub(super) type Bdd = BDDFunction;
 pub(super) type ManagerOf<'id> = <Bdd as Function>::Manager<'id>;
-/// A diagram that somebody else owns.
+/// A borrowed diagram.
 pub(super) type Edge<'e, 'id> = Ref<'e, EdgeOfFunc<'id, Bdd>>;
-/// A diagram that is given back when it is dropped.
+/// An owned reference to a diagram, released when dropped.
 pub(super) type Held<'m, 'id> = EdgeDropGuard<'m, ManagerOf<'id>>;
 
-/// What an entry of the operation cache is about. OxiDD's own entries have no numbers among their
-/// operands and the entries here have one, so that theirs and these are never taken for each other.
+/// The operation of an entry in the operation cache. OxiDD's own entries have no numbers among
+/// their operands. The entries here have one, so that the two kinds are never confused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Memo {
-    /// A step of a list from a set, within another.
+    /// One step of a list from a set, within a bound.
     Step,
-    /// What a list reaches from a set, within another.
+    /// The closure of a set under the steps of a list, within a bound.
     Close,
 }
 
 impl Memo {
-    /// Any two operators of OxiDD's.
+    /// Returns the operator of OxiDD that stands for this operation in the cache: any two differing
+    /// ones.
     fn operator(self) -> BDDOp {
         match self {
             Memo::Step => BDDOp::And,
@@ -42,9 +43,9 @@ impl Memo {
 
 /// The operations that a recursion over diagrams needs.
 pub(super) trait Diagram<'id> {
-    /// The level of the root; the largest number for a constant.
+    /// Returns the level of the root; the largest number for a constant.
     fn level_of(&self, e: Edge<'_, 'id>) -> LevelNo;
-    /// The root's children where the root is on `level`, else twice the diagram: set, then clear.
+    /// Returns the children (set, clear) if the root is on `level`, else the diagram twice.
     fn children<'a>(&'a self, e: Edge<'a, 'id>, level: LevelNo) -> (Edge<'a, 'id>, Edge<'a, 'id>);
     fn is_zero(&self, e: Edge<'_, 'id>) -> bool;
     fn zero(&self) -> AllocResult<Held<'_, 'id>>;
@@ -52,11 +53,11 @@ pub(super) trait Diagram<'id> {
     fn node(&self, level: LevelNo, set: Held<'_, 'id>, clear: Held<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
     fn and(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
     fn or(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
-    /// f ∧ ¬g
+    /// Computes f ∧ ¬g.
     fn minus(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
     fn recall(&self, what: Memo, key: &[Edge<'_, 'id>], number: u32) -> Option<Held<'_, 'id>>;
     fn remember(&self, what: Memo, key: &[Edge<'_, 'id>], number: u32, value: Edge<'_, 'id>);
-    /// The diagram as a handle of its own.
+    /// Returns an owned handle of the diagram.
     fn handle(&self, e: Edge<'_, 'id>) -> Bdd;
 }
 

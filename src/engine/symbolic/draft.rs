@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::model::temporal::Begin;
 use crate::model::{Program, State, fault};
 
-/// What an engine is made of.
+/// The parts of an engine under construction.
 pub(super) struct Draft {
     pub(super) program: Arc<Program>,
     pub(super) settings: Settings,
@@ -38,7 +38,8 @@ impl Draft {
         Ok(Draft { program, settings, encoding, store, domain, translated, clusters })
     }
 
-    /// The states of the scope. Where that is not done with in a few steps, it is begun anew in a larger store.
+    /// Computes the states of the scope. If this takes more than a few steps, it starts again in a
+    /// larger store.
     pub(super) fn explore(&mut self) -> Result<Bdd> {
         let thresholds = self.settings.thresholds;
         if let Some(states) = self.scope(Some(thresholds.first_steps))? {
@@ -48,10 +49,11 @@ impl Draft {
         self.scope(None)?.ok_or_else(|| self.store.full())
     }
 
-    /// The states of the scope; none where exploring takes more than so many steps.
+    /// Computes the states of the scope; `None` if the exploration takes more than `steps` steps.
     ///
-    /// Where monitors may begin everywhere, all their states go with each state of the model: the set is
-    /// simpler than that of the pairs that can be reached, and answers are the same.
+    /// If monitors may begin everywhere, each reached state of the model is combined with all
+    /// values of the monitors. This set has a simpler diagram than the reachable pairs, and the
+    /// answers are the same.
     fn scope(&self, steps: Option<u64>) -> Result<Option<Bdd>> {
         let Draft { program, encoding, store, domain, .. } = self;
         let sets = (&self.translated.initial, domain);
@@ -68,7 +70,8 @@ impl Draft {
         }
     }
 
-    /// A state in which an enabled command has probabilities that were rounded, where every state has a meaning.
+    /// Checks that every part of the program has a meaning in all states. Returns an example of a
+    /// state in which an enabled command has probabilities that were rounded, if there is one.
     ///
     /// # Errors
     /// A limit, or a state in which some part of the program has no meaning.
@@ -81,8 +84,8 @@ impl Draft {
         Ok(pick::list(store, encoding, &store.and(&translated.rounded, states)?, 1)?.pop())
     }
 
-    /// EdgeLabels everything into a store that suits what is still to come: as the states tell, the fixpoints
-    /// after exploring take hundreds of nodes for each node of theirs.
+    /// Moves all diagrams into a store of suitable size for the remaining work. The fixpoints after
+    /// exploration need hundreds of nodes for each node of the set of states.
     pub(super) fn size_to(&mut self, states: &mut Bdd) -> Result<()> {
         let relations = self.translated.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation));
         let usual = self.settings.thresholds.main_cache;
@@ -90,7 +93,8 @@ impl Draft {
         self.enlarge(entries, Some(states))
     }
 
-    /// EdgeLabels everything into a store whose operation cache has so many entries, unless it has them here.
+    /// Moves all diagrams into a store whose operation cache has `entries` entries, unless this one
+    /// is already large enough.
     fn enlarge(&mut self, entries: u64, states: Option<&mut Bdd>) -> Result<()> {
         let Some(larger) = self.store.larger(entries, &self.settings) else { return Ok(()) };
         let Translated { transitions, initial, initial_fails, rounded } = &mut self.translated;
@@ -103,7 +107,8 @@ impl Draft {
     }
 }
 
-/// Where the exploration of a scope begins; none where all valuations are states, and nothing is explored.
+/// Returns the states in which the exploration of a scope begins; `None` if all valuations are
+/// states and nothing is explored.
 pub(super) fn beginnings(
     program: &Program,
     encoding: &Encoding,
@@ -125,9 +130,9 @@ pub(super) fn beginnings(
 pub(super) struct Translated {
     pub(super) transitions: Transitions,
     pub(super) initial: Bdd,
-    /// Where the expression for the initial states has no value.
+    /// The states in which the expression for the initial states has no value.
     initial_fails: Bdd,
-    /// Where an enabled command has probabilities that were rounded.
+    /// The states in which an enabled command has probabilities that were rounded.
     rounded: Bdd,
 }
 
@@ -136,7 +141,7 @@ fn translate(program: &Program, encoding: &Encoding, store: &Store, domain: &Bdd
     let commands = CommandBuilder { store, encoding, translator: &translator, rounded: store.zero().into() };
     let transitions = Builder::build(program, store, &commands)?;
     let (initial, fails) = translator.condition(program.initial)?;
-    // Where the expression has no value, its diagram may say anything.
+    // In states without a value, the diagram of the expression is arbitrary.
     let initial = store.minus(&store.and(&initial, domain)?, &fails)?;
     let initial_fails = store.and(&fails, domain)?;
     Ok(Translated { transitions, initial, initial_fails, rounded: commands.rounded.into_inner() })

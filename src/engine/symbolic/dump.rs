@@ -1,4 +1,4 @@
-//! Diagrams as plain data: out of the store, and back into it.
+//! Conversion of the store's diagrams to plain data and back.
 
 use ahash::{AHashMap, AHashSet};
 use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
@@ -17,18 +17,21 @@ use crate::model::{ModelKind, Program, VarId};
 /// A set to be dumped.
 #[derive(Clone)]
 pub enum Set {
-    /// Of states.
+    /// A set of states.
     States(StateSet),
-    /// Of choices.
+    /// A set of choices.
     Choices(ChoiceSet),
 }
 
 impl SymbolicEngine {
-    /// An engine whose scope is a set of states given as a diagram over the bits of `order`: the
-    /// commands become relations, but nothing is explored. Patterns that are no values are left out.
+    /// Builds an engine whose scope is a set of states given as a diagram over the bits of `order`.
+    /// The commands are translated, but nothing is explored. Bit patterns that do not encode values
+    /// are left out.
+    ///
+    /// Cost: no image; the relations are built.
     ///
     /// # Errors
-    /// As [`SymbolicEngine::new`], for the states given. Cost: no image; the relations are built.
+    /// The errors of [`SymbolicEngine::new`], for the given states.
     pub fn with_states(
         program: Arc<Program>,
         order: Vec<Bit>,
@@ -44,30 +47,34 @@ impl SymbolicEngine {
         build::build(program, order, settings, Some(&given))
     }
 
-    /// All valuations of the declared variables, states of the scope or not: every bit pattern in which
-    /// each variable is within its range.
+    /// Returns all valuations of the declared variables, in the scope or not: every bit pattern in
+    /// which each variable is within its range.
     pub fn valuations(&self) -> StateSet {
         StateSet(self.domain.clone())
     }
 
-    /// The states in which plays of the scope begin, states of it or not: the initial ones, or with monitors
-    /// in the scope `all` every valuation in which these are fresh; none where all valuations are the scope.
+    /// Returns the states in which the paths of the scope begin, in the scope or not: the initial
+    /// states, or, for a monitored program with the scope `all`, every valuation with fresh
+    /// monitors. Returns `None` if the scope is the set of all valuations.
+    ///
+    /// Cost: no image.
     ///
     /// # Errors
-    /// A limit. Cost: no image.
+    /// A limit.
     pub fn beginnings(&self) -> Result<Option<StateSet>> {
         let sets = (&self.initial.0, &self.domain);
         let found = draft::beginnings(&self.program, &self.encoding, &self.store, self.settings.scope, sets)?;
         Ok(found.map(StateSet))
     }
 
-    /// How many bits number the choices: ⌈log₂⌉ of the number of groups, deadlocks' self-loops included.
+    /// Returns the number of bits of a choice number: ⌈log₂⌉ of the number of groups, with one more
+    /// group for the self-loops of deadlocks.
     pub fn choice_bits(&self) -> u32 {
         usize::BITS - (self.enabled.len() - 1).leading_zeros()
     }
 
-    /// What the numbers of choices mean, from 0; the last one is the self-loop of deadlocks. Of the choices
-    /// with one number at most one is enabled in a state.
+    /// Returns the choices that each number stands for, from 0; the last number is the self-loop of
+    /// deadlocks. In each state at most one choice of each number is enabled.
     pub fn numbered_choices(&self) -> Vec<Numbered> {
         let mut all = match self.program.kind {
             ModelKind::Dtmc => vec![Numbered::Uniform; self.enabled.len() - 1],
@@ -77,11 +84,14 @@ impl SymbolicEngine {
         all
     }
 
-    /// The sets as one diagram, a root each. With `choice_bits` of them, the first variables number
-    /// the choices (most significant bit first); then follow the bits of the states in their order.
+    /// Returns the sets as one diagram with one root per set. The first variables, named by
+    /// `choice_bits`, encode the number of a choice, most significant bit first. The bits of the
+    /// states follow in their order.
+    ///
+    /// Cost: linear in the nodes of the sets.
     ///
     /// # Errors
-    /// More nodes than the format numbers. Cost: linear in the nodes of the sets.
+    /// A limit, or more nodes than the format can number.
     pub fn diagram(&self, sets: &[Set], choice_bits: &[String]) -> Result<Diagram> {
         let variables = choice_bits.iter().cloned().chain(self.encoding.names()).collect();
         let mut diagram = Diagram { variables, ..Diagram::default() };
@@ -103,19 +113,25 @@ impl SymbolicEngine {
         Ok(diagram)
     }
 
-    /// Sets of states out of a diagram whose last variables are the bits of the states in their order.
+    /// Loads sets of states from a diagram whose last variables are the bits of the states in their
+    /// order.
+    ///
+    /// Cost: one if-then-else per node.
     ///
     /// # Errors
-    /// A limit. Cost: one if-then-else a node.
+    /// A limit.
     pub fn load_states(&self, diagram: &Diagram, edges: &[Edge]) -> Result<Vec<StateSet>> {
         let offset = diagram.variables.len().saturating_sub(self.encoding.width()) as u32;
         Ok(load(&self.store, diagram, offset, edges)?.into_iter().map(StateSet).collect())
     }
 
-    /// A set of choices with the first `numbers` numbers; none where it has members with others.
+    /// Loads a set of choices with numbers below `numbers`; returns `None` if it has members with
+    /// other numbers.
+    ///
+    /// Cost: one if-then-else per node.
     ///
     /// # Errors
-    /// A limit. Cost: one if-then-else a node.
+    /// A limit.
     pub fn load_choices(&self, diagram: &Diagram, edge: Edge, numbers: usize) -> Result<Option<ChoiceSet>> {
         let offset = diagram.variables.len().saturating_sub(self.encoding.width()) as u32;
         let leaf = |number: usize| {
@@ -132,12 +148,13 @@ impl SymbolicEngine {
         Ok(Some(ChoiceSet(Arc::new(load(&self.store, diagram, offset, &leaves)?))))
     }
 
-    /// The states with the choice of this number; empty where there is no such number.
+    /// Returns the states that have the choice of this number in the set; empty for an unknown
+    /// number.
     pub fn numbered(&self, choices: &ChoiceSet, number: usize) -> StateSet {
         StateSet(choices.0.get(number).cloned().unwrap_or_else(|| self.store.zero()))
     }
 
-    /// All choices with this number, enabled or not.
+    /// Returns all choices of this number, enabled or not.
     pub fn only(&self, number: usize) -> ChoiceSet {
         let mut only = vec![self.store.zero(); self.enabled.len()];
         if let Some(all) = only.get_mut(number) {
@@ -146,10 +163,12 @@ impl SymbolicEngine {
         ChoiceSet(Arc::new(only))
     }
 
-    /// The states of the scope in which some variables have these values.
+    /// Returns the states of the scope in which some variables have the given values.
+    ///
+    /// Cost: one conjunction per bit.
     ///
     /// # Errors
-    /// A limit. Cost: a conjunction a bit.
+    /// A limit.
     pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<StateSet> {
         let mut slice = self.states.0.clone();
         for &(variable, value) in fixed {
@@ -166,16 +185,19 @@ impl SymbolicEngine {
         Ok(StateSet(slice))
     }
 
-    /// The valuations that agree with a state of X on these variables: ∃ the others . X.
+    /// Returns the valuations that agree with a state of X on these variables: ∃ the others . X.
+    ///
+    /// Cost: one quantification.
     ///
     /// # Errors
-    /// A limit. Cost: one quantification.
+    /// A limit.
     pub fn projection(&self, x: &StateSet, onto: &[VarId]) -> Result<StateSet> {
         let others: Vec<VarId> = self.program.variable_ids().filter(|v| !onto.contains(v)).collect();
         Ok(StateSet(self.store.exists(&x.0, &self.encoding.bits_of(&self.store, &others)?)?))
     }
 
-    /// X × {0, …, numbers - 1}: for each number the same states, whether the choice is enabled or not.
+    /// Returns X × {0, …, numbers - 1}: the same states for each number, whether or not the choice
+    /// is enabled.
     pub fn repeated(&self, x: &StateSet, numbers: usize) -> ChoiceSet {
         ChoiceSet(Arc::new(vec![x.0.clone(); numbers]))
     }
@@ -194,8 +216,8 @@ fn functions_of(set: &Set) -> usize {
 
 type Unique = AHashMap<(Edge, Edge), Edge>;
 
-/// One level of the tree over the bits of choices: neighbours become one; a last one alone gets a
-/// neighbour that is never there.
+/// Builds one level of the tree over the bits of choice numbers: joins neighbours in pairs. A last
+/// function without a neighbour is joined with the constant false.
 fn paired(diagram: &mut Diagram, unique: &mut Unique, level: u32, row: &[Edge]) -> Result<Vec<Edge>> {
     let pair = |pair: &[Edge]| {
         let (even, odd) = (pair[0], pair.get(1).copied().unwrap_or(Edge::FALSE));
@@ -204,7 +226,7 @@ fn paired(diagram: &mut Diagram, unique: &mut Unique, level: u32, row: &[Edge]) 
     row.chunks(2).map(pair).collect()
 }
 
-/// The function `level ? then : otherwise`, each once.
+/// Returns the function `level ? then : otherwise`; equal functions share one node.
 fn make(diagram: &mut Diagram, unique: &mut Unique, level: u32, then: Edge, otherwise: Edge) -> Result<Edge> {
     if then == otherwise {
         return Ok(then);
@@ -247,7 +269,7 @@ fn store_in(
     })
 }
 
-/// The inner nodes below some roots by the position of their bit.
+/// Returns the inner nodes below some roots, by the position of their bit.
 fn by_level<'a, 'id>(
     m: &'a ManagerOf<'id>,
     roots: &[diagram::Edge<'a, 'id>],
@@ -267,7 +289,7 @@ fn by_level<'a, 'id>(
     levels
 }
 
-/// The arc for an edge whose node is known or a terminal.
+/// Returns the new edge for an edge to a terminal or to a node that was already converted.
 fn arc<'id>(m: &ManagerOf<'id>, known: &AHashMap<usize, Edge>, edge: diagram::Edge<'_, 'id>) -> Edge {
     use oxidd_rules_bdd::simple::BDDTerminal;
     use std::borrow::Borrow;
@@ -278,7 +300,7 @@ fn arc<'id>(m: &ManagerOf<'id>, known: &AHashMap<usize, Edge>, edge: diagram::Ed
     }
 }
 
-/// Functions out of a diagram; `offset` variables stand above the bits of the states.
+/// Loads functions from a diagram; `offset` variables precede the bits of the states.
 fn load(store: &Store, diagram: &Diagram, offset: u32, edges: &[Edge]) -> Result<Vec<Bdd>> {
     store.deep(|| load_deep(store, diagram, offset, edges))
 }
@@ -308,7 +330,7 @@ fn load_deep(store: &Store, diagram: &Diagram, offset: u32, edges: &[Edge]) -> R
     Ok(edges.iter().map(|&edge| get(&built, edge)).collect())
 }
 
-/// For each node whether its function and whether its complement is part of one of these.
+/// Returns two flags per node: the given edges need its function, and they need its complement.
 fn wanted(diagram: &Diagram, edges: &[Edge]) -> Vec<[bool; 2]> {
     let mut wanted = vec![[false; 2]; diagram.nodes.len()];
     let mark = |wanted: &mut Vec<[bool; 2]>, edge: Edge| {
@@ -329,7 +351,7 @@ fn wanted(diagram: &Diagram, edges: &[Edge]) -> Vec<[bool; 2]> {
 }
 
 impl Encoding {
-    /// The bits with these names in this order; none unless each bit is there once.
+    /// Returns the bits with these names in this order; `None` unless each bit occurs exactly once.
     pub fn order_of(program: &Program, names: &[String]) -> Option<Vec<Bit>> {
         let declared = super::order::declared(program);
         let known = Encoding::new(program, declared.clone()).names();

@@ -1,5 +1,5 @@
-//! How states are bits: an integer as its distance from the smallest value, most significant bit
-//! nearest to the root.
+//! The encoding of states as bits: an integer is its distance from the smallest value, with the
+//! most significant bit nearest to the root if the order is as declared.
 
 use super::diagram::Bdd;
 use super::store::Store;
@@ -11,23 +11,24 @@ use crate::model::{Program, State, VarId, Variable};
 /// One bit of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Bit {
-    /// Whose bit.
+    /// The variable.
     pub variable: VarId,
-    /// Which bit of `value - low`; 0 is the least significant.
+    /// The index of the bit in `value - low`; 0 is the least significant.
     pub index: u32,
 }
 
-/// The place of every bit in the order of the diagram.
+/// The position of every bit in the order of the diagram.
 #[derive(Debug, Clone)]
 pub struct Encoding {
     variables: Vec<Variable>,
     order: Vec<Bit>,
-    /// For each variable, the position of each of its bits, least significant first.
+    /// For each variable the positions of its bits, least significant first.
     positions: Vec<Vec<u32>>,
 }
 
 impl Encoding {
-    /// The encoding with the bits in the given order, from the root down: every bit once.
+    /// Creates the encoding with the bits in the given order, from the root down. The order must
+    /// have every bit once.
     pub fn new(program: &Program, order: Vec<Bit>) -> Self {
         let variables = program.variables.clone();
         let mut positions: Vec<Vec<u32>> = variables.iter().map(|v| vec![0; v.bits() as usize]).collect();
@@ -37,17 +38,18 @@ impl Encoding {
         Encoding { variables, order, positions }
     }
 
-    /// How many bits a state has.
+    /// Returns the number of bits of a state.
     pub fn width(&self) -> usize {
         self.order.len()
     }
 
-    /// The bits from the root down.
+    /// Returns the bits from the root down.
     pub fn order(&self) -> &[Bit] {
         &self.order
     }
 
-    /// The names of the bits from the root down: `x.2` for bit 2 of x, Booleans by their name.
+    /// Returns the names of the bits from the root down: `x.2` for bit 2 of x, Booleans by their
+    /// name.
     pub fn names(&self) -> Vec<String> {
         let name = |bit: &Bit| {
             let variable = &self.variables[bit.variable.index()];
@@ -60,47 +62,47 @@ impl Encoding {
         self.order.iter().map(name).collect()
     }
 
-    /// The variables with their ranges.
+    /// Returns the variables with their ranges.
     pub fn variables(&self) -> &[Variable] {
         &self.variables
     }
 
-    /// The positions of the bits of a variable, least significant first.
+    /// Returns the positions of the bits of a variable, least significant first.
     pub(super) fn positions(&self, variable: VarId) -> &[u32] {
         &self.positions[variable.index()]
     }
 
-    /// The conjunction of the bits of some variables, to be quantified over.
+    /// Returns the conjunction of the bits of some variables, for quantification.
     pub(super) fn bits_of(&self, store: &Store, variables: &[VarId]) -> Result<Bdd> {
         let mut bits = store.one();
-        // From the far end up, so that each conjunction only puts nodes on top.
+        // From the last level up, so that each conjunction only adds nodes on top.
         for &position in self.support_of(variables).bits().iter().rev() {
             bits = store.and(&store.literal(2 * position, true)?, &bits)?;
         }
         Ok(bits)
     }
 
-    /// The support set of some variables.
+    /// Returns the set of the bits of some variables.
     pub(super) fn support_of(&self, variables: &[VarId]) -> Support {
         let bits = variables.iter().flat_map(|v| self.positions[v.index()].iter().copied());
         Support::new(bits)
     }
 
-    /// The bit patterns that are values: those of every variable within its range.
+    /// Returns the bit patterns that are values: every variable is within its range.
     pub(super) fn domain(&self, store: &Store) -> Result<Bdd> {
         let mut variables: Vec<VarId> = (0..self.variables.len() as u32).map(VarId).collect();
-        // From the root's far end up, so that each conjunction only puts nodes on top.
+        // From the last level up, so that each conjunction only adds nodes on top.
         variables.sort_by_key(|v| std::cmp::Reverse(self.positions(*v).first().copied()));
         variables.into_iter().try_fold(store.one(), |all, v| store.and(&self.values_of(store, v)?, &all))
     }
 
-    /// The bit patterns in which one variable is within its range.
+    /// Returns the bit patterns in which one variable is within its range.
     pub(super) fn values_of(&self, store: &Store, variable: VarId) -> Result<Bdd> {
         let Variable { low, high, .. } = self.variables[variable.index()];
         self.at_most(store, variable.index(), high.wrapping_sub(low) as u64)
     }
 
-    /// value - low ≤ largest
+    /// Computes value - low ≤ largest.
     fn at_most(&self, store: &Store, variable: usize, largest: u64) -> Result<Bdd> {
         let mut below = store.one();
         for (index, &position) in self.positions[variable].iter().enumerate() {
@@ -114,7 +116,7 @@ impl Encoding {
         Ok(below)
     }
 
-    /// The set of one state.
+    /// Returns the set of one state.
     pub(super) fn state(&self, store: &Store, state: &[i64]) -> Result<Bdd> {
         let mut cube = store.one();
         for (position, bit) in self.order.iter().enumerate().rev() {
@@ -126,13 +128,13 @@ impl Encoding {
         Ok(cube)
     }
 
-    /// Whether every value of `state` lies in the range of its variable.
+    /// Returns true if every value of `state` lies in the range of its variable.
     pub(super) fn is_valid(&self, state: &[i64]) -> bool {
         state.len() == self.variables.len()
             && self.variables.iter().zip(state).all(|(v, x)| (v.low..=v.high).contains(x))
     }
 
-    /// The value of the bit at `position` in `state`.
+    /// Returns the value of the bit at `position` in `state`.
     pub(super) fn bit_of(&self, state: &[i64], position: usize) -> bool {
         let bit = self.order[position];
         let variable = bit.variable.index();
@@ -140,7 +142,7 @@ impl Encoding {
         offset >> bit.index & 1 == 1
     }
 
-    /// The state of a bit pattern: for each bit in the order of the diagram its value.
+    /// Returns the state of a bit pattern: one value per bit, in the order of the diagram.
     pub fn decode(&self, pattern: &[bool]) -> State {
         let mut state: State = self.variables.iter().map(|v| v.low).collect();
         for (bit, _) in self.order.iter().zip(pattern).filter(|(_, set)| **set) {

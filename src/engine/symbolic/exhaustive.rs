@@ -1,5 +1,5 @@
-//! The recursions of the engine against tables of states: all functions of few bits as relation, set
-//! and bound, all sets of support bits, both directions; and random ones of more bits.
+//! Tests of the recursions against tables of states. Exhaustive: all functions of few bits as
+//! relation, set and bound, all supports, both directions. Random: relations of more bits.
 
 use proptest::prelude::*;
 
@@ -12,15 +12,15 @@ use super::thresholds::Thresholds;
 use super::walk::Direction;
 use crate::engine::Settings;
 
-/// A set of states, or of pairs of a state and the values of the support bits after it: bit k of the
-/// number says whether the k-th is in it.
+/// A set of states, or of pairs of a state and the next values of the support bits: bit k is set if
+/// element k is in the set.
 type Table = u64;
 
 fn store(width: usize, thresholds: Thresholds) -> Store {
     Store::new(width, &Settings { memory: 64 << 20, thresholds, ..Settings::default() }).unwrap()
 }
 
-/// Thresholds that send work of any size each way.
+/// Returns thresholds with which work of any size uses every method.
 fn least() -> Thresholds {
     Thresholds {
         small_relation: 0,
@@ -32,12 +32,12 @@ fn least() -> Thresholds {
     }
 }
 
-/// The bits of states, the first the most significant in a state's number.
+/// Returns a bit of a state's number; bit 0 is the most significant.
 fn bit_of(state: usize, bit: usize, width: usize) -> bool {
     state >> (width - 1 - bit) & 1 == 1
 }
 
-/// The function of the levels whose value at the k-th assignment is bit k of the table.
+/// Returns the function of the levels whose value at the k-th assignment is bit k of the table.
 fn function(store: &Store, levels: &[u32], table: Table) -> Bdd {
     let Some((&level, rest)) = levels.split_first() else {
         return if table & 1 == 1 { store.one() } else { store.zero() };
@@ -60,7 +60,7 @@ struct Relation {
 }
 
 impl Relation {
-    /// The relation over the bits and the next copies of the support ones with this table.
+    /// Creates the relation with this table, over all bits and the next copies of the support bits.
     fn new(store: &Store, width: usize, support: usize, table: Table) -> Self {
         let touches = |bit: usize| support >> bit & 1 == 1;
         let after = Vec::from_iter((0..width).filter(|&b| touches(b)));
@@ -84,7 +84,7 @@ impl Relation {
     }
 }
 
-/// What one step joins with a set, within a bound.
+/// Computes the states that one step joins with a set, within a bound.
 fn step(edges: &[(usize, usize)], direction: Direction, x: Table, bound: Table) -> Table {
     let mut found = 0;
     for &(from, to) in edges {
@@ -114,7 +114,8 @@ fn check(store: &Store, width: usize, relations: &[Relation], x: Table, bound: T
         let found = store.step(direction, &list, &from, &within).unwrap();
         assert!(found == set(store, width, step(&edges, direction, x, bound)), "step {direction:?}");
         let expected = set(store, width, reached(&edges, direction, x & bound, bound));
-        // Both ways find what either has found before: so only one goes first, mostly.
+        // Both methods share the operation cache, so mostly only the first one computes. The operands
+        // choose it.
         let saturates = (x ^ bound) & 1 == 1;
         let found = store.fixpoint(saturates, (direction, None), u64::MAX, &list, (&start, &within));
         assert!(found.unwrap().unwrap() == expected, "saturation {saturates}, {direction:?}");
@@ -142,7 +143,7 @@ fn all_relations_of_two_bits_that_touch_both() {
     let store = store(2, Thresholds::default());
     for table in 0..1 << 16 {
         let relation = [Relation::new(&store, 2, 3, table)];
-        // All pairs of a set and a bound come up, each with 256 relations.
+        // All pairs of a set and a bound occur, each with 256 relations.
         let (x, bound) = (table & 15, (table >> 4 ^ table >> 12) & 15);
         check(&store, 2, &relation, x, bound);
     }
@@ -159,7 +160,7 @@ fn all_sets_of_three_bits_are_primed() {
     }
 }
 
-/// What a loss must be: the lost states, and for each part where it is still allowed.
+/// Computes the expected result of a loss: the lost states and the allowed states of each part.
 fn lost(parts: &[(Edges, Table, Table)], new: Table) -> (Table, Vec<Table>) {
     let mut lost = new;
     let mut allowed = Vec::from_iter(parts.iter().map(|p| p.1 & !new));
@@ -178,7 +179,7 @@ fn lost(parts: &[(Edges, Table, Table)], new: Table) -> (Table, Vec<Table>) {
     }
 }
 
-/// What can reach X by some parts.
+/// Computes the states that can reach X by some parts.
 fn reached_by(parts: &[(Edges, Table, Table)], x: Table) -> Table {
     let mut all = x;
     loop {
@@ -193,7 +194,7 @@ fn reached_by(parts: &[(Edges, Table, Table)], x: Table) -> Table {
     }
 }
 
-/// A relation as random numbers: which bits it touches, and its table.
+/// A random relation: its support as a bit mask, and its table.
 fn relation(width: usize) -> impl Strategy<Value = (usize, Table)> {
     (0..1usize << width, any::<u64>(), any::<u64>()).prop_map(|(support, a, b)| (support, a & b))
 }

@@ -1,11 +1,14 @@
 //! The symbolic engine: sets of states and partial relations as binary decision diagrams (OxiDD).
 //!
-//! [`Encoding`] says how states are bits. Commands become partial relations (`command`), grouped so
-//! that at most one choice of a group is enabled in a state (`transitions`); for reachability small
-//! ones are united (`clusters`). What sets and relations become together is found by `recursions`
-//! down the diagrams of sets and `lists` of relations at once: a step (`walk`), what is reached (`reach`,
-//! `saturation`); and, for each group of choices with a bound of its own (`parts`), what is reached by
-//! allowed choices (`confined`) and what is lost (`attractor`).
+//! [`Encoding`] maps the variables of a state to bits. `command` translates each command into a
+//! partial relation. `transitions` groups the choices, so that in each state at most one choice of
+//! a group is enabled. For reachability, `clusters` unites small relations.
+//!
+//! The fixpoint operations are recursions over the diagrams of sets and the lists of relations
+//! (`relation_lists`) at once; `recursions` runs them: one step (`walk`) and the reachable states
+//! (`reach`, `saturation`). If each group of choices has a bound of its own (`parts`), `confined`
+//! computes the states that reach a target by allowed choices. The removal of losing states is in
+//! `attractor`.
 
 mod algebra;
 mod attractor;
@@ -67,7 +70,7 @@ use walk::Direction;
 #[derive(Clone)]
 pub struct StateSet(Bdd);
 
-/// A set of (state, choice) pairs: for each group of choices the states.
+/// A set of (state, choice) pairs: one set of states per group of choices.
 #[derive(Clone)]
 pub struct ChoiceSet(Arc<Vec<Bdd>>);
 
@@ -77,9 +80,9 @@ pub struct SymbolicEngine {
     settings: Settings,
     encoding: Encoding,
     transitions: Transitions,
-    /// For each group its relations.
+    /// The relations of each group.
     groups: Vec<Arc<RelationList>>,
-    /// [`parts::are_few`] of them, once it was asked.
+    /// The result of [`parts::are_few`] once it has been computed.
     few_parts: OnceLock<bool>,
     clusters: Clusters,
     domain: Bdd,
@@ -87,54 +90,56 @@ pub struct SymbolicEngine {
     initial: StateSet,
     deadlocks: StateSet,
     rounded: Option<State>,
-    /// For each group, and last for the self-loops of deadlocks, where it is enabled.
+    /// The states in which each group is enabled; the last entry is for the self-loops of
+    /// deadlocks.
     enabled: Arc<Vec<Bdd>>,
-    /// The last targets with the states from which they can be reached, nothing confined.
+    /// The last targets, each with the states that can reach it by all choices.
     reaching: Mutex<Vec<(StateSet, StateSet)>>,
     store: Store,
 }
 
-/// Results of backward reachability worth keeping: about as many as a model has objectives.
+/// Number of results of backward reachability that are kept: about the number of objectives of a
+/// model.
 const MOST_REMEMBERED: usize = 16;
 
-/// How large the diagrams of a model are, in nodes.
+/// The sizes of the diagrams of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DiagramSizes {
-    /// All partial relations together.
+    /// The sum of the nodes of all partial relations.
     pub transition: usize,
-    /// The set of states.
+    /// The nodes of the set of states.
     pub states: usize,
-    /// How many relations fire for reachability.
+    /// The number of relations used for reachability.
     pub clusters: usize,
-    /// How many groups of choices there are.
+    /// The number of groups of choices.
     pub groups: usize,
 }
 
 impl SymbolicEngine {
-    /// Encodes the program with the bits in the order of the settings, explores the scope and checks that
-    /// every command has a meaning in every state of it.
-    ///
-    /// # Errors
-    /// A limit; or, as input errors with an example state of the scope, an update that leaves its
-    /// range, probabilities that are no distribution, an expression without a value.
+    /// Encodes the program with the bits in the order of the settings and explores the scope.
+    /// Checks that every command has a meaning in every state of the scope.
     ///
     /// Cost: one image fixpoint for the scope `reachable`.
+    ///
+    /// # Errors
+    /// A limit. Input errors with an example state of the scope: an update that leaves its range,
+    /// probabilities that are not a distribution, an expression without a value.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         let order = settings.order.bits(&program)?;
         build::build(program, order, settings, None)
     }
 
-    /// How states are bits.
+    /// Returns the encoding of states as bits.
     pub fn encoding(&self) -> &Encoding {
         &self.encoding
     }
 
-    /// The program.
+    /// Returns the program.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
     }
 
-    /// How large the diagrams are.
+    /// Returns the sizes of the diagrams.
     pub fn sizes(&self) -> DiagramSizes {
         DiagramSizes {
             transition: self.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation)).sum(),
@@ -144,11 +149,11 @@ impl SymbolicEngine {
         }
     }
 
-    /// [`Engine::states_where`] for an expression of a program that has more expressions than the engine's own
-    /// and is the same otherwise.
+    /// Computes [`Engine::states_where`] for an expression of another program, which equals the
+    /// program of the engine except for additional expressions.
     ///
     /// # Errors
-    /// Those of [`Engine::states_where`].
+    /// A limit, or an expression without a value in some state of the scope.
     pub fn states_where_in(&self, program: &Program, predicate: ExprId) -> Result<StateSet> {
         let translator = Translator::new(program, &self.encoding, &self.store);
         let (holds, fails) = translator.condition(predicate)?;
@@ -160,17 +165,18 @@ impl SymbolicEngine {
         Ok(StateSet(self.store.and(&holds, &self.states.0)?))
     }
 
-    /// How often each way to the same result was taken.
+    /// Returns the number of times that each method was used.
     pub fn ways(&self) -> Ways {
         self.store.work.ways()
     }
 
-    /// Whether the diagram of a set has at least so many nodes; looks at no more of them.
+    /// Returns true if the diagram of a set has at least `many` nodes, constants included. Visits
+    /// at most `many` nodes.
     pub fn has_nodes(&self, x: &StateSet, many: usize) -> bool {
         self.store.has_nodes(&x.0, many)
     }
 
-    /// How many nodes the diagram of a set has.
+    /// Returns the number of inner nodes of the diagram of a set.
     pub fn size(&self, x: &StateSet) -> usize {
         self.store.size(&x.0)
     }
@@ -191,13 +197,15 @@ impl SymbolicEngine {
         known.push((target.clone(), found.clone()));
     }
 
-    /// For each group `None` where `within` has all that is enabled, else what it has.
+    /// Returns for each group `None` if `within` contains all its enabled choices, else the states
+    /// in which `within` allows it.
     fn confinement(&self, within: &ChoiceSet) -> Vec<Option<Bdd>> {
         let differs = |(own, all): (&Bdd, &Bdd)| (own != all).then(|| own.clone());
         within.0.iter().zip(self.enabled.iter()).map(differs).collect()
     }
 
-    /// Triples of one piece with source in C and target in X (`None`: anywhere).
+    /// Returns the number of triples of one piece with the source in C and the target in X (`None`:
+    /// any target).
     fn count_piece(&self, piece: &Piece, c: &Bdd, x: Option<&Bdd>) -> Result<Count> {
         let PartialRelation { relation, support } = &piece.steps;
         let mut relation = self.store.and(relation, c)?;
@@ -268,8 +276,8 @@ impl Engine for SymbolicEngine {
         Ok(ChoiceSet(Arc::new(found)))
     }
 
-    /// Asks the relations alone: whether a set given as the scope is closed under steps must not be answered
-    /// within that set.
+    /// Uses the relations alone, without the states of the scope as a bound. Otherwise the check
+    /// that a given scope is closed under steps would always succeed.
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
         let (anywhere, mut images) = (self.store.one(), vec![c.0[self.groups.len()].clone()]);
         for (list, sources) in self.groups.iter().zip(c.0.iter()) {
@@ -278,8 +286,9 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.any(images)?))
     }
 
-    /// Remembers what it found for the last targets where nothing is confined: the regions of
-    /// positive probability bound the almost-sure ones, which start from them.
+    /// Remembers the results for the last targets if all choices are allowed and no edge is
+    /// dropped. The regions of positive probability bound the almost-sure ones, whose computation
+    /// starts from them.
     fn can_reach(
         &self,
         target: &StateSet,
@@ -310,7 +319,8 @@ impl Engine for SymbolicEngine {
         Ok(found)
     }
 
-    /// By recursion where that is worth it, else layer by layer.
+    /// Uses a recursion over groups of choices where it is expected to pay off. Otherwise, or if the
+    /// recursion gives up, works layer by layer.
     fn remove_attractor(
         &self,
         left: Region<StateSet, ChoiceSet>,

@@ -1,4 +1,5 @@
-//! The order of the bits: declared, computed from the structure of the program, or the user's.
+//! The order of the bits: as declared, computed from the structure of the program, or given by the
+//! user.
 
 mod grid_world;
 mod module_copies;
@@ -14,41 +15,44 @@ use crate::model::expr::{Binary, ExprId, Node};
 use crate::model::value::Type;
 use crate::model::{Command, Program, VarId};
 
-/// The variables in the order of declaration, each from its most significant bit down.
+/// Returns the bits of all variables in the order of declaration, each variable from its most
+/// significant bit down.
 pub fn declared(program: &Program) -> Vec<Bit> {
     by_variables(program, &program.variable_ids().collect::<Vec<_>>())
 }
 
-/// The bits of the variables in the given order, each from its most significant bit down.
+/// Returns the bits of the variables in the given order, each variable from its most significant
+/// bit down.
 pub fn by_variables(program: &Program, variables: &[VarId]) -> Vec<Bit> {
     variables.iter().flat_map(|&v| bits_of(program, v)).collect()
 }
 
-/// The bits of a variable from the most significant one down.
+/// Returns the bits of a variable from the most significant one down.
 fn bits_of(program: &Program, variable: VarId) -> impl Iterator<Item = Bit> + use<> {
     let count = program.variables[variable.index()].bits();
     (0..count).rev().map(move |index| Bit { variable, index })
 }
 
-/// Which order the bits have.
+/// The method that orders the bits.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Order {
-    /// That of [`from_structure`].
+    /// The order computed by [`from_structure`].
     #[default]
     Auto,
-    /// That of [`declared`].
+    /// The order returned by [`declared`].
     Declared,
-    /// These bits from the root down, every bit of the program once.
+    /// The given bits from the root down, every bit of the program once.
     Bits(Vec<Bit>),
-    /// One read by [`parse`].
+    /// The order that [`parse`] reads from this text.
     Text(Arc<SourceFile>),
 }
 
 impl Order {
-    /// The bits of a program from the root down.
+    /// Returns the bits of a program from the root down.
     ///
     /// # Errors
-    /// The order does not have every bit of the program once.
+    /// A given order that does not have every bit of the program exactly once; the errors of
+    /// [`parse`].
     pub fn bits(&self, program: &Program) -> Result<Vec<Bit>> {
         match self {
             Order::Auto => Ok(auto(program)),
@@ -62,7 +66,7 @@ impl Order {
     }
 }
 
-/// Whether an order has every bit of the program once.
+/// Returns true if an order has every bit of the program exactly once.
 pub(super) fn is_whole(program: &Program, bits: &[Bit]) -> bool {
     let (mut own, mut all) = (bits.to_vec(), declared(program));
     own.sort_unstable();
@@ -75,25 +79,28 @@ pub(super) fn is_whole(program: &Program, bits: &[Bit]) -> bool {
 pub struct Ordered {
     /// The bits from the root down, every bit once.
     pub bits: Vec<Bit>,
-    /// In words, what the order follows from.
+    /// The reason for the order, in words.
     pub why: String,
 }
 
-/// The order of [`from_structure`].
+/// Returns the order of [`from_structure`].
 pub fn auto(program: &Program) -> Vec<Bit> {
     from_structure(program).bits
 }
 
-/// An order from the structure of the program: variables as declared, since authors put together
-/// what belongs together; with two exceptions.
+/// Computes an order from the structure of the program.
 ///
-/// Where all state is that of one module, or of several that know nothing of each other: counters that
-/// every step moves, then flags, then positions bit by bit.
+/// Variables stay as declared, since authors write related variables next to each other. There are
+/// two exceptions:
 ///
-/// Where three or more copies of a module advance their clocks together: what stands before the
-/// clocks first, and the clocks and what follows them side by side.
+/// If one module has all variables, or several modules are independent of each other: counters that
+/// every step changes come first, then flags, then positions interleaved bit by bit.
 ///
-/// A few monitors stand on top of all of it, many below.
+/// If three or more copies of a module advance their clocks together: the variables declared before
+/// the clocks come first, then the clocks and the variables after them, those of equal role next to
+/// each other.
+///
+/// Up to three monitors come above the variables of the model, more come below.
 pub fn from_structure(program: &Program) -> Ordered {
     if program.monitors.is_some() {
         let Ordered { bits, why } = from_structure(&program.without_monitors());
@@ -112,13 +119,16 @@ pub fn from_structure(program: &Program) -> Ordered {
     }
 }
 
-/// More monitors than this stand below the model. With four a run takes about a third of the time there, with twelve
-/// a sixth; one or two are as fast on top, or faster.
+/// Maximum number of monitors above the model; more of them come below it. With four monitors, a
+/// run with them below takes about a third of the time, with twelve a sixth. One or two are as fast
+/// above, or faster.
 const MOST_ON_TOP: usize = 3;
 
-/// An order of the model's bits with those of monitors: a few on top, since what they have seen divides the states
-/// into few parts, each explored once. Many stand below the model: the relation of a step reads what they test
-/// above all of them, where on top it would tell apart each set of those that may move.
+/// Adds the bits of monitors to an order of the bits of the model.
+///
+/// A few monitors come on top: their values split the states into few parts, each explored once.
+/// Many monitors come below the model: then the relation of a step tests the model's variables
+/// above all monitors. On top, it would distinguish all sets of monitors that may change.
 fn beside_monitors(program: &Program, mut bits: Vec<Bit>) -> Vec<Bit> {
     let Some(monitors) = &program.monitors else { return bits };
     let place = if monitors.variables.len() > MOST_ON_TOP { bits.len() } else { 0 };
@@ -128,7 +138,7 @@ fn beside_monitors(program: &Program, mut bits: Vec<Bit>) -> Vec<Bit> {
     bits
 }
 
-/// The integers that some update changes by a sum.
+/// Returns the integer variables that some update changes by a sum or difference.
 fn counters(program: &Program, commands: &[&Command]) -> AHashSet<VarId> {
     let updates = commands.iter().flat_map(|c| &c.branches).flat_map(|b| &b.updates);
     let counted =
@@ -136,10 +146,10 @@ fn counters(program: &Program, commands: &[&Command]) -> AHashSet<VarId> {
     counted.map(|(v, _)| *v).collect()
 }
 
-/// The counters that guards compare by `<` and `<=`, or with an end of their range, only.
+/// Returns the counters that guards only compare by `<` and `<=`, or with an end of their range.
 fn thresholds(program: &Program, commands: &[&Command], counters: &AHashSet<VarId>) -> AHashSet<VarId> {
     let mut counters = counters.clone();
-    // What guards share is looked at once.
+    // Shared subexpressions of guards are visited once.
     let mut seen = AHashSet::new();
     for command in commands {
         let mut stack = vec![command.guard];
@@ -163,11 +173,12 @@ fn thresholds(program: &Program, commands: &[&Command], counters: &AHashSet<VarI
     counters
 }
 
-/// What counts says so near the top of an update; large shared formulas are not searched again and
-/// again.
+/// Maximum number of nodes searched in an update. A counter's sum is near the root, and large
+/// shared formulas are not searched repeatedly.
 const MOST_NODES: usize = 100;
 
-/// Whether the expression has a sum or difference of the variable itself among its first nodes.
+/// Returns true if the first nodes of the expression have a sum or difference of the variable
+/// itself.
 fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
     let (mut stack, mut seen) = (vec![e], AHashSet::new());
     while let Some(e) = stack.pop() {
@@ -189,8 +200,8 @@ fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
     false
 }
 
-/// Whether an equation tests a variable for a value inside its range, or two variables with each
-/// other: that is not how a counter is used.
+/// Returns true if an equation compares something other than a variable and an end of its range:
+/// two variables, or a variable and an inner value. Counters are not used that way.
 fn is_inner(program: &Program, a: ExprId, b: ExprId) -> bool {
     let end = |v: ExprId, c: ExprId| match (program.pool.node(v), program.pool.literal(c)) {
         (Node::Var(v), Some(c)) => {
@@ -202,14 +213,14 @@ fn is_inner(program: &Program, a: ExprId, b: ExprId) -> bool {
     !end(a, b) && !end(b, a)
 }
 
-/// After this many errors the rest is not reported.
+/// Maximum number of errors that are reported.
 const MOST_ERRORS: usize = 20;
 
-/// An order from text: names of variables or of bits (`x.2`), separated by white space or commas,
-/// `//` comments as in models. Every variable must be there, once.
+/// Reads an order from text: names of variables or of bits (`x.2`), separated by white space or
+/// commas, with `//` comments as in models. Every variable of the model must occur exactly once.
 ///
 /// # Errors
-/// Unknown, doubled and missing names, each with its place.
+/// Unknown, repeated and missing names, each with its position.
 pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Vec<Bit>> {
     let mut order: Vec<Bit> = Vec::new();
     let mut seen: AHashSet<Bit> = AHashSet::new();
@@ -232,7 +243,7 @@ pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Vec<Bit>> {
             }
         }
     }
-    // Orders for a model need not know what watches it.
+    // An order for a model need not name its monitors.
     order = beside_monitors(program, order);
     seen.extend(&order);
     let missing: Vec<Bit> = declared(program).into_iter().filter(|b| !seen.contains(b)).collect();
@@ -244,7 +255,7 @@ pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Vec<Bit>> {
     if errors.is_empty() { Ok(order) } else { Err(Error::Input(errors)) }
 }
 
-/// The bits that a word names: all of a variable, or one.
+/// Returns the bits that a word names: all bits of a variable, or one.
 fn named(program: &Program, name: &str) -> Option<Vec<Bit>> {
     if let Some(variable) = program.variable(name) {
         return Some(by_variables(program, &[variable]));

@@ -1,4 +1,4 @@
-//! Partial relations: over the bits that something moves, and no next copies of the others.
+//! Partial relations: only the bits that may change have a next copy.
 
 use oxidd::Function;
 
@@ -15,11 +15,11 @@ pub(super) struct PartialRelation {
 }
 
 impl PartialRelation {
-    /// The same steps over more support bits: those that are new keep their value.
+    /// Extends the relation to a larger support: the added bits keep their value.
     pub(super) fn over(&self, store: &Store, support: &Support) -> Result<PartialRelation> {
         let new = support.bits().iter().filter(|b| self.support.bits().binary_search(b).is_err());
         let mut same = store.one();
-        // From the far end up, so that each conjunction only puts nodes on top.
+        // From the last level up, so that each conjunction only adds nodes on top.
         for &bit in new.rev() {
             let kept = store.iff(&store.literal(2 * bit, true)?, &store.literal(2 * bit + 1, true)?)?;
             same = store.and(&kept, &same)?;
@@ -27,26 +27,27 @@ impl PartialRelation {
         Ok(PartialRelation { support: support.clone(), relation: store.and(&self.relation, &same)? })
     }
 
-    /// The steps of any of some relations.
+    /// Returns the union of the steps of some relations.
     pub(super) fn union(store: &Store, all: &[&PartialRelation]) -> Result<PartialRelation> {
         let support = all.iter().fold(Support::new([]), |support, one| support.union(&one.support));
         let over = all.iter().map(|one| Ok(one.over(store, &support)?.relation));
         Ok(PartialRelation { relation: store.any(over.collect::<Result<Vec<_>>>()?)?, support })
     }
 
-    /// The steps that both take at once, each moving its own bits.
+    /// Returns the simultaneous steps of two relations, each of which changes only its own bits.
     pub(super) fn beside(&self, store: &Store, other: &PartialRelation) -> Result<PartialRelation> {
         let relation = store.and(&self.relation, &other.relation)?;
         Ok(PartialRelation { relation, support: self.support.union(&other.support) })
     }
 
-    /// The first bit that the relation reads or touches; `u32::MAX` for none.
+    /// Returns the first bit that the relation reads or writes; `u32::MAX` if there is none.
     pub(super) fn top(&self, m: &ManagerOf<'_>) -> u32 {
         (m.level_of(self.relation.as_edge(m)) / 2).min(self.support.top())
     }
 
-    /// What is left below `bit` of the steps on which it has the value `from` before and `to` after;
-    /// none where the relation does not touch it and the values differ. No earlier bit may matter.
+    /// Returns the cofactor of the relation by a bit that is `from` before and `to` after a step;
+    /// `None` if the values differ and the relation does not write the bit. The relation may not
+    /// depend on an earlier bit.
     pub(super) fn below(&self, m: &ManagerOf<'_>, bit: u32, from: bool, to: bool) -> Option<PartialRelation> {
         let touches = self.support.top() == bit;
         if !touches && from != to {

@@ -1,7 +1,8 @@
-//! Any value that depends on the state, as a partition: each value with the states that have it.
+//! Values of any type that depend on the state, as a partition: each value with the states that
+//! have it.
 //!
-//! This is how reals are computed, and what integers fall back to where bit vectors do not reach:
-//! every operator of the language works value by value with the reference meaning.
+//! Reals are represented this way, and integers if [`SymbolicInteger`] does not support an
+//! operation. Every operator of the language works value by value, by the reference semantics.
 
 use ahash::AHashMap;
 
@@ -11,29 +12,29 @@ use super::symbolic_integer::SymbolicInteger;
 use crate::error::{Limit, Result};
 use crate::model::value::{EvalError, Value};
 
-/// More values than this are refused.
+/// Maximum number of values. More are refused.
 const MOST_VALUES: usize = 1 << 16;
 
-/// Disjoint sets of states, one a value. States in none of them have no value.
+/// Disjoint sets of states, one per value. States in none of them have no value.
 #[derive(Clone)]
 pub(super) struct Partition {
     parts: Vec<(Value, Bdd)>,
 }
 
 impl Partition {
-    /// One value everywhere.
+    /// Creates the partition with one value in all states.
     pub(super) fn constant(store: &Store, value: Value) -> Self {
         Partition { parts: vec![(value, store.one())] }
     }
 
-    /// The values of an integer, found by splitting on its bits.
+    /// Computes the values of an integer in the states `within`, by splitting on its bits.
     pub(super) fn of_bits(store: &Store, bits: &SymbolicInteger, within: &Bdd) -> Result<Self> {
         let mut parts = vec![(0i64, within.clone())];
         for k in (0..bits.len()).rev() {
             let mut next = Vec::with_capacity(2 * parts.len());
             for (prefix, states) in parts {
                 let prefix = if k + 1 == bits.len() { 0 } else { prefix << 1 };
-                // The sign bit counts negative.
+                // The sign bit has negative weight.
                 let one = if k + 1 == bits.len() { -1 } else { prefix | 1 };
                 let zero = store.minus(&states, bits.bit(k))?;
                 let set = store.and(&states, bits.bit(k))?;
@@ -45,13 +46,13 @@ impl Partition {
         Ok(Partition { parts: parts.into_iter().map(|(v, s)| (Value::Int(v), s)).collect() })
     }
 
-    /// The truth values of a Boolean.
+    /// Returns the truth values of a Boolean.
     pub(super) fn of_bool(store: &Store, f: &Bdd) -> Result<Self> {
         let parts = vec![(Value::Bool(true), f.clone()), (Value::Bool(false), store.not(f)?)];
         Ok(Partition { parts: parts.into_iter().filter(|(_, s)| !store.is_zero(s)).collect() })
     }
 
-    /// `op` on every value; where it fails, the states are added to the second result.
+    /// Applies `op` to every value. The second result is the states in which it fails.
     pub(super) fn map(
         &self,
         store: &Store,
@@ -61,7 +62,8 @@ impl Partition {
         Partition::collect(store, results)
     }
 
-    /// `op` on every pair of values that some state has.
+    /// Applies `op` to every pair of values that some state has. The second result is the states in
+    /// which it fails.
     pub(super) fn combine(
         &self,
         store: &Store,
@@ -81,7 +83,7 @@ impl Partition {
         Partition::collect(store, results)
     }
 
-    /// if c then this else the other
+    /// Computes: if c then self else other.
     pub(super) fn select(&self, store: &Store, c: &Bdd, other: &Partition) -> Result<Self> {
         let mut results = Vec::new();
         for (value, states) in &self.parts {
@@ -93,7 +95,7 @@ impl Partition {
         Ok(Partition::collect(store, results)?.0)
     }
 
-    /// The values within a set of states.
+    /// Returns the values within a set of states.
     pub(super) fn within(&self, store: &Store, states: &Bdd) -> Result<Self> {
         let mut parts = Vec::new();
         for (value, s) in &self.parts {
@@ -105,12 +107,12 @@ impl Partition {
         Ok(Partition { parts })
     }
 
-    /// The states whose value satisfies a condition.
+    /// Returns the states whose value satisfies a condition.
     pub(super) fn states_where(&self, store: &Store, holds: impl Fn(Value) -> bool) -> Result<Bdd> {
         store.any(self.parts.iter().filter(|(v, _)| holds(*v)).map(|(_, s)| s.clone()))
     }
 
-    /// As a bit vector; every value must be an integer.
+    /// Converts to a symbolic integer; every value must be an integer.
     pub(super) fn to_bits(&self, store: &Store) -> Result<SymbolicInteger> {
         let values: Vec<(i64, &Bdd)> = self.parts.iter().map(|(v, s)| (int(*v), s)).collect();
         let low = values.iter().map(|(v, _)| *v).min().unwrap_or(0);
@@ -125,7 +127,7 @@ impl Partition {
         Ok(SymbolicInteger::from_bits(bits, low, high))
     }
 
-    /// Unites equal values; the second result has the states without a value.
+    /// Unites the states of equal values. The second result is the states without a value.
     fn collect(store: &Store, results: Vec<(Result<Value, EvalError>, Bdd)>) -> Result<(Self, Bdd)> {
         let (mut order, mut sets, mut failed) = (Vec::new(), AHashMap::<Value, Vec<Bdd>>::new(), Vec::new());
         for (result, states) in results {

@@ -1,7 +1,8 @@
-//! The choices of several groups, each with its own bound, taken down the bits together.
+//! Choices of several groups, each with its own bound, as operands of one recursion.
 //!
-//! What a choice set allows differs from group to group. To confine each relation to it would build
-//! all relations anew for every set; here the bounds go down beside the relations.
+//! A choice set allows different states for each group. Restricting each relation to its allowed
+//! states would rebuild all relations for every set. Here the bounds are split bit by bit together
+//! with the relations instead.
 
 use std::sync::Arc;
 
@@ -18,42 +19,45 @@ use crate::error::Result;
 /// Some choices of one group.
 #[derive(Clone)]
 pub(super) struct Part {
-    /// Where they are allowed.
+    /// The states in which the choices are allowed.
     pub(super) allowed: Bdd,
-    /// Steps into these states do not count.
+    /// The states into which steps do not count.
     pub(super) except: Bdd,
     /// The steps.
     pub(super) list: Arc<RelationList>,
 }
 
-/// What a recursion is asked of parts, beside a set: their bounds, and the numbers of their lists.
+/// The operands of a recursion over parts, except for its set: for each part its two bounds and the
+/// number of its list.
 type Operands = Vec<(Bdd, Bdd, u32)>;
 
-/// What a recursion over parts found on the way, of a set and operands.
+/// The results that a recursion over parts has found so far, by set and operands.
 pub(super) struct Known<T> {
     pub(super) found: AHashMap<(Bdd, Operands), T>,
     most: usize,
 }
 
 impl<T> Known<T> {
-    /// Nothing yet; the recursion gives up when it has found so much.
+    /// Creates an empty table; the recursion gives up when the table has `most` results.
     pub(super) fn new(most: usize) -> Self {
         Known { found: AHashMap::new(), most }
     }
 
-    /// Whether there may be more.
+    /// Fails if the table is full.
     pub(super) fn check(&self) -> Result<(), Halt> {
         if self.found.len() >= self.most { Err(Halt::Spent) } else { Ok(()) }
     }
 }
 
-/// The operands of some parts.
+/// Returns the operands of some parts.
 pub(super) fn operands(parts: &[Part]) -> Operands {
     parts.iter().map(|p| (p.allowed.clone(), p.except.clone(), p.list.number)).collect()
 }
 
-/// Some states by exceptions that disjoint sets have: those of each, and last those of none, with the states
-/// into which their steps do not count. None of the sets is empty.
+/// Splits a set of states by pairwise disjoint sets, each with its exceptions: returns (`states` ∩
+/// `from`, `except`) for each, and last the rest with ∅.
+///
+/// The exceptions are the states into which steps do not count. Empty sets are left out.
 pub(super) fn by_exception(
     store: &Store,
     states: &Bdd,
@@ -69,10 +73,11 @@ pub(super) fn by_exception(
     Ok(sets)
 }
 
-/// Whether a recursion over parts is worth beginning: where steps that keep the first bits leave many
-/// different relations behind, as in products of modules, there are too many cases to tell apart.
+/// Returns true if a recursion over parts is expected to pay off.
 ///
-/// It depends on the relations alone, so it is asked of them once.
+/// It does not if the steps that keep the first bits leave many different relations behind, as in
+/// products of modules: there are too many cases to distinguish. The answer depends on the
+/// relations alone, so it is computed once.
 pub(super) fn are_few(engine: &SymbolicEngine) -> Result<bool> {
     if let Some(&few) = engine.few_parts.get() {
         return Ok(few);
@@ -82,11 +87,11 @@ pub(super) fn are_few(engine: &SymbolicEngine) -> Result<bool> {
     Ok(*engine.few_parts.get_or_init(|| few))
 }
 
-/// What a recursion over parts may take before it gives up.
+/// The limits of a recursion over parts, which gives up at either.
 pub(super) struct Budget {
-    /// So many results of its own on the way.
+    /// Maximum number of intermediate results of its own.
     pub(super) cases: usize,
-    /// So many steps in all, those within steps across a bit among them.
+    /// Maximum number of steps in all, steps across a bit included.
     pub(super) steps: u64,
 }
 
@@ -96,7 +101,7 @@ impl Budget {
     #[cfg(test)]
     pub(super) const NONE: Budget = Budget { cases: 0, steps: u64::MAX };
 
-    /// By the size of the operands.
+    /// Computes the limits from the size of the operands.
     pub(super) fn of(store: &Store, parts: &[Part]) -> Self {
         let nodes: usize = parts.iter().map(|p| store.size(&p.allowed)).sum();
         let thresholds = store.thresholds();
@@ -108,20 +113,21 @@ impl Budget {
 }
 
 impl Part {
-    /// Whether a step may change anything.
+    /// Returns true if a step may change the state.
     pub(super) fn edge_labels(&self, store: &Store) -> bool {
         self.list.edge_labels() && !store.is_zero(&self.allowed)
     }
 }
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// The first bit that matters to a set or to parts.
+    /// Returns the first bit that a set or some parts depend on.
     pub(super) fn first_bit(&self, x: &Bdd, parts: &[Part]) -> u32 {
         let tops = parts.iter().map(|p| self.bit(&p.allowed).min(self.bit(&p.except)).min(p.list.top));
         tops.min().unwrap_or(u32::MAX).min(self.bit(x))
     }
 
-    /// What is left of parts where `bit`, before which nothing matters, has a value and keeps it.
+    /// Returns the cofactors of some parts for steps on which `bit` has and keeps the value
+    /// `value`. The parts depend on no earlier bit.
     pub(super) fn half(&self, bit: u32, value: bool, parts: &[Part]) -> Result<Vec<Part>, Halt> {
         let side = |part: &Part, list: Arc<RelationList>| Part {
             allowed: self.side(&part.allowed, bit, value),
@@ -132,7 +138,8 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(parts.iter().zip(arcs).map(|(part, list)| side(part, list)).collect())
     }
 
-    /// For each part its steps from one value of `bit` to another.
+    /// Returns for each part its steps on which `bit` changes from the value `from` to the value
+    /// `to`.
     pub(super) fn arcs(
         &self,
         bit: u32,
@@ -144,8 +151,10 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         parts.iter().map(cofactor).collect()
     }
 
-    /// { s allowed by a part : one of its steps on `cofactor` leads from s into `new`, and counts }, where the
-    /// states of `new` and those that `part` excepts are on the one side of a bit, `allowed` on the other.
+    /// { s ∈ `allowed` : a step of `cofactor` leads from s into `new` \ `except` }
+    ///
+    /// `new` and `except` are sets on one side of a bit, `allowed` is a set on the other side;
+    /// `cofactor` contains the steps across the bit.
     pub(super) fn enter(
         &self,
         new: &Bdd,
@@ -157,17 +166,17 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.own(|w| w.step(new.as_edge(w.m), allowed.as_edge(w.m), cofactor))
     }
 
-    /// if `bit` then `set` else `clear`
+    /// Computes: if `bit` then `set` else `clear`.
     pub(super) fn joined(&self, bit: u32, set: &Bdd, clear: &Bdd) -> Result<Bdd, Halt> {
         self.own(|w| w.node(bit, &w.m.held(set.as_edge(w.m)), &w.m.held(clear.as_edge(w.m))))
     }
 
-    /// The first bit that a diagram depends on.
+    /// Returns the first bit that a diagram depends on.
     fn bit(&self, f: &Bdd) -> u32 {
         self.top(f.as_edge(self.m))
     }
 
-    /// A diagram by a bit that is none after its first.
+    /// Returns the cofactor of a diagram by a bit. The diagram depends on no earlier bit.
     pub(super) fn side(&self, f: &Bdd, bit: u32, value: bool) -> Bdd {
         self.m.handle(self.split(f.as_edge(self.m), bit)[usize::from(value)])
     }

@@ -1,4 +1,4 @@
-//! Single states of a set.
+//! Enumeration of the states of a set.
 
 use super::diagram::Bdd;
 use super::encoding::Encoding;
@@ -7,13 +7,13 @@ use super::{StateSet, SymbolicEngine};
 use crate::error::Result;
 use crate::model::{State, VarId};
 
-/// The states of a set in the order of their values, the first variable first, one after the other.
+/// An enumeration of the states of a set by their values, the first variable first.
 ///
-/// Goes down bit by bit in the order of the declarations, whatever the order of the diagram.
+/// It decides bit by bit in the order of the declarations, independent of the order of the diagram.
 pub struct Listing {
     /// The bits in the order of the declarations.
     positions: Vec<u32>,
-    /// What is left to visit: a set, how many bits are decided, and how.
+    /// The subsets left to visit, each with the number of decided bits and their values.
     stack: Vec<(Bdd, usize, Vec<bool>)>,
 }
 
@@ -45,26 +45,29 @@ impl Listing {
 }
 
 impl SymbolicEngine {
-    /// The states of X one after the other; [`SymbolicEngine::next_listed`] goes on.
+    /// Starts an enumeration of the states of X; [`SymbolicEngine::next_listed`] returns them one
+    /// by one.
     pub fn listing(&self, x: &StateSet) -> Listing {
         Listing::new(&self.encoding, &x.0)
     }
 
-    /// The next state of a listing; none at its end.
+    /// Returns the next state of an enumeration; `None` at its end.
+    ///
+    /// Cost: at most two conjunctions per bit.
     ///
     /// # Errors
-    /// A limit. Cost: two conjunctions a bit at most.
+    /// A limit.
     pub fn next_listed(&self, listing: &mut Listing) -> Result<Option<State>> {
         listing.advance(&self.store, &self.encoding)
     }
 }
 
-/// The first state of a set that is not empty, in the order of [`list`].
+/// Returns the first state of a non-empty set, in the order of [`list`].
 pub(super) fn first(store: &Store, encoding: &Encoding, x: &Bdd) -> Result<State> {
     Ok(list(store, encoding, x, 1)?.pop().unwrap_or_default())
 }
 
-/// Up to `limit` states in the order of their values, the first variable first.
+/// Returns up to `limit` states by their values, the first variable first.
 pub(super) fn list(store: &Store, encoding: &Encoding, x: &Bdd, limit: usize) -> Result<Vec<State>> {
     let (mut listing, mut found) = (Listing::new(encoding, x), Vec::new());
     while found.len() < limit {

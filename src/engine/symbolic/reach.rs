@@ -1,16 +1,18 @@
 //! Reachability in one recursion over a set and all relations.
 //!
-//! At the first bit the set, its bound and every relation fall apart into halves. What keeps the bit
-//! closes each half, by the same recursion; what changes it is stepped across, from what is new on the
-//! other side, until nothing is new (REACH: Brand, Bäck and Laarman, A decision diagram operation for
-//! reachability, FM 2023; here over lists of partial relations, either way, and within a bound).
+//! At the first bit the set, its bound and every relation split into halves. The steps that keep
+//! the bit close each half by the same recursion. The steps that change it lead from the new states
+//! of one half into the other, until there are no new states (REACH: Brand, Bäck and Laarman, A
+//! decision diagram operation for reachability, FM 2023; here over lists of partial relations, in
+//! either direction, and within a bound).
 
 use super::diagram::{Diagram, Edge, Held, Memo};
 use super::relation_lists::RelationList;
 use super::walk::{Halt, Walk};
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// μY. X ∪ { s ∈ B : one step of the list joins s and Y }, for X ⊆ B, by saturation or in this recursion.
+    /// Computes μY. X ∪ { s ∈ B : one step of the list joins s and Y } for X ⊆ B, by saturation or
+    /// by this recursion.
     pub(super) fn close(
         &self,
         by_saturation: bool,
@@ -43,7 +45,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(closed)
     }
 
-    /// The same in this recursion, where the first bit matters to the list.
+    /// Computes [`Walk::close`] by this recursion, for a list that depends on the first bit.
     fn reach_across(
         &self,
         bit: u32,

@@ -14,7 +14,7 @@ use super::walk::{Direction, Halt, Walk};
 use crate::error::Result;
 
 impl Store {
-    /// { s ∈ B : one step of the list, in a direction, joins s and X }
+    /// Computes { s ∈ B : one step of the list, in a direction, joins s and X }.
     pub(super) fn step(
         &self,
         direction: Direction,
@@ -26,13 +26,15 @@ impl Store {
         self.walk_to_the_end(how, |walk| walk.own(|w| w.step(x.as_edge(w.m), bound.as_edge(w.m), list)))
     }
 
-    /// μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y }, for X ⊆ B.
+    /// Computes μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y } for X ⊆ B.
     ///
-    /// By the recursion over all relations, mostly better by far, or by saturation, which is where parts
-    /// that read much of each other go through many rounds. Where the way that was best last time takes
-    /// long, the other one gets a chance, and more steps: where saturation is better it is so by ten times,
-    /// where recursion is, by two or three. So it goes on, each time with more steps, until one is through;
-    /// what was found on the way is still remembered, as far as the operation cache holds it.
+    /// There are two methods. The recursion over all relations is usually faster. Saturation is
+    /// faster where components that read much of each other need many rounds. The method that
+    /// succeeded last in this direction starts with a limited number of steps; then the other one
+    /// may take four times as many. It may take more because saturation, where it is faster, is
+    /// about ten times faster; the recursion two or three times. Both repeat with 16 times more
+    /// steps until one finishes. Intermediate results are reused as long as the operation cache
+    /// still has them.
     pub(super) fn reach(
         &self,
         (direction, phase): (Direction, &'static str),
@@ -60,7 +62,7 @@ impl Store {
         }
     }
 
-    /// [`Store::reach`] by one way; none where it takes more than so many steps.
+    /// Computes [`Store::reach`] by one method; `None` if it takes more than `steps` steps.
     pub(super) fn fixpoint(
         &self,
         by_saturation: bool,
@@ -76,7 +78,7 @@ impl Store {
         Ok(found)
     }
 
-    /// What is lost with `new`; none where that takes more than `most`. See [`Walk::remove_attractor`].
+    /// Computes [`Walk::remove_attractor`]; `None` if that exceeds the limits `most`.
     pub(super) fn remove_attractor(
         &self,
         new: &Bdd,
@@ -87,20 +89,19 @@ impl Store {
         self.walk(how, most.steps, |walk| walk.remove_attractor(new, parts, &mut Known::new(most.cases)))
     }
 
-    /// What can reach X by some parts; none where that takes more than `most`. See
-    /// [`Walk::reach_by`].
+    /// Computes [`Walk::reach_by`]; `None` if that exceeds the limits `most`.
     pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], most: Budget) -> Result<Option<Bdd>> {
         let how = (Direction::Backward, Some("backward reachability"));
         self.walk(how, most.steps, |walk| walk.reach_by(x, parts, &mut Known::new(most.cases)))
     }
 
-    /// X over the next state: the support variables primed.
+    /// Returns X over the next state: the support bits are replaced by their next copies.
     pub(super) fn primed(&self, support: &Support, x: &Bdd) -> Result<Bdd> {
         let how = (Direction::Forward, None);
         self.walk_to_the_end(how, |walk| walk.own(|w| w.primed(x.as_edge(w.m), support)))
     }
 
-    /// Runs a recursion over diagrams; none where it takes more than so many steps.
+    /// Runs a recursion over diagrams; `None` if it takes more than `steps` steps.
     fn walk<T>(
         &self,
         (direction, phase): (Direction, Option<&'static str>),
@@ -116,7 +117,7 @@ impl Store {
         }
     }
 
-    /// The same with more steps than any machine takes.
+    /// Runs a recursion over diagrams without a step limit.
     pub(super) fn walk_to_the_end<T>(
         &self,
         how: (Direction, Option<&'static str>),

@@ -1,8 +1,8 @@
-//! Lists of partial relations, and what becomes of them from bit to bit.
+//! Lists of partial relations and their cofactors.
 //!
-//! The recursions of this engine go down the diagrams of sets and, at the same time, down all
-//! relations that act on them. What is left of the relations below a bit is again a list. Equal lists
-//! are made once and have a number, so that what is known of a set under a list is found again.
+//! The recursions of this engine split the diagrams of sets and, at the same time, all relations
+//! that act on them. The cofactors of the relations by a bit are a list again. Equal lists exist
+//! once and have a number, so that the operation cache can store results per set and list.
 
 use std::borrow::Borrow;
 use std::hash::{Hash, Hasher};
@@ -16,29 +16,30 @@ use super::partial_relation::PartialRelation;
 use super::store::Store;
 use crate::error::Result;
 
-/// Relations of which any may take a step.
+/// A union of relations: each step is a step of one of them.
 pub(super) struct RelationList {
-    /// What this list is called in the operation cache; odd numbers are free for another use of it.
+    /// The key of this list in the operation cache. Numbers are even; the odd number after it is
+    /// the key of the same list in the other direction.
     pub(super) number: u32,
-    /// The first bit that an entry reads or touches; `u32::MAX` for none.
+    /// The first bit that an entry reads or writes; `u32::MAX` if there is none.
     pub(super) top: u32,
     pub(super) kind: ListKind,
     cofactors: OnceLock<Cofactors>,
-    // What most lists do not need stands apart, so that those in use stand closer together.
+    // Boxed, because few lists need it, and smaller lists lie closer together in memory.
     layers: OnceLock<Box<Layers>>,
     entries: Vec<PartialRelation>,
 }
 
-/// What the steps of a list can do.
+/// The possible effects of the steps of a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ListKind {
-    /// There are none.
+    /// There are no steps.
     Empty,
-    /// All keep the state, where one relation allows a step.
+    /// All steps keep the state; one relation allows them.
     Keeps,
-    /// All keep the state, where one of several relations allows a step.
+    /// All steps keep the state; several relations allow them.
     KeepsSeverally,
-    /// Some may change it.
+    /// Some steps may change the state.
     EdgeLabels,
 }
 
@@ -53,27 +54,29 @@ impl ListKind {
     }
 }
 
-/// What is left of a list below its first bit, by the value of the bit before and after a step.
+/// The cofactors of a list by its first bit, indexed by the value of the bit before and after a
+/// step.
 pub(super) struct Cofactors([[Arc<RelationList>; 2]; 2]);
 
 impl RelationList {
-    /// Whether no step can be taken.
+    /// Returns true if the list has no steps.
     pub(super) fn is_empty(&self) -> bool {
         self.kind == ListKind::Empty
     }
 
-    /// Whether a step may change anything.
+    /// Returns true if a step may change the state.
     pub(super) fn edge_labels(&self) -> bool {
         self.kind == ListKind::EdgeLabels
     }
 
-    /// Where one relation alone allows a step, and every step keeps the state: the states that may take one.
+    /// Returns the states that allow a step, if the list has one relation and all steps keep the
+    /// state.
     pub(super) fn kept(&self) -> Option<&Bdd> {
         self.entries.first().filter(|_| self.kind == ListKind::Keeps).map(|e| &e.relation)
     }
 }
 
-/// Lists are known by their entries.
+/// A list that is identified by its entries.
 struct Named(Arc<RelationList>);
 
 impl Borrow<[PartialRelation]> for Named {
@@ -97,17 +100,17 @@ impl Hash for Named {
 }
 
 impl Cofactors {
-    /// The steps from one value of the bit to another.
+    /// Returns the steps from one value of the bit to another.
     pub(super) fn step(&self, from: bool, to: bool) -> &Arc<RelationList> {
         &self.0[usize::from(from)][usize::from(to)]
     }
 }
 
-/// A list by what its first bit is to its relations.
+/// The relations of a list, split by their dependence on the first bit of the list.
 pub(super) struct Layers {
-    /// Those that depend on later bits only.
+    /// The relations that depend on later bits only.
     pub(super) below: Arc<RelationList>,
-    /// Those that read or touch the first bit, each by itself.
+    /// The relations that read or write the first bit, as one list each.
     pub(super) here: Vec<Arc<RelationList>>,
 }
 
@@ -119,7 +122,7 @@ pub(super) struct Lists {
 }
 
 impl Lists {
-    /// The list of some relations.
+    /// Returns the list of some relations.
     pub(super) fn of(&self, store: &Store, entries: Vec<PartialRelation>) -> Result<Arc<RelationList>> {
         let entries = united(store, entries)?;
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
@@ -129,7 +132,8 @@ impl Lists {
         if known.len() >= store.thresholds().most_lists {
             known.clear();
         }
-        // Even if all numbers were used up: what the operation cache says of the first ones is long gone.
+        // After a wrap-around the numbers are reused; the cache entries of the first lists are long
+        // gone.
         let number = self.next.fetch_add(2, Relaxed);
         let top = store.shared(|m| entries.iter().map(|e| e.top(m)).min());
         let list = Arc::new(RelationList {
@@ -144,7 +148,7 @@ impl Lists {
         Ok(list)
     }
 
-    /// What is left of a list below its first bit.
+    /// Returns the cofactors of a list by its first bit.
     pub(super) fn cofactors<'l>(&self, store: &Store, list: &'l RelationList) -> Result<&'l Cofactors> {
         if let Some(found) = list.cofactors.get() {
             return Ok(found);
@@ -158,8 +162,8 @@ impl Lists {
         Ok(list.cofactors.get_or_init(|| Cofactors([clear, set])))
     }
 
-    /// Whether, taken together, no more than `most` different steps are left of some lists by bits
-    /// that keep their values.
+    /// Returns true if at most `most` different combinations of the lists remain when they are
+    /// split by bits that keep their values.
     pub(super) fn stay_few(&self, store: &Store, lists: &[Arc<RelationList>], most: usize) -> Result<bool> {
         let mut seen = AHashSet::new();
         let mut stack = vec![lists.to_vec()];
@@ -184,7 +188,8 @@ impl Lists {
         Ok(true)
     }
 
-    /// The steps of a list on which `bit`, before which nothing matters, has the values `from` and `to`.
+    /// Returns the steps of a list on which `bit` has the value `from` before and `to` after. The
+    /// list depends on no earlier bit.
     pub(super) fn cofactor(
         &self,
         store: &Store,
@@ -200,7 +205,7 @@ impl Lists {
         }
     }
 
-    /// A list by what its first bit is to its relations.
+    /// Returns the relations of a list, split by their dependence on its first bit.
     pub(super) fn layers<'l>(&self, store: &Store, list: &'l RelationList) -> Result<&'l Layers> {
         if let Some(found) = list.layers.get() {
             return Ok(found);
@@ -214,7 +219,7 @@ impl Lists {
     }
 }
 
-/// The relations that can step, sorted; small ones that touch the same bits are made one.
+/// Returns the non-empty relations, sorted; small relations with the same support are united.
 fn united(store: &Store, mut entries: Vec<PartialRelation>) -> Result<Vec<PartialRelation>> {
     entries.retain(|e| !store.is_zero(&e.relation));
     entries.sort_unstable();

@@ -1,20 +1,21 @@
-//! Saturation: a reachability fixpoint that goes down the diagram and closes the lower parts first.
+//! Saturation: a reachability fixpoint that closes the lower parts of the diagram first.
 //!
-//! A relation that depends on no bit above some level acts on every subdiagram below that level by
-//! itself. So the fixpoint goes down to the parts that the lowest relations move, closes each of
-//! them once and for all (the operation cache remembers it), and fires a higher relation only on
-//! what is closed below (Ciardo, Lüttgen and Siminiescu, Saturation, TACAS 2001). All sets stay
-//! within a bound that goes down with them (Zhao and Ciardo, Symbolic CTL model checking with
-//! constrained saturation, ATVA 2009), so that relations need not be confined to the reachable
-//! states, which would make every one depend on every bit.
+//! A relation that depends on no bit above some level acts on every subdiagram below that level
+//! separately. The fixpoint first descends to the parts that the lowest relations change, and
+//! closes each of them once (the operation cache remembers it). It applies a higher relation only
+//! to parts whose children are closed (Ciardo, Lüttgen and Siminiescu, Saturation, TACAS 2001).
+//!
+//! All sets stay within a bound that is split along with them (Zhao and Ciardo, Symbolic CTL model
+//! checking with constrained saturation, ATVA 2009). Restricting the relations to the reachable
+//! states instead would make each of them depend on every bit.
 
 use super::diagram::{Diagram, Edge, Held};
 use super::relation_lists::Layers;
 use super::walk::{Halt, Walk};
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// [`Walk::close`] where relations act on the first bit: fires all that do, each on what is new to it,
-    /// and closes the lower parts in between.
+    /// Computes [`Walk::close`] for relations that read or write the first bit: applies each to the
+    /// states that are new to it, and closes the lower parts in between.
     pub(super) fn fire(
         &self,
         x: Edge<'_, 'id>,

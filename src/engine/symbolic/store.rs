@@ -1,8 +1,8 @@
-//! The diagram store: OxiDD's manager, with limits, collection of garbage and interruption.
+//! The diagram store: OxiDD's manager, with limits, garbage collection and cancellation.
 //!
-//! Every operation goes through here. It first gives the sink the chance to stop the work and
-//! collects garbage when enough has gathered; when the node table is full it collects and tries
-//! once more.
+//! Every operation goes through the store. First it asks the progress sink for cancellation, and
+//! collects garbage if enough has gathered. If the node table is full, it collects garbage and
+//! tries once more.
 
 mod adopt;
 
@@ -23,12 +23,13 @@ use super::thresholds::{Thresholds, Work};
 use crate::engine::{Count, ProgressSink, Settings, Usage};
 use crate::error::{Error, Limit, Result};
 
-/// What a recursion takes of the stack for a bit of a state, those of OxiDD within ours.
+/// Bytes of stack per bit of a state that a recursion needs, with the recursions of OxiDD inside
+/// it.
 const STACK_PER_BIT: usize = 4 << 10;
-/// OxiDD aborts the process at 2^31 nodes: stay well below.
+/// Maximum number of nodes, well below the 2^31 at which OxiDD aborts the process.
 const MOST_NODES: u64 = 1 << 30;
-/// OxiDD hands nodes to its threads in blocks of 2^16, and what one thread holds no other can use:
-/// a thread is worth having where it gets four blocks.
+/// Minimum number of nodes per thread: four blocks. OxiDD gives nodes to its threads in blocks of
+/// 2^16, and no other thread can use the nodes of a block.
 const NODES_PER_THREAD: u64 = 4 << 16;
 
 /// The manager of all diagrams of one engine.
@@ -42,27 +43,29 @@ pub(super) struct Store {
     /// All lists of relations.
     pub(super) lists: Lists,
     pub(super) work: Work,
-    /// Whether fixpoints are found by saturation first, forward and backward.
+    /// Flags for the forward and the backward direction: fixpoints try saturation first.
     pub(super) saturates: [AtomicBool; 2],
     thresholds: Thresholds,
-    /// The stack that a recursion needs.
+    /// The bytes of stack that a recursion needs.
     stack: usize,
     zero: Bdd,
     one: Bdd,
 }
 
 impl Store {
-    /// A store for `width` bits: each and its next copy on adjacent levels. A small table is worked
-    /// on by fewer threads than the settings allow.
+    /// Creates a store for `width` bits; the two copies of each are on adjacent levels. A small
+    /// table gets fewer threads than the settings allow.
     ///
     /// # Errors
-    /// The memory is too little for an empty table, or the system does not give them or the threads.
+    /// The memory of the settings is too small for an empty table, or the system does not grant the
+    /// memory or the threads.
     pub(super) fn new(width: usize, settings: &Settings) -> Result<Self> {
         let entries = settings.thresholds.first_cache.min(cache_for_bits(width));
         Store::sized(width, settings, entries)
     }
 
-    /// The same with an operation cache of so many entries, if that is not too much of the memory.
+    /// Creates a store whose operation cache has `entries` entries, or fewer if the memory is
+    /// small.
     fn sized(width: usize, settings: &Settings, entries: u64) -> Result<Self> {
         let Settings { memory, threads, thresholds, .. } = *settings;
         let cache_entries = cache_entries(memory, entries);
@@ -98,22 +101,22 @@ impl Store {
         })
     }
 
-    /// How many bits a state has.
+    /// Returns the number of bits of a state.
     fn width(&self) -> usize {
         self.shared(|m| m.num_levels() as usize / 2)
     }
 
-    /// false
+    /// Returns false.
     pub(super) fn zero(&self) -> Bdd {
         self.zero.clone()
     }
 
-    /// true
+    /// Returns true.
     pub(super) fn one(&self) -> Bdd {
         self.one.clone()
     }
 
-    /// The literal of the variable on `level`, positive or negative.
+    /// Returns the literal of the variable on `level`, positive or negative.
     pub(super) fn literal(&self, level: u32, positive: bool) -> Result<Bdd> {
         self.run(|| {
             self.manager
@@ -121,42 +124,43 @@ impl Store {
         })
     }
 
-    /// f ∧ g
+    /// Computes f ∧ g.
     pub(super) fn and(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
         self.run(|| f.and(g))
     }
 
-    /// f ∨ g
+    /// Computes f ∨ g.
     pub(super) fn or(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
         self.run(|| f.or(g))
     }
 
-    /// ¬f
+    /// Computes ¬f.
     pub(super) fn not(&self, f: &Bdd) -> Result<Bdd> {
         self.run(|| f.not())
     }
 
-    /// f ⊕ g
+    /// Computes f ⊕ g.
     pub(super) fn xor(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
         self.run(|| f.xor(g))
     }
 
-    /// f ↔ g
+    /// Computes f ↔ g.
     pub(super) fn iff(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
         self.run(|| f.equiv(g))
     }
 
-    /// f ∧ ¬g
+    /// Computes f ∧ ¬g.
     pub(super) fn minus(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
         self.run(|| g.imp_strict(f))
     }
 
-    /// if c then f else g
+    /// Computes: if c then f else g.
     pub(super) fn ite(&self, c: &Bdd, f: &Bdd, g: &Bdd) -> Result<Bdd> {
         self.run(|| c.ite(f, g))
     }
 
-    /// The disjunction of many functions, pairwise, so that intermediate results stay small.
+    /// Computes the disjunction of many functions in pairs, so that intermediate results stay
+    /// small.
     pub(super) fn any(&self, functions: impl IntoIterator<Item = Bdd>) -> Result<Bdd> {
         let mut round: Vec<Bdd> = functions.into_iter().collect();
         while round.len() > 1 {
@@ -169,28 +173,29 @@ impl Store {
         Ok(round.pop().unwrap_or_else(|| self.zero()))
     }
 
-    /// ∃ the variables of a conjunction . f
+    /// Computes ∃ V . f, where `variables` is the conjunction of the variables V.
     pub(super) fn exists(&self, f: &Bdd, variables: &Bdd) -> Result<Bdd> {
         self.run(|| f.exists(variables))
     }
 
-    /// Works on the manager itself.
+    /// Runs `work` on the manager itself.
     pub(super) fn shared<T>(&self, work: impl for<'id> FnOnce(&ManagerOf<'id>) -> T) -> T {
         self.manager.with_manager_shared(work)
     }
 
-    /// Runs a recursion as deep as states have bits, with a stack that holds it. Within another one
-    /// it costs nothing: a loop over many operations runs in one.
+    /// Runs a recursion whose depth is the number of bits of a state, with enough stack for it. A
+    /// nested call costs nothing, so loops over many operations run inside one call.
     pub(super) fn deep<T>(&self, recursion: impl FnOnce() -> T) -> T {
         stacker::maybe_grow(self.stack, 2 * self.stack, recursion)
     }
 
-    /// Where the engine takes one way or another.
+    /// Returns the thresholds by which the engine chooses between methods.
     pub(super) fn thresholds(&self) -> &Thresholds {
         &self.thresholds
     }
 
-    /// Whether f has at least so many nodes, constants among them; looks at no more of them.
+    /// Returns true if f has at least `many` nodes, constants included. Visits at most `many`
+    /// nodes.
     pub(super) fn has_nodes(&self, f: &Bdd, many: usize) -> bool {
         self.shared(|m| {
             let (mut seen, mut stack) = (AHashSet::new(), vec![f.as_edge(m)]);
@@ -206,17 +211,18 @@ impl Store {
         })
     }
 
-    /// Whether f has fewer nodes than g.
+    /// Returns true if f has fewer nodes than g.
     pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> bool {
         !self.has_nodes(f, self.size(g) + 2)
     }
 
-    /// f = false
+    /// Returns true if f is the constant false.
     pub(super) fn is_zero(&self, f: &Bdd) -> bool {
         *f == self.zero
     }
 
-    /// The number of assignments to all variables but `unused` of them, on which f does not depend.
+    /// Returns the number of satisfying assignments to the variables, without `unused` of them on
+    /// which f does not depend.
     pub(super) fn count(&self, f: &Bdd, unused: u32) -> Result<Count> {
         self.safe_point()?;
         let variables = self.manager.with_manager_shared(|m| m.num_levels());
@@ -226,12 +232,12 @@ impl Store {
         Ok(to_biguint(&all) >> unused)
     }
 
-    /// How many inner nodes f has.
+    /// Returns the number of inner nodes of f.
     pub(super) fn size(&self, f: &Bdd) -> usize {
         self.deep(|| f.node_count()).saturating_sub(2)
     }
 
-    /// What was used so far.
+    /// Returns the resources used so far.
     pub(super) fn usage(&self) -> Usage {
         self.note_peak();
         let peak = self.peak.load(Relaxed) as u64;
@@ -248,7 +254,7 @@ impl Store {
         self.deep(operation).map_err(|_| self.full())
     }
 
-    /// The table is full, even after a collection.
+    /// Returns the error for a table that is full even after a collection.
     pub(super) fn full(&self) -> Error {
         let what = format!("the node table of {} nodes is full", self.capacity);
         Limit::Memory { what }.into()
@@ -258,7 +264,7 @@ impl Store {
         self.shared(|m| self.safe_point_in(m))
     }
 
-    /// Lets the sink stop the work and collects garbage when there is much of it.
+    /// Lets the progress sink cancel the work, and collects garbage if enough has gathered.
     pub(super) fn safe_point_in(&self, m: &ManagerOf<'_>) -> Result<()> {
         if let Some(limit) = self.sink.stop() {
             return Err(limit.into());
@@ -269,7 +275,7 @@ impl Store {
         Ok(())
     }
 
-    /// Tells the sink what is being done.
+    /// Reports the current phase to the progress sink.
     pub(super) fn progress(&self, phase: &'static str) {
         self.sink.progress(phase, &|| format!("{} nodes in the table", self.nodes()));
     }
@@ -278,7 +284,7 @@ impl Store {
         self.note_peak();
         m.gc();
         let live = m.num_inner_nodes();
-        // Collect again when as much has gathered as is alive now, but while there is still room.
+        // Collect again at twice the live nodes (at least the threshold); earlier if room is short.
         let next = (2 * live).max(self.thresholds.first_collection);
         let room = live + (self.capacity as usize).saturating_sub(live) / 2;
         self.collect_at.store(next.min(room.max(1)), Relaxed);
@@ -293,7 +299,7 @@ impl Store {
     }
 }
 
-/// `mantissa · 2^exp`
+/// Computes `mantissa · 2^exp`.
 fn to_biguint(n: &Natural) -> BigUint {
     let mut digits = Vec::new();
     for &d in n.mantissa() {

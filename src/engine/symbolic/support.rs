@@ -1,19 +1,20 @@
-//! Which bits a relation touches.
+//! The support of a partial relation.
 
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-/// The bits that a relation touches, in the order of their levels: its bits and their next copies are
-/// in it. Below a bit only the later ones count.
+/// The bits that a partial relation may write, in the order of their levels. The relation is over
+/// their present and next copies; other bits it may only read. Bits above the current level are
+/// skipped.
 #[derive(Debug, Clone)]
 pub(super) struct Support {
     bits: Arc<[u32]>,
-    /// How many of the bits lie above.
+    /// The number of leading bits that are skipped.
     passed: usize,
 }
 
 impl Support {
-    /// The set of the given bits.
+    /// Creates the set of the given bits.
     pub(super) fn new(bits: impl IntoIterator<Item = u32>) -> Self {
         let mut bits: Vec<u32> = bits.into_iter().collect();
         bits.sort_unstable();
@@ -21,39 +22,39 @@ impl Support {
         Support { bits: bits.into(), passed: 0 }
     }
 
-    /// The support bits in the order of their levels.
+    /// Returns the support bits in the order of their levels.
     pub(super) fn bits(&self) -> &[u32] {
         &self.bits[self.passed..]
     }
 
-    /// The first support bit; `u32::MAX` where nothing is support.
+    /// Returns the first support bit; `u32::MAX` if there is none.
     pub(super) fn top(&self) -> u32 {
         self.bits().first().copied().unwrap_or(u32::MAX)
     }
 
-    /// The support bits after `bit`, before which there are none.
+    /// Returns the support bits after `bit`; there must be none before it.
     pub(super) fn below(&self, bit: u32) -> Self {
         let passed = self.passed + usize::from(self.top() == bit);
         Support { bits: self.bits.clone(), passed }
     }
 
-    /// The support bits from `bit` on.
+    /// Returns the support bits from `bit` on.
     pub(super) fn from(&self, bit: u32) -> Self {
         let passed = self.passed + self.bits().partition_point(|&b| b < bit);
         Support { bits: self.bits.clone(), passed }
     }
 
-    /// The bits of either.
+    /// Returns the union of two supports.
     pub(super) fn union(&self, other: &Self) -> Self {
         Support::new(self.bits().iter().chain(other.bits()).copied())
     }
 
-    /// Whether nothing is support.
+    /// Returns true if there are no support bits.
     pub(super) fn is_empty(&self) -> bool {
         self.bits().is_empty()
     }
 
-    /// How many bits are support.
+    /// Returns the number of support bits.
     pub(super) fn len(&self) -> usize {
         self.bits().len()
     }

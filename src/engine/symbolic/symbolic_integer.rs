@@ -1,34 +1,35 @@
-//! Integers as vectors of diagrams, two's complement, least significant bit first.
+//! Integers as vectors of diagrams, in two's complement, least significant bit first.
 //!
-//! Every integer carries bounds that hold in every state, so that no operation overflows: widths
-//! follow from the bounds.
+//! Every integer has bounds that are valid in every state. The widths follow from the bounds, so
+//! that no operation overflows.
 
 use super::diagram::Bdd;
 use super::store::Store;
 use crate::error::Result;
 
-/// Bounds past this are left to the partition of values, which knows overflow.
+/// Largest absolute value of a bound. Beyond it, [`super::partition`] computes value by value and
+/// detects overflow.
 const LARGEST: i128 = 1 << 62;
 
 /// An integer that depends on the state.
 #[derive(Clone)]
 pub(super) struct SymbolicInteger {
-    /// Least significant first; the last one is the sign.
+    /// The bits, least significant first; the last one is the sign.
     bits: Vec<Bdd>,
-    /// The smallest value.
+    /// A lower bound of the values.
     pub(super) low: i64,
-    /// The largest value.
+    /// An upper bound of the values.
     pub(super) high: i64,
 }
 
 impl SymbolicInteger {
-    /// A constant.
+    /// Creates a constant.
     pub(super) fn constant(store: &Store, value: i64) -> Self {
         let bit = |k: u32| if value >> k.min(63) & 1 == 1 { store.one() } else { store.zero() };
         SymbolicInteger { bits: (0..width(value, value)).map(bit).collect(), low: value, high: value }
     }
 
-    /// `low` plus the unsigned number of the given bits, least significant first.
+    /// Returns `low` plus the unsigned number of the given bits, least significant first.
     pub(super) fn offset(store: &Store, mut bits: Vec<Bdd>, low: i64, high: i64) -> Result<Self> {
         bits.push(store.zero());
         let span = (i128::from(high) - i128::from(low)) as i64;
@@ -37,22 +38,22 @@ impl SymbolicInteger {
         Ok(SymbolicInteger { low, high, ..sum }.narrowed())
     }
 
-    /// Bit k, the sign past the end.
+    /// Returns bit k; the sign for k past the end.
     pub(super) fn bit(&self, k: usize) -> &Bdd {
         &self.bits[k.min(self.bits.len() - 1)]
     }
 
-    /// The number of bits with the sign.
+    /// Returns the number of bits, with the sign.
     pub(super) fn len(&self) -> usize {
         self.bits.len()
     }
 
-    /// From bits that are known to stay within the bounds.
+    /// Creates an integer from bits whose value is known to be within the bounds.
     pub(super) fn from_bits(bits: Vec<Bdd>, low: i64, high: i64) -> Self {
         SymbolicInteger { bits, low, high }.narrowed()
     }
 
-    /// The same number with tighter bounds that the caller knows.
+    /// Narrows the bounds to tighter ones that the caller knows.
     pub(super) fn bounded(self, low: i64, high: i64) -> Self {
         SymbolicInteger { low: self.low.max(low), high: self.high.min(high), ..self }.narrowed()
     }
@@ -62,7 +63,7 @@ impl SymbolicInteger {
         self
     }
 
-    /// a + b; none where the bounds pass 2^62.
+    /// Computes a + b; `None` if the bounds exceed 2^62.
     pub(super) fn add(&self, store: &Store, other: &SymbolicInteger) -> Result<Option<SymbolicInteger>> {
         let low = i128::from(self.low) + i128::from(other.low);
         let high = i128::from(self.high) + i128::from(other.high);
@@ -88,7 +89,7 @@ impl SymbolicInteger {
         }
     }
 
-    /// -a; none where the bounds pass 2^62.
+    /// Computes -a; `None` if the bounds exceed 2^62.
     pub(super) fn neg(&self, store: &Store) -> Result<Option<SymbolicInteger>> {
         let Some((low, high)) = within(-i128::from(self.high), -i128::from(self.low)) else {
             return Ok(None);
@@ -102,7 +103,7 @@ impl SymbolicInteger {
         Ok(Some(SymbolicInteger::from_bits(bits, low, high)))
     }
 
-    /// a · b by shifted sums; none where the bounds pass 2^62.
+    /// Computes a · b by shifted sums; `None` if the bounds exceed 2^62.
     pub(super) fn mul(&self, store: &Store, other: &SymbolicInteger) -> Result<Option<SymbolicInteger>> {
         let corner = |x: i64, y: i64| i128::from(x) * i128::from(y);
         let corners = [
@@ -133,7 +134,8 @@ impl SymbolicInteger {
         Ok(Some(SymbolicInteger::from_bits(sum, low, high)))
     }
 
-    /// a mod n for a constant n > 0, never negative.
+    /// Computes a mod n for a constant n > 0; the result is never negative. `None` if intermediate
+    /// bounds exceed 2^62.
     pub(super) fn modulo(&self, store: &Store, n: i64) -> Result<Option<SymbolicInteger>> {
         // Shift into the non-negative numbers by a multiple of n.
         let lift = if self.low < 0 {
@@ -162,7 +164,7 @@ impl SymbolicInteger {
         Ok(Some(rest))
     }
 
-    /// if c then a else b
+    /// Computes: if c then a else b.
     pub(super) fn select(&self, store: &Store, c: &Bdd, other: &SymbolicInteger) -> Result<SymbolicInteger> {
         let (low, high) = (self.low.min(other.low), self.high.max(other.high));
         let bit = |k| store.ite(c, self.bit(k), other.bit(k));
@@ -170,7 +172,7 @@ impl SymbolicInteger {
         Ok(SymbolicInteger::from_bits(bits, low, high))
     }
 
-    /// a = b
+    /// Computes a = b.
     pub(super) fn eq(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
         if self.high < other.low || other.high < self.low {
             return Ok(store.zero());
@@ -182,12 +184,12 @@ impl SymbolicInteger {
         Ok(equal)
     }
 
-    /// a ≤ b
+    /// Computes a ≤ b.
     pub(super) fn le(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
         self.ordered(store, other, store.one())
     }
 
-    /// a < b
+    /// Computes a < b.
     pub(super) fn lt(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
         self.ordered(store, other, store.zero())
     }
@@ -204,7 +206,8 @@ impl SymbolicInteger {
         for k in 0..width {
             let (a, b) = (self.bit(k), other.bit(k));
             let differ = store.xor(a, b)?;
-            // The more significant bit decides; for the sign bit, 1 is the smaller.
+            // The most significant bit in which they differ decides; for the sign bit, 1 is the
+            // smaller.
             let less = if k + 1 == width { a } else { b };
             result = store.ite(&differ, less, &result)?;
         }
@@ -212,7 +215,8 @@ impl SymbolicInteger {
     }
 }
 
-/// SymbolicInteger of a two's complement number that holds both bounds, the sign included.
+/// Returns the number of bits, with the sign, of a two's complement number that can represent both
+/// bounds.
 fn width(low: i64, high: i64) -> u32 {
     let needed = |x: i64| 65 - if x < 0 { (!x).leading_zeros() } else { x.leading_zeros() };
     needed(low).max(needed(high))

@@ -1,29 +1,32 @@
-//! The tables of a store, as large as asked for and as the system gives.
+//! The tables of a store, allocated only if the system grants their memory and threads.
 
 use oxidd::bdd::BDDManagerRef;
 
 use crate::error::{Limit, Result};
 
-/// What a node takes in the table and in its index.
+/// Bytes per node, in the table and in its index.
 pub(super) const BYTES_PER_NODE: u64 = 32;
-/// What an entry of the operation cache takes.
+/// Bytes per entry of the operation cache.
 pub(super) const BYTES_PER_ENTRY: u64 = 20;
 
-/// The first operation cache has no more entries than 2 to the bits of a state and so many: a narrow
-/// model is not worth clearing a large one for.
+/// Limits the operation cache to 2^(bits of a state + this number) entries: for a narrow model,
+/// clearing a large cache costs more than it saves.
 const CACHE_BITS_MORE: u32 = 6;
-/// So many entries of the operation cache for a node of the states, …
+/// Entries of the operation cache per node of the set of states …
 const CACHE_PER_NODE: u64 = 200;
-/// … and, in a small model, for a node of the states or of the relations.
+/// … and, in a small model, per node of the set of states and of the relations.
 const CACHE_PER_NODE_OF_SMALL: u64 = 400;
-/// More entries gain nothing.
+/// Maximum number of entries of the operation cache; more bring no gain.
 const LARGEST_CACHE: u64 = 1 << 23;
 
-/// A manager, if the system gives its memory and its threads.
+/// Creates a manager, if the system grants its memory and its threads.
 ///
-/// OxiDD takes both for granted: without the memory it aborts the process, without the threads, each
-/// with a stack of 1 GiB, it panics. So the memory is asked for and given back first, and that panic,
-/// which comes before there are any diagrams, is caught.
+/// OxiDD assumes both: without the memory it aborts the process; without the threads, each with a
+/// stack of 1 GiB, it panics. The memory is therefore reserved and released first. The panic occurs
+/// before any diagram exists, and is caught.
+///
+/// # Errors
+/// A limit of the system: the memory or the threads.
 pub(super) fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result<BDDManagerRef> {
     let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
     if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
@@ -37,13 +40,14 @@ pub(super) fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result
     })
 }
 
-/// So many entries of the operation cache are enough for states of so many bits.
+/// Returns the number of entries of the operation cache that suffices for states of `width` bits.
 pub(super) fn cache_for_bits(width: usize) -> u64 {
     1u64.checked_shl(width as u32 + CACHE_BITS_MORE).unwrap_or(u64::MAX)
 }
 
-/// So many entries of the operation cache are worth having where states and relations have so many nodes:
-/// no fewer than usual, unless both are small. Relations are asked for only until that is known.
+/// Returns the number of entries of the operation cache for states and relations with these numbers
+/// of nodes: at least `usual`, unless both are small. Reads the sizes of relations only until that
+/// is decided.
 pub(super) fn cache_for_nodes(states: usize, relations: impl Iterator<Item = usize>, usual: u64) -> u64 {
     let mut of_small = 0;
     for nodes in std::iter::once(states).chain(relations) {
@@ -56,7 +60,8 @@ pub(super) fn cache_for_nodes(states: usize, relations: impl Iterator<Item = usi
     wanted.next_power_of_two().min(LARGEST_CACHE)
 }
 
-/// So many entries, but no more than an eighth of the memory; 2^10 at least.
+/// Returns the largest power of two that is at most `wanted` and fits into an eighth of the memory;
+/// at least 2^10.
 pub(super) fn cache_entries(memory: u64, wanted: u64) -> u64 {
     let most = (memory / 8 / BYTES_PER_ENTRY).max(1);
     (1u64 << most.min(wanted.max(1)).ilog2()).max(1 << 10)

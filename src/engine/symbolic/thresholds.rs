@@ -1,45 +1,50 @@
-//! Where the symbolic engine takes one way or another to the same result.
+//! The thresholds by which the symbolic engine chooses between methods with the same result, and
+//! counters of the methods used.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// Sizes at which one way of doing the same becomes better than another. Results do not depend on them.
+/// The sizes at which the engine changes from one method to another. Results do not depend on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Thresholds {
-    /// Relations that touch the same bits are united while they have fewer nodes.
+    /// Relations with the same support are united while they have fewer nodes than this.
     pub small_relation: usize,
-    /// Relations of one level are united, whatever they touch, while the union has no more nodes.
+    /// Relations with the same first bit are united, whatever their support, if the union is small:
+    /// at most this many nodes, or at most twice as many as the two together.
     pub small_union: usize,
-    /// So many lists of relations are remembered, then all are forgotten but those in use.
+    /// Maximum number of relation lists that are remembered. Then all are forgotten except those in
+    /// use.
     pub most_lists: usize,
-    /// From this many nodes of a set on, its predecessors are found within what is asked for: those of
-    /// a smaller one are few, and there are more cases to tell apart within a bound.
+    /// Minimum number of nodes of a set whose predecessors are computed within the allowed states.
+    /// A smaller set has few predecessors, and a bound adds cases to the recursion.
     pub large_set: usize,
-    /// A way to compute backward reachability may take so many steps before another one is tried.
+    /// Maximum number of steps of one method for backward reachability before the other one is
+    /// tried.
     pub trial_steps: u64,
-    /// The same for forward reachability, where recursion has been the better way wherever both were
-    /// taken to the end.
+    /// Maximum number of steps of one method for forward reachability before the other one is
+    /// tried. It is larger, because recursion was faster wherever both methods ran to the end.
     pub forward_trial_steps: u64,
-    /// Losing states, and what is reached by some choices only, are found by a recursion over groups of
-    /// choices where the relations leave no more different ones behind by bits that keep their values,
-    /// for each bit of a state.
+    /// Limit for recursions over groups of choices (losing states, reachability by allowed choices):
+    /// the maximum number of different cases per bit of a state. A case is a combination of the
+    /// relation lists that remain below bits that keep their values. With more cases, the engine
+    /// does not use these recursions.
     pub relations_a_bit: usize,
-    /// Such a recursion may find one result for so many nodes of its operands, …
+    /// Nodes of the operands per intermediate result that such a recursion may find …
     pub nodes_per_case: usize,
-    /// … and so many more.
+    /// … with this many additional results.
     pub free_cases: usize,
-    /// It may take so many steps for each node of its operands, …
+    /// Steps that such a recursion may take per node of its operands …
     pub steps_per_node: u64,
-    /// … and so many more.
+    /// … with this many additional steps.
     pub free_steps: u64,
-    /// So many entries the operation cache has at first, as far as there is memory for it: translating a
-    /// model is many small operations, and those look up faster what stands close together.
+    /// Initial number of entries of the operation cache, if the memory suffices. Translating a
+    /// model takes many small operations, whose lookups are faster in a small cache.
     pub first_cache: u64,
-    /// With the first operation cache, exploring may take so many steps.
+    /// Maximum number of steps of the exploration with the first operation cache.
     pub first_steps: u64,
-    /// So many entries the operation cache has at least once exploring took too many steps, or the states
-    /// are known and the model is not small.
+    /// Number of entries of the operation cache once the exploration took too many steps, or the
+    /// states are known and the model is not small. Larger models get more.
     pub main_cache: u64,
-    /// Below this many nodes, garbage is not worth collecting.
+    /// Minimum number of nodes at which garbage is collected.
     pub first_collection: usize,
 }
 
@@ -65,40 +70,41 @@ impl Default for Thresholds {
     }
 }
 
-/// How often each way was taken.
+/// Counters of the methods used.
 #[derive(Debug, Default)]
 pub(super) struct Work {
     /// Fixpoints by recursion over the relations, and by saturation.
     pub(super) reached: [AtomicU64; 2],
-    /// Recursions for what is reached by some choices that were given up, and that were not.
+    /// Recursions for reachability by allowed choices: given up, and completed.
     pub(super) confined: [AtomicU64; 2],
-    /// Losing states by layers, and by recursion.
+    /// Removals of losing states by layers, and by recursion.
     pub(super) lost: [AtomicU64; 2],
     /// Recursions for losing states that were given up.
     pub(super) given_up: AtomicU64,
 }
 
-/// How often the symbolic engine took each way to the same result.
+/// The number of times that the symbolic engine used each of the methods with the same result.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ways {
     /// Fixpoints of reachability by recursion over the relations.
     pub by_recursion: u64,
     /// Fixpoints of reachability by saturation.
     pub by_saturation: u64,
-    /// Fixpoints of reachability by some choices, by recursion over the groups of choices.
+    /// Fixpoints of reachability by allowed choices, by recursion over the groups of choices.
     pub confined_by_recursion: u64,
-    /// Those that such a recursion was given up for, before they were found by one of the ways above.
+    /// Recursions for reachability by allowed choices that were given up. One of the first two
+    /// methods completed these fixpoints.
     pub confined_given_up: u64,
-    /// Losing states found by recursion.
+    /// Removals of losing states by recursion.
     pub lost_by_recursion: u64,
-    /// Losing states left to be found layer by layer.
+    /// Removals of losing states layer by layer.
     pub lost_by_layers: u64,
-    /// Of these, those after a recursion that was given up.
+    /// Removals layer by layer that followed a recursion that was given up.
     pub given_up: u64,
 }
 
 impl Work {
-    /// Goes on from what another has counted.
+    /// Continues the counters of another store.
     pub(super) fn take_over(&self, other: &Work) {
         let [by_recursion, by_saturation] = other.reached.each_ref().map(|n| n.load(Relaxed));
         self.reached[0].store(by_recursion, Relaxed);

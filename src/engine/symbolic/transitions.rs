@@ -1,8 +1,9 @@
-//! Choices as groups and their relations as local pieces.
+//! Choices as groups, and their relations as partial relations.
 //!
 //! A *group* is a set of choices of which at most one is enabled in each state: commands of one
-//! synchronisation with disjoint guards. So a set of (state, choice) pairs is one set of states a
-//! group, and thousands of commands need few groups. A *piece* is a partial relation of a group.
+//! synchronisation with disjoint guards. A set of (state, choice) pairs is therefore one set of
+//! states per group, and thousands of commands need few groups. A *piece* is a partial relation of
+//! a group.
 
 use std::sync::Arc;
 
@@ -18,26 +19,28 @@ use crate::error::{Error, Limit, Result};
 use crate::model::step::Choice;
 use crate::model::{CommandId, ModelKind, Program};
 
-/// More groups than this are refused: the product of overlapping alternatives is too large.
+/// Maximum number of groups. More are refused: the product of overlapping alternatives is too
+/// large.
 const MOST_GROUPS: usize = 1 << 14;
 
 /// A partial relation of one group.
 #[derive(Clone)]
 pub(super) struct Piece {
-    /// The group whose choices these are.
+    /// The group of the choices.
     pub(super) group: usize,
     pub(super) steps: PartialRelation,
 }
 
-/// All relations of a program, before it is known which states there are.
+/// All relations of a program, before its states are known.
 pub(super) struct Transitions {
-    /// For each group where a choice of it is enabled.
+    /// The states in which a choice of each group is enabled.
     pub(super) guards: Vec<Bdd>,
     /// The pieces of all groups, sorted by group.
     pub(super) pieces: Vec<Piece>,
-    /// States in which some command has no meaning.
+    /// The states in which some command has no meaning.
     pub(super) bad: Bdd,
-    /// For each synchronisation its first group and, for each factor, the colour of each command.
+    /// For each synchronisation the index of its first group and, for each factor, the colour of
+    /// each command.
     colours: Vec<(usize, Vec<Colouring>)>,
     uniform: bool,
 }
@@ -45,11 +48,11 @@ pub(super) struct Transitions {
 /// The choices that have one number in a dump.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Numbered {
-    /// Combinations of a synchronisation: of each factor one of these commands.
+    /// Combinations of a synchronisation: for each factor one of the listed commands.
     Combinations {
         /// The position in [`Program::synchronisations`].
         synchronisation: usize,
-        /// For each factor the commands.
+        /// The commands of each factor.
         commands: Vec<Vec<CommandId>>,
     },
     /// The only choice of the states of a `dtmc`.
@@ -58,13 +61,13 @@ pub enum Numbered {
     Deadlock,
 }
 
-/// Commands of one factor by colour: those of one colour have disjoint guards.
+/// Commands of one factor by colour: commands of one colour have disjoint guards.
 struct Colouring {
     of: AHashMap<CommandId, usize>,
     count: usize,
 }
 
-/// The commands of one colour of one factor as one relation.
+/// The commands of one colour of one factor, with the union of their guards.
 struct Alternative {
     guard: Bdd,
     members: Vec<CommandId>,
@@ -78,7 +81,7 @@ pub(super) struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    /// Translates all commands and puts them together.
+    /// Translates all commands and combines them into groups.
     pub(super) fn build(
         program: &'a Program,
         store: &'a Store,
@@ -127,7 +130,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// States in which a combination is enabled and an update of it is bad.
+    /// Returns the states in which a combination is enabled and one of its updates is bad.
     fn bad_updates(&self, factors: &[Vec<CommandId>]) -> Result<Bdd> {
         let enabled = |factor: &Vec<CommandId>| {
             self.store.any(factor.iter().map(|c| self.commands[c.index()].guard.clone()))
@@ -146,7 +149,8 @@ impl<'a> Builder<'a> {
         self.store.any(total)
     }
 
-    /// Greedy colouring: each command gets the first colour whose guards it does not overlap.
+    /// Colours the commands greedily: each command gets the first colour with which its guard does
+    /// not overlap.
     fn colour(&self, factor: &[CommandId]) -> Result<(Colouring, Vec<Alternative>)> {
         let mut alternatives: Vec<Alternative> = Vec::new();
         let mut of = AHashMap::new();
@@ -174,7 +178,7 @@ impl<'a> Builder<'a> {
         Ok((Colouring { of, count: alternatives.len() }, alternatives))
     }
 
-    /// Adds one group: a combination of one colour a factor.
+    /// Adds one group: a combination of one colour per factor.
     fn group(&self, combination: &[&Alternative], all: &mut Transitions) -> Result<()> {
         let group = all.guards.len();
         let mut guard = self.store.one();
@@ -184,7 +188,8 @@ impl<'a> Builder<'a> {
         all.guards.push(guard);
         match combination {
             [single] => self.single(group, single, None, all),
-            // Pieces stay local beside the monitors.
+            // One piece per written bit, as without monitors; each one includes the step of the
+            // monitors.
             [single, other] if self.watching.is_some_and(|w| other.members == [w]) => {
                 self.single(group, single, self.watching, all)
             }
@@ -192,7 +197,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Pieces of one participant: commands with the same top-most written bit stand together.
+    /// Adds the pieces of a group with one participant: one piece for the commands with the same
+    /// first written bit.
     fn single(
         &self,
         group: usize,
@@ -218,7 +224,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// The piece of several participants: what they do at once.
+    /// Adds the piece of a group with several participants: their simultaneous steps.
     fn several(&self, group: usize, combination: &[&Alternative], all: &mut Transitions) -> Result<()> {
         let mut steps = PartialRelation { support: Support::new([]), relation: self.store.one() };
         for alternative in combination {
@@ -242,7 +248,7 @@ fn too_many() -> Error {
 }
 
 impl Transitions {
-    /// All diagrams.
+    /// Returns all diagrams.
     pub(super) fn diagrams(&mut self) -> impl Iterator<Item = &mut Bdd> {
         self.guards
             .iter_mut()
@@ -250,14 +256,14 @@ impl Transitions {
             .chain([&mut self.bad])
     }
 
-    /// For each group the list of its pieces.
+    /// Returns the list of the pieces of each group.
     pub(super) fn lists(&self, store: &Store) -> Result<Vec<Arc<RelationList>>> {
         let mut entries = vec![Vec::new(); self.guards.len()];
         self.pieces.iter().for_each(|p| entries[p.group].push(p.steps.clone()));
         entries.into_iter().map(|e| store.lists.of(store, e)).collect()
     }
 
-    /// For each group what it is made of; not for a `dtmc`.
+    /// Returns the combinations of commands that make up each group; not for a `dtmc`.
     pub(super) fn combinations(&self, program: &Program) -> Vec<Numbered> {
         let mut all = Vec::new();
         for (synchronisation, (_, colourings)) in self.colours.iter().enumerate() {
@@ -277,7 +283,7 @@ impl Transitions {
         all
     }
 
-    /// The group of a choice.
+    /// Returns the group of a choice.
     pub(super) fn group_of(&self, choice: &Choice) -> Option<usize> {
         match choice {
             Choice::Uniform => Some(0),
@@ -295,7 +301,7 @@ impl Transitions {
     }
 }
 
-/// The Cartesian product, first factor slowest.
+/// Returns the Cartesian product; the first factor varies slowest.
 fn product(factors: &[Vec<Alternative>]) -> Vec<Vec<&Alternative>> {
     let mut all: Vec<Vec<&Alternative>> = vec![Vec::new()];
     for factor in factors {

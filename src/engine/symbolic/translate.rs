@@ -1,4 +1,4 @@
-//! Expressions as diagrams: the value in every state at once.
+//! Expressions as diagrams: their values in all states at once.
 
 use std::cell::RefCell;
 
@@ -17,7 +17,7 @@ use crate::model::value::{self, Type, Value};
 /// The value of an expression in every state.
 #[derive(Clone)]
 pub(super) enum Meaning {
-    /// The states where it holds.
+    /// The states in which a Boolean expression is true.
     Bool(Bdd),
     /// An integer.
     Int(SymbolicInteger),
@@ -25,15 +25,15 @@ pub(super) enum Meaning {
     Real(Partition),
 }
 
-/// A meaning together with the states in which evaluation fails.
+/// A value together with the states in which evaluation fails.
 #[derive(Clone)]
 pub(super) struct Symbolic {
-    /// The value; arbitrary in the states that fail.
+    /// The value; arbitrary in the states in which evaluation fails.
     pub(super) meaning: Meaning,
-    /// The states in which an operation that is evaluated has no value.
+    /// The states in which an evaluated operation has no value.
     pub(super) fails: Bdd,
-    /// The patterns of the variables that occur which are values; the others do not matter here,
-    /// so that an expression stays as local as it is written.
+    /// The bit patterns that are values of the variables that occur. Other variables are not
+    /// restricted, so that the diagram depends on as few bits as the expression.
     pub(super) within: Bdd,
 }
 
@@ -46,24 +46,26 @@ pub(super) struct Translator<'a> {
 }
 
 impl<'a> Translator<'a> {
-    /// A translator that knows nothing yet.
+    /// Creates a translator without results.
     pub(super) fn new(program: &'a Program, encoding: &'a Encoding, store: &'a Store) -> Self {
         Translator { program, encoding, store, known: RefCell::default() }
     }
 
-    /// A Boolean expression, with the states in which it has no value.
+    /// Returns the states in which a Boolean expression is true, and those in which it has no
+    /// value.
     pub(super) fn condition(&self, e: ExprId) -> Result<(Bdd, Bdd)> {
         let symbolic = self.translate(e)?;
         Ok((self.truth(&symbolic.meaning)?, symbolic.fails))
     }
 
-    /// A numeric expression by its values, with the states in which it has none.
+    /// Returns the values of a numeric expression, and the states in which it has none.
     pub(super) fn values(&self, e: ExprId) -> Result<(Partition, Bdd)> {
         let symbolic = self.translate(e)?;
         Ok((self.partition(&symbolic)?, symbolic.fails))
     }
 
-    /// An integer (or Boolean, as 0 and 1) expression, with the states in which it has no value.
+    /// Returns an integer expression (or a Boolean one, as 0 and 1), and the states in which it has
+    /// no value.
     pub(super) fn integer(&self, e: ExprId) -> Result<(SymbolicInteger, Bdd)> {
         let symbolic = self.translate(e)?;
         let bits = match symbolic.meaning {
@@ -75,7 +77,8 @@ impl<'a> Translator<'a> {
     }
 
     fn translate(&self, root: ExprId) -> Result<Symbolic> {
-        // Without recursion: nested expressions may be deep. Operands precede the nodes using them.
+        // Without recursion, because expressions may be deeply nested. Operands precede the nodes
+        // using them.
         let mut stack = vec![root];
         while let Some(&e) = stack.last() {
             if self.known.borrow().contains_key(&e) {
@@ -106,12 +109,13 @@ impl<'a> Translator<'a> {
         operands.into_iter().flatten()
     }
 
-    /// The patterns of the variables of an expression which are values.
+    /// Returns the bit patterns that are values of the variables of an expression.
     pub(super) fn within(&self, e: ExprId) -> Result<Bdd> {
         Ok(self.translate(e)?.within)
     }
 
-    /// The patterns of the variables of a node which are values, from those of its operands.
+    /// Returns the bit patterns that are values of the variables of a node, from those of its
+    /// operands.
     fn patterns(&self, e: ExprId) -> Result<Bdd> {
         if let Node::Var(v) = self.program.pool.node(e) {
             return self.encoding.values_of(self.store, v);
@@ -120,7 +124,7 @@ impl<'a> Translator<'a> {
         operands.try_fold(self.store.one(), |all, one| self.store.and(&all, &one))
     }
 
-    /// A meaning before it is known which patterns matter.
+    /// Creates a symbolic value before its bit patterns (`within`) are known.
     fn symbolic(&self, meaning: Meaning, fails: Bdd) -> Symbolic {
         Symbolic { meaning, fails, within: self.store.one() }
     }
@@ -175,7 +179,7 @@ impl<'a> Translator<'a> {
         }
     }
 
-    /// A unary operator, value by value.
+    /// Applies a unary operator value by value.
     fn mapped(&self, op: Unary, a: &Symbolic) -> Result<Symbolic> {
         let (result, failed) = self.partition(a)?.map(self.store, |v| value::unary(op, v))?;
         let meaning = match op {
@@ -208,7 +212,7 @@ impl<'a> Translator<'a> {
         Ok(self.symbolic(meaning, self.store.or(&fails, &failed)?))
     }
 
-    /// Operators on Booleans; `&` and `|` evaluate the right side only where they need it.
+    /// Applies an operator to Booleans; `&` and `|` evaluate the right side only if they need it.
     fn logical(
         &self,
         op: Binary,
@@ -226,7 +230,7 @@ impl<'a> Translator<'a> {
         Ok(self.symbolic(Meaning::Bool(value), store.or(f_fails, &right_fails)?))
     }
 
-    /// Operators on integers that bit vectors can do.
+    /// Applies an operator to integers; `None` if symbolic integers do not support it.
     fn arithmetic(&self, op: Binary, x: &SymbolicInteger, y: &SymbolicInteger) -> Result<Option<Meaning>> {
         let store = self.store;
         let int = |bits: Option<SymbolicInteger>| Ok(bits.map(Meaning::Int));

@@ -1,4 +1,4 @@
-//! Going down sets and relations at once: the limits that hold on the way, and one step.
+//! Recursion over sets and relations at once: its limits, and one step.
 
 use std::cell::Cell;
 
@@ -12,7 +12,7 @@ use super::store::Store;
 use super::support::Support;
 use crate::error::{Error, Result};
 
-/// Which end of its edges a relation is taken from.
+/// The direction in which a relation is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Direction {
     /// From sources to successors.
@@ -21,12 +21,12 @@ pub(super) enum Direction {
     Backward,
 }
 
-/// Why a recursion ended early.
+/// The reason why a recursion ended early.
 #[derive(Debug)]
 pub(super) enum Halt {
     /// An error: a limit of the run.
     Failed(Error),
-    /// It took more steps than it was given.
+    /// The recursion took more steps than allowed.
     Spent,
 }
 
@@ -41,17 +41,17 @@ pub(super) struct Walk<'m, 'id: 'm> {
     pub(super) store: &'m Store,
     pub(super) m: &'m ManagerOf<'id>,
     pub(super) direction: Direction,
-    /// What the recursion is for, in words, where it is long enough to speak of.
+    /// The name of the phase for progress reports; `None` for short recursions.
     phase: Option<&'static str>,
-    /// How many steps are left.
+    /// The number of steps left.
     left: Cell<u64>,
 }
 
-/// Steps between two looks at the limits.
+/// Number of steps between two checks of the limits.
 const PATIENCE: u64 = 1 << 10;
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// A recursion that may take so many steps.
+    /// Creates a recursion that may take `steps` steps.
     pub(super) fn new(
         store: &'m Store,
         m: &'m ManagerOf<'id>,
@@ -62,7 +62,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Walk { store, m, direction, phase, left: Cell::new(steps) }
     }
 
-    /// Counts a step: one result that was not known.
+    /// Counts a step: one result that was not in the cache.
     pub(super) fn tick(&self) -> Result<(), Halt> {
         let left = self.left.get();
         if left == 0 {
@@ -76,7 +76,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(())
     }
 
-    /// Runs an operation; where the table is full, collects garbage and tries once more.
+    /// Runs an operation; if the table is full, collects garbage and tries once more.
     pub(super) fn run(
         &self,
         operation: impl Fn() -> AllocResult<Held<'m, 'id>>,
@@ -103,7 +103,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.run(|| self.m.minus(f, g))
     }
 
-    /// if `bit` then `set` else `clear`
+    /// Computes: if `bit` then `set` else `clear`.
     pub(super) fn node(
         &self,
         bit: u32,
@@ -113,7 +113,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.run(|| self.m.node(2 * bit, self.m.held(set.borrowed()), self.m.held(clear.borrowed())))
     }
 
-    /// A result as a handle of its own.
+    /// Runs an operation and returns its result as an owned handle.
     pub(super) fn own(
         &self,
         operation: impl FnOnce(&Self) -> Result<Held<'m, 'id>, Halt>,
@@ -121,26 +121,26 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(self.m.handle(operation(self)?.borrowed()))
     }
 
-    /// What is left of a list below its first bit.
+    /// Returns the cofactors of a list by its first bit.
     pub(super) fn cofactors<'l>(&self, list: &'l RelationList) -> Result<&'l Cofactors, Halt> {
         Ok(self.store.lists.cofactors(self.store, list)?)
     }
 
-    /// The bit that a diagram depends on first.
+    /// Returns the first bit that a diagram depends on.
     pub(super) fn top(&self, f: Edge<'_, 'id>) -> u32 {
         self.m.level_of(f) / 2
     }
 
-    /// f by a bit that is none after its first: with the bit clear, and with it set.
+    /// Returns the cofactors of f with the bit clear and with it set. f depends on no earlier bit.
     pub(super) fn split<'a>(&'a self, f: Edge<'a, 'id>, bit: u32) -> [Edge<'a, 'id>; 2] {
         let (set, clear) = self.m.children(f, 2 * bit);
         [clear, set]
     }
 
-    /// { s ∈ B : one step of the list joins s and X }
+    /// Computes { s ∈ B : one step of the list joins s and X }.
     ///
-    /// No step of the recursion leaves B, so that states outside of it, which are often many and
-    /// without a pattern, are never built.
+    /// The recursion never leaves B. States outside it, which are often many and irregular, are not
+    /// built.
     pub(super) fn step(
         &self,
         x: Edge<'_, 'id>,
@@ -178,7 +178,8 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(result)
     }
 
-    /// The steps that lead, in the direction of this recursion, from one value of the bit to another.
+    /// Returns the steps that lead, in the direction of this recursion, from one value of the bit
+    /// to another.
     pub(super) fn cofactor<'q>(&self, cofactors: &'q Cofactors, from: bool, to: bool) -> &'q RelationList {
         match self.direction {
             Direction::Forward => cofactors.step(from, to),
@@ -186,12 +187,12 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         }
     }
 
-    /// What a list, taken in this direction, is called in the operation cache.
+    /// Returns the key of a list in the operation cache, for the direction of this recursion.
     pub(super) fn number(&self, list: &RelationList) -> u32 {
         list.number + u32::from(self.direction == Direction::Backward)
     }
 
-    /// X with the support bits read in their next copy.
+    /// Returns X with its support bits replaced by their next copies.
     pub(super) fn primed(&self, x: Edge<'_, 'id>, support: &Support) -> Result<Held<'m, 'id>, Halt> {
         self.prime(x, support, &mut AHashMap::new())
     }

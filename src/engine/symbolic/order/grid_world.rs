@@ -1,10 +1,11 @@
-//! The order for worlds: one module that moves about, or several that know nothing of each other and never
-//! move together.
+//! The variable order heuristic for grid worlds: one module that moves, or several independent
+//! modules that never move together.
 //!
-//! A counter that every step moves (a battery, a clock) cuts the space into slices, each of which leads
-//! into the next one only: on top, it lets the recursions go from slice to slice. Flags stand next: they
-//! only remember. Positions follow, and those that guards test together stand side by side, bit by bit:
-//! what is near in one is near in the other. A counter that is only compared with bounds stands last.
+//! A counter that every step changes (a battery, a clock) divides the states into slices, each of
+//! which leads only into the next one. At the top, it lets the recursions proceed slice by slice.
+//! Flags come next, because they only remember. Positions follow; those that guards test together
+//! are interleaved bit by bit, because neighbouring states are close in each of them. A counter
+//! that is only compared with bounds comes last.
 
 use std::fmt::Write;
 
@@ -15,12 +16,13 @@ use super::{Ordered, by_variables, counters, thresholds};
 use crate::model::expr::{ExprId, Node};
 use crate::model::{Command, Program, VarId};
 
-/// Of the branches that change more than flags, so many in a hundred move a counter of every step: some
-/// worlds have a place where nothing is spent.
+/// Minimum percentage, among the branches that change more than flags, of branches that change a
+/// counter of every step. It is below 100 because some worlds have a place where nothing is
+/// consumed.
 const MOST_STEPS: usize = 75;
 
-/// Flags that no module owns, then the modules one after the other, each by itself; none where one
-/// depends on another.
+/// Returns the flags that no module owns, then the variables of one module after the other, each
+/// module ordered on its own. Returns `None` if one module depends on another.
 pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
     let is_flag = |v: &VarId| program.variables[v.index()].bits() <= 1;
     let owner = |v: &VarId| program.variables[v.index()].module;
@@ -52,22 +54,22 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
     Some(all)
 }
 
-/// Variables by what they are to a world.
+/// The variables by their role in a world.
 #[derive(Default)]
 struct Roles {
-    /// Counters that every step moves.
+    /// Counters that every step changes.
     ticking: Vec<VarId>,
-    /// Those of one bit.
+    /// Variables of one bit.
     flags: Vec<VarId>,
-    /// What is set, not counted.
+    /// Variables that are assigned, not counted.
     modes: Vec<VarId>,
-    /// What some steps move, and guards test for single values.
+    /// Counters that some steps change, and that guards test for single values.
     positions: Vec<VarId>,
-    /// What some steps move, and guards compare with bounds only.
+    /// Counters that some steps change, and that guards only compare with bounds.
     bounded: Vec<VarId>,
 }
 
-/// One module by itself.
+/// One module alone.
 struct World<'p> {
     module: usize,
     variables: Vec<VarId>,
@@ -84,7 +86,7 @@ impl<'p> World<'p> {
         }
     }
 
-    /// The variables that its commands read and write.
+    /// Returns the variables that the commands of the module read or write.
     fn known(&self, program: &Program) -> AHashSet<VarId> {
         let updates = || self.commands.iter().flat_map(|c| &c.branches).flat_map(|b| &b.updates);
         let guards = self.commands.iter().map(|c| c.guard);
@@ -124,13 +126,13 @@ impl<'p> World<'p> {
         Ordered { bits, why: why.join("; ") }
     }
 
-    /// What each variable is to the world.
+    /// Returns the role of each variable in the world.
     fn roles(&self, program: &Program) -> Roles {
         let counters = counters(program, &self.commands);
         let bounds = thresholds(program, &self.commands, &counters);
         let mut ticks = self.ticks(program, &counters);
         if ticks.iter().any(|v| bounds.contains(v)) {
-            // A place that every step leaves is a place all the same.
+            // The others are positions, even if every step changes them.
             ticks.retain(|v| bounds.contains(v));
         }
         let mut roles = Roles::default();
@@ -145,13 +147,14 @@ impl<'p> World<'p> {
             role.push(v);
         }
         if roles.positions.is_empty() {
-            // Compared with bounds only, they may still be places.
+            // Counters that are only compared with bounds may still be positions.
             roles.positions = std::mem::take(&mut roles.bounded);
         }
         roles
     }
 
-    /// The counters that nearly every branch moves which changes more than flags.
+    /// Returns the counters that nearly all branches change, of the branches that change more than
+    /// flags.
     fn ticks(&self, program: &Program, counters: &AHashSet<VarId>) -> AHashSet<VarId> {
         let (mut moved, mut steps): (AHashMap<VarId, usize>, usize) = (AHashMap::new(), 0);
         for branch in self.commands.iter().flat_map(|c| &c.branches) {
@@ -169,10 +172,11 @@ impl<'p> World<'p> {
         moved.into_iter().filter(|(_, n)| often(*n)).map(|(v, _)| v).collect()
     }
 
-    /// The variables in groups of those that occur in one guard, directly or through others.
+    /// Partitions the variables: those that occur in one guard, directly or through others, form a
+    /// group.
     fn met(&self, program: &Program, variables: &[VarId]) -> Vec<Vec<VarId>> {
         let mut groups: Vec<Vec<VarId>> = variables.iter().map(|&v| vec![v]).collect();
-        // What guards share is looked at once, with the variables that were found in it.
+        // Shared subexpressions of guards are visited once; the variables found in them are kept.
         let mut found: AHashMap<ExprId, AHashSet<VarId>> = AHashMap::new();
         for command in &self.commands {
             let together = support(program, command.guard, variables, &mut found);
@@ -197,14 +201,14 @@ fn operands(node: Node) -> Vec<ExprId> {
     }
 }
 
-/// Those of some variables that occur in an expression.
+/// Returns the variables of `among` that occur in an expression.
 fn support(
     program: &Program,
     e: ExprId,
     among: &[VarId],
     known: &mut AHashMap<ExprId, AHashSet<VarId>>,
 ) -> AHashSet<VarId> {
-    // Operands before what is made of them, without recursion: guards may be deep.
+    // Operands come before the nodes built from them, without recursion: guards may be deep.
     let mut stack = vec![(e, false)];
     while let Some((e, ready)) = stack.pop() {
         if known.contains_key(&e) {
@@ -226,7 +230,8 @@ fn support(
     known.get(&e).cloned().unwrap_or_default()
 }
 
-/// The bits of some variables, from the most significant of all down, those of equal weight together.
+/// Returns the bits of some variables from the most significant bit down, bits of equal weight
+/// together.
 fn interleaved(program: &Program, variables: &[VarId]) -> Vec<Bit> {
     let width = |v: &VarId| program.variables[v.index()].bits();
     let most = variables.iter().map(width).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! The order for copies of one module whose clocks advance together.
+//! The variable order heuristic for copies of one module whose clocks advance together.
 
 use ahash::AHashMap;
 
@@ -6,18 +6,19 @@ use super::counts;
 use crate::model::value::Type;
 use crate::model::{CommandId, Program, Synchronisation, VarId};
 
-/// Fewer copies are as well off in the order of declaration.
+/// Minimum number of copies. With fewer, the order of declaration is as good.
 const FEWEST: usize = 3;
 
-/// What every copy has before its clock, copy by copy; then all that is not the copies'; then the
-/// clocks of all copies, and what comes after them, role by role. None without such copies.
+/// Returns the variables of each copy before its clock, copy by copy; then all variables outside
+/// the copies; then the clocks of all copies and the variables after them, role by role. Returns
+/// `None` without such copies.
 ///
-/// Their clocks depend on each other at every tick, and each on its own module through what stands
-/// before the clock only, which is mostly the mode the copy is in.
+/// The clocks depend on each other at every tick. Each clock depends on its own module only through
+/// the variables before it, mostly the mode of the copy.
 pub(super) fn by_roles(program: &Program) -> Option<Vec<VarId>> {
     let modules = Modules::of(program);
     let together = program.synchronisations.iter().filter_map(|s| modules.advancing_together(program, s));
-    // The first clock, where several advance.
+    // The first clock, if several advance.
     let Clocked { modules: copies, clock } = together.min_by_key(|c| c.clock)?;
     let copies: Vec<&[VarId]> = copies.iter().map(|&m| modules.own[m].as_slice()).collect();
     let mut order: Vec<VarId> = copies.iter().flat_map(|copy| &copy[..clock]).copied().collect();
@@ -30,7 +31,7 @@ pub(super) fn by_roles(program: &Program) -> Option<Vec<VarId>> {
     Some(order)
 }
 
-/// Modules that are alike, and which of the variables of each is the clock.
+/// Modules with equal variables, and the index of the clock among the variables of each.
 struct Clocked {
     modules: Vec<usize>,
     clock: usize,
@@ -39,7 +40,8 @@ struct Clocked {
 struct Modules {
     /// The variables of each module, as declared.
     own: Vec<Vec<VarId>>,
-    /// The same number for modules whose variables have the same types and ranges, as copies have.
+    /// A number for each module; equal for modules whose variables have the same types and ranges,
+    /// as copies have.
     alike: Vec<usize>,
 }
 
@@ -61,7 +63,7 @@ impl Modules {
         Modules { own, alike: shapes.into_iter().map(&mut number).collect() }
     }
 
-    /// The copies whose clocks one synchronisation advances, if there are enough.
+    /// Returns the copies whose clocks one synchronisation advances, if there are enough.
     fn advancing_together(&self, program: &Program, by: &Synchronisation) -> Option<Clocked> {
         if by.factors.len() < FEWEST {
             return None;
@@ -77,7 +79,8 @@ impl Modules {
         groups.into_iter().next().map(|((_, clock), modules)| Clocked { modules, clock })
     }
 
-    /// The module of a command, and which of its variables the command advances, if any.
+    /// Returns the module of a command and the index of the variable that the command advances, if
+    /// any.
     fn advanced(&self, program: &Program, command: CommandId) -> Option<(usize, usize)> {
         let command = &program.commands[command.index()];
         let mut updates = command.branches.iter().flat_map(|b| &b.updates);

@@ -1,4 +1,4 @@
-//! A larger store in the place of another, with its diagrams.
+//! Replacement of a store by a larger one, with its diagrams.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -13,14 +13,15 @@ use crate::engine::Settings;
 use crate::error::Result;
 
 impl Store {
-    /// A store with an operation cache of so many entries, as far as states of so many bits need them; none
-    /// where this one has as many. OxiDD's tables do not grow.
+    /// Creates a store with an operation cache of `entries` entries, or fewer if fewer suffice for
+    /// the bits of a state. Returns `None` if this store has as many, or if the system does not
+    /// grant the memory. A new store is needed because OxiDD's tables do not grow.
     pub(in crate::engine::symbolic) fn larger(&self, entries: u64, settings: &Settings) -> Option<Self> {
         let wanted = entries.min(cache_for_bits(self.width()));
         if cache_entries(settings.memory, wanted) <= self.cache_entries {
             return None;
         }
-        // Where the system gives no more, the one there is will do.
+        // If the system does not grant more, this store continues.
         let larger = Store::sized(self.width(), settings, wanted).ok()?;
         self.note_peak();
         larger.peak.store(self.peak.load(Relaxed), Relaxed);
@@ -28,7 +29,7 @@ impl Store {
         Some(larger)
     }
 
-    /// Puts diagrams of this store in the place of those of another store of the same bits.
+    /// Copies diagrams of another store of the same bits into this store and replaces them.
     ///
     /// Cost: linear in their nodes.
     pub(in crate::engine::symbolic) fn adopt_all<'a>(
@@ -48,7 +49,7 @@ impl Store {
     }
 }
 
-/// What was taken over of the diagrams of another manager.
+/// The diagrams of another manager that have been copied.
 struct Adoption<'w, 'from: 'w, 'm, 'id: 'm> {
     source: &'w ManagerOf<'from>,
     walk: &'w Walk<'m, 'id>,
