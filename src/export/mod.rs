@@ -62,7 +62,7 @@ impl Named {
 /// region.
 ///
 /// # Errors
-/// No region has a name that is wanted; an objective is called `nothing`; a limit is reached.
+/// The selection matches no region; an objective is called `nothing`; a limit is reached.
 pub fn export(
     engine: &SymbolicEngine,
     analysis: &Analysis<'_, SymbolicEngine>,
