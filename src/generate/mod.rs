@@ -34,8 +34,8 @@
 //! prefer D>A, E>A, D>B, E>B, E>C, F>C
 //! empty gain                     // bottom, gain or incomparable
 //! ```
-//! The rows of the map are listed from north to south, one character per cell; the last row is row
-//! 0. Characters with a default meaning: `.` and blank free, `#` wall, `A`-`Z` items, `*` charger,
+//! The rows of the map are listed from north to south, one character per cell. Row 0 is the last row.
+//! Characters with a default meaning: `.` and blank free, `#` wall, `A`-`Z` items, `*` charger,
 //! `@` start of a robot, `~` slippery (north and south), `^` `v` `>` `<` one-way. `cell SIGN KIND…`
 //! gives a character a new meaning. The kinds are `free`, `wall`, `charger`, `start`, `item X`,
 //! `slip DIRECTION…`, `no DIRECTION…` (disables these actions) and `oneway DIRECTION`; several may
