@@ -1,4 +1,4 @@
-//! Messages that point at a place in a text, and their one rendering.
+//! Diagnostics that point at a place in a text, and their rendering.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -13,15 +13,15 @@ use crate::escape;
 pub struct SourceFile {
     /// The path as the user gave it, or a description such as `--target`.
     pub name: String,
-    /// The whole text. Every line ends with `\n`, alone or after `\r`: a lone `\r` has become one; and a
-    /// byte order mark is not there.
+    /// The whole text, without a byte order mark. Lines end with `\n` or `\r\n`; a single `\r` has
+    /// been replaced by `\n`.
     pub text: String,
-    /// The text as it was, where that is another one.
+    /// The original text, if it differs.
     original: Option<String>,
 }
 
 impl SourceFile {
-    /// A text with its name.
+    /// Stores a text with its name.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Arc<Self> {
         let (name, text) = (name.into(), text.into());
         let plain = text.strip_prefix('\u{feff}').unwrap_or(&text);
@@ -36,12 +36,12 @@ impl SourceFile {
         }
     }
 
-    /// The text as it was given.
+    /// Returns the text as it was given.
     pub fn original(&self) -> &str {
         self.original.as_deref().unwrap_or(&self.text)
     }
 
-    /// The line and column, both from 1, of a byte offset; columns count characters.
+    /// Returns line and column of a byte offset, both from 1; columns count characters.
     pub fn position(&self, offset: usize) -> (usize, usize) {
         let offset = self.floor(offset);
         let before = &self.text[..offset];
@@ -49,7 +49,7 @@ impl SourceFile {
         (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
     }
 
-    /// The nearest character boundary at or before `offset`.
+    /// Returns the nearest character boundary at or before `offset`.
     fn floor(&self, offset: usize) -> usize {
         self.text.floor_char_boundary(offset.min(self.text.len()))
     }
@@ -60,7 +60,7 @@ impl SourceFile {
     }
 }
 
-/// The text with `\n` in place of every `\r` that stands alone.
+/// Replaces every `\r` without a following `\n` by `\n`.
 fn lines_ended(text: &str) -> Cow<'_, str> {
     let alone = |(at, _): &(usize, &str)| text.as_bytes().get(at + 1) != Some(&b'\n');
     let mut ends = text.match_indices('\r').filter(alone).map(|(at, _)| at).peekable();
@@ -77,41 +77,41 @@ fn lines_ended(text: &str) -> Cow<'_, str> {
     Cow::Owned(ended + &text[start..])
 }
 
-/// What a diagnostic reports.
+/// The severity of a diagnostic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Severity {
-    /// Something is wrong.
+    /// An error.
     #[default]
     Error,
-    /// Something is right, but not supported.
+    /// Valid input that is not supported.
     Unsupported,
-    /// Something is suspicious.
+    /// Suspicious input.
     Warning,
 }
 
-/// One message that points at a place in a text.
+/// A message that points at a place in a text.
 #[derive(Debug, Clone)]
 pub struct Diagnostic {
-    /// An error, something unsupported, or a warning.
+    /// The severity.
     pub severity: Severity,
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// The text it points into.
+    /// The text that it points into.
     pub source: Arc<SourceFile>,
-    /// The byte range it points at.
+    /// The byte range that it points at.
     pub span: Range<usize>,
-    /// What stands below the caret.
+    /// The text below the caret.
     pub label: String,
-    /// What would help.
+    /// Advice.
     pub help: Option<String>,
     /// Further facts.
     pub notes: Vec<String>,
-    /// Other places of the same text that matter, each with what stands below them.
+    /// Other relevant places of the same text, each with the text below it.
     pub related: Vec<(Range<usize>, String)>,
 }
 
 impl Diagnostic {
-    /// An error at a place.
+    /// Creates an error at a place.
     pub fn new(source: &Arc<SourceFile>, span: Range<usize>, message: impl Into<String>) -> Self {
         Diagnostic {
             severity: Severity::Error,
@@ -125,21 +125,21 @@ impl Diagnostic {
         }
     }
 
-    /// Says what kind of message it is.
+    /// Sets the severity.
     #[must_use]
     pub fn severity(mut self, severity: Severity) -> Self {
         self.severity = severity;
         self
     }
 
-    /// Says what stands below the caret.
+    /// Sets the text below the caret.
     #[must_use]
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
     }
 
-    /// Says what would help.
+    /// Sets the advice.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
@@ -160,13 +160,13 @@ impl Diagnostic {
         self
     }
 
-    /// The line and column, both from 1, where it points.
+    /// Returns line and column of the place, both from 1.
     pub fn position(&self) -> (usize, usize) {
         self.source.position(self.span.start)
     }
 }
 
-/// The diagnostics as text for people: file, line, column, the line itself and a caret.
+/// Renders diagnostics for people: file, line, column, the line itself and a caret.
 pub fn render(diagnostics: &[Diagnostic], colour: bool) -> String {
     let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
     let mut text = String::new();
@@ -182,8 +182,8 @@ pub fn render(diagnostics: &[Diagnostic], colour: bool) -> String {
     text
 }
 
-/// The text with the control characters that the renderer leaves alone, U+0080 to U+009F, replaced by a
-/// dot of as many bytes, so that all places stay where they are.
+/// Replaces the control characters that the renderer keeps, U+0080 to U+009F, by a dot with the
+/// same number of bytes, so that offsets stay valid.
 fn without_controls(text: &str) -> Cow<'_, str> {
     let is_control = |c: char| ('\u{80}'..='\u{9f}').contains(&c);
     if text.contains(is_control) {
@@ -193,8 +193,8 @@ fn without_controls(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// The diagnostic without anything in its words that a terminal would obey; the renderer sees to most
-/// of the text that it points into.
+/// Returns the diagnostic with all control sequences in its messages escaped. The renderer escapes
+/// most of them in the source text.
 fn shown(diagnostic: &Diagnostic) -> Diagnostic {
     let safe = |text: &String| escape::lines(text).into_owned();
     Diagnostic {

@@ -1,4 +1,4 @@
-//! The error space: wrong input (with its place), limits that were hit, files, usage.
+//! Errors: invalid input (with its place), limits, files, usage.
 
 use std::path::Path;
 use std::time::Duration;
@@ -6,27 +6,27 @@ use std::{fmt, io};
 
 pub use crate::diagnostic::{Diagnostic, Severity, SourceFile, render};
 
-/// The result of every operation of the library that can fail.
+/// The result of every fallible operation of the library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Whatever can end a computation early.
+/// The reason why a computation ended early.
 #[derive(Debug, Clone, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The model, the preferences or an expression is wrong; every entry points at a place.
+    /// The model, the preferences or an expression is invalid; every entry points at a place.
     #[error("{}", first_message(.0))]
     Input(Vec<Diagnostic>),
-    /// A limit was hit: an answer in its own right, with what was reached.
+    /// A limit was reached; earlier results are kept.
     #[error("{0}")]
     Limit(Limit),
-    /// A dump could not be read: file, line, what was expected.
+    /// A dump could not be read.
     #[error("{file}:{line}: {message}")]
     Dump {
-        /// The file that is wrong.
+        /// The invalid file.
         file: String,
-        /// Its line, from 1; 0 where no line can be named.
+        /// The line, from 1; 0 if the error has no line.
         line: usize,
-        /// What was found and what was expected.
+        /// The content that was found, and the content that was expected.
         message: String,
     },
     /// A file could not be read or written.
@@ -34,10 +34,10 @@ pub enum Error {
     Io {
         /// The file.
         path: String,
-        /// What the system said.
+        /// The message of the system.
         message: String,
     },
-    /// What is asked for does not fit together.
+    /// The arguments of a call are inconsistent.
     #[error("{0}")]
     Usage(String),
 }
@@ -51,13 +51,13 @@ fn first_message(diagnostics: &[Diagnostic]) -> String {
 }
 
 impl Error {
-    /// What the system said of a file that is read.
+    /// Returns the error for a file that could not be read.
     pub fn reading(path: &Path, error: &io::Error) -> Self {
         Error::Io { path: path.display().to_string(), message: said(error) }
     }
 
-    /// What the system said of a file that is written; a full disk is a limit. `path` is the user's: the
-    /// error may know another one, of a temporary file.
+    /// Returns the error for a file that could not be written; a full disk is a limit. `path` is
+    /// the one that the user gave, as `error` may contain the path of a temporary file.
     pub fn writing(path: &Path, error: &io::Error) -> Self {
         let (path, message) = (path.display().to_string(), said(error));
         match error.kind() {
@@ -69,7 +69,7 @@ impl Error {
     }
 }
 
-/// What the system said, without the path that was added to it on the way.
+/// Returns the message of the system, without a path that was added to it.
 fn said(error: &io::Error) -> String {
     match (error.raw_os_error(), error.kind()) {
         (Some(_), io::ErrorKind::NotFound) => "there is no such file".to_owned(),
@@ -91,62 +91,62 @@ impl From<Limit> for Error {
     }
 }
 
-/// Which limit ended the work.
+/// The limit that ended the work.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
-    /// The work would take more than [`crate::engine::Settings::memory`].
+    /// The work needs more memory than [`crate::engine::Settings::memory`] allows.
     Memory {
-        /// What was full, in words: "the node table of 12345 nodes is full".
+        /// The part that was full, in words: "the node table of 12345 nodes is full".
         what: String,
     },
     /// The caller's time limit has passed.
     Time(Duration),
-    /// The system gives no more, whatever the settings allow.
+    /// The system refuses further resources, whatever the settings allow.
     System {
-        /// What was asked for.
+        /// The requested resource.
         what: String,
-        /// How many bytes that was, where [`crate::engine::Settings::memory`] says how many.
+        /// The requested bytes, if [`crate::engine::Settings::memory`] determines them.
         bytes: Option<u64>,
     },
-    /// More states than the explicit engine numbers, whatever the settings allow.
+    /// The model has more states than the explicit engine can number, whatever the settings allow.
     States(u64),
-    /// More states than were to be listed one by one.
+    /// There are more states than the limit for listing states one by one.
     Listed(u64),
-    /// Interrupted by the user.
+    /// The user interrupted the work.
     Interrupted,
-    /// What was found could not be written.
+    /// The results could not be written.
     Output {
-        /// Where to, and what the system said.
+        /// The destination, and the message of the system.
         what: String,
     },
-    /// An expression or a model is larger than a fixed bound of this program.
+    /// An expression or a model exceeds a fixed bound of this program.
     Size {
-        /// What is too large, its size, and the bound.
+        /// The object that is too large, its size, and the bound.
         what: String,
     },
 }
 
-/// What a caller can do about a limit.
+/// The action by which a caller can avoid a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Relief {
-    /// More of [`crate::engine::Settings::memory`].
+    /// Increase [`crate::engine::Settings::memory`].
     MoreMemory,
-    /// Less of [`crate::engine::Settings::memory`], or a system that gives more.
+    /// Decrease [`crate::engine::Settings::memory`], or use a system with more memory.
     LessMemory,
-    /// A system that gives more.
+    /// Use a system with more resources.
     System,
-    /// A later end.
+    /// Increase the time limit.
     Time,
-    /// More states to be listed.
+    /// Increase the number of states that may be listed.
     Listed,
-    /// The symbolic engine, which has no such bound.
+    /// Use the symbolic engine, which does not have this bound.
     Symbolic,
 }
 
 impl Limit {
-    /// What raises the limit, or gets by without it; none where nothing does.
+    /// Returns the action that avoids the limit; none if no action does.
     pub fn relief(&self) -> Option<Relief> {
         match self {
             Limit::Memory { .. } => Some(Relief::MoreMemory),

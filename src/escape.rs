@@ -1,9 +1,9 @@
-//! Text of others, made safe to look at: names in files and names of files may hold what moves a
-//! cursor, hides a word or turns a line around.
+//! Escaping of untrusted text for display: names in files, and names of files, may contain
+//! characters that move the cursor, hide words or reverse the writing direction.
 
 use std::borrow::Cow;
 
-/// Whether a terminal shows the character and does nothing else with it.
+/// Returns true if terminals display the character and do nothing else with it.
 pub fn is_shown(c: char) -> bool {
     let turns_or_hides = matches!(c,
         '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'
@@ -11,12 +11,13 @@ pub fn is_shown(c: char) -> bool {
     !c.is_control() && !turns_or_hides
 }
 
-/// The text on one line, with escapes such as `\n` and `\u{1b}` in place of what is not shown.
+/// Escapes a text to one line: escapes such as `\n` and `\u{1b}` replace characters that are not
+/// displayed.
 pub fn line(text: &str) -> Cow<'_, str> {
     escaped(text, is_shown)
 }
 
-/// The text on its lines, with escapes in place of what is not shown.
+/// Escapes a text but keeps its line breaks.
 pub fn lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n' || is_shown(c))
 }

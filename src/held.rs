@@ -1,14 +1,14 @@
-//! What one thing has of another: borrowed for a while, or held together with others.
+//! Values that are borrowed or shared.
 
 use std::ops::Deref;
 use std::sync::Arc;
 
-/// A borrowed or a shared value. With a shared one nothing outlives its owner, whatever the language that
-/// holds it.
+/// A borrowed or a shared value. A shared value lives as long as any of its owners, also when
+/// another language holds it.
 pub enum Held<'a, T> {
-    /// Lent by somebody who keeps it.
+    /// A reference to a value of another owner.
     Borrowed(&'a T),
-    /// Held together with others.
+    /// A shared value.
     Shared(Arc<T>),
 }
 

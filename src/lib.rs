@@ -1,39 +1,43 @@
 //! Meliora: a symbolic model checker for opportunistic planning with incomplete preferences.
 //!
-//! It reads a Markov decision process in PRISM's language and a partial preference over reachability
-//! objectives, and says from which states, and how often, a play can move on to something preferred to
-//! what it is sure of now. The theory is that of A. N. Kulkarni and J. Fu, *Opportunistic Qualitative
-//! Planning in Stochastic Systems with Incomplete Preferences over Reachability Objectives* (ACC 2023),
-//! "the paper" below. [`tutorial`] goes through a small example step by step.
+//! It reads a Markov decision process in PRISM's language and a partial preference over objectives.
+//! It computes the states from which a strategy can improve, and how many times: in an improvement,
+//! the path reaches a state from which objectives are certain that are preferred to those certain
+//! before. The theory is that of A. N. Kulkarni and J. Fu, *Opportunistic Qualitative Planning in
+//! Stochastic Systems with Incomplete Preferences over Reachability Objectives* (ACC 2023), "the
+//! paper" below. [`tutorial`] explains a small example step by step.
 //!
-//! # The map
+//! # From the paper to the modules
 //!
 //! | The paper | here |
 //! | --- | --- |
-//! | the model: an MDP of which only the support matters | [`lang`] reads it, [`model`] is the flat program, [`engine`] the sets over it |
+//! | the model: an MDP, of which only the support matters | [`lang`] reads it, [`model`] is the flat program, [`engine`] computes with sets of its states |
 //! | the preorder on objectives | [`model::preference`], its Hasse diagram [`model::hasse`] |
 //! | almost-sure and positive winning regions | [`engine::Engine::almost_surely_reach`], [`engine::Engine::can_reach`], [`planning::winning_regions`] |
 //! | outcomes Out(s), most preferred outcomes MP(s) | [`planning::classes`] |
 //! | Definition "Improvement MDP" | [`planning::improvement`], in three readings: [`planning::Safety`] |
 //! | Algorithm "Level set": levels and ranks of SPI and SASI | [`planning::levels`] |
-//! | SPI and SASI strategies | [`planning::strategy`], [`planning::finite_memory`]; why: [`planning::explain`] |
+//! | SPI and SASI strategies | [`planning::strategy`], [`planning::finite_memory`]; explanations: [`planning::explain`] |
 //!
-//! # One way through
+//! # Architecture
 //!
-//! Text becomes a checked program ([`lang`]), flat and free of engines ([`model`]), on which an
-//! [`engine`], symbolic or explicit, offers sets of states and of choices; [`planning`] is written once
-//! over these. Its results are plain data, which `output` turns into text, JSON and pages. [`export`] and
-//! [`dump`] write regions as decision diagrams, [`query`] answers from them without the model, and
-//! [`certify`] re-checks them by one-step conditions with none of the code that computed them. [`projections`]
-//! lays regions over a plane for pictures, [`generate`] writes models of any size; [`embed`] has owners of
-//! models, engines and analyses for other programs and languages. Imports run along this line only. The library never prints, reads the clock or the environment, or ends the process;
-//! whatever runs out of memory or time returns [`error::Limit`] and keeps what it found; an
-//! [`progress::ProgressSink`] carries the order to stop.
+//! [`lang`] parses and checks texts; the result is a flat program that does not depend on an engine
+//! ([`model`]). An [`engine`], symbolic or explicit, provides sets of states and of choices. The
+//! algorithms of [`planning`] are written once over these sets. Their results are plain data, which
+//! `output` formats as text, JSON and pages. [`export`] and [`dump`] write regions as decision
+//! diagrams. [`query`] answers queries from a dump without the model. [`certify`] re-checks a dump
+//! by one-step conditions, and shares no code with the computation. [`projections`] are maps of
+//! regions over two variables, and [`generate`] writes models of any size. [`embed`] provides
+//! owning types for other programs and languages. Imports between these modules form no cycle.
+//!
+//! The library never prints, reads the clock or the environment, or ends the process. A computation
+//! that runs out of memory or time returns [`error::Limit`] and keeps its results. A
+//! [`progress::ProgressSink`] cancels the work.
 //!
 //! # An example
 //!
-//! The paper's Example 1, asked of both engines. At the start only the first objective is certain; yet
-//! the actions b and c are sure to end in something better.
+//! The paper's Example 1, analysed with both engines. At the start only the first objective is
+//! certain, but the actions b and c almost surely lead to a preferred one.
 //!
 //! ```
 //! use meliora::{Kind, Model, Options, Rank, Result, Settings, SourceFile, Storage};

@@ -1,4 +1,4 @@
-//! The `meliora` command: parse the arguments, run, map the outcome to an exit status.
+//! The `meliora` command: parses the arguments, runs, and maps the result to an exit status.
 
 mod cli;
 

@@ -6,20 +6,21 @@ use crate::error::Limit;
 
 /// Cancels long work and receives its progress.
 ///
-/// The library reads no clock and installs no handler: the caller does, and answers here.
+/// The library reads no clock and installs no signal handler; the caller does this and answers
+/// here.
 pub trait ProgressSink: Send + Sync {
-    /// Called often, from inside loops: an answer ends the work with this limit.
+    /// Returns the limit that ends the work, or none to continue. Called often, from inside loops.
     fn stop(&self) -> Option<Limit> {
         None
     }
 
-    /// The time on the caller's clock, for events that say how long something took; always 0 where the
-    /// caller has no clock.
+    /// Returns the time on the caller's clock, for events with durations; always 0 if the caller
+    /// has no clock.
     fn clock(&self) -> Duration {
         Duration::ZERO
     }
 
-    /// Called now and then with what is being done: a phase and its state in words.
+    /// Receives the progress: a phase, and its state in words.
     fn progress(&self, _phase: &'static str, _detail: &dyn Fn() -> String) {}
 }
 
@@ -29,10 +30,10 @@ pub struct NoProgress;
 
 impl ProgressSink for NoProgress {}
 
-/// Steps between two questions to a sink: some tens of microseconds.
+/// The number of steps between two queries of a sink; they take some tens of microseconds.
 const PATIENCE: u32 = 1 << 10;
 
-/// Asks a sink once in many steps, and keeps the answer.
+/// A poll that queries a sink once in many steps, and keeps the answer.
 pub(crate) struct Poll<'o> {
     sink: &'o dyn ProgressSink,
     steps: u32,
@@ -44,17 +45,17 @@ impl<'o> Poll<'o> {
         Poll { sink, steps: 0, limit: None }
     }
 
-    /// Who is asked.
+    /// Returns the sink.
     pub(crate) fn sink(&self) -> &'o dyn ProgressSink {
         self.sink
     }
 
-    /// Ends the work: another one heard this.
+    /// Ends the work with a limit that another poll has received.
     pub(crate) fn end(&mut self, limit: Limit) {
         self.limit.get_or_insert(limit);
     }
 
-    /// Whether the work is to stop; to be asked at each of many small steps.
+    /// Returns true if the work must stop. Called in each of many small steps.
     pub(crate) fn is_over(&mut self) -> bool {
         self.steps = self.steps.wrapping_add(1);
         if self.limit.is_none() && self.steps.is_multiple_of(PATIENCE) {
@@ -63,18 +64,18 @@ impl<'o> Poll<'o> {
         self.limit.is_some()
     }
 
-    /// One of many small steps.
+    /// Counts one of many small steps.
     ///
     /// # Errors
-    /// The work is to stop.
+    /// The limit that ended the work.
     pub(crate) fn step(&mut self) -> Result<(), Limit> {
         if self.is_over() { self.check() } else { Ok(()) }
     }
 
-    /// The limit that has ended the work.
+    /// Checks that the work may continue, without a query.
     ///
     /// # Errors
-    /// That limit.
+    /// The limit that ended the work.
     pub(crate) fn check(&self) -> Result<(), Limit> {
         self.limit.clone().map_or(Ok(()), Err)
     }

@@ -1,4 +1,4 @@
-//! Texts out of files.
+//! Reading of text files.
 
 use std::fs::File;
 use std::io::Read;
@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 use crate::error::{Error, Limit, Result, SourceFile};
 
-/// No text file of a sane model is larger; a device or a pipe without an end is.
+/// The maximum size of a text file, in bytes; it stops the reading of endless devices and pipes.
 const LARGEST_FILE: u64 = 256 << 20;
 
 impl SourceFile {
-    /// Reads a text file, which is named by its path.
+    /// Reads a text file; its name is the path.
     ///
     /// # Errors
-    /// It cannot be read, is too large or no UTF-8.
+    /// The file cannot be read, has more than 256 MiB, or is not UTF-8.
     pub fn open(path: &Path) -> Result<Arc<Self>> {
         let name = path.display().to_string();
         match File::open(path) {
@@ -26,7 +26,7 @@ impl SourceFile {
     /// Reads a text to its end.
     ///
     /// # Errors
-    /// Those of [`SourceFile::open`].
+    /// The text cannot be read, has more than 256 MiB, or is not UTF-8.
     pub fn read(name: impl Into<String>, from: impl Read) -> Result<Arc<Self>> {
         let name = name.into();
         let failed = |message: String| Error::Io { path: name.clone(), message };

@@ -3,10 +3,11 @@
 use std::hash::{Hash, Hasher};
 use std::ops::Range;
 
-/// A byte range of a text. Any two spans are equal, so that equality of trees is about content.
+/// A byte range of a text. All spans are equal, so that equality of trees compares only their
+/// content.
 ///
-/// Trees and programs hold one for each of their parts, so it is small: texts that are read have at most
-/// 256 MiB, and in a longer one everything past 4 GiB has one place.
+/// Trees and programs store a span for each part, so spans are small. Texts read from files have at
+/// most 256 MiB; in longer texts all offsets past 4 GiB coincide.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Span {
     start: u32,
@@ -14,28 +15,28 @@ pub struct Span {
 }
 
 impl Span {
-    /// From the first byte to the one after the last one.
+    /// Creates a span from the first byte to the byte after the last.
     pub fn new(start: usize, end: usize) -> Self {
         let small = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
         Span { start: small(start), end: small(end) }
     }
 
-    /// The first byte.
+    /// Returns the first byte.
     pub fn start(self) -> usize {
         self.start as usize
     }
 
-    /// The byte after the last one.
+    /// Returns the byte after the last one.
     pub fn end(self) -> usize {
         self.end as usize
     }
 
-    /// The span as a range of bytes.
+    /// Returns the span as a range of bytes.
     pub fn range(self) -> Range<usize> {
         self.start()..self.end()
     }
 
-    /// From the start of `self` to the end of `other`.
+    /// Returns the span from the start of `self` to the end of `other`.
     #[must_use]
     pub fn to(self, other: Span) -> Span {
         Span { start: self.start, end: other.end }
@@ -50,7 +51,7 @@ impl PartialEq for Span {
 
 impl Eq for Span {}
 
-/// Equal spans hash alike, that is all.
+/// All spans have the same hash, as they are equal.
 impl Hash for Span {
     fn hash<H: Hasher>(&self, _: &mut H) {}
 }

@@ -1,16 +1,16 @@
-//! A tutorial: from two texts to regions, strategies, plays and a dump, each step a test that runs.
+//! A tutorial from two texts to regions, strategies, runs and a dump. Each step is a test.
 //!
-//! The model is [`MODEL`], the paper's Example 1: at `s=0` three actions may be taken. `a` reaches the first
-//! objective for sure; `b` and `c` throw a coin between the second and the third, which both are preferred to
-//! the first but do not compare with each other. [`GAMBLE`] is a second model, on which the ways to be
-//! safe differ.
+//! The model is [`MODEL`], the paper's Example 1. At `s=0` three actions are enabled. `a` reaches
+//! the first objective surely; `b` and `c` reach the second or the third with probability 1/2 each.
+//! Both are preferred to the first, and incomparable with each other. [`GAMBLE`] is a second model,
+//! for which the safety modes give different results.
 //!
 //! # 1. Reading
 //!
-//! A [`SourceFile`](crate::error::SourceFile) is a text with a name, so that mistakes can be shown where
-//! they are. [`lang::load`](crate::lang::load) reads a model with its constants,
-//! [`lang::load_preferences`](crate::lang::load_preferences) adds the targets of the objectives to the
-//! expressions of the program.
+//! A [`SourceFile`](crate::error::SourceFile) is a text with a name, so that errors can show their
+//! place. [`lang::load`](crate::lang::load) reads a model with its constants.
+//! [`lang::load_preferences`](crate::lang::load_preferences) adds the targets of the objectives to
+//! the expressions of the program.
 //!
 //! ```
 //! use meliora::error::{Error, SourceFile};
@@ -24,7 +24,7 @@
 //! assert_eq!(program.variables[0].name, "s");
 //! assert_eq!(preferences.objectives.len(), 3);
 //!
-//! // A mistake has a place, and advice where there is some.
+//! // A mistake has a place, and often advice.
 //! let wrong = SourceFile::new("wrong.pref", "objective Fourth = F (t = 4);");
 //! match lang::load_preferences(&wrong, &mut program) {
 //!     Err(Error::Input(mistakes)) => assert_eq!(mistakes[0].position(), (1, 23)),
@@ -36,8 +36,9 @@
 //!
 //! # 2. Preferences
 //!
-//! A preference file makes a preorder. Of the objectives that a state is sure of only the most preferred
-//! ones count, MP; a step improves, weakens or does neither by comparing the MP of its two ends.
+//! A preference file generates a preorder. MP(s) are the most preferred of the objectives that are
+//! almost surely achievable from s. A step improves, weakens or does neither; this follows from the
+//! MP of its two ends.
 //!
 //! ```
 //! # use meliora::error::{Error, SourceFile};
@@ -56,7 +57,7 @@
 //! assert_eq!(preferences.change(&set(first), &set(third)), Change::Improving);
 //! assert_eq!(preferences.change(&set(third), &set(first)), Change::Weakening);
 //! assert_eq!(preferences.change(&set(second), &set(third)), Change::Lateral);
-//! // What it is worth to be sure of nothing is a statement of its own: `empty = bottom` by default.
+//! // The value of nothing is stated separately: `empty = bottom` by default.
 //! assert_eq!(preferences.change(&set(first), &ObjectiveSet::new()), Change::Weakening);
 //! # Ok(())
 //! # }
@@ -64,10 +65,10 @@
 //!
 //! # 3. Engines and regions
 //!
-//! An [`Engine`](crate::engine::Engine) offers sets of states and sets of choices with the operators on them.
-//! The [symbolic](crate::engine::symbolic) one stores them as decision diagrams, the
-//! [explicit](crate::engine::explicit) one as bits over an enumeration; what is written over the trait runs
-//! on both.
+//! An [`Engine`](crate::engine::Engine) provides sets of states and sets of choices with their
+//! operations. The [symbolic](crate::engine::symbolic) engine stores them as decision diagrams, the
+//! [explicit](crate::engine::explicit) engine as bit vectors over an enumeration. Code that is
+//! generic over the trait runs on both.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -79,7 +80,7 @@
 //! use meliora::engine::{Count, Engine, Settings};
 //! use meliora::model::expr::ExprId;
 //!
-//! /// From how many states can a target be reached almost surely, and from how many at all?
+//! /// Counts the states that reach a target almost surely, and those that can reach it.
 //! fn sizes<E: Engine>(engine: &E, target: ExprId) -> Result<[Count; 2]> {
 //!     let target = engine.states_where(target)?;
 //!     let (surely, possibly) = (pmax_one(engine, &target)?, pmax_positive(engine, &target)?);
@@ -100,10 +101,11 @@
 //! # }
 //! ```
 //!
-//! # 4. The whole analysis
+//! # 4. The complete analysis
 //!
-//! [`Analysis`](crate::planning::Analysis) computes outcomes, classes, the improvement MDP and the levels,
-//! tells a listener what it finds, and keeps it when a limit ends the work.
+//! [`Analysis`](crate::planning::Analysis) computes winning regions, classes, the improvement MDP
+//! and the levels. It reports results to a listener as events, and keeps them if a limit ends the
+//! work.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -126,7 +128,7 @@
 //!         heard.push(format!("{kind} {k}: {states}"));
 //!     }
 //! })?;
-//! // From one state, the start, one improvement is sure, and no more is possible.
+//! // From one state, the start, one improvement is almost sure, and a second is impossible.
 //! assert_eq!(heard, ["SASI 1: 1", "SPI 1: 1"]);
 //! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[0]), Rank::Finite(1));
 //! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[3]), Rank::Finite(0));
@@ -134,10 +136,10 @@
 //! # }
 //! ```
 //!
-//! # 5. What to do, and why
+//! # 5. Strategies and explanations
 //!
-//! A [`FiniteMemoryStrategy`](crate::planning::FiniteMemoryStrategy) has the strategies of all levels. It explains each action of a
-//! state: whether it is permitted, what it leads to, and why.
+//! A [`FiniteMemoryStrategy`](crate::planning::FiniteMemoryStrategy) combines the strategies of all
+//! levels. It explains each action of a state: if it is permitted, its results, and the reason.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -163,12 +165,12 @@
 //! let at = book.explain(&start, book.start(&start))?;
 //! let said: Vec<(&str, bool, Verdict)> =
 //!     at.actions.iter().map(|a| (a.name.as_str(), a.permitted, a.verdict)).collect();
-//! // `a` leads to states from which nothing better can follow: the first of its successors is one.
+//! // `a` leads to states without further improvement: the first of its successors is one.
 //! assert_eq!(said[0], ("a", false, Verdict::Strays(0)));
 //! assert_eq!(said[1], ("b", true, Verdict::Improves));
 //! assert_eq!(said[2], ("c", true, Verdict::Improves));
 //!
-//! // Random plays under the strategy keep what it promises. The same seed gives the same plays.
+//! // Random runs under the strategy satisfy its guarantee. The same seed gives the same runs.
 //! let setup = Setup { scheduler: Scheduler::Permissive, runs: 100, steps: 50, seed: 1 };
 //! let plays = Simulation::new(&mut book, setup).run(&start)?;
 //! assert_eq!(plays.fewer_than(1), 0);
@@ -177,12 +179,13 @@
 //! # }
 //! ```
 //!
-//! # 6. Which safety
+//! # 6. Safety modes
 //!
-//! In [`GAMBLE`] a play is sure of bronze, and may stake it on gold. Under
-//! [`Safety::Transition`](crate::planning::Safety::Transition), the paper's definition to the letter, the
-//! losing branch is dropped and the gamble looks sure; under
-//! [`Safety::Action`](crate::planning::Safety::Action) it is not kept, for the real system may lose.
+//! In [`GAMBLE`] bronze is certain, and can be staked for gold. Under
+//! [`Safety::Transition`](crate::planning::Safety::Transition), the paper's definition to the
+//! letter, the losing branch is dropped, and the gamble counts as sure. Under
+//! [`Safety::Action`](crate::planning::Safety::Action) the gamble is not kept, because the real
+//! system may lose it.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -212,8 +215,8 @@
 //!
 //! # 7. Limits
 //!
-//! Running out is an answer. A [`ProgressSink`](crate::engine::ProgressSink) is asked often whether to go on; what
-//! was found before it says no is still there.
+//! Every limit is an answer. The program often asks a [`ProgressSink`](crate::engine::ProgressSink)
+//! if it may continue. Results from before a stop are kept.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -248,7 +251,7 @@
 //! assert!(matches!(analysis.run(&mut |_| ()), Err(Error::Limit(Limit::Interrupted))));
 //! assert!(analysis.result().counts.is_some());
 //!
-//! // And it goes on from there.
+//! // The analysis continues from there.
 //! button.0.store(false, Ordering::Relaxed);
 //! analysis.run(&mut |_| ())?;
 //! assert_eq!(analysis.result().sasi.levels.len(), 1);
@@ -256,10 +259,11 @@
 //! # }
 //! ```
 //!
-//! # 8. Elsewhere
+//! # 8. Dumps
 //!
-//! [`export`](crate::export) and [`dump`](crate::dump) write regions as decision diagrams that other
-//! programs read; [`Archive`](crate::query::Archive) answers from such a dump without the model.
+//! [`export`](crate::export) and [`dump`](crate::dump) write regions as decision diagrams that
+//! other programs can read. [`Archive`](crate::query::Archive) answers queries from such a dump
+//! without the model.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -300,7 +304,7 @@
 pub const MODEL: &str = include_str!("../models/toy.prism");
 /// The preferences over it.
 pub const WISHES: &str = include_str!("../models/toy.pref");
-/// A play that is sure of something and may stake it.
+/// A model in which a certain objective can be staked.
 pub const GAMBLE: &str = include_str!("../models/lateral.prism");
 /// The preferences over it.
 pub const STAKES: &str = include_str!("../models/lateral.pref");

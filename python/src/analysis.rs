@@ -25,11 +25,12 @@ use crate::watch::lock;
 use crate::worker::{Call, Teller};
 use crate::{display, size};
 
-/// From where, and how often, can a play improve? What `Model.check` finds.
+/// The result of `Model.check`: the states from which improvements are possible or sure, and how
+/// many.
 ///
-/// `sasi` and `spi` have the levels, `target`, `almost_sure` and `positive` the regions of each objective, `classes`
-/// those of each set of most preferred outcomes, `strategy` says what to do. An analysis may be used by several
-/// threads: their calls take turns.
+/// `sasi` and `spi` are the levels; `target`, `almost_sure` and `positive` are the regions of each
+/// objective. `classes` are the states with the same most preferred objectives, and `strategy`
+/// returns the strategies. Several threads may use an analysis: their calls take turns.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Analysis {
     pub(crate) shared: Arc<Shared>,
@@ -39,7 +40,7 @@ pub(crate) struct Analysis {
     settings: Settings,
 }
 
-/// What the analysis was asked for, by name.
+/// The names of the options of an analysis.
 #[derive(Clone, Copy)]
 struct Settings {
     engine: &'static str,
@@ -47,10 +48,10 @@ struct Settings {
     safety: &'static str,
 }
 
-/// An analysis of what an exploration has, run to its end.
+/// Runs an analysis of an exploration.
 ///
 /// # Errors
-/// What is wrong in the preferences; a limit, with what is known.
+/// The preferences are invalid; a limit is reached, with the results so far.
 pub(crate) fn prefer(
     py: Python<'_>,
     explored: &Exploration,
@@ -97,7 +98,7 @@ impl Analysis {
         self.space.worker.run(py, call, move |teller| shared.run(teller))
     }
 
-    /// The exception of an analysis that did not come to its end.
+    /// Returns the exception of an incomplete analysis.
     fn failed(self, py: Python<'_>, failure: Failure) -> PyErr {
         failure.raise_with(py, |_| {
             let known = self.plain(py, &self.report_known(py)?)?;
@@ -115,12 +116,12 @@ impl Analysis {
         }
     }
 
-    /// The planning, by a quick look.
+    /// Runs a short query on the planning, on the calling thread.
     fn look<T>(&self, py: Python<'_>, at: impl FnOnce(&Planning) -> Result<T>) -> PyResult<T> {
         self.space.worker.quick(py, || at(&lock(&self.shared.planning)))
     }
 
-    /// Something of the planning that may take a while.
+    /// Runs a query on the planning that may take long.
     fn ask<T: Send + 'static>(
         &self,
         py: Python<'_>,
@@ -130,7 +131,7 @@ impl Analysis {
         self.space.worker.long(py, move || what(&lock(&shared.planning)))
     }
 
-    /// A report of what is known, without a look at the planning, which may be at work.
+    /// Returns a report of the results so far. Does not lock the planning, which may be in use.
     fn report_known(&self, py: Python<'_>) -> PyResult<CheckReport> {
         let Settings { engine, scope, safety } = self.settings;
         let (model, preferences) = (self.model.get(), self.preferences.get());
@@ -147,7 +148,7 @@ impl Analysis {
         Ok(report)
     }
 
-    /// A report as plain data.
+    /// Converts a report to Python dictionaries and lists.
     fn plain(&self, py: Python<'_>, report: &CheckReport) -> PyResult<Py<PyAny>> {
         let text = serde_json::to_string(report)
             .map_err(|e| pyo3::exceptions::PyRuntimeError::new_err(e.to_string()))?;
@@ -195,36 +196,39 @@ impl Analysis {
         self.settings.safety
     }
 
-    /// The states that the analysis is about. Where whole plays count, they have the variables of monitors too.
+    /// The exploration that is analysed. With `history = play` its states have the variables of the
+    /// monitors too.
     #[getter]
     fn exploration(&self, py: Python<'_>) -> PyResult<Exploration> {
         let inner = self.look(py, |planning| Ok(planning.exploration()))?;
         Ok(Exploration::of(inner, self.space.clone(), self.model.clone_ref(py)))
     }
 
-    /// Whether all is known: no limit ended the work.
+    /// True if all results are known: no limit ended the work.
     #[getter]
     fn complete(&self, py: Python<'_>) -> PyResult<bool> {
         self.look(py, |p| Ok(Phase::ALL.into_iter().all(|phase| p.analysis().is_done(phase))))
     }
 
-    /// Goes on where a limit ended the work; does nothing where all is known.
+    /// Continues after a limit; does nothing if the analysis is complete.
     #[pyo3(signature = (*, timeout=None, progress=None))]
     fn resume(&self, py: Python<'_>, timeout: Option<f64>, progress: Option<Py<PyAny>>) -> PyResult<()> {
         let call = Call::new(timeout, progress)?;
         self.advance(py, &call).map_err(|failure| self.copy(py).failed(py, failure))
     }
 
-    /// How many `states`, `choices`, `transitions`, `deadlocks` and `initial` states there are; where whole plays
-    /// count, `model_states` are those without monitors. None where a limit ended the work before.
+    /// The numbers of `states`, `choices`, `transitions`, `deadlocks` and `initial` states. With
+    /// `history = play`, `model_states` is the number of states without monitors. None if a limit
+    /// ended the work before.
     #[getter]
     fn counts<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let counts = lock(&self.shared.known).counts.clone();
         counts.map(|counts| counts_dict(py, &counts)).transpose()
     }
 
-    /// Sizes of the improvement MDP: `states`, `transitions`, and how many transitions of the model are `dropped`.
-    /// None with `safety="prefix"`, which has no such MDP, and where a limit ended the work before.
+    /// The sizes of the improvement MDP: `states`, `transitions`, and the number of `dropped`
+    /// transitions of the model. None with `safety="prefix"`, which has no such MDP, and if a limit
+    /// ended the work before.
     #[getter]
     fn improvement<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(sizes) = lock(&self.shared.known).improvement.clone() else { return Ok(None) };
@@ -235,8 +239,8 @@ impl Analysis {
         Ok(Some(dict))
     }
 
-    /// What was used so far: `peak_nodes` of diagrams alive at once, `bytes` of the engine's own tables, and
-    /// `peak_rss_bytes`, the largest size of this process.
+    /// The resources used so far: `peak_nodes`, the largest number of live diagram nodes; `bytes`
+    /// of the engine's own tables; and `peak_rss_bytes`, the largest size of this process.
     #[getter]
     fn usage<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let used = self.look(py, |planning| Ok(Engine::usage(planning.engine())))?;
@@ -247,27 +251,30 @@ impl Analysis {
         Ok(dict)
     }
 
-    /// The target of each objective by its name, as far as they are known; of a temporal objective the states in
-    /// which it is secured.
+    /// The targets of the objectives by name, as far as they are known. The target of a temporal
+    /// objective is the set of states from which its condition can be satisfied from then on,
+    /// almost surely.
     #[getter]
     fn target<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.objective_regions(py, "target")
     }
 
-    /// The states from which some strategy reaches an objective with probability one, by its name.
+    /// The almost-sure regions by objective: some strategy reaches the target with probability one.
     #[getter]
     fn almost_sure<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.objective_regions(py, "almost-sure")
     }
 
-    /// The states from which some strategy reaches an objective with positive probability, by its name.
+    /// The positive regions by objective: some strategy reaches the target with positive
+    /// probability.
     #[getter]
     fn positive<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.objective_regions(py, "positive")
     }
 
-    /// The states of each class by its most preferred outcomes, a tuple of names in the order of declaration; () for
-    /// those that are sure of nothing. Empty where a limit ended the work before.
+    /// The states of each class. The keys are the most preferred objectives, as tuples of names in
+    /// the order of declaration; () is the class of the states without an almost-sure objective.
+    /// Empty if a limit ended the work before.
     #[getter]
     fn classes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let found = self.look(py, |planning| {
@@ -286,7 +293,7 @@ impl Analysis {
         Ok(all)
     }
 
-    /// The most preferred outcomes that a state is sure of, in the order of declaration.
+    /// Returns the most preferred objectives of a state, in the order of declaration.
     fn most_preferred<'py>(
         &self,
         py: Python<'py>,
@@ -299,16 +306,17 @@ impl Analysis {
         PyTuple::new(py, names)
     }
 
-    /// The names of all regions that are known: `target:A`, `almost-sure:A`, `class:A+B`, `sasi:1`, …, as in dumps.
+    /// The names of all known regions: `target:A`, `almost-sure:A`, `class:A+B`, `sasi:1`, …, as in
+    /// dumps.
     #[getter]
     fn region_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         self.look(py, |planning| Ok(planning.regions().into_iter().map(|(name, _)| name).collect()))
     }
 
-    /// The region of a name.
+    /// Returns the region with this name.
     ///
     /// Raises:
-    ///     UsageError: There is none of this name, or it is not known.
+    ///     UsageError: The name is unknown, or the region is not computed yet.
     fn region(&self, py: Python<'_>, name: &str) -> PyResult<Region> {
         let found = self.look(py, |planning| Ok(planning.region(name)))?;
         let states = found.ok_or_else(|| usage(format!("no region has the name `{name}`")))?;
@@ -327,45 +335,46 @@ impl Analysis {
         self.levels(Kind::Spi)
     }
 
-    /// What to do in each state: the strategies of one kind, "sasi" or "spi".
+    /// Returns the strategies of one kind, "sasi" or "spi".
     ///
     /// Raises:
-    ///     UsageError: A limit ended the work before the levels of this kind were found.
+    ///     UsageError: A limit ended the work before the levels of this kind were computed.
     fn strategy(&self, py: Python<'_>, kind: &str) -> PyResult<Strategy> {
         Strategy::new(py, &self.shared, &self.space, options::kind(kind)?)
     }
 
-    /// What `meliora check --json` writes, as a dictionary: counts are decimal strings in it.
+    /// Returns the report of `meliora check --json` as a dictionary; its counts are decimal
+    /// strings.
     fn to_dict(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let mut report = self.ask(py, Planning::report)?;
         report.complete = self.complete(py)?;
         self.plain(py, &report)
     }
 
-    /// All tables as text.
+    /// Returns all tables as text.
     fn to_text(&self, py: Python<'_>) -> PyResult<String> {
         let report = self.ask(py, Planning::report)?;
         Ok(report.text(Style { color: false, width: None }))
     }
 
-    /// A page to look at that loads nothing, with maps to explore, as HTML.
+    /// Returns an HTML page with interactive maps that loads nothing from elsewhere.
     ///
     /// Args:
-    ///     grid: The integer variables that span the maps: (row, column), or (column,); those that look like rows and
-    ///         columns where it is None. Maps need the symbolic engine.
+    ///     grid: The integer variables that span the maps: (row, column), or (column,). None for
+    ///         those with names that suggest rows and columns. Maps need the symbolic engine.
     #[pyo3(signature = (grid=None))]
     fn to_html(&self, py: Python<'_>, grid: Option<Vec<String>>) -> PyResult<String> {
         let grid = self.grid(grid)?;
         self.draw(py, Drawing::Html, grid)
     }
 
-    /// The report as Markdown.
+    /// Returns the report as Markdown.
     fn to_markdown(&self, py: Python<'_>) -> PyResult<String> {
         self.draw(py, Drawing::Markdown, None)
     }
 
-    /// A picture as SVG: "hasse" is the preference order, "sasi", "spi" and "classes" are maps, which need the
-    /// symbolic engine; `grid` as in `to_html`.
+    /// Returns a picture as SVG: "hasse" is the preference order; "sasi", "spi" and "classes" are
+    /// maps, which need the symbolic engine. `grid` as in `to_html`.
     #[pyo3(signature = (picture="hasse", grid=None))]
     fn to_svg(&self, py: Python<'_>, picture: &str, grid: Option<Vec<String>>) -> PyResult<String> {
         let all = [Picture::Hasse, Picture::Sasi, Picture::Spi, Picture::Classes];
@@ -404,7 +413,7 @@ impl Analysis {
         })?
     }
 
-    /// `r,c` for the names of variables.
+    /// Returns `r,c` for the names of variables.
     fn grid(&self, names: Option<Vec<String>>) -> PyResult<Option<String>> {
         let Some(names) = names else { return Ok(None) };
         match names.as_slice() {

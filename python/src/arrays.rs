@@ -1,10 +1,10 @@
-//! Arrays of NumPy, which is imported when the first one is asked for.
+//! NumPy arrays. NumPy is imported for the first of them.
 
 use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 
-/// An array of some bytes.
+/// Creates an array over some bytes.
 ///
 /// # Errors
 /// NumPy is not installed.
@@ -14,7 +14,7 @@ fn array<'py>(py: Python<'py>, bytes: &[u8], dtype: &str, shape: &[usize]) -> Py
         wrapped.set_cause(py, Some(error));
         wrapped
     })?;
-    // A bytearray can be written to, and so can the array over it.
+    // A bytearray is writable, and so is the array over it.
     let flat = numpy.call_method1("frombuffer", (PyByteArray::new(py, bytes), dtype))?;
     flat.call_method1("reshape", (shape.to_vec(),))
 }

@@ -1,8 +1,8 @@
-//! How things show themselves in notebooks: `meliora._display` says it in HTML.
+//! The display of objects in notebooks, as HTML from `meliora._display`.
 
 use pyo3::prelude::*;
 
-/// The HTML of something, by the function that `meliora._display` has for it.
+/// Returns the HTML of an object, from the given function of `meliora._display`.
 pub(crate) fn html(what: &Bound<'_, PyAny>, function: &str) -> PyResult<String> {
     what.py().import("meliora._display")?.call_method1(function, (what,))?.extract()
 }

@@ -1,5 +1,4 @@
-//! Errors of the library as exceptions of Python, in Python's terms. The classes are those of
-//! `meliora.errors`.
+//! Errors of the library as Python exceptions. The classes are those of `meliora.errors`.
 
 use std::any::Any;
 
@@ -11,7 +10,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use crate::watch::Position;
 
-/// Why a call failed, and how far it was.
+/// The reason why a call failed, and the position of the work.
 pub(crate) struct Failure(Box<Reason>);
 
 struct Reason {
@@ -20,9 +19,9 @@ struct Reason {
 }
 
 enum Cause {
-    /// Something was raised in Python.
+    /// An exception raised in Python.
     Raised(PyErr),
-    /// The library says no.
+    /// An error of the library.
     Library(Error),
 }
 
@@ -41,7 +40,7 @@ impl Failure {
         Failure::new(Cause::Library(error), Position::default())
     }
 
-    /// A mistake of this program.
+    /// Returns the failure for a bug of this package.
     pub(crate) fn panic(message: &str) -> Self {
         PyRuntimeError::new_err(format!("internal error of meliora: {message}")).into()
     }
@@ -50,17 +49,18 @@ impl Failure {
         Failure::new(self.0.cause, position)
     }
 
-    /// Whether it was raised in Python.
+    /// Returns true if it was raised in Python.
     pub(crate) fn is_raised(&self) -> bool {
         matches!(self.0.cause, Cause::Raised(_))
     }
 
-    /// The exception.
+    /// Converts it to an exception.
     pub(crate) fn raise(self, py: Python<'_>) -> PyErr {
         self.raise_with(py, |_| Ok((py.None(), py.None())))
     }
 
-    /// The exception; that of a limit says what is known: the analysis, and its report.
+    /// Converts it to an exception. `known` returns the analysis and its report, which the
+    /// exception of a limit contains.
     pub(crate) fn raise_with(
         self,
         py: Python<'_>,
@@ -83,13 +83,13 @@ impl Failure {
     }
 }
 
-/// What does not fit together.
+/// Returns the exception for inconsistent arguments.
 pub(crate) fn usage(message: impl Into<String>) -> PyErr {
     let message = message.into();
     Python::attach(|py| instance(py, "UsageError", (message,)).unwrap_or_else(|error| error))
 }
 
-/// An exception of a class of `meliora.errors`.
+/// Creates an exception of a class of `meliora.errors`.
 fn instance<'py>(
     py: Python<'py>,
     class: &str,
@@ -99,7 +99,7 @@ fn instance<'py>(
     Ok(PyErr::from_value(class.call1(arguments)?))
 }
 
-/// A problem without advice about the command line.
+/// Removes advice about the command line.
 fn in_python(problem: &Diagnostic) -> Diagnostic {
     let help = problem.help.clone().filter(|help| !help.contains("`meliora "));
     Diagnostic { help, ..problem.clone() }
@@ -150,7 +150,7 @@ fn limit(
     Ok(PyErr::from_value(class.call((message,), Some(&fields))?))
 }
 
-/// What helps.
+/// Returns advice about a limit.
 fn advice(limit: &Limit) -> &'static str {
     match limit.relief() {
         Some(Relief::MoreMemory) => "; a larger `memory` raises the limit",
@@ -163,13 +163,13 @@ fn advice(limit: &Limit) -> &'static str {
     }
 }
 
-/// What a panic said.
+/// Returns the message of a panic.
 pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a panic".to_owned())
 }
 
-/// Refuses to pickle what lives in this process alone.
+/// Returns the exception for pickling an object that is bound to this process.
 pub(crate) fn unpicklable(what: &str, instead: &str) -> PyErr {
     pyo3::exceptions::PyTypeError::new_err(format!(
         "{what} cannot be pickled: it lives in this process; {instead}"

@@ -1,4 +1,4 @@
-//! Why an action is permitted, or is not.
+//! Explanations of permitted and forbidden actions.
 
 use meliora::output::strategy::{ActionReport, StateReport, SuccessorReport};
 use meliora::planning::Rank;
@@ -14,11 +14,11 @@ use crate::values::Names;
 pub(crate) struct Explanation {
     /// The state.
     state: Py<PyDict>,
-    /// The most preferred outcomes that the state is sure of.
+    /// The most preferred objectives of the state.
     most_preferred: Py<PyTuple>,
     /// The rank of the state: an int, or `math.inf`.
     rank: Py<PyAny>,
-    /// What the progress strategy does; None where nothing is left to improve.
+    /// The action of the progress strategy; None if no improvement is left.
     progress_action: Option<String>,
     /// All enabled actions, in the order of the program.
     actions: Py<PyTuple>,
@@ -29,41 +29,43 @@ pub(crate) struct Explanation {
 pub(crate) struct Action {
     /// Its name.
     name: String,
-    /// Whether it is safe to take.
+    /// True if the safety mode keeps the action.
     kept: bool,
-    /// Whether the strategy permits it.
+    /// True if the strategy permits it.
     permitted: bool,
-    /// Whether it comes closer to an improvement with positive probability.
+    /// True if it comes closer to an improvement with positive probability.
     progress: bool,
-    /// Why, in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`, `"weakens"`, `"unsafe"`, `"strays"`,
-    /// `"hopeless"` or `"nothing-ahead"`.
+    /// The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
+    /// `"weakens"`, `"unsafe"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`.
     verdict: &'static str,
-    /// Why, in words.
+    /// The reason in a sentence.
     reason: String,
-    /// Where it may lead.
+    /// The possible successors.
     successors: Py<PyTuple>,
 }
 
-/// Where an action may lead.
+/// A successor of an action.
 #[pyclass(frozen, get_all, module = "meliora")]
 pub(crate) struct Successor {
     /// The state.
     state: Py<PyDict>,
-    /// How likely it is.
+    /// The probability of this successor.
     probability: f64,
-    /// The most preferred outcomes that it is sure of.
+    /// The most preferred objectives of this successor.
     most_preferred: Py<PyTuple>,
     /// Its rank: an int, or `math.inf`.
     rank: Py<PyAny>,
-    /// What the step is: `"improving"`, `"weakening"` or `"lateral"`.
+    /// The kind of the step: `"improving"`, `"weakening"` or `"lateral"`.
     change: &'static str,
-    /// What is preferred to something had before.
+    /// The most preferred objectives of the successor that are preferred to one of the state (of the
+    /// reference class under `prefix`).
     gained: Py<PyTuple>,
-    /// What was had before and is preferred to something had there.
+    /// The most preferred objectives of the state (of the reference class under `prefix`) that are
+    /// preferred to one of the successor.
     lost: Py<PyTuple>,
-    /// Whether `safety="transition"` leaves the branch out of account.
+    /// True if `safety="transition"` ignores this branch.
     dropped: bool,
-    /// Whether it is an improvement that the strategy counts on.
+    /// True if it is an improvement that the strategy counts.
     goal: bool,
 }
 
@@ -123,7 +125,7 @@ impl Successor {
     }
 }
 
-/// `2`, or `any number of`.
+/// Formats a rank: `2`, or `any number of`.
 fn shown(rank: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(if rank.extract::<f64>()?.is_infinite() { "any number of".to_owned() } else { rank.to_string() })
 }

@@ -1,4 +1,4 @@
-//! Models whose states are known.
+//! Models with explored states.
 
 use std::sync::{Arc, Mutex};
 
@@ -18,9 +18,10 @@ use crate::values::Names;
 use crate::watch::lock;
 use crate::worker::{Call, Teller};
 
-/// The states of a model's scope with what may happen in them.
+/// The states of a model's scope, with their choices.
 ///
-/// Answers any number of questions, none of which explores again; their regions go together.
+/// An exploration answers any number of queries without exploring again. Operators can combine all
+/// of their regions.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Exploration {
     pub(crate) inner: embed::Exploration,
@@ -46,7 +47,7 @@ impl Exploration {
         Ok(Exploration::of(inner, Space { worker, names }, model.clone().unbind()))
     }
 
-    /// The regions of a target that is a condition.
+    /// Computes the regions of a target that is given as a condition.
     pub(crate) fn reach_condition(
         &self,
         py: Python<'_>,
@@ -80,7 +81,7 @@ impl Exploration {
         })
     }
 
-    /// The states of a condition, or with some values.
+    /// Returns the states of a condition, or those with some values.
     fn meant<'py>(&self, py: Python<'py>, condition: &Bound<'py, PyAny>) -> PyResult<Region> {
         let inner = self.inner.clone();
         let states = match condition.extract::<String>() {
@@ -114,8 +115,8 @@ impl Exploration {
         self.inner.engine().settings().scope.name()
     }
 
-    /// How many `states`, `choices`, `transitions`, `deadlocks` and `initial` states there are; where whole plays
-    /// count, `model_states` are those without monitors.
+    /// The numbers of `states`, `choices`, `transitions`, `deadlocks` and `initial` states. With
+    /// `history = play`, `model_states` is the number of states without monitors.
     #[getter]
     fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let known = lock(&self.counts).clone();
@@ -142,29 +143,32 @@ impl Exploration {
         self.space.region(self.inner.initial())
     }
 
-    /// The states in which nothing is enabled: each has a self-loop as its only choice.
+    /// The states without an enabled command; their only choice is a self-loop.
     #[getter]
     fn deadlocks(&self) -> Region {
         self.space.region(self.inner.deadlocks())
     }
 
-    /// The names of the bits in the order of the diagrams, from the root down; None with the explicit engine.
+    /// The names of the bits in the order of the diagrams, from the root down; None with the
+    /// explicit engine.
     #[getter]
     fn order<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyList>>> {
         options::bit_names(py, &self.inner)
     }
 
-    /// The states in which a condition in the model's language holds, such as 'x = 3 & "goal"', or in which some
-    /// variables have the values of a dictionary.
+    /// Returns the states that satisfy a condition in the model's language, such as 'x = 3 &
+    /// "goal"', or in which some variables have the values of a dictionary.
     ///
     /// Raises:
-    ///     InputError: What is wrong with the condition, with its place; it has no value in some state.
+    ///     InputError: The condition is invalid (the error shows the place), or has no value in
+    ///         some state.
     #[pyo3(name = "where")]
     fn states_where(&self, py: Python<'_>, condition: &Bound<'_, PyAny>) -> PyResult<Region> {
         self.meant(py, condition)
     }
 
-    /// From where some, and from where every strategy reaches a target surely, and possibly.
+    /// Computes the states from which some strategy, and from which every strategy, reaches a
+    /// target with probability one, and with positive probability.
     ///
     /// Args:
     ///     target: A region, a condition in the model's language, or a dictionary of values.
@@ -184,8 +188,8 @@ impl Exploration {
         self.reach_by(py, &call, move || Ok(states))
     }
 
-    /// An analysis under preferences: `Model.check` without exploring again. Where whole plays count (`history =
-    /// play`) the model is explored anew beside its monitors.
+    /// Analyses the exploration under preferences, as `Model.check` without exploring again. With
+    /// `history = play` the model is explored anew in product with its monitors.
     #[pyo3(signature = (preferences, *, safety="action", max_level=None, timeout=None, progress=None))]
     fn check(
         &self,
@@ -217,13 +221,13 @@ impl Exploration {
 pub(crate) struct Reachability {
     /// The target.
     target: Py<Region>,
-    /// Some strategy reaches the target with probability one.
+    /// The states from which some strategy reaches the target with probability one.
     pmax_one: Py<Region>,
-    /// Some strategy reaches it with positive probability.
+    /// The states from which some strategy reaches the target with positive probability.
     pmax_positive: Py<Region>,
-    /// Every strategy reaches it with probability one.
+    /// The states from which every strategy reaches the target with probability one.
     pmin_one: Py<Region>,
-    /// Every strategy reaches it with positive probability.
+    /// The states from which every strategy reaches the target with positive probability.
     pmin_positive: Py<Region>,
 }
 
@@ -237,7 +241,7 @@ impl Reachability {
     }
 }
 
-/// Sizes of a model by name.
+/// Converts the sizes of a model to a dictionary.
 pub(crate) fn counts_dict<'py>(py: Python<'py>, counts: &ModelCounts) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("states", &counts.states)?;
@@ -251,7 +255,7 @@ pub(crate) fn counts_dict<'py>(py: Python<'py>, counts: &ModelCounts) -> PyResul
     Ok(dict)
 }
 
-/// The exploration that an analysis is about, which has other variables where whole plays count.
+/// Returns the exploration of an analysis, which has other variables with `history = play`.
 pub(crate) fn of_planning(
     py: Python<'_>,
     planning: &embed::Planning,
@@ -263,7 +267,7 @@ pub(crate) fn of_planning(
     (inner, Space { worker: Arc::clone(&before.worker), names })
 }
 
-/// Refuses a level that is none.
+/// Checks that a level is not negative.
 pub(crate) fn level(k: i64) -> PyResult<usize> {
     usize::try_from(k).map_err(|_| usage(format!("{k} is no level: they are counted from 0")))
 }

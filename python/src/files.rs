@@ -1,4 +1,4 @@
-//! Files as texts.
+//! Reading of text files.
 
 use std::fs::File;
 use std::path::Path;
@@ -10,14 +10,14 @@ use pyo3::prelude::*;
 
 use crate::errors::Failure;
 
-/// Reads a file, which is named by its path.
+/// Reads a file; its name is the path.
 ///
 /// # Errors
-/// The `OSError` that Python's `open` raises; the text is too large or no UTF-8.
+/// The `OSError` that Python's `open` raises; the text is too large or not UTF-8.
 pub(crate) fn open(py: Python<'_>, path: &Path) -> PyResult<Arc<SourceFile>> {
     let name = path.display().to_string();
     let file = File::open(path).map_err(|e| match e.raw_os_error() {
-        // Python finds the class for the number: FileNotFoundError, PermissionError, …
+        // Python finds the class of the number: FileNotFoundError, PermissionError, …
         Some(number) => {
             let text = py.import("os").and_then(|os| os.call_method1("strerror", (number,)));
             match text.and_then(|text| text.extract::<String>()) {

@@ -18,8 +18,8 @@ use crate::shared::Shared;
 use crate::strategy::Strategy;
 use crate::watch::lock;
 
-/// The levels of one kind: level k has the states from which k improvements can be made in a row, almost surely
-/// (SASI) or with positive probability (SPI).
+/// The levels of one kind. Level k contains the states from which k improvements can be made,
+/// almost surely (SASI) or with positive probability (SPI).
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Levels {
     pub(crate) kind: Kind,
@@ -27,7 +27,7 @@ pub(crate) struct Levels {
     pub(crate) space: Space,
 }
 
-/// A rank as Python has it: an int, or infinity.
+/// Converts a rank to an int, or infinity.
 pub(crate) fn rank_of<'py>(py: Python<'py>, rank: Rank) -> PyResult<Bound<'py, PyAny>> {
     Ok(match rank {
         Rank::Finite(k) | Rank::AtLeast(k) => k.into_pyobject(py)?.into_any(),
@@ -40,7 +40,7 @@ impl Levels {
         self.space.worker.quick(py, || at(&lock(&self.shared.planning)))
     }
 
-    /// W_k: all states for k = 0; past the last level the fixpoint, which may be empty.
+    /// Returns W_k: all states for k = 0; past the last level the fixpoint, which may be empty.
     fn level(planning: &Planning, kind: Kind, k: usize) -> Result<States> {
         let Some(index) = k.checked_sub(1) else { return Ok(planning.exploration().states()) };
         let found = planning.levels(kind);
@@ -59,7 +59,7 @@ impl Levels {
 
 fn none(planning: &Planning) -> States {
     let all = planning.exploration().states();
-    // A difference with itself takes no work.
+    // The engine computes a difference with itself at no cost.
     all.difference(&all).unwrap_or(all)
 }
 
@@ -71,7 +71,7 @@ impl Levels {
         self.kind.name()
     }
 
-    /// The sizes of the levels from level 1 on, strictly decreasing, as far as they are known.
+    /// The sizes of the known levels from level 1 on, strictly decreasing.
     #[getter]
     fn counts(&self) -> Vec<BigUint> {
         let known = lock(&self.shared.known);
@@ -81,15 +81,15 @@ impl Levels {
         }
     }
 
-    /// The levels from level 1 on, as far as they are known.
+    /// The known levels from level 1 on.
     #[getter]
     fn regions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let found = self.look(py, |planning| Ok(planning.levels(self.kind)))?;
         self.space.regions(py, found)
     }
 
-    /// The states from which any number of improvements can be made; None where it is not known, because
-    /// `max_level` or a limit ended the search before.
+    /// The states from which any number of improvements is possible. None if this is unknown,
+    /// because `max_level` or a limit ended the search.
     #[getter]
     fn unbounded(&self, py: Python<'_>) -> PyResult<Option<Region>> {
         let found = self.look(py, |planning| match &planning.analysis().levels(self.kind).end {
@@ -100,7 +100,7 @@ impl Levels {
         Ok(found.map(|states| self.space.region(states)))
     }
 
-    /// Whether all levels are known: neither `max_level` nor a limit ended the search.
+    /// True if all levels are known: neither `max_level` nor a limit ended the search.
     #[getter]
     fn complete(&self, py: Python<'_>) -> PyResult<bool> {
         self.look(py, |planning| {
@@ -109,25 +109,25 @@ impl Levels {
         })
     }
 
-    /// How many levels are known.
+    /// The number of known levels.
     fn __len__(&self) -> usize {
         self.counts().len()
     }
 
-    /// The states of rank k or more; all states for k = 0.
+    /// Returns the states of rank k or more; all states for k = 0.
     ///
     /// Raises:
-    ///     UsageError: The level was not searched.
+    ///     UsageError: The level was not computed.
     fn at_least(&self, py: Python<'_>, k: i64) -> PyResult<Region> {
         let k = level(k)?;
         let states = self.look(py, |planning| Levels::level(planning, self.kind, k))?;
         Ok(self.space.region(states))
     }
 
-    /// The states of rank k, not more; `math.inf` for those of unbounded rank.
+    /// Returns the states of rank k exactly; `math.inf` for those of unbounded rank.
     ///
     /// Raises:
-    ///     UsageError: A level that tells was not searched.
+    ///     UsageError: The levels that determine these states were not computed.
     fn exactly(&self, py: Python<'_>, k: f64) -> PyResult<Region> {
         if k == f64::INFINITY {
             let missing = || crate::errors::usage("whether a rank is unbounded was not searched");
@@ -144,8 +144,9 @@ impl Levels {
         Ok(self.space.region(states))
     }
 
-    /// How many improvements lie ahead of a state: an int, or `math.inf`. Where `max_level` ended the search, a rank
-    /// as large as that may be larger; `complete` tells.
+    /// Returns the rank of a state: the number of possible or sure improvements, an int or
+    /// `math.inf`. If `max_level` ended the search, the true rank of a state in the last level may
+    /// be larger; see `complete`.
     ///
     /// Raises:
     ///     UsageError: A variable is missing or unknown.
@@ -155,12 +156,13 @@ impl Levels {
         rank_of(py, rank)
     }
 
-    /// The greatest ranks over one or two integer variables: an array of floats of shape (rows, columns), or
-    /// (columns,) where `row` is None, from the smallest values on. A cell has the greatest rank of its states in which
-    /// the variables of `where` have their values, and all others any: NaN where there is no state, infinity where
-    /// it is unbounded.
+    /// Returns the greatest ranks over one or two integer variables. The result is an array of
+    /// floats of shape (rows, columns), or (columns,) if `row` is None, from the smallest values
+    /// on. A cell contains the greatest rank of its states in which the variables of `where` have
+    /// their values; all other variables are free. A cell without states is NaN, an unbounded rank
+    /// is infinity.
     ///
-    /// No state is enumerated by the symbolic engine. Needs NumPy.
+    /// The symbolic engine does not enumerate states for this. Needs NumPy.
     #[pyo3(signature = (row, column, r#where=None))]
     fn to_numpy<'py>(
         &self,
@@ -181,7 +183,7 @@ impl Levels {
         arrays::floats(py, &ranks, &shape)
     }
 
-    /// What to do in each state, by the strategies of this kind.
+    /// Returns the strategies of this kind.
     fn strategy(&self, py: Python<'_>) -> PyResult<Strategy> {
         Strategy::new(py, &self.shared, &self.space, self.kind)
     }
@@ -196,7 +198,7 @@ impl Levels {
     }
 }
 
-/// For each cell of the scope's projection the greatest rank.
+/// Computes the greatest rank for each cell of the scope's projection.
 fn ranks(planning: &Planning, kind: Kind, view: &View, scope: &Projection) -> Result<Vec<f64>> {
     let mut ranks: Vec<f64> = scope.cells.iter().map(|&there| if there { 0.0 } else { f64::NAN }).collect();
     let found = planning.levels(kind);

@@ -1,7 +1,7 @@
-//! The compiled part of the Python package `meliora`: the owners of `meliora::embed` as classes.
+//! The compiled part of the Python package `meliora`: the types of `meliora::embed` as classes.
 //!
-//! Classes are frozen and hold no state of Python's but what they hand out. Long work is done at a `worker`, on a
-//! thread that never touches the interpreter; what a class needs beyond the library is in the file of its name.
+//! Classes are frozen, and keep Python objects only to return them. Long work runs at a `worker`,
+//! on a thread that never uses the interpreter. Each class has a file of its own.
 
 mod analysis;
 mod arrays;
@@ -20,7 +20,7 @@ mod region_export;
 mod shared;
 mod simulation;
 mod worker;
-// The command line and Python take the same sizes, and the same share of the machine's memory.
+// Command line and Python accept the same sizes, and have the same default share of the memory.
 #[path = "../../src/cli/size.rs"]
 mod size;
 mod strategy;

@@ -20,9 +20,9 @@ use crate::values::{self, Names};
 use crate::worker::{Call, Worker};
 use crate::{display, files, size};
 
-/// A model in PRISM's language or in JANI: read, checked and flat. Nothing of it is explored yet.
+/// A model in PRISM's language or in JANI: read, checked and flat, but not explored.
 ///
-/// Models are values: they can be pickled, and used by several threads.
+/// Models are immutable values: they can be pickled, and used by several threads.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Model {
     pub(crate) inner: embed::Model,
@@ -42,9 +42,9 @@ pub(crate) struct Variable {
     low: i64,
     /// The largest value.
     high: i64,
-    /// The value in the initial state; None where the model says otherwise what is initial.
+    /// The value in the initial state; None if the initial states differ in it.
     initial: Option<Py<PyAny>>,
-    /// The names of its values from `low` on, where they have names.
+    /// The names of its values from `low` on, if they have names.
     values: Vec<String>,
 }
 
@@ -59,7 +59,7 @@ impl Variable {
 }
 
 impl Model {
-    /// Reads a text; long ones on a thread of their own.
+    /// Reads a text on a worker thread.
     fn read(
         py: Python<'_>,
         source: Arc<SourceFile>,
@@ -88,17 +88,17 @@ impl Model {
 
 #[pymethods]
 impl Model {
-    /// Reads a model from a file: PRISM's language or JANI, told by its content.
+    /// Reads a model from a file. The content tells if it is in PRISM's language or in JANI.
     ///
     /// Args:
     ///     path: The file.
-    ///     constants: Values for constants that the model leaves open, by name.
-    ///     bounds: (low, high) for integers of a JANI model that have no bounds, by name.
+    ///     constants: Values of the undefined constants, by name.
+    ///     bounds: (low, high) for integers of a JANI model without bounds, by name.
     ///     timeout: Seconds after which reading ends with OutOfTime.
-    ///     progress: Called with a Progress now and then.
+    ///     progress: Called with a Progress at intervals.
     ///
     /// Raises:
-    ///     InputError: What is wrong in the text, each with its place.
+    ///     InputError: The text is invalid; each problem has its place.
     ///     OSError: The file cannot be read.
     #[staticmethod]
     #[pyo3(signature = (path, *, constants=None, bounds=None, timeout=None, progress=None))]
@@ -114,7 +114,8 @@ impl Model {
         Model::read(py, files::open(py, &path)?, given, &Call::new(timeout, progress)?)
     }
 
-    /// Reads a model from a string, as `from_file` does from a file. `name` is what messages call it.
+    /// Reads a model from a string, as `from_file` does from a file. Messages call the model
+    /// `name`.
     #[staticmethod]
     #[pyo3(signature = (text, *, constants=None, bounds=None, name="model", timeout=None, progress=None))]
     fn from_string(
@@ -148,7 +149,7 @@ impl Model {
         (restore, arguments).into_pyobject(py)
     }
 
-    /// What messages call it: the path of the file.
+    /// The name in messages: the path of the file.
     #[getter(name)]
     fn get_name(&self) -> &str {
         self.name()
@@ -210,17 +211,18 @@ impl Model {
         PyList::new(py, self.inner.program().labels.iter().map(|(name, _)| name))
     }
 
-    /// What is suspicious in the text, but no error: each with its place, as text.
+    /// The warnings about the text, each with its place, as text.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.inner.warnings().iter().map(|w| render(std::slice::from_ref(w), false)).collect()
     }
 
-    /// A state as a dictionary: the values given, and the initial values of all other variables.
+    /// Returns a state as a dictionary: the given values, and the initial values of all other
+    /// variables.
     ///
     /// Raises:
-    ///     UsageError: An unknown variable, a value of the wrong type or out of range, or a variable that is not
-    ///         given and has no single initial value.
+    ///     UsageError: An unknown variable, a value of the wrong type or out of range, or a
+    ///         variable without a value and without a single initial value.
     #[pyo3(signature = (**values))]
     fn state<'py>(
         &self,
@@ -250,21 +252,23 @@ impl Model {
         self.names.dict(py, &complete)
     }
 
-    /// Explores the states of the scope: what `check` does first, to be done once for many questions.
+    /// Explores the states of the scope. `check` does this first; explore once for several queries.
     ///
     /// Args:
-    ///     scope: Which valuations are states: "reachable" from the initial states, or "all".
-    ///     engine: How states are stored: "symbolic" as decision diagrams, or "explicit" one by one.
-    ///     memory: Bytes for the tables of the engine, or a text such as "2GiB"; half of the machine's memory
-    ///         where it is None.
-    ///     order: Of the bits in diagrams: "auto", "declared", or names of variables or bits from the root down.
-    ///     threads: Threads that work on diagrams, at most.
+    ///     scope: The valuations that are states: "reachable" from the initial states, or "all".
+    ///     engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list.
+    ///     memory: Bytes for the tables of the engine, or a text such as "2GiB"; None for half of
+    ///         the machine's memory.
+    ///     order: The order of the bits in diagrams: "auto", "declared", or names of variables or
+    ///         bits from the root down.
+    ///     threads: Maximum number of threads that work on diagrams.
     ///     timeout: Seconds after which the work ends with OutOfTime.
-    ///     progress: Called with a Progress now and then, from the calling thread; what it raises ends the work.
+    ///     progress: Called with a Progress at intervals, from the calling thread; an exception
+    ///         raised by it ends the work.
     ///
     /// Raises:
-    ///     InputError: What has no meaning in some state, with an example.
-    ///     LimitError: A limit was hit.
+    ///     InputError: An expression has no value in some state; the error shows an example.
+    ///     LimitError: A limit was reached.
     #[pyo3(signature = (*, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn explore(
@@ -281,19 +285,20 @@ impl Model {
         Exploration::explore(slf, &asked, &Call::new(timeout, progress)?)
     }
 
-    /// From where, and how often, can a play improve? Explores the model and finds outcomes, classes, the
-    /// improvement MDP and the levels of SASI and SPI.
+    /// Computes the states from which improvements are possible or sure, and how many. Explores the
+    /// model and computes winning regions, classes, the improvement MDP and the levels of SASI and
+    /// SPI.
     ///
     /// Args:
     ///     preferences: A Preferences, or the path of a preference file.
-    ///     safety: What is kept of a choice that may weaken: "action", "transition" (the paper's definition to the
-    ///         letter) or "prefix".
-    ///     max_level: The search for levels ends after so many.
+    ///     safety: How to treat actions that may weaken: "action", "transition" (the paper's
+    ///         definition to the letter) or "prefix".
+    ///     max_level: The search for levels ends after this level.
     ///     scope, engine, memory, order, threads, timeout, progress: As in `explore`.
     ///
     /// Raises:
-    ///     InputError: What is wrong in the preferences, each with its place.
-    ///     LimitError: A limit was hit; its `analysis` is what is known.
+    ///     InputError: The preferences are invalid; each problem has its place.
+    ///     LimitError: A limit was reached; its `analysis` has the results so far.
     #[pyo3(signature = (preferences, *, scope="reachable", safety="action", engine="symbolic", max_level=None, memory=None, order=None, threads=1, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn check(
@@ -317,7 +322,8 @@ impl Model {
         Analysis::check(slf, preferences, &asked, options, &call)
     }
 
-    /// The four qualitative regions of a target: `explore` and `Exploration.reach` in one.
+    /// Computes the four qualitative regions of a target: `explore` followed by
+    /// `Exploration.reach`.
     ///
     /// Args:
     ///     target: A condition in the model's language, such as 'x = 3 & "goal"'.

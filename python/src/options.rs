@@ -1,4 +1,4 @@
-//! Options by their names in Python.
+//! Options by their Python names.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::errors::usage;
 use crate::size;
 use crate::worker::Worker;
 
-/// The one of some values that has a name.
+/// Returns the value with a name.
 fn named<T: Copy>(what: &str, given: &str, known: &[(&str, T)]) -> PyResult<T> {
     let found = known.iter().find(|(name, _)| *name == given).map(|(_, value)| *value);
     found.ok_or_else(|| {
@@ -38,10 +38,10 @@ pub(crate) fn picks(name: &str) -> PyResult<Scheduler> {
     named("picks", name, &[Scheduler::Permissive, Scheduler::Progress].map(|p| (p.name(), p)))
 }
 
-/// What an analysis computes.
+/// Reads the options of an analysis.
 ///
 /// # Errors
-/// `UsageError` where the name is unknown or the level is 0.
+/// `UsageError` if the name is unknown or the level is 0.
 pub(crate) fn planning(safety: &str, max_level: Option<usize>) -> PyResult<Options> {
     let all = [Safety::Action, Safety::Transition, Safety::Prefix];
     let safety = named("safety", safety, &all.map(|s| (s.name(), s)))?;
@@ -51,7 +51,7 @@ pub(crate) fn planning(safety: &str, max_level: Option<usize>) -> PyResult<Optio
     Ok(Options { safety, max_level })
 }
 
-/// What of an exploration is asked for by name.
+/// The options of an exploration, as given.
 pub(crate) struct Asked<'a, 'py> {
     pub(crate) scope: &'a str,
     pub(crate) engine: &'a str,
@@ -61,10 +61,10 @@ pub(crate) struct Asked<'a, 'py> {
 }
 
 impl Asked<'_, '_> {
-    /// Settings for the library, with a worker to work at.
+    /// Converts the options to settings of the library, with a new worker.
     ///
     /// # Errors
-    /// `UsageError` where something is unknown or does not fit together.
+    /// `UsageError` if an option is unknown, or options are inconsistent.
     pub(crate) fn settings(&self) -> PyResult<(Settings, Arc<Worker>)> {
         let storage = engine(self.engine)?;
         let order = order(self.order)?;
@@ -90,7 +90,7 @@ impl Asked<'_, '_> {
     }
 }
 
-/// Bytes: an int, or a text such as `2GiB`.
+/// Reads a number of bytes: an int, or a text such as `2GiB`.
 fn memory(given: &Bound<'_, PyAny>) -> PyResult<u64> {
     if let Ok(text) = given.extract::<String>() {
         return size::parse(&text).map_err(|wrong| usage(format!("memory={text:?}: {wrong}")));
@@ -99,7 +99,7 @@ fn memory(given: &Bound<'_, PyAny>) -> PyResult<u64> {
     bytes.ok_or_else(|| usage(format!("memory={given}: a number of bytes, or a text such as \"2GiB\"")))
 }
 
-/// `"auto"`, `"declared"`, or the names of variables or bits from the root down.
+/// Reads an order: `"auto"`, `"declared"`, or the names of variables or bits from the root down.
 fn order(given: Option<&Bound<'_, PyAny>>) -> PyResult<Order> {
     let Some(given) = given else { return Ok(Order::Auto) };
     if given.is_instance_of::<PyString>() {
@@ -114,7 +114,8 @@ fn order(given: Option<&Bound<'_, PyAny>>) -> PyResult<Order> {
     Ok(Order::Text(SourceFile::new("order", names.join("\n") + "\n")))
 }
 
-/// The names of the bits in the order of an exploration's diagrams; none of the explicit engine.
+/// Returns the names of the bits in the order of an exploration's diagrams; none for the explicit
+/// engine.
 pub(crate) fn bit_names<'py>(
     py: Python<'py>,
     exploration: &Exploration,

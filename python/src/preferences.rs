@@ -15,17 +15,19 @@ use crate::{display, files};
 
 /// Objectives with a partial order on them: a preference file, read without a model.
 ///
-/// Whether the formulas fit a model is seen when they meet one, in `Model.check`. Preferences are values:
-/// they can be compared, pickled, and used by several threads.
+/// `Model.check` checks that the formulas fit the model. Preferences are immutable values: they can
+/// be compared, pickled, and used by several threads.
 ///
 /// Args:
 ///     objectives: The formula of each objective by its name, such as "F (x = 3)" or 'F "goal"'.
 ///     prefer: Statements such as "D, E > A >= B", or pairs (better, worse).
-///     empty: What it is worth to be sure of nothing: "bottom", "gain" or "incomparable".
-///     history: "state", "play", or None for what the formulas suggest.
+///     empty: The value of nothing, for states without an almost-sure objective: "bottom", "gain"
+///         or "incomparable".
+///     history: "state", "play", or None for the default of the formulas.
 ///
 /// Raises:
-///     InputError: What is wrong, each with its place in the text that this makes; see `text`.
+///     InputError: The preferences are invalid; each problem has its place in the generated text,
+///         see `text`.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Preferences {
     pub(crate) source: Arc<SourceFile>,
@@ -44,10 +46,10 @@ impl Preferences {
     }
 }
 
-/// The preferences that an argument means.
+/// Returns the preferences of an argument.
 ///
 /// # Errors
-/// Those of reading a file.
+/// The errors of reading a file.
 pub(crate) fn given(py: Python<'_>, argument: &Bound<'_, PyAny>) -> PyResult<Py<Preferences>> {
     if let Ok(preferences) = argument.cast::<Preferences>() {
         return Ok(preferences.clone().unbind());
@@ -93,14 +95,14 @@ impl Preferences {
     /// Reads a preference file.
     ///
     /// Raises:
-    ///     InputError: What is wrong in the text, each with its place.
+    ///     InputError: The text is invalid; each problem has its place.
     ///     OSError: The file cannot be read.
     #[staticmethod]
     fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         Preferences::read(py, files::open(py, &path)?)
     }
 
-    /// Reads the text of a preference file. `name` is what messages call it.
+    /// Reads the text of a preference file. Messages call the preferences `name`.
     #[staticmethod]
     #[pyo3(signature = (text, *, name="preferences"))]
     fn from_string(py: Python<'_>, text: String, name: &str) -> PyResult<Self> {
@@ -117,7 +119,7 @@ impl Preferences {
         (restore, (&self.source.name, self.source.original())).into_pyobject(py)
     }
 
-    /// What messages call them: the path of the file.
+    /// The name in messages: the path of the file.
     #[getter]
     fn name(&self) -> &str {
         &self.source.name
@@ -139,20 +141,22 @@ impl Preferences {
         Ok(all)
     }
 
-    /// What it is worth to be sure of nothing: `"bottom"`, `"gain"` or `"incomparable"`.
+    /// The value of nothing, for states without an almost-sure objective: `"bottom"`, `"gain"` or
+    /// `"incomparable"`.
     #[getter]
     fn empty(&self) -> &'static str {
         Empty::name(self.outline.empty)
     }
 
-    /// Which part of a play counts: `"state"` or `"play"`.
+    /// The part of a path that counts: `"state"` (from the present state on) or `"play"` (the whole
+    /// path).
     #[getter]
     fn history(&self) -> &'static str {
         History::name(self.outline.history)
     }
 
-    /// How two objectives compare: `">"` where the first is strictly preferred, `"<"`, `"~"`, or None where they
-    /// do not compare.
+    /// Compares two objectives: `">"` if the first is strictly preferred, `"<"`, `"~"`, or None if
+    /// they are incomparable.
     fn compare(&self, first: &str, second: &str) -> PyResult<Option<&'static str>> {
         let (x, y) = (self.position(first)?, self.position(second)?);
         Ok(match self.outline.order.compare(x, y) {
@@ -179,7 +183,7 @@ impl Preferences {
         format!("<Preferences {:?}: {}>", self.source.name, names.join(", "))
     }
 
-    /// The order as a Hasse diagram.
+    /// Draws the order as a Hasse diagram.
     fn _repr_svg_(&self) -> String {
         page::order_svg(&self.outline)
     }

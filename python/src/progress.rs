@@ -6,13 +6,13 @@ use pyo3::prelude::*;
 
 use crate::watch::Position;
 
-/// How far a long call is: what a `progress` callback gets.
+/// The progress of a long call, as received by a `progress` callback.
 #[pyclass(frozen, get_all, module = "meliora")]
 pub(crate) struct Progress {
-    /// What is being done: `"model"`, `"states"`, `"counts"`, `"outcomes"`, `"improvement"`, `"sasi"`,
+    /// The phase: `"model"`, `"states"`, `"counts"`, `"outcomes"`, `"improvement"`, `"sasi"`,
     /// `"spi"`, `"strategy"` or `"plays"`.
     phase: &'static str,
-    /// Which part of it, in words; may be empty.
+    /// The part of the phase, in words; may be empty.
     detail: String,
     /// Seconds since the call began.
     elapsed: f64,
@@ -38,7 +38,7 @@ impl Progress {
     }
 }
 
-/// Who hears how far a call is.
+/// The receiver of the progress of a call.
 pub(crate) struct Listener {
     callback: Option<Py<PyAny>>,
     started: Instant,
@@ -49,10 +49,10 @@ impl Listener {
         Listener { callback, started: Instant::now() }
     }
 
-    /// Tells it, once there is something to tell.
+    /// Calls the callback, if the work has begun a phase.
     ///
     /// # Errors
-    /// What the callback raises.
+    /// An exception raised by the callback.
     pub(crate) fn hear(&self, py: Python<'_>, position: &Position) -> PyResult<()> {
         let Some(callback) = &self.callback else { return Ok(()) };
         if position.phase.is_empty() {

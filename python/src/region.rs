@@ -17,7 +17,7 @@ use crate::watch::lock;
 use crate::worker::Worker;
 use crate::{arrays, display, region_export};
 
-/// Where sets of states are from: the worker at which work on them is done, and the names of their variables.
+/// The origin of regions: the worker for operations on them, and the names of their variables.
 #[derive(Clone)]
 pub(crate) struct Space {
     pub(crate) worker: Arc<Worker>,
@@ -29,17 +29,18 @@ impl Space {
         Region { states, space: self.clone() }
     }
 
-    /// A region of a tuple's or dictionary's worth of them.
+    /// Returns a tuple of regions.
     pub(crate) fn regions<'py>(&self, py: Python<'py>, all: Vec<States>) -> PyResult<Bound<'py, PyTuple>> {
         let all: Vec<Py<Region>> =
             all.into_iter().map(|states| Py::new(py, self.region(states))).collect::<PyResult<_>>()?;
         PyTuple::new(py, all)
     }
 
-    /// Work on sets, at once where they are `small`.
+    /// Runs an operation on sets; on the calling thread if they are `small`.
     ///
     /// # Errors
-    /// Those of the work; `KeyboardInterrupt`, or what else a signal handler raises.
+    /// The errors of the operation; `KeyboardInterrupt`, or any other exception of a signal
+    /// handler.
     fn work<T: Send + 'static>(
         &self,
         py: Python<'_>,
@@ -49,10 +50,10 @@ impl Space {
         if small { self.worker.quick(py, work) } else { self.worker.long(py, work) }
     }
 
-    /// The plane that names of variables span, and what fixes other variables.
+    /// Returns the plane that two variables span, and the values of fixed variables.
     ///
     /// # Errors
-    /// `UsageError` where a variable is unknown, named twice or fixed although it spans the plane.
+    /// `UsageError` if a variable is unknown, named twice, or fixed although it spans the plane.
     pub(crate) fn view(
         &self,
         row: Option<&str>,
@@ -76,13 +77,13 @@ impl Space {
     }
 }
 
-/// A plane through a space.
+/// A plane, and values that fix other variables.
 pub(crate) struct View {
     pub(crate) plane: Plane,
     pub(crate) fixed: Vec<(VarId, i64)>,
 }
 
-/// The shape of an array over a plane: of two dimensions where there are rows.
+/// Returns the shape of an array over a plane: two dimensions if there are rows, else one.
 pub(crate) fn shape(plane: Plane, projection: &Projection) -> Vec<usize> {
     match plane.row {
         Some(_) => vec![projection.rows, projection.columns],
@@ -90,20 +91,21 @@ pub(crate) fn shape(plane: Plane, projection: &Projection) -> Vec<usize> {
     }
 }
 
-/// A set of states, as a value: regions never change, and cost no more than their diagram, however many
-/// states they have.
+/// A set of states, as an immutable value. Its size is that of its diagram, which does not depend
+/// on the number of states.
 ///
-/// `a & b`, `a | b`, `a - b`, `a ^ b` and `~a` make new ones, `a <= b` is inclusion, `state in a` membership of a
-/// dictionary with a value for every variable, `bool(a)` says whether there is a state, and iteration goes through
-/// them in the order of their values, first variable first. Regions of one exploration go together, whatever
-/// analysis they are from; those of different explorations are never equal, and operators refuse them.
+/// `a & b`, `a | b`, `a - b`, `a ^ b` and `~a` return new regions. `a <= b` tests inclusion, and
+/// `state in a` tests membership of a dictionary with a value for every variable. `bool(a)` is
+/// False for the empty region. Iteration returns the states in the order of their values, first
+/// variable first. Operators combine regions of one exploration, also from different analyses.
+/// Regions of different explorations are never equal, and operators refuse them.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Region {
     pub(crate) states: States,
     pub(crate) space: Space,
 }
 
-/// The row, where there is one, the column, and the rows of a picture.
+/// The row (if any), the column, and the rows of a picture.
 type Picture = (Option<String>, String, Vec<Vec<bool>>);
 
 /// An operation on two sets.
@@ -147,7 +149,7 @@ impl Region {
         self.with(py, other.get(), States::symmetric_difference)
     }
 
-    /// All other states of the scope.
+    /// Returns all other states of the scope.
     fn __invert__(&self, py: Python<'_>) -> PyResult<Region> {
         let x = self.states.clone();
         Ok(self.space.region(self.space.worker.long(py, move || x.complement())?))
@@ -181,13 +183,14 @@ impl Region {
         self.space.worker.quick(py, || Ok(self.states.contains(&state)))
     }
 
-    /// How many states there are, exactly. (`len` cannot say it: it ends at 2**63 - 1.)
+    /// Returns the exact number of states. (`len` is limited to 2**63 - 1.)
     pub(crate) fn count(&self, py: Python<'_>) -> PyResult<BigUint> {
         let x = self.states.clone();
         self.space.work(py, x.is_small(), move || x.count())
     }
 
-    /// Up to `limit` states as dictionaries, in the order of their values, first variable first.
+    /// Returns up to `limit` states as dictionaries, in the order of their values, first variable
+    /// first.
     #[pyo3(signature = (limit=1000))]
     fn states<'py>(&self, py: Python<'py>, limit: usize) -> PyResult<Bound<'py, PyList>> {
         let x = self.states.clone();
@@ -202,12 +205,12 @@ impl Region {
         Ok(RegionIterator { rest: Mutex::new(listing), space: self.space.clone() })
     }
 
-    /// `size` different states, drawn uniformly: each choice of so many is as likely as any other.
+    /// Draws `size` distinct states uniformly at random.
     ///
-    /// The same seed draws the same states with the same engine and order of bits.
+    /// Equal seeds draw the same states with the same engine and order of bits.
     ///
     /// Raises:
-    ///     UsageError: There are not so many states.
+    ///     UsageError: The region has fewer states.
     #[pyo3(signature = (size=1, seed=0))]
     fn sample<'py>(&self, py: Python<'py>, size: usize, seed: u64) -> PyResult<Bound<'py, PyList>> {
         let x = self.states.clone();
@@ -215,7 +218,7 @@ impl Region {
         self.members(py, &found)
     }
 
-    /// The states in which some variables have these values: `region.where(b=8, d=True)`.
+    /// Returns the states in which some variables have these values: `region.where(b=8, d=True)`.
     #[pyo3(name = "where", signature = (**values))]
     fn restricted(&self, py: Python<'_>, values: Option<&Bound<'_, PyDict>>) -> PyResult<Region> {
         let fixed = values.map_or(Ok(Vec::new()), |values| self.space.names.fixed(values))?;
@@ -223,11 +226,12 @@ impl Region {
         Ok(self.space.region(self.space.worker.long(py, move || x.slice(&fixed))?))
     }
 
-    /// The region as a picture over one or two integer variables: a Boolean array of shape (rows, columns), or
-    /// (columns,) where `row` is None, from the smallest values on. A cell is True where the region has a state there
-    /// in which the variables of `where` have their values, and all others any.
+    /// Returns the projection of the region onto one or two integer variables. The result is a
+    /// Boolean array of shape (rows, columns), or (columns,) if `row` is None, from the smallest
+    /// values on. A cell is True if the region has a state there in which the variables of `where`
+    /// have their values; all other variables are free.
     ///
-    /// No state is enumerated by the symbolic engine. Needs NumPy.
+    /// The symbolic engine does not enumerate states for this. Needs NumPy.
     #[pyo3(signature = (row, column, r#where=None))]
     fn to_numpy<'py>(
         &self,
@@ -242,25 +246,27 @@ impl Region {
         arrays::bools(py, &projection.cells, &shape(plane, &projection))
     }
 
-    /// The region as a function of the package `dd`, over variables named by bits: `x.2` for bit 2 of x.
+    /// Returns the region as a function of the package `dd`, over variables named by bits: `x.2`
+    /// for bit 2 of x.
     ///
     /// Args:
-    ///     manager: A BDD manager of `dd`, which gets the bits that it does not know; a new one of `dd.autoref`
-    ///         where it is None. The function's `bdd` is the manager.
+    ///     manager: A BDD manager of `dd`, to which missing bits are added; None for a new one of
+    ///         `dd.autoref`. The function's `bdd` is the manager.
     ///
     /// Raises:
-    ///     UsageError: The region is of the explicit engine, which has no diagrams.
+    ///     UsageError: The region belongs to the explicit engine, which has no diagrams.
     #[pyo3(signature = (manager=None))]
     fn to_dd<'py>(&self, py: Python<'py>, manager: Option<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
         region_export::to_dd(py, &self.diagram(py)?, manager)
     }
 
-    /// The region as a diagram in DDDMP 2.0 text, as CUDD and `dd` read it, over the names of the bits.
+    /// Returns the diagram of the region in DDDMP 2.0 text, as CUDD and `dd` read it, over the
+    /// names of the bits.
     fn to_dddmp(&self, py: Python<'_>) -> PyResult<String> {
         region_export::to_dddmp(&self.diagram(py)?)
     }
 
-    /// The region as a picture of its diagram in the language DOT.
+    /// Returns a picture of the region's diagram in the language DOT.
     fn to_dot(&self, py: Python<'_>) -> PyResult<String> {
         region_export::to_dot(&self.diagram(py)?)
     }
@@ -280,8 +286,8 @@ impl Region {
         display::html(slf.as_any(), "region")
     }
 
-    /// The variables that look like rows and columns, and the picture of the region over them as rows of text;
-    /// None where there are none.
+    /// Returns the variables with names that suggest rows and columns, and the projection of the
+    /// region onto them by rows; None if there are none.
     fn _picture(&self, py: Python<'_>) -> PyResult<Option<Picture>> {
         let program = &self.space.names.program;
         let Some(plane) = Plane::guess(program) else { return Ok(None) };
@@ -304,7 +310,7 @@ impl Region {
     }
 }
 
-/// Goes through the states of a region.
+/// An iterator over the states of a region.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct RegionIterator {
     rest: Mutex<Listing>,
@@ -323,7 +329,7 @@ impl RegionIterator {
     }
 }
 
-/// Regions by name.
+/// Returns a dictionary of regions by objective.
 pub(crate) fn by_name<'py>(
     py: Python<'py>,
     space: &Space,

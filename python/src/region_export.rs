@@ -1,4 +1,4 @@
-//! Regions for other packages of decision diagrams.
+//! The export of regions to other packages of decision diagrams.
 
 use meliora::dump::{Diagram, Edge, dddmp, dot};
 use meliora::embed::States;
@@ -8,10 +8,10 @@ use meliora::{Error, Result};
 use pyo3::exceptions::{PyImportError, PyRuntimeError};
 use pyo3::prelude::*;
 
-/// A region as a diagram with one root.
+/// Returns a region as a diagram with one root.
 ///
 /// # Errors
-/// [`Error::Usage`] where the engine has none; a limit.
+/// [`Error::Usage`] if the engine has no diagrams; a limit is reached.
 pub(crate) fn diagram(states: &States) -> Result<Diagram> {
     let engine = states.engine().diagrams()?;
     match states.set() {
@@ -20,7 +20,7 @@ pub(crate) fn diagram(states: &States) -> Result<Diagram> {
     }
 }
 
-/// The root as a function of the package `dd`.
+/// Converts the root to a function of the package `dd`.
 pub(crate) fn to_dd<'py>(
     py: Python<'py>,
     diagram: &Diagram,

@@ -1,4 +1,4 @@
-//! A planning at work.
+//! A planning that is shared between threads.
 
 use std::sync::Mutex;
 
@@ -9,14 +9,14 @@ use meliora::planning::{AnalysisResult, Event, Kind, Phase};
 use crate::watch::lock;
 use crate::worker::Teller;
 
-/// A planning, and what is known of it while it is at work.
+/// A planning, and its results while it runs.
 pub(crate) struct Shared {
     pub(crate) planning: Mutex<Planning>,
     pub(crate) known: Mutex<AnalysisResult>,
 }
 
 impl Shared {
-    /// Computes what is left; `known` has it at once.
+    /// Computes all incomplete phases; `known` receives each result at once.
     pub(crate) fn run(&self, teller: &Teller<'_>) -> Result<()> {
         let mut planning = lock(&self.planning);
         let objectives = planning.preferences().objectives.len();

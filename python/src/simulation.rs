@@ -1,4 +1,4 @@
-//! Random plays as arrays.
+//! Random runs as arrays.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,51 +12,52 @@ use pyo3::types::{PyDict, PyList};
 use crate::values::Names;
 use crate::{arrays, levels};
 
-/// Random plays under a strategy. Arrays need NumPy.
+/// Random runs under a strategy. Arrays need NumPy.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Simulation {
     names: Arc<Names>,
     record: Recorder,
-    /// The rank of the state that the plays start in: an int, or `math.inf`.
+    /// The rank of the start state: an int, or `math.inf`.
     #[pyo3(get)]
     rank: Py<PyAny>,
-    /// How many plays ended where no improvement is left; the others were given up.
+    /// The number of runs that ended without a further improvement ahead; the others reached the
+    /// limit on steps.
     #[pyo3(get)]
     settled: u64,
-    /// How many plays had a step that weakens the state before it.
+    /// The number of runs with a step that weakens the state before it.
     #[pyo3(get)]
     weakened_step: u64,
-    /// How many plays had a state that weakens the one they started in.
+    /// The number of runs with a state that weakens the start state.
     #[pyo3(get)]
     weakened_start: u64,
-    /// How many plays improved how often.
+    /// The number of runs for each number of improvements.
     #[pyo3(get)]
     improvements: Py<PyDict>,
 }
 
-/// What happened in some plays.
+/// The record of some runs.
 pub(crate) struct Recorder {
-    /// The values of the start.
+    /// The values of the start state.
     start: Vec<i64>,
     plays: Vec<Steps>,
     actions: Vec<String>,
 }
 
-/// The steps of one play.
+/// The steps of one run.
 #[derive(Default)]
 struct Steps {
-    /// The values of the states entered, one after the other.
+    /// The values of the states entered, one state after the other.
     states: Vec<i64>,
-    /// The actions, by their positions.
+    /// The actions, by their numbers.
     actions: Vec<i64>,
     improves: Vec<bool>,
 }
 
 impl Recorder {
-    /// Plays, and writes down what happens.
+    /// Simulates runs, and records them.
     ///
     /// # Errors
-    /// A limit; a command without a meaning in some state.
+    /// A command has no meaning in some state; a limit is reached.
     pub(crate) fn record(
         strategy: &mut embed::Strategy,
         setup: Setup,
@@ -82,7 +83,7 @@ impl Recorder {
         Ok((tally, Recorder { start: start.to_vec(), plays, actions }))
     }
 
-    /// The steps of the longest play.
+    /// Returns the number of steps of the longest run.
     fn longest(&self) -> usize {
         self.plays.iter().map(|play| play.actions.len()).max().unwrap_or(0)
     }
@@ -108,7 +109,7 @@ impl Simulation {
 
 #[pymethods]
 impl Simulation {
-    /// How many plays there are.
+    /// The number of runs.
     fn __len__(&self) -> usize {
         self.record.plays.len()
     }
@@ -119,21 +120,21 @@ impl Simulation {
         PyList::new(py, self.names.program.variables.iter().map(|v| &v.name))
     }
 
-    /// The names of the actions taken, by the numbers in `actions`.
+    /// The names of the actions taken, indexed by the numbers in `actions`.
     #[getter]
     fn action_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         PyList::new(py, &self.record.actions)
     }
 
-    /// The steps of each play: integers of shape (plays,).
+    /// The number of steps of each run: integers of shape (runs,).
     #[getter]
     fn lengths<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let lengths: Vec<i64> = self.record.plays.iter().map(|play| play.actions.len() as i64).collect();
         arrays::longs(py, &lengths, &[lengths.len()])
     }
 
-    /// The states of each play, its start first: integers of shape (plays, longest + 1, variables), Booleans as 0 and
-    /// 1. After its end a play stays in its last state.
+    /// The states of each run, its start first: integers of shape (runs, longest + 1, variables),
+    /// Booleans as 0 and 1. A run that has ended stays in its last state.
     #[getter]
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let (width, longest) = (self.record.start.len(), self.record.longest());
@@ -148,8 +149,8 @@ impl Simulation {
         arrays::longs(py, &all, &[self.record.plays.len(), longest + 1, width])
     }
 
-    /// The actions of each play by their positions in `action_names`: integers of shape (plays, longest), -1 after
-    /// its end.
+    /// The actions of each run by their indices in `action_names`: integers of shape (runs,
+    /// longest), -1 after the end of a run.
     #[getter]
     fn actions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let longest = self.record.longest();
@@ -161,7 +162,8 @@ impl Simulation {
         arrays::longs(py, &all, &[self.record.plays.len(), longest])
     }
 
-    /// Which steps are improvements: Booleans of shape (plays, longest), False after the end of a play.
+    /// The steps that are improvements: Booleans of shape (runs, longest), False after the end of a
+    /// run.
     #[getter]
     fn improves<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let longest = self.record.longest();

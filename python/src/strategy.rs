@@ -1,4 +1,4 @@
-//! Strategies, and plays under them.
+//! Strategies, and runs under them.
 
 use std::sync::{Arc, Mutex};
 
@@ -19,16 +19,16 @@ use crate::watch::lock;
 use crate::worker::{Call, Teller};
 use crate::{arrays, options};
 
-/// What to do in each state: the strategies of all levels of one kind.
+/// The strategies of all levels of one kind.
 ///
-/// Actions are named by their labels; an unlabelled command is `module#k`, and where a label has several choices in
-/// a state, the names tell them apart: `label(m1#2,m2#1)`.
+/// Actions are named by their labels. An unlabelled command is `module#k`. If a label has several
+/// choices in a state, the names distinguish them: `label(m1#2,m2#1)`.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Strategy {
     worker: Worker,
 }
 
-/// What a strategy and its plays share.
+/// The data shared by a strategy and its runs.
 #[derive(Clone)]
 pub(crate) struct Worker {
     kind: Kind,
@@ -36,7 +36,7 @@ pub(crate) struct Worker {
     pub(crate) space: Space,
 }
 
-/// Which actions are meant.
+/// The selection of actions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Which {
     Permitted,
@@ -65,7 +65,7 @@ impl Which {
 }
 
 impl Worker {
-    /// Explains a state; on a thread of its own where a strategy must be computed first.
+    /// Explains a state; on a worker thread if a strategy must be computed first.
     fn explain(&self, py: Python<'_>, state: Vec<i64>, memory: Option<Memory>) -> PyResult<Explained> {
         let known = self.space.worker.quick(py, || {
             let mut book = lock(&self.book);
@@ -87,7 +87,7 @@ impl Worker {
         self.space.worker.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
     }
 
-    /// A state of the scope.
+    /// Returns a state; it must be in the scope.
     fn state(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {
         let state = self.space.names.state(state)?;
         let inside = self.space.worker.quick(py, || Ok(lock(&self.book).book().is_state(&state)))?;
@@ -98,7 +98,7 @@ impl Worker {
         Err(usage(format!("{shown} is no state of the scope")))
     }
 
-    /// For each action whether one with its label is meant.
+    /// Returns for each action if one with its label is selected.
     fn mask<'py>(
         &self,
         py: Python<'py>,
@@ -108,7 +108,7 @@ impl Worker {
     ) -> PyResult<Bound<'py, PyAny>> {
         let actions = actions.unwrap_or_else(|| self.space.names.program.actions.clone());
         let names = Which::named(which)?.names(at);
-        // One of several choices of a label is called `label(…)`.
+        // A choice among several with one label is called `label(…)`.
         let label = |name: &str, action: &str| {
             name.strip_prefix(action).is_some_and(|rest| rest.is_empty() || rest.starts_with('('))
         };
@@ -153,15 +153,15 @@ impl Strategy {
         self.worker.kind.name()
     }
 
-    /// The actions of a state in which planning starts: those permitted, the one that makes progress, or those that
-    /// are safe to take, whether or not they lead to an improvement.
+    /// Returns the actions of a start state: the permitted ones, the one of the progress strategy,
+    /// or those that the safety mode keeps, even if they do not lead to an improvement.
     ///
     /// Args:
     ///     state: A dictionary with a value for every variable.
     ///     which: "permitted", "progress" or "kept".
     ///
     /// Raises:
-    ///     UsageError: It is no state of the scope.
+    ///     UsageError: The state is not in the scope.
     #[pyo3(signature = (state, which="permitted"))]
     fn actions(&self, py: Python<'_>, state: &Bound<'_, PyAny>, which: &str) -> PyResult<Vec<String>> {
         let which = Which::named(which)?;
@@ -169,7 +169,8 @@ impl Strategy {
         Ok(which.names(&self.worker.explain(py, state, None)?))
     }
 
-    /// Where the enabled actions of a state lead: for each action a list of pairs (probability, state).
+    /// Returns the successors of the enabled actions: for each action a list of pairs (probability,
+    /// state).
     fn successors<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let state = self.worker.state(py, state)?;
         let at = self.worker.explain(py, state, None)?;
@@ -184,17 +185,18 @@ impl Strategy {
         Ok(all)
     }
 
-    /// Every enabled action of a state in which planning starts: whether it is permitted, where it leads, and why.
+    /// Explains every enabled action of a start state: if it is permitted, its successors, and the
+    /// reason.
     fn explain(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Explanation> {
         let state = self.worker.state(py, state)?;
         let at = self.worker.explain(py, state, None)?;
         self.worker.explanation(py, &at)
     }
 
-    /// An action mask, as environments for reinforcement learning take them: a Boolean array with an entry for each
-    /// of `actions`, labels of the model in the order of `Model.actions` where it is None. Needs NumPy.
+    /// Returns an action mask for reinforcement learning: a Boolean array with an entry for each of
+    /// `actions`; None for the labels of the model in the order of `Model.actions`. Needs NumPy.
     ///
-    /// For a state in which planning starts; `play` goes on from there.
+    /// This is for start states; use `play` to follow a run.
     #[pyo3(signature = (state, actions=None, which="permitted"))]
     fn mask<'py>(
         &self,
@@ -208,7 +210,7 @@ impl Strategy {
         self.worker.mask(py, &at, actions, which)
     }
 
-    /// A play that starts in a state: it remembers what the strategy must know of the past.
+    /// Starts a run in a state; it keeps the memory of the strategy.
     fn play(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Play> {
         let state = self.worker.state(py, state)?;
         let memory =
@@ -217,15 +219,16 @@ impl Strategy {
         Ok(Play { worker: self.worker.clone(), at: Mutex::new(at) })
     }
 
-    /// Random plays from a state, as arrays. The same seed gives the same plays, with any engine, on any machine.
+    /// Simulates random runs from a state, as arrays. The same seed gives the same runs, with any
+    /// engine, on any machine.
     ///
     /// Args:
-    ///     state: Where the plays start.
-    ///     runs: How many plays.
-    ///     steps: A play is given up after so many steps.
-    ///     seed: From 0.
-    ///     picks: "permissive" takes every permitted action, each as likely as the others; "progress" the first that
-    ///         makes progress.
+    ///     state: The start state of the runs.
+    ///     runs: Number of runs.
+    ///     steps: Maximum number of steps of a run.
+    ///     seed: An integer from 0.
+    ///     picks: "permissive" draws uniformly from the permitted actions; "progress" takes the
+    ///         action of the progress strategy.
     ///     timeout, progress: As in `Model.explore`.
     #[pyo3(signature = (state, *, runs=1, steps=1000, seed=0, picks="permissive", timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
@@ -262,16 +265,16 @@ impl Strategy {
     }
 }
 
-/// Where a play is.
+/// The position of a run.
 struct Moment {
     state: Vec<i64>,
     memory: Memory,
     improvements: u64,
 }
 
-/// A play under a strategy, step by step: the caller, or an environment, says what happens.
+/// A run under a strategy, step by step: the caller, or an environment, says what happens.
 ///
-/// Not to be used by several threads at once.
+/// Must not be used by several threads at once.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Play {
     worker: Worker,
@@ -297,33 +300,34 @@ impl Play {
         self.worker.space.names.dict(py, &state)
     }
 
-    /// How many improvements the strategy still aims for: an int, or `math.inf`; 0 where the play is over.
+    /// The number of improvements that the strategy still aims for: an int, or `math.inf`; 0 at the
+    /// end of the run.
     #[getter]
     fn ahead<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let memory = lock(&self.at).memory;
         rank_of(py, memory.level)
     }
 
-    /// How many improvements there were.
+    /// The number of improvements so far.
     #[getter]
     fn improvements(&self) -> u64 {
         lock(&self.at).improvements
     }
 
-    /// Whether nothing is left to improve: no action is permitted then.
+    /// True if no improvement is left; then no action is permitted.
     #[getter]
     fn over(&self) -> bool {
         lock(&self.at).memory.level == Rank::Finite(0)
     }
 
-    /// As `Strategy.actions`, at this point of the play.
+    /// Returns the actions of the present state, as `Strategy.actions`.
     #[pyo3(signature = (which="permitted"))]
     fn actions(&self, py: Python<'_>, which: &str) -> PyResult<Vec<String>> {
         let which = Which::named(which)?;
         Ok(which.names(&self.explained(py)?))
     }
 
-    /// As `Strategy.mask`, at this point of the play.
+    /// Returns the action mask of the present state, as `Strategy.mask`.
     #[pyo3(signature = (actions=None, which="permitted"))]
     fn mask<'py>(
         &self,
@@ -334,15 +338,15 @@ impl Play {
         self.worker.mask(py, &self.explained(py)?, actions, which)
     }
 
-    /// As `Strategy.explain`, at this point of the play.
+    /// Explains the present state, as `Strategy.explain`.
     fn explain(&self, py: Python<'_>) -> PyResult<Explanation> {
         self.worker.explanation(py, &self.explained(py)?)
     }
 
-    /// A step was taken, and this is the state it led to. Returns whether it was an improvement.
+    /// Moves to the state that a step led to. Returns True if the step was an improvement.
     ///
     /// Raises:
-    ///     UsageError: It is no state of the scope, or no enabled action leads there.
+    ///     UsageError: The state is not in the scope, or no enabled action leads to it.
     fn step(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<bool> {
         let state = self.worker.state(py, state)?;
         let (from, memory) = {

@@ -1,4 +1,4 @@
-//! States as dictionaries, and back.
+//! Conversion between states and dictionaries.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use pyo3::types::{PyBool, PyDict, PyString};
 
 use crate::errors::usage;
 
-/// The variables of a program, with their names as Python has them.
+/// The variables of a program, with their names as Python strings.
 pub(crate) struct Names {
     pub(crate) program: Arc<Program>,
     names: Vec<Py<PyString>>,
@@ -21,7 +21,7 @@ impl Names {
         Arc::new(Names { program: Arc::clone(program), names })
     }
 
-    /// A state as a dictionary, the variables in the order of declaration.
+    /// Converts a state to a dictionary, with the variables in the order of declaration.
     pub(crate) fn dict<'py>(&self, py: Python<'py>, state: &[i64]) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         for ((variable, name), &value) in self.program.variables.iter().zip(&self.names).zip(state) {
@@ -30,10 +30,10 @@ impl Names {
         Ok(dict)
     }
 
-    /// The state of a dictionary with a value for each variable, which may be out of its range.
+    /// Converts a dictionary with a value for each variable to a state; values may be out of range.
     ///
     /// # Errors
-    /// `UsageError` where a variable is missing or unknown, or a value is of the wrong type.
+    /// `UsageError` if a variable is missing or unknown, or a value has the wrong type.
     pub(crate) fn state(&self, state: &Bound<'_, PyAny>) -> PyResult<State> {
         let dict = as_dict(state)?;
         let mut values = State::with_capacity(self.names.len());
@@ -53,10 +53,10 @@ impl Names {
         Ok(values)
     }
 
-    /// The variables of a dictionary with their values, which may be out of their ranges.
+    /// Returns the variables of a dictionary with their values; values may be out of range.
     ///
     /// # Errors
-    /// `UsageError` where a variable is unknown, or a value is of the wrong type.
+    /// `UsageError` if a variable is unknown, or a value has the wrong type.
     pub(crate) fn fixed(&self, values: &Bound<'_, PyDict>) -> PyResult<Vec<(VarId, i64)>> {
         let mut fixed = Vec::with_capacity(values.len());
         for (name, value) in values {
@@ -67,10 +67,10 @@ impl Names {
         Ok(fixed)
     }
 
-    /// The variable with a name.
+    /// Returns the variable with a name.
     ///
     /// # Errors
-    /// `UsageError` where there is none.
+    /// `UsageError` if the name is unknown.
     pub(crate) fn variable(&self, name: &str) -> PyResult<VarId> {
         self.program.variable(name).ok_or_else(|| {
             let known: Vec<&str> = self.program.variables.iter().map(|v| v.name.as_str()).collect();
@@ -79,7 +79,7 @@ impl Names {
     }
 }
 
-/// A mapping as a dictionary.
+/// Converts a mapping to a dictionary.
 pub(crate) fn as_dict<'py>(mapping: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
     match mapping.cast::<PyDict>() {
         Ok(dict) => Ok(dict.clone()),
@@ -97,7 +97,7 @@ pub(crate) fn as_dict<'py>(mapping: &Bound<'py, PyAny>) -> PyResult<Bound<'py, P
     }
 }
 
-/// A value of a variable: a bool, an int, or its name where values have names.
+/// Converts a value of a variable: to a bool, an int, or its name if values have names.
 pub(crate) fn shown<'py>(py: Python<'py>, variable: &Variable, value: i64) -> PyResult<Bound<'py, PyAny>> {
     if let Some(name) = variable.value_name(value) {
         return Ok(PyString::new(py, name).into_any());
@@ -131,7 +131,7 @@ fn read(variable: &Variable, value: &Bound<'_, PyAny>) -> PyResult<i64> {
     value.extract::<i64>().map_err(|_| wrong())
 }
 
-/// A constant's value.
+/// Converts the value of a constant.
 pub(crate) fn constant<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Bool(b) => PyBool::new(py, b).to_owned().into_any(),
@@ -140,10 +140,10 @@ pub(crate) fn constant<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<'py
     })
 }
 
-/// `K=4,p=0.5` for a dictionary of constants.
+/// Formats a dictionary of constants as `K=4,p=0.5`.
 ///
 /// # Errors
-/// `UsageError` where a value is no bool, int or float.
+/// `UsageError` if a value is not a bool, int or float.
 pub(crate) fn constants_text(constants: Option<&Bound<'_, PyDict>>) -> PyResult<String> {
     let Some(constants) = constants else { return Ok(String::new()) };
     let mut parts = Vec::new();
@@ -163,10 +163,10 @@ pub(crate) fn constants_text(constants: Option<&Bound<'_, PyDict>>) -> PyResult<
     Ok(parts.join(","))
 }
 
-/// `x=0..7,y=-1..1` for a dictionary of bounds.
+/// Formats a dictionary of bounds as `x=0..7,y=-1..1`.
 ///
 /// # Errors
-/// `UsageError` where a value is no pair of ints.
+/// `UsageError` if a value is not a pair of ints.
 pub(crate) fn bounds_text(bounds: Option<&Bound<'_, PyDict>>) -> PyResult<String> {
     let Some(bounds) = bounds else { return Ok(String::new()) };
     let mut parts = Vec::new();

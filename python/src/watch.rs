@@ -1,4 +1,4 @@
-//! The sink of a call: carries the order to stop into the library, and its progress out.
+//! The progress sink of a call: cancels the library's work, and receives its progress.
 
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,38 +11,39 @@ const TIMED_OUT: u8 = 1;
 const INTERRUPTED: u8 = 2;
 const TOO_LARGE: u8 = 3;
 
-/// What the process may gain beyond `memory`: texts, results, what else Python does meanwhile.
+/// The bytes that the process may gain beyond `memory`, for texts, results and other Python
+/// objects.
 const BESIDE: u64 = 64 << 20;
-/// The memory of the process is looked at at most this often.
+/// The minimum time between two measurements of the process's memory.
 const WEIGHING_MILLIS: u64 = 5;
-/// Details are asked for at most this often.
+/// The minimum time between two queries for details.
 const ASKING_MILLIS: u64 = 50;
 
-/// What is being done.
+/// The position of the work.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Position {
-    /// A phase: `model`, `states`, `outcomes`, `sasi`, …
+    /// The phase: `model`, `states`, `outcomes`, `sasi`, …
     pub(crate) phase: &'static str,
-    /// Which part of it, in words; may be empty.
+    /// The part of the phase, in words; may be empty.
     pub(crate) part: String,
-    /// What the library said of it last; may be empty.
+    /// The last detail from the library; may be empty.
     pub(crate) detail: String,
 }
 
 impl Position {
-    /// The part and the detail in words.
+    /// Returns the part and the detail in words.
     pub(crate) fn words(&self) -> String {
         let words = [self.part.as_str(), &self.detail].into_iter().filter(|word| !word.is_empty());
         words.collect::<Vec<_>>().join(", ")
     }
 }
 
-/// What the thread that works and the one that waits for it share.
+/// The state that the worker thread shares with the thread that waits for it.
 pub(crate) struct Watch {
     order: AtomicU8,
-    /// The bytes that the process may have.
+    /// The maximum size of the process, in bytes.
     bound: AtomicU64,
-    /// The bytes that the work may have, for messages.
+    /// The memory limit of the work in bytes, for messages.
     memory: AtomicU64,
     timeout: Mutex<Duration>,
     started: Instant,
@@ -51,7 +52,7 @@ pub(crate) struct Watch {
     position: Mutex<Position>,
 }
 
-/// Locks, also where a panic of the worker has poisoned the lock: the data are plain.
+/// Locks a mutex, even if a panic of the worker thread has poisoned it: the data are plain.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -70,7 +71,7 @@ impl Watch {
         }
     }
 
-    /// A new call begins: nothing of what earlier ones were told counts any more.
+    /// Prepares for a new call: resets the order to stop and the position.
     pub(crate) fn arm(&self, memory: u64, timeout: Option<Duration>) {
         let now = memory_stats::memory_stats().map_or(0, |m| m.physical_mem as u64);
         self.bound.store(now.saturating_add(memory).saturating_add(BESIDE), Relaxed);
@@ -80,40 +81,40 @@ impl Watch {
         self.order.store(RUNNING, Relaxed);
     }
 
-    /// A call begins that is too short to be watched.
+    /// Prepares for a call that is too short to be watched.
     pub(crate) fn disarm(&self) {
         self.bound.store(u64::MAX, Relaxed);
         self.order.store(RUNNING, Relaxed);
     }
 
-    /// Asks the work to end because time is up.
+    /// Cancels the work because time is up.
     pub(crate) fn time_out(&self) {
         let _ = self.order.compare_exchange(RUNNING, TIMED_OUT, Relaxed, Relaxed);
     }
 
-    /// Asks the work to end because the caller wants it.
+    /// Cancels the work because the caller asked for it.
     pub(crate) fn interrupt(&self) {
         self.order.store(INTERRUPTED, Relaxed);
     }
 
-    /// The work turns to something else.
+    /// Sets the position of the work.
     pub(crate) fn turn_to(&self, phase: &'static str, part: String) {
         *lock(&self.position) = Position { phase, part, detail: String::new() };
     }
 
-    /// How far the work is.
+    /// Returns the position of the work.
     pub(crate) fn position(&self) -> Position {
         lock(&self.position).clone()
     }
 
-    /// Whether it is time to do again what was last done then.
+    /// Returns true, and resets the timer `then`, if the interval has passed.
     fn due(&self, then: &AtomicU64, interval: u64) -> bool {
         let now = u64::try_from(self.started.elapsed().as_millis()).unwrap_or(u64::MAX);
         let last = then.load(Relaxed);
         now >= last.saturating_add(interval) && then.compare_exchange(last, now, Relaxed, Relaxed).is_ok()
     }
 
-    /// Asks the work to end because the process has become too large.
+    /// Cancels the work if the process has become too large.
     fn weigh(&self) {
         let bound = self.bound.load(Relaxed);
         if bound < u64::MAX

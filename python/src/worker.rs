@@ -1,8 +1,8 @@
-//! Long work on a thread of its own, while the caller's thread heeds signals, time and progress.
+//! Worker threads for long calls, while the caller's thread handles signals, time and progress.
 //!
-//! Whatever belongs to one exploration has one worker, at which one call works at a time: calls from
-//! other threads wait for their turn. A worker never touches Python, so that it can be left behind where
-//! it does not stop at once; the worker stays taken until it has.
+//! Each exploration has one worker, for all objects that belong to it. A worker runs one call at a
+//! time; calls from other threads wait for their turn. A worker thread never uses Python, so it can
+//! be left behind if it does not stop at once; the worker stays taken until the thread has stopped.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::AcqRel, Ordering::Acquire, Ordering::Release};
@@ -19,28 +19,28 @@ use crate::errors::{self, Failure};
 use crate::progress::Listener;
 use crate::watch::{Position, Watch, lock};
 
-/// How long a worker may take to stop when it is asked to.
+/// The time that a worker thread gets to stop after it was cancelled.
 const GRACE: Duration = Duration::from_millis(250);
-/// Signals are looked at this often.
+/// The interval at which signals are checked.
 const TICK: Duration = Duration::from_millis(50);
-/// How long another thread waits before it looks again whether the worker is free.
+/// The interval at which another thread checks if the worker is free.
 const NAP: Duration = Duration::from_millis(2);
-/// Recursion over expressions and diagrams is as deep as they are: the system maps the pages of the
-/// stack when they are used.
+/// The stack of a worker thread, in bytes. Recursion is as deep as expressions and diagrams; the
+/// system maps pages of the stack only when they are used.
 const STACK: usize = 512 << 20;
 
-/// Where the work on one exploration is done.
+/// The worker of an exploration.
 pub(crate) struct Worker {
     pub(crate) watch: Arc<Watch>,
-    /// The bytes that the work may have.
+    /// The memory limit of the work, in bytes.
     memory: u64,
     taken: AtomicBool,
-    /// Which thread waits for the work.
+    /// The thread that waits for the work.
     caller: Mutex<Option<ThreadId>>,
     process: u32,
 }
 
-/// The right to work at a worker, until it is dropped.
+/// The right to use a worker, until it is dropped.
 struct Turn(Arc<Worker>);
 
 impl Drop for Turn {
@@ -50,7 +50,7 @@ impl Drop for Turn {
     }
 }
 
-/// What a caller wants of a call.
+/// The limits and the progress callback of a call.
 pub(crate) struct Call {
     timeout: Option<Duration>,
     deadline: Option<Instant>,
@@ -58,10 +58,10 @@ pub(crate) struct Call {
 }
 
 impl Call {
-    /// A call that begins now.
+    /// Creates a call that begins now.
     ///
     /// # Errors
-    /// The timeout is no duration.
+    /// The timeout is not a duration.
     pub(crate) fn new(timeout: Option<f64>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
         let timeout = timeout.map(|seconds| {
             Duration::try_from_secs_f64(seconds)
@@ -72,7 +72,7 @@ impl Call {
         Ok(Call { timeout, deadline, listener: Listener::new(progress) })
     }
 
-    /// A call without a limit or a listener.
+    /// Creates a call without a time limit and a callback.
     pub(crate) fn plain() -> Self {
         Call { timeout: None, deadline: None, listener: Listener::new(None) }
     }
@@ -82,26 +82,26 @@ impl Call {
     }
 }
 
-/// What a worker says.
+/// A message of a worker thread.
 enum News<T> {
     Step(Position),
     Done(Result<T, Halt>),
 }
 
-/// Why a worker ended early.
+/// The reason why a worker thread ended early.
 enum Halt {
     Error(Error),
     Panic(String),
 }
 
-/// Where a worker tells what it turns to.
+/// The sender through which a worker thread reports its position.
 pub(crate) struct Teller<'d> {
     watch: &'d Watch,
     tell: Box<dyn Fn(Position) + 'd>,
 }
 
 impl Teller<'_> {
-    /// The work turns to a part of a phase.
+    /// Reports that the work turns to a part of a phase.
     pub(crate) fn turn_to(&self, phase: &'static str, part: String) {
         self.watch.turn_to(phase, part.clone());
         (self.tell)(Position { phase, part, detail: String::new() });
@@ -119,7 +119,7 @@ impl Worker {
         })
     }
 
-    /// Waits for this call's turn, heeding signals.
+    /// Waits for this call's turn, and checks for signals.
     fn turn(self: &Arc<Self>, py: Python<'_>) -> PyResult<Turn> {
         if self.process != std::process::id() {
             let message = "this was explored before the process was forked, and does not work in the child: \
@@ -141,10 +141,10 @@ impl Worker {
         }
     }
 
-    /// Work so short that the caller's thread does it and keeps the interpreter.
+    /// Runs short work on the caller's thread, without releasing the interpreter.
     ///
     /// # Errors
-    /// Those of the work; a signal came while other work was waited for.
+    /// The errors of the work; an exception of a signal handler while waiting for the turn.
     pub(crate) fn quick<T>(
         self: &Arc<Self>,
         py: Python<'_>,
@@ -157,10 +157,10 @@ impl Worker {
         result.map_err(|error| Failure::of(error).raise(py))
     }
 
-    /// Work without limits of its own, which can be interrupted.
+    /// Runs work without a time limit; it can be interrupted.
     ///
     /// # Errors
-    /// Those of the work; `KeyboardInterrupt`, or what else a signal handler raises.
+    /// The errors of the work; `KeyboardInterrupt`, or any other exception of a signal handler.
     pub(crate) fn long<T: Send + 'static>(
         self: &Arc<Self>,
         py: Python<'_>,
@@ -169,10 +169,11 @@ impl Worker {
         self.run(py, &Call::plain(), |_| work()).map_err(|failure| failure.raise(py))
     }
 
-    /// Work that a call asks for.
+    /// Runs the work of a call.
     ///
     /// # Errors
-    /// Those of the work; the time of the call is up; what a signal handler or the listener raises.
+    /// The errors of the work; the time of the call is up; an exception of a signal handler or the
+    /// callback.
     pub(crate) fn run<T: Send + 'static>(
         self: &Arc<Self>,
         py: Python<'_>,
@@ -188,7 +189,7 @@ impl Worker {
         self.wait(py, call, &news)
     }
 
-    /// Lets a worker go, who gives the turn back when it ends.
+    /// Starts a worker thread, which returns the turn when it ends.
     fn start<T: Send + 'static>(
         self: &Arc<Self>,
         turn: Turn,
@@ -197,7 +198,7 @@ impl Worker {
     ) -> Result<(), Failure> {
         let body = move || {
             let watch = Arc::clone(&turn.0.watch);
-            // The caller may have given up waiting.
+            // The receiver is gone if the caller has given up waiting.
             let tell = |position| drop(sender.send(News::Step(position)));
             let teller = Teller { watch: &watch, tell: Box::new(tell) };
             let end = match catch_unwind(AssertUnwindSafe(|| work(&teller))) {
@@ -217,14 +218,14 @@ impl Worker {
         }
     }
 
-    /// Waits for the end of the work, or for a reason to end it.
+    /// Waits for the end of the work, or for a reason to cancel it.
     fn wait<T: Send>(
         self: &Arc<Self>,
         py: Python<'_>,
         call: &Call,
         news: &Mutex<Receiver<News<T>>>,
     ) -> Result<T, Failure> {
-        // Why the work is to stop, and when it is left behind.
+        // The reason to cancel the work, and the time at which the thread is left behind.
         let mut ending: Option<(Failure, Instant)> = None;
         loop {
             let pause = call.left().filter(|_| ending.is_none()).unwrap_or(TICK).min(TICK);
@@ -251,14 +252,14 @@ impl Worker {
                 ending = Some((self.failure(limit.into()), Instant::now() + GRACE));
             }
             if let Some((failure, _)) = ending.take_if(|(_, until)| Instant::now() >= *until) {
-                // The worker is left behind: whoever comes next waits until it has stopped.
+                // The thread is left behind; the next caller waits until it has stopped.
                 *lock(&self.caller) = None;
                 return Err(failure);
             }
         }
     }
 
-    /// Stops the work where a handler or listener raised something.
+    /// Cancels the work if a handler or callback raised an exception.
     fn heed(&self, raised: PyResult<()>) -> Option<(Failure, Instant)> {
         let error = raised.err()?;
         self.watch.interrupt();
@@ -267,7 +268,7 @@ impl Worker {
 
     fn ended<T>(&self, end: Result<T, Halt>, ending: Option<(Failure, Instant)>) -> Result<T, Failure> {
         match (end, ending) {
-            // What was raised comes first, even where the work came to its end meanwhile.
+            // An exception takes precedence, even if the work has ended meanwhile.
             (_, Some((raised, _))) if raised.is_raised() => Err(raised),
             (Ok(found), _) => Ok(found),
             (Err(Halt::Error(error)), _) => Err(self.failure(error)),
@@ -275,7 +276,7 @@ impl Worker {
         }
     }
 
-    /// An error with how far the work was.
+    /// Returns an error with the position of the work.
     fn failure(&self, error: Error) -> Failure {
         Failure::of(error).at(self.watch.position())
     }

@@ -1,4 +1,4 @@
-"""What the tests share: the models of the repository and analyses of them, each made once."""
+"""Fixtures: models of the repository and their analyses, each computed once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 MODELS = ROOT / "models"
 EXAMPLES = ROOT / "python" / "examples"
 
-#: At s=0 three actions: `a` is sure of the first objective, `b` and `c` of something better.
+#: A model with three actions at s=0: `a` reaches the first objective surely, `b` and `c` a preferred one.
 TOY = """mdp
 const int last;
 module toy
@@ -71,7 +71,7 @@ def toy_wishes() -> meliora.Preferences:
 
 @pytest.fixture(scope="session")
 def endless() -> meliora.Model:
-    """A model that neither engine explores in the time of a test: four counters that jump about."""
+    """A model that neither engine explores in the time of a test: four counters with random jumps."""
     lines = ["mdp"]
     for i, prime in enumerate([59999, 59981, 59971, 59957]):
         jumps = [f"0.5: (x{i}'=mod(x{i}*{factor}+{i}, {prime}))" for factor in (7919, 7907)]

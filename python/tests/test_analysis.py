@@ -42,7 +42,7 @@ def test_classes_divide_the_states(found: meliora.Analysis, robot: meliora.Model
     assert sum(region.count() for region in classes.values()) == 3600
     both = classes["B", "C"].sample(3, seed=1)
     assert all(found.most_preferred(state) == ("B", "C") for state in both)
-    # Who is in the class is sure of both.
+    # The states of the class achieve both objectives almost surely.
     assert classes["B", "C"] <= found.almost_sure["B"] & found.almost_sure["C"]
 
 
@@ -108,7 +108,7 @@ def test_safety_and_levels_can_be_chosen(robot: meliora.Model, engine: Engine) -
     assert cut.sasi.unbounded is None and cut.sasi.rank(robot.state()) == 1
     with pytest.raises(meliora.UsageError, match="not searched"):
         cut.sasi.at_least(2)
-    # One exploration: their regions go together.
+    # Regions of one exploration can be combined.
     assert cut.sasi.regions[0] >= explored.check(path).sasi.regions[0]
     for wrong in ({"safety": "none"}, {"max_level": 0}):
         with pytest.raises(meliora.UsageError):
@@ -122,7 +122,7 @@ def test_whole_plays_have_observers(toy: meliora.Model, engine: Engine) -> None:
     state = found.exploration.initial.states()[0]
     assert len(state) > len(toy.variables) and state["s"] == 0
     assert found.counts is not None and found.counts["model_states"] == 6
-    # Some play goes through 5 to 1, but no strategy is sure of it.
+    # Some path goes through 5 to 1, but no strategy achieves this almost surely.
     assert found.positive["Both"].count() > found.almost_sure["Both"].count()
     assert found.strategy("spi").explain(state).actions
 

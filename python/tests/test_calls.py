@@ -116,7 +116,7 @@ def test_other_limits_have_their_exception() -> None:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Ctrl-C raises, also where the tests run in the background of a shell, which ignores it there."""
+    """Makes Ctrl-C raise even if the tests run in the background of a shell, which ignores it there."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

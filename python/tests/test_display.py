@@ -1,4 +1,4 @@
-"""What notebooks show."""
+"""The display in notebooks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from conftest import Engine
 
 
 class Balanced(HTMLParser):
-    """Checks that what is opened is closed."""
+    """Checks that every opened element is closed."""
 
     def __init__(self) -> None:
         super().__init__()

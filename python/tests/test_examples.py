@@ -1,4 +1,4 @@
-"""The examples, each run as it stands."""
+"""The examples, run without changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Models and preferences: reading, what they say of themselves, errors, pickling."""
+"""Models and preferences: reading, properties, errors, pickling."""
 
 from __future__ import annotations
 

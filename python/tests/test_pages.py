@@ -1,4 +1,4 @@
-"""The Python code of the pages runs as written."""
+"""The Python code in the documentation runs as written."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def test_states_are_drawn_at_random(explored: meliora.Exploration) -> None:
     assert sorted(tuple(s.values()) for s in region.sample(count, seed=1)) == [tuple(s.values()) for s in region]
     with pytest.raises(meliora.UsageError, match="cannot be drawn"):
         region.sample(count + 1)
-    # About as many from each half: the chance to be off by more than 100 of 1000 is less than one in 10^9.
+    # Two of five columns: 400 of 1000 draws are expected; a deviation above 100 has a probability below 10^-9.
     left = sum(state["c"] < 2 for state in explored.states.sample(1000, seed=5))
     assert abs(left - 400) < 100
 
@@ -122,7 +122,7 @@ def test_other_packages_read_diagrams(explored: meliora.Exploration, engine: Eng
     pytest.importorskip("dd")
     function = region.to_dd()
     manager = function.bdd
-    # Patterns that are no values are in no region.
+    # Bit patterns that are not values belong to no region.
     assert manager.count(function, nvars=len(explored.order or [])) == region.count()
     other = (~region).to_dd(manager)
     everything = explored.states.to_dd(manager)

@@ -1,4 +1,4 @@
-"""Strategies, plays and simulations."""
+"""Strategies, runs and simulations."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_a_play_remembers_what_counts(found: meliora.Analysis, robot: meliora.Mo
         play.step(successors[steps % len(successors)].state)
         steps += 1
         assert steps < 100
-    # Two improvements were promised, whatever happens.
+    # The strategy guarantees two improvements.
     assert play.improvements >= 2 and play.actions() == [] and not play.mask().any() and play.ahead == 0
     assert "Play at" in repr(play)
 
@@ -86,7 +86,7 @@ def test_plays_are_arrays(found: meliora.Analysis, robot: meliora.Model) -> None
             after = dict(zip(plays.variables, plays.states[run, step + 1]))
             reached = strategy.successors(state)[plays.action_names[plays.actions[run, step]]]
             assert after in [successor for _, successor in reached]
-    # The paper's definition leaves branches that weaken out of account; the robot may take them.
+    # The paper's definition ignores branches that weaken; the robot may take them.
     assert plays.weakened_step > 0 and plays.weakened_start == 0
     assert "40 plays" in repr(plays)
 

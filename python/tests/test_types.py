@@ -1,4 +1,4 @@
-"""The type stubs: they are right, and what the tests do fits them."""
+"""The type stubs: they are correct, and the tests conform to them."""
 
 from __future__ import annotations
 

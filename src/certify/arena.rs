@@ -1,4 +1,4 @@
-//! Where improvements are looked for: kept choices, goal edges, dropped edges.
+//! The arenas of the checker: kept choices, goal edges, dropped edges.
 
 use super::checker::Checker;
 use super::outcomes::Class;
@@ -9,21 +9,21 @@ use crate::engine::{Algebra, EdgeLabels, Engine};
 use crate::model::preference::Change;
 use crate::names;
 
-/// The safe choices, with the edges that improve.
+/// The choices that the safety mode keeps, with the edges that improve.
 pub(super) struct Arena {
-    /// Under `prefix` the class that improvements are measured against.
+    /// The name of the class that improvements are measured against; under `prefix` only.
     pub(super) reference: Option<String>,
     /// The states that count for a level; under `prefix` those of the reference class.
     pub(super) start: StateSet,
-    /// The states that plays may be in.
+    /// The states that paths may visit.
     pub(super) states: StateSet,
     /// The kept choices.
     pub(super) kept: ChoiceSet,
-    /// For the states of each class (or, under `prefix`, of all): a step into their goal improves.
+    /// Edge labels by class; under `prefix` one entry for all states. An edge into `goal` improves.
     pub(super) edge_labels: Vec<EdgeLabels<StateSet>>,
 }
 
-/// A class with what steps into others mean.
+/// A class with the states that are better and worse than it.
 struct Side {
     name: String,
     states: StateSet,
@@ -31,7 +31,7 @@ struct Side {
     worse: StateSet,
 }
 
-/// The arenas for the safety of the dump.
+/// Builds the arenas for the safety mode of the dump.
 pub(super) fn arenas(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Arena>> {
     let sides = sides(checker, classes)?;
     match checker.manifest.safety.as_str() {
@@ -59,8 +59,9 @@ fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> Check<Vec<Side>> {
     Ok(sides)
 }
 
-/// `action`: no choice with a weakening edge is kept. `transition`: weakening edges are dropped, and
-/// choices that have no others.
+/// Builds the one arena of `action` and `transition`. `action` keeps no choice with a weakening
+/// edge. `transition` (`drops`) drops weakening edges, and removes the choices that have no other
+/// edges.
 fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Arena> {
     let engine = &checker.engine;
     let mut kept = engine.all_choices();
@@ -79,7 +80,8 @@ fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Arena> 
     Ok(Arena { reference: None, start: all.clone(), states: all, kept, edge_labels })
 }
 
-/// One arena a class: the states from which it need never be weakened.
+/// Builds one arena per class, over the states from which a strategy can avoid weakening the class
+/// forever.
 fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
     let mut arenas = Vec::new();
     for class in sides {
@@ -110,7 +112,8 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
     Ok(arenas)
 }
 
-/// A state is lost that weakens, or whose every choice may step into states lost before.
+/// Checks the states outside of a safe region: each state removed in a round weakens the class, or
+/// each of its choices may lead to a state removed earlier.
 fn unsafe_rounds(checker: &Checker<'_>, name: &str, safe: &StateSet, worse: &StateSet) -> Check {
     let engine = &checker.engine;
     let left = checker.rounds(name, &engine.all_states(), |j, lost, left, _| {
@@ -124,17 +127,18 @@ fn unsafe_rounds(checker: &Checker<'_>, name: &str, safe: &StateSet, worse: &Sta
 }
 
 impl Arena {
-    /// What a level is called in the arena.
+    /// Returns the name of a level in this arena.
     pub(super) fn name(&self, level: &str) -> String {
         self.reference.as_ref().map_or_else(|| level.to_owned(), |class| names::against(level, class))
     }
 
-    /// Where its levels are: with a reference class they are no regions, but show that these are right.
+    /// Returns the file that contains the levels of this arena. Levels against a reference class
+    /// are not regions; they are part of the proof.
     pub(super) fn sets<'c>(&self, checker: &'c Checker<'_>) -> &'c Sets {
         if self.reference.is_some() { &checker.proof } else { &checker.regions }
     }
 
-    /// The choices with an edge from a part into what belongs to the part.
+    /// Returns the choices with an edge from the states of a part into the target of that part.
     pub(super) fn into(
         &self,
         checker: &Checker<'_>,

@@ -1,4 +1,4 @@
-//! The sets of a dump, and the conditions that they are put to.
+//! The sets of a dump, and the basic conditions that they are checked against.
 
 use std::sync::Arc;
 
@@ -13,14 +13,14 @@ use crate::model::Program;
 use crate::model::preference::Preferences;
 use crate::names;
 
-/// The sets of a dump over an engine that has only the relations.
+/// The sets of a dump, over an engine that has built only the transition relations.
 pub(super) struct Checker<'a> {
     pub(super) engine: SymbolicEngine,
     pub(super) preferences: &'a Preferences,
     pub(super) manifest: &'a Manifest,
-    /// What readers rely on: each set is defined by model, preferences and options.
+    /// The regions: each set is defined by model, preferences and options.
     pub(super) regions: Sets,
-    /// What shows that these are right.
+    /// The certificate: the sets that prove the regions correct.
     pub(super) proof: Sets,
     pub(super) checked: Vec<Checked>,
 }
@@ -50,12 +50,12 @@ impl<'a> Checker<'a> {
         Ok(Checker { engine, preferences, manifest, regions, proof, checked: Vec::new() })
     }
 
-    /// Notes that a region is what it is said to be.
+    /// Records that a region has passed its checks.
     pub(super) fn passed(&mut self, region: &str) {
         self.checked.push(Checked { region: region.to_owned(), inside: true, outside: true });
     }
 
-    /// X ⊆ Y
+    /// Checks X ⊆ Y; a violation shows a state of X \ Y.
     pub(super) fn subset(&self, x: &StateSet, y: &StateSet, condition: impl FnOnce() -> String) -> Check {
         let bad = self.engine.difference(x, y)?;
         if self.engine.is_empty(&bad) {
@@ -65,13 +65,13 @@ impl<'a> Checker<'a> {
         Err(Stop::violated(condition(), example))
     }
 
-    /// X = Y
+    /// Checks X = Y.
     pub(super) fn equal(&self, x: &StateSet, y: &StateSet, condition: impl Fn() -> String) -> Check {
         self.subset(x, y, &condition)?;
         self.subset(y, x, &condition)
     }
 
-    /// C = D
+    /// Checks C = D.
     pub(super) fn equal_choices(
         &self,
         c: &ChoiceSet,
@@ -85,7 +85,7 @@ impl<'a> Checker<'a> {
         Ok(())
     }
 
-    /// The layers of a region are its states by their distance from `start`, and have all of it.
+    /// Checks that the layers of a region partition it by the distance from `start`.
     pub(super) fn layers(
         &self,
         name: &str,
@@ -112,8 +112,9 @@ impl<'a> Checker<'a> {
         self.subset(&open, &self.engine.no_states(), condition)
     }
 
-    /// The rounds in which states of X are lost: what is left of X after each of them goes to `check`
-    /// with the round; the result is what is left after the last.
+    /// Checks the rounds that remove states from X. Each round is non-empty and disjoint from
+    /// earlier rounds. Calls `check` with the number of the round, its states, and the rest of X
+    /// before and after it. Returns the rest of X after the last round.
     pub(super) fn rounds(
         &self,
         name: &str,
@@ -131,12 +132,13 @@ impl<'a> Checker<'a> {
         Ok(left)
     }
 
-    /// X ≠ ∅
+    /// Checks X ≠ ∅.
     fn some(&self, x: &StateSet, condition: impl FnOnce() -> String) -> Check {
         if self.engine.is_empty(x) { Err(Stop::violated(condition(), None)) } else { Ok(()) }
     }
 
-    /// The states: values only; from the initial ones and closed, or all of them. What is enabled there.
+    /// Checks the states and the enabled choices. All values are in range; the states are all
+    /// valuations, or the states reachable from the start states and closed under all choices.
     pub(super) fn scope(&mut self) -> Check {
         let engine = &self.engine;
         let all = self.regions.states(names::REACHABLE)?;
@@ -169,7 +171,7 @@ impl<'a> Checker<'a> {
         Ok(())
     }
 
-    /// The counts in the manifest, of both files.
+    /// Checks the counts that the manifest states for both files.
     pub(super) fn counts(&self) -> Check {
         let proof = self.manifest.certificate.iter().flat_map(|file| &file.roots);
         let regions = self.manifest.regions.roots.iter().map(|root| (root, &self.regions));
@@ -184,7 +186,7 @@ impl<'a> Checker<'a> {
         Ok(())
     }
 
-    /// Each set of both files is one that a check has asked for.
+    /// Checks that each set of both files was used by some check.
     pub(super) fn nothing_else(&self) -> Check {
         match self.regions.unknown().or_else(|| self.proof.unknown()) {
             None => Ok(()),

@@ -1,4 +1,4 @@
-//! Levels and strategies.
+//! Checks of levels and their strategies.
 
 use super::arena::{Arena, arenas};
 use super::checker::Checker;
@@ -25,12 +25,12 @@ struct Level<'n> {
     kind: &'n str,
     /// `sasi:1`, `sasi:2`, … or `sasi:unbounded`.
     name: String,
-    /// The level below, which a goal edge must enter, and its name where there is one.
+    /// The level below, which a goal edge must enter, and its name if it has one.
     entered: StateSet,
     below: Option<String>,
 }
 
-/// The levels of one kind; gives their number.
+/// Checks the levels of one kind; returns their number.
 fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> Check<usize> {
     let found = (1..).take_while(|k| checker.regions.has(&names::level(kind, k))).count();
     let (mut entered, mut below) = (checker.engine.all_states(), None);
@@ -59,7 +59,8 @@ fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> Check<usiz
     Ok(found)
 }
 
-/// The last level is the fixpoint of unbounded ranks, or the one after it is empty.
+/// Checks the end of the sequence: the last level is the fixpoint of unbounded ranks, or the next
+/// one is empty.
 fn ending(
     checker: &mut Checker<'_>,
     arenas: &[Arena],
@@ -92,7 +93,7 @@ fn ending(
     Ok(())
 }
 
-/// A level in all arenas.
+/// Checks a level in all arenas.
 fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states: &StateSet) -> Check {
     let name = &level.name;
     let mut won = checker.engine.no_states();
@@ -117,12 +118,12 @@ fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states:
 }
 
 impl Level<'_> {
-    /// The choices of a arena with a goal edge: one that improves and enters the level below.
+    /// Returns the choices with a goal edge: an edge that improves and enters the level below.
     fn goals(&self, checker: &Checker<'_>, arena: &Arena) -> Check<ChoiceSet> {
         arena.into(checker, |_, part| Ok(checker.engine.intersection(&part.goal, &self.entered)?))
     }
 
-    /// The choices with a kept edge into X that is no goal edge.
+    /// Returns the choices with a kept edge into X that is not a goal edge.
     fn straying(&self, checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> Check<ChoiceSet> {
         let engine = &checker.engine;
         arena.into(checker, |_, part| {
@@ -132,12 +133,12 @@ impl Level<'_> {
     }
 }
 
-/// The choices with a kept edge into X.
+/// Returns the choices with a kept edge into X.
 fn moving(checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> Check<ChoiceSet> {
     arena.into(checker, |_, part| Ok(checker.engine.difference(x, &part.dropped)?))
 }
 
-/// The strategy is the permissive one, and layers lead to a goal edge under it.
+/// Checks that the strategy is the permissive one, and that under it layers lead to a goal edge.
 fn inside(
     checker: &Checker<'_>,
     arena: &Arena,
@@ -166,8 +167,8 @@ fn inside(
     checker.layers(name, region, &start, step)
 }
 
-/// SASI: rounds in which the states outside are lost, after those outside of the level below. SPI: no
-/// kept choice enters the region or a goal edge from outside.
+/// Checks the states outside of a level. SASI: rounds remove the states of the level below that are
+/// not in this one. SPI: no kept choice of an outside state enters the region or has a goal edge.
 fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &StateSet) -> Check {
     let engine = &checker.engine;
     let name = arena.name(&level.name);

@@ -1,7 +1,7 @@
-//! What the manifest says of model, preferences and options: derived anew, and compared.
+//! The manifest check: derives the manifest anew from model, preferences and options, and compares.
 //!
-//! Free are the version of the program and the paths of the inputs, which say nothing that could be
-//! checked, and the order of the bits, which is any order of the model's bits that the files have.
+//! Three fields are free. The program version and the paths of the inputs cannot be checked. The
+//! order of the bits may be any order of the model's bits, if the files have the same.
 
 use serde_json::Value as Json;
 
@@ -13,7 +13,7 @@ use crate::export::Inputs;
 use crate::export::describe::{self, Subject};
 use crate::model::preference::Preferences;
 
-/// The hashes of the texts are those of the dump.
+/// Compares the hashes of the texts with those of the dump.
 pub(super) fn inputs(manifest: &Manifest, (model, preferences): (&str, &str)) -> Check {
     for (what, now, then) in
         [("model", model, &manifest.model.sha256), ("preferences", preferences, &manifest.preferences.sha256)]
@@ -29,7 +29,8 @@ pub(super) fn inputs(manifest: &Manifest, (model, preferences): (&str, &str)) ->
     Ok(())
 }
 
-/// All that the manifest says, but of its files, is what model, preferences and options say.
+/// Compares all fields of the manifest, except its files, with those that model, preferences and
+/// options imply.
 pub(super) fn all(
     engine: &SymbolicEngine,
     preferences: &Preferences,
@@ -63,7 +64,7 @@ fn json(manifest: &Manifest) -> Check<Json> {
     serde_json::to_value(manifest).map_err(failed)
 }
 
-/// The first place in which two values differ, and both values there.
+/// Returns the first place in which two values differ, and both values there.
 fn difference(expected: &Json, said: &Json, path: String) -> Option<(String, String, String)> {
     match (expected, said) {
         (Json::Object(a), Json::Object(b)) if a.keys().eq(b.keys()) => {
@@ -79,7 +80,7 @@ fn difference(expected: &Json, said: &Json, path: String) -> Option<(String, Str
     }
 }
 
-/// A value for a message: its beginning.
+/// Formats a value for a message, cut after 200 characters.
 fn shown(value: &Json) -> String {
     let text = value.to_string();
     match text.char_indices().nth(200) {

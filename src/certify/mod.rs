@@ -1,20 +1,20 @@
 //! Re-checks a dump as a certificate: by one-step conditions, without any fixpoint.
 //!
-//! Only the transition relation is rebuilt. Each region is compared with what one step of it must
-//! satisfy; that it is neither too large nor too small follows by induction over the layers and
-//! rounds that the dump carries. Nothing of [`crate::planning`] is used here.
+//! Only the transition relation is rebuilt. Each region is checked against a condition on one step.
+//! Induction over the layers and rounds of the dump then shows that the region is neither too large
+//! nor too small. Nothing of [`crate::planning`] is used here.
 //!
-//! All that the manifest says is derived anew and compared, and a set of either file that no check asks
-//! for is refused: `docs/dumps.md` says what an accepted dump guarantees.
+//! All fields of the manifest are derived anew and compared. A set that no check uses is refused,
+//! in either file. `docs/dumps.md` says what an accepted dump guarantees.
 //!
 //! | Region | not too large | not too small |
 //! | --- | --- | --- |
 //! | `reachable` | layers from the initial states | closed under all choices |
-//! | `secured:A:d` | closed under its strategy, layers towards each mark that comes again and again | rounds of lost states |
+//! | `secured:A:d` | closed under its strategy, layers towards each mark that recurs | removal rounds |
 //! | `positive:A` | layers towards the target | no choice enters it from outside |
-//! | `almost-sure:A` | closed under its strategy, layers towards the target | rounds of lost states |
+//! | `almost-sure:A` | closed under its strategy, layers towards the target | removal rounds |
 //! | `initial`, `deadlock`, `choices`, `target:A`, `class:C`, strategies | equal to what the model and the regions say | |
-//! | `sasi:k` | closed under its strategy, layers towards a goal edge | rounds of lost states |
+//! | `sasi:k` | closed under its strategy, layers towards a goal edge | removal rounds |
 //! | `spi:k` | layers towards a goal edge | no kept choice enters it from outside |
 
 mod arena;
@@ -38,12 +38,12 @@ use crate::model::{Program, State};
 use checker::Checker;
 use stop::Stop;
 
-/// What was found.
+/// The result of [`verify`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Verdict {
-    /// The regions that were checked, in order.
+    /// The checked regions, in order.
     pub checked: Vec<Checked>,
-    /// The first condition that does not hold; none where all do.
+    /// The first condition that is violated; none if all are satisfied.
     pub violation: Option<Violation>,
 }
 
@@ -52,27 +52,28 @@ pub struct Verdict {
 pub struct Checked {
     /// Its name.
     pub region: String,
-    /// Whether it was shown to be not too large.
+    /// True if the region was shown to be not too large.
     pub inside: bool,
-    /// Whether it was shown to be not too small.
+    /// True if the region was shown to be not too small.
     pub outside: bool,
 }
 
-/// A condition that does not hold.
+/// A violated condition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Violation {
     /// The condition.
     pub condition: String,
-    /// A state for which it fails.
+    /// A state that violates it, if the condition is about states.
     pub state: Option<State>,
 }
 
-/// Checks a dump against the program and the preferences that it is said to be made from.
+/// Checks a dump against the program and the preferences that it claims to be made from.
 ///
-/// `model` and `preferences_hash` are the SHA-256 of the texts as they are now.
+/// `hashes` are the SHA-256 of the present texts of model and preferences. Cost: two images per
+/// layer or round.
 ///
 /// # Errors
-/// A limit; commands without a meaning in a state of the dump. Cost: two images a layer or round.
+/// A limit is reached; a command has no meaning in a state of the dump.
 pub fn verify(
     program: &Arc<Program>,
     preferences: &Preferences,
@@ -88,10 +89,10 @@ pub fn verify(
     }
 }
 
-/// Whether the DOT files that a manifest names are the pictures of its regions.
+/// Checks that the DOT files named by a manifest are the pictures of its regions.
 ///
 /// # Errors
-/// A limit.
+/// A limit is reached.
 pub fn pictures(directory: &Path, dump: &Dump, sink: &dyn ProgressSink) -> Result<Option<Violation>> {
     let file = &dump.manifest.regions;
     let found = dot::false_picture(file, &dump.regions, directory, sink);

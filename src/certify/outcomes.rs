@@ -1,4 +1,4 @@
-//! Targets, positive and almost-sure regions, classes.
+//! Checks of targets, positive and almost-sure regions, and classes.
 
 use super::checker::Checker;
 use super::stop::Check;
@@ -8,17 +8,17 @@ use crate::engine::{Algebra, Engine};
 use crate::model::preference::{Goal, ObjectiveSet};
 use crate::names;
 
-/// The states with the same most preferred outcomes.
+/// The states with the same most preferred objectives.
 pub(super) struct Class {
     /// `A+B`, or `nothing`.
     pub(super) name: String,
-    /// Those outcomes.
+    /// The most preferred objectives.
     pub(super) members: ObjectiveSet,
-    /// The states; there is one.
+    /// The states of the class; at least one.
     pub(super) states: StateSet,
 }
 
-/// Checks what the outcomes are said to be; gives the classes.
+/// Checks the winning regions of all objectives; returns the classes.
 pub(super) fn check(checker: &mut Checker<'_>) -> Check<Vec<Class>> {
     let mut sure = Vec::new();
     for objective in &checker.preferences.objectives {
@@ -38,7 +38,7 @@ pub(super) fn check(checker: &mut Checker<'_>) -> Check<Vec<Class>> {
     classes(checker, &sure)
 }
 
-/// P = F ∪ pre(P) is the least: from outside no choice enters; inside, layers lead to F.
+/// Checks P = μX. F ∪ pre(X): no choice enters P from outside, and inside layers lead to F.
 fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
@@ -51,9 +51,9 @@ fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check
     Ok(())
 }
 
-/// Inside: the strategy stays, and from each layer some permitted choice enters the one before.
-/// Outside: in each round, every choice of a lost state either may step into states lost before, or
-/// does not enter what is left.
+/// Checks an almost-sure region, and returns it. Inside: the strategy stays in it, and from each
+/// layer some permitted choice enters the layer before. Outside: each choice of a state removed in
+/// a round may lead to a state removed earlier, or does not enter the rest.
 fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check<StateSet> {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
@@ -79,7 +79,7 @@ fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Ch
     Ok(x)
 }
 
-/// Each class is there, with the states that the almost-sure regions say.
+/// Checks that each class is in the dump, with the states that follow from the almost-sure regions.
 fn classes(checker: &mut Checker<'_>, sure: &[StateSet]) -> Check<Vec<Class>> {
     let classes = most_preferred(checker, sure)?;
     for class in &classes {
@@ -97,8 +97,8 @@ fn classes(checker: &mut Checker<'_>, sure: &[StateSet]) -> Check<Vec<Class>> {
     Ok(classes)
 }
 
-/// The states by MP(s), found by splitting the scope objective by objective: i ∈ MP(s) if and only if
-/// s ∈ ASWin(F_i) and s ∉ ASWin(F_j) for all j strictly preferred to i.
+/// Partitions the states by MP(s), by splitting the scope at one objective after the other: i ∈
+/// MP(s) if and only if s ∈ ASWin(F_i) and s ∉ ASWin(F_j) for all j strictly preferred to i.
 fn most_preferred(checker: &Checker<'_>, sure: &[StateSet]) -> Check<Vec<Class>> {
     let (engine, preferences) = (&checker.engine, checker.preferences);
     let mut parts = vec![(ObjectiveSet::new(), engine.all_states())];

@@ -1,5 +1,5 @@
-//! The sets of one file of a dump. The two files have name spaces of their own, and each name is asked
-//! for by some check, or the dump has something in it that nobody defines.
+//! The sets of one file of a dump. Each of the two files has its own name space. A set that no
+//! check asks for is undefined, and the dump is refused.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,7 +10,7 @@ use crate::dump::{Diagram, Edge};
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Count};
 
-/// The sets of a file by their names.
+/// The sets of a file by name.
 #[derive(Default)]
 pub(super) struct Sets {
     states: BTreeMap<String, StateSet>,
@@ -19,7 +19,7 @@ pub(super) struct Sets {
 }
 
 impl Sets {
-    /// Loads all sets of a file, and compares what the manifest says of their sizes.
+    /// Loads all sets of a file, and checks their sizes in nodes against the manifest.
     pub(super) fn load(engine: &SymbolicEngine, file: &File, diagram: &Diagram) -> Check<Self> {
         let mut sets = Sets::default();
         let (states, choices): (Vec<&Root>, Vec<&Root>) =
@@ -45,19 +45,19 @@ impl Sets {
         Ok(sets)
     }
 
-    /// A set of states that must be there.
+    /// Returns a set of states; a violation if the file does not have it.
     pub(super) fn states(&self, name: &str) -> Check<StateSet> {
         self.asked.borrow_mut().insert(name.to_owned());
         self.states.get(name).cloned().ok_or_else(|| missing(name, "states"))
     }
 
-    /// A set of choices that must be there.
+    /// Returns a set of choices; a violation if the file does not have it.
     pub(super) fn choices(&self, name: &str) -> Check<ChoiceSet> {
         self.asked.borrow_mut().insert(name.to_owned());
         self.choices.get(name).cloned().ok_or_else(|| missing(name, "choices"))
     }
 
-    /// How many members the set of a root has.
+    /// Returns the number of members of the set of a root.
     pub(super) fn count(&self, engine: &SymbolicEngine, root: &Root) -> Check<Count> {
         let name = &root.name;
         match (root.kind, self.states.get(name), self.choices.get(name)) {
@@ -68,22 +68,22 @@ impl Sets {
         }
     }
 
-    /// Whether there is a set of states of this name.
+    /// Returns true if the file has a set of states with this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.states.contains_key(name)
     }
 
-    /// The sets of states with these names for 0, 1, … as far as they go.
+    /// Returns the sets of states named `name(0)`, `name(1)`, … up to the first that is missing.
     pub(super) fn sequence(&self, name: impl Fn(usize) -> String) -> Check<Vec<StateSet>> {
         (0..).map(name).take_while(|name| self.has(name)).map(|name| self.states(&name)).collect()
     }
 
-    /// All sets of states, with their names.
+    /// Returns all sets of states with their names.
     pub(super) fn all_states(&self) -> impl Iterator<Item = (&String, &StateSet)> {
         self.states.iter()
     }
 
-    /// A name that no check has asked for.
+    /// Returns a name that no check has asked for.
     pub(super) fn unknown(&self) -> Option<String> {
         let asked = self.asked.borrow();
         self.states.keys().chain(self.choices.keys()).find(|name| !asked.contains(*name)).cloned()

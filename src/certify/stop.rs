@@ -1,14 +1,14 @@
-//! How a check ends.
+//! The result of a check.
 
 use super::Violation;
 use crate::error::Error;
 use crate::model::State;
 
-/// Why the check ended.
+/// The reason why a check ended early.
 pub(super) enum Stop {
-    /// It could not go on.
+    /// The check could not be completed.
     Error(Error),
-    /// A condition does not hold.
+    /// A condition is violated.
     Violation(Violation),
 }
 
@@ -19,7 +19,7 @@ impl From<Error> for Stop {
 }
 
 impl Stop {
-    /// A condition does not hold, in this state.
+    /// Reports a violated condition, with a state that violates it.
     pub(super) fn violated(condition: impl Into<String>, state: Option<State>) -> Self {
         Stop::Violation(Violation { condition: condition.into(), state })
     }

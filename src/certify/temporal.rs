@@ -1,15 +1,19 @@
-//! Where what an objective over whole plays asks can be kept to for ever.
+//! Checks of the regions `secured:A:d`, for objectives over whole paths.
 //!
-//! With monitors beside the model, a formula in disjunctive normal form asks in each case d that from some step on
-//! certain marks stay on or off all steps (P_d are the states where they are so), and that others (R_d1, …, R_dm)
-//! come again and again; U_d is where some strategy keeps to that almost surely from now on.
+//! The monitors run in product with the model. A formula in disjunctive normal form has cases d.
+//! Case d requires that from some step on certain marks stay on or off in all steps (P_d are the
+//! states that satisfy this), and that other marks (R_d1, …, R_dm) recur infinitely often. U_d is
+//! the set of states from which some strategy satisfies both almost surely from now on.
 //!
-//! Inside: each state has a choice that stays in U_d ⊆ P_d, and with such choices layers lead to each R_di. To take
-//! all of them at random never leaves, and comes to each R_di again and again almost surely.
+//! Inside: each state has a choice that stays in U_d ⊆ P_d, and under such choices layers lead to
+//! each R_di. The strategy that takes them all at random never leaves U_d, and almost surely visits
+//! each R_di infinitely often.
 //!
-//! Outside: where in some round all that a lost state of P_d can do is to risk states lost before, or to stay among
-//! those of the round, of which none is in R_di with a step that risks nothing. So no set of states lost can be the
-//! first to be kept to: its plays would never come to R_di. Without an R_di all states count as one.
+//! Outside: consider a state of P_d that is removed in a round. Each of its choices may lead to a
+//! state removed earlier, or stays in the round; and for some R_di, no state of the round in R_di
+//! has a choice of the second sort. So no removed state can be in U_d: the first round with one
+//! would contain paths that stay in the round and never visit R_di. Without any R_di, all states
+//! count as one.
 
 use super::checker::Checker;
 use super::stop::{Check, Stop};
@@ -18,7 +22,7 @@ use crate::engine::{Algebra, Engine};
 use crate::model::temporal::{Condition, Disjunct};
 use crate::names;
 
-/// ⋃_d U_d for the disjuncts of a condition, each of which is checked.
+/// Checks the region of each disjunct of a condition; returns ⋃_d U_d.
 pub(super) fn secured(checker: &mut Checker<'_>, objective: &str, condition: &Condition) -> Check<StateSet> {
     let Some(disjuncts) = condition.disjuncts() else {
         return Err(Stop::violated(format!("what `{objective}` asks has a disjunctive normal form"), None));
@@ -35,7 +39,7 @@ pub(super) fn secured(checker: &mut Checker<'_>, objective: &str, condition: &Co
     Ok(all)
 }
 
-/// U_d, and what it is to be.
+/// U_d, with the conditions that it must satisfy.
 struct Kept {
     name: String,
     region: StateSet,

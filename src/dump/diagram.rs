@@ -4,71 +4,72 @@ use num_bigint::BigUint;
 
 use crate::error::{Limit, Result};
 
-/// An arc: the number of a node (from 1, the terminal), negative where the function is complemented.
+/// An arc: the number of a node (from 1, the terminal), negative if the function is complemented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Edge(i32);
 
 impl Edge {
-    /// The function that is true everywhere: the terminal.
+    /// The constant true: the terminal.
     pub const TRUE: Edge = Edge(1);
-    /// The function that is true nowhere.
+    /// The constant false.
     pub const FALSE: Edge = Edge(-1);
 
-    /// The arc with the number that files have for it; none for 0 and what does not fit.
+    /// Returns the arc with this number in the file format; none for 0 and for numbers past 31
+    /// bits.
     pub fn new(number: i64) -> Option<Self> {
         i32::try_from(number).ok().filter(|&n| n != 0 && n != i32::MIN).map(Edge)
     }
 
-    /// The number that files have for it.
+    /// Returns its number in the file format.
     pub fn number(self) -> i32 {
         self.0
     }
 
-    /// The number of the node it leads to.
+    /// Returns the number of the node that it points to.
     pub fn id(self) -> usize {
         self.0.unsigned_abs() as usize
     }
 
-    /// Whether it complements the function of its node.
+    /// Returns true if it complements the function of its node.
     pub fn is_complemented(self) -> bool {
         self.0 < 0
     }
 
-    /// Whether it leads to the terminal.
+    /// Returns true if it points to the terminal.
     pub fn is_constant(self) -> bool {
         self.id() == 1
     }
 
-    /// ¬f
+    /// Returns ¬f.
     #[must_use]
     pub fn complement(self) -> Self {
         Edge(-self.0)
     }
 
-    /// f, or ¬f where `complemented`.
+    /// Returns ¬f if `complemented` is true, else f.
     #[must_use]
     pub fn complement_if(self, complemented: bool) -> Self {
         if complemented { self.complement() } else { self }
     }
 }
 
-/// An inner node: if the variable of its level then `then` else `otherwise`.
+/// An inner node: if the variable of its level, then `then`, else `otherwise`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Node {
-    /// The position of its variable in the order, from 0 at the root.
+    /// The index of its variable in the order; 0 is the top level.
     pub level: u32,
-    /// Where the variable is true; never complemented.
+    /// The cofactor for true; never complemented.
     pub then: Edge,
-    /// Where it is false.
+    /// The cofactor for false.
     pub otherwise: Edge,
 }
 
 /// Several functions as one shared diagram.
 ///
-/// The node numbered n + 2 stands at position n; arcs lead to smaller numbers and deeper levels.
+/// The node with number n + 2 has index n; arcs point to smaller numbers and deeper levels.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Diagram {
-    /// The names of the variables from the root down.
+    /// The names of the variables, from the root down.
     pub variables: Vec<String>,
     /// The inner nodes.
     pub nodes: Vec<Node>,
@@ -77,17 +78,17 @@ pub struct Diagram {
 }
 
 impl Diagram {
-    /// The node that an arc leads to; none for the terminal.
+    /// Returns the node that an arc points to; none for the terminal.
     pub fn node(&self, edge: Edge) -> Option<&Node> {
         self.nodes.get(edge.id().checked_sub(2)?)
     }
 
-    /// The level of an arc's node; one past the last for the terminal.
+    /// Returns the level of an arc's node; the number of variables for the terminal.
     pub fn level(&self, edge: Edge) -> u32 {
         self.node(edge).map_or(self.variables.len() as u32, |n| n.level)
     }
 
-    /// Both cofactors of a function by the variable of a level at or above its root.
+    /// Returns both cofactors of a function by the variable of a level at or above its root.
     pub fn cofactors(&self, edge: Edge, level: u32) -> (Edge, Edge) {
         match self.node(edge) {
             Some(node) if node.level == level => {
@@ -98,11 +99,11 @@ impl Diagram {
         }
     }
 
-    /// Adds a node on a level above all nodes so far, or on the deepest one of these, and returns
-    /// its function. Does not look for an equal one.
+    /// Adds a node and returns its function. The level must be at or above the level of every node
+    /// so far. Does not look for an equal node.
     ///
     /// # Errors
-    /// The format numbers nodes by 31 bits.
+    /// The diagram has 2³¹ - 3 nodes: the format numbers nodes by 31 bits.
     pub fn push(&mut self, level: u32, then: Edge, otherwise: Edge) -> Result<Edge> {
         let flip = then.is_complemented();
         let (then, otherwise) = (then.complement_if(flip), otherwise.complement_if(flip));
@@ -114,7 +115,7 @@ impl Diagram {
         Ok(edge.complement_if(flip))
     }
 
-    /// The value of a function where `bit` tells the value of a level's variable.
+    /// Evaluates a function; `bit` gives the value of the variable of a level.
     pub fn eval(&self, edge: Edge, bit: impl Fn(u32) -> bool) -> bool {
         let mut at = edge;
         while let Some(node) = self.node(at) {
@@ -124,14 +125,14 @@ impl Diagram {
         at == Edge::TRUE
     }
 
-    /// How many inner nodes the function has.
+    /// Returns the number of inner nodes of the function.
     pub fn size(&self, edge: Edge) -> usize {
         self.sizes(&[edge])[0]
     }
 
-    /// How many inner nodes each of these functions has. Cost: linear in the sum.
+    /// Returns the number of inner nodes of each function. Cost: linear in the sum.
     pub fn sizes(&self, edges: &[Edge]) -> Vec<usize> {
-        // For each node the last function that it was seen in, from 1.
+        // For each node the last function that contains it, numbered from 1.
         let mut seen = vec![0usize; self.nodes.len()];
         let mut open = Vec::new();
         let size = |(position, &edge): (usize, &Edge)| {
@@ -150,7 +151,7 @@ impl Diagram {
         edges.iter().enumerate().map(size).collect()
     }
 
-    /// For each node whether it is part of one of these functions.
+    /// Marks the nodes that are part of one of these functions.
     pub fn below(&self, edges: &[Edge]) -> Vec<bool> {
         let mut seen = vec![false; self.nodes.len()];
         let mark = |edge: &Edge, seen: &mut Vec<bool>| {
@@ -168,14 +169,14 @@ impl Diagram {
         seen
     }
 
-    /// The number of assignments to the variables from `top` down that satisfy a function which
-    /// depends on no variable above.
+    /// Counts the assignments to the variables from level `top` down that satisfy a function. The
+    /// function must not depend on variables above `top`.
     pub fn count(&self, edge: Edge, top: u32) -> BigUint {
         self.over(&self.counts(edge), edge, top)
     }
 
-    /// For each node of a function the number of assignments to the variables from its own level down
-    /// that satisfy it.
+    /// Counts, for each node of a function, the satisfying assignments to the variables from its
+    /// own level down.
     pub(super) fn counts(&self, edge: Edge) -> Vec<BigUint> {
         let seen = self.below(&[edge]);
         let mut counts: Vec<BigUint> = Vec::with_capacity(self.nodes.len());
@@ -191,7 +192,8 @@ impl Diagram {
         counts
     }
 
-    /// The count of an arc over the variables from `top` down, given those of the nodes.
+    /// Returns the count of an arc over the variables from level `top` down, given the counts of
+    /// the nodes.
     pub(super) fn over(&self, counts: &[BigUint], edge: Edge, top: u32) -> BigUint {
         let level = self.level(edge);
         let positive = match edge.id() {

@@ -1,4 +1,4 @@
-//! The directory of a dump: written whole or not at all.
+//! The directory of a dump, which is written completely or not at all.
 
 use std::fs;
 use std::io::{self, BufReader, BufWriter, Write};
@@ -16,15 +16,15 @@ use crate::progress::ProgressSink;
 /// A dump in memory.
 #[derive(Debug, Clone)]
 pub struct Dump {
-    /// What the diagrams mean.
+    /// The meaning of the diagrams.
     pub manifest: Manifest,
     /// The regions.
     pub regions: Diagram,
-    /// What a check without fixpoints needs.
+    /// The sets that a check without fixpoints needs.
     pub certificate: Option<Diagram>,
 }
 
-/// The SHA-256 of some bytes in hexadecimal.
+/// Returns the SHA-256 of some bytes in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
     hex(Sha256::digest(bytes).as_slice())
 }
@@ -33,12 +33,13 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Writes a dump into a directory that does not exist yet, is empty, or holds a dump and nothing else,
-/// which it replaces. The files appear together, when all are written, and the old dump is there until
-/// then; hashes and sizes in the manifest are filled in here. With `dot`, each region also gets a DOT file.
+/// Writes a dump into a directory that does not exist yet, is empty, or contains only a dump, which
+/// is replaced. All files appear together, after the last is written; an old dump remains until
+/// then. Fills in the hashes and sizes of the manifest, which it returns. With `dot`, each region
+/// also gets a DOT file.
 ///
 /// # Errors
-/// The directory holds something else, or cannot be written.
+/// The directory contains something else, or cannot be written; the work is cancelled.
 pub fn write_directory(
     mut dump: Dump,
     directory: &Path,
@@ -66,15 +67,16 @@ pub fn write_directory(
     Ok(dump.manifest)
 }
 
-/// Whether [`write_directory`] may write there, to be asked before long work.
+/// Checks that [`write_directory`] may write to this directory; meant to be called before long
+/// work.
 ///
 /// # Errors
-/// As there.
+/// The directory contains something else than a dump, or has no parent.
 pub fn check_directory(directory: &Path) -> Result<()> {
     Place::find(directory).map(drop)
 }
 
-/// Writes one diagram and notes its hash and size.
+/// Writes one diagram, and records its hash and size.
 fn fill(
     file: &mut manifest::File,
     diagram: &Diagram,
@@ -92,10 +94,11 @@ fn fill(
     Ok(())
 }
 
-/// Reads a dump: the manifest, the regions, and the certificate where asked for.
+/// Reads a dump: the manifest, the regions, and the certificate if `certificate` is true.
 ///
 /// # Errors
-/// A file cannot be read, is garbled, has another hash than the manifest says, or does not fit it.
+/// A file cannot be read, is malformed, does not have the hash of the manifest, or contradicts it;
+/// the work is cancelled.
 pub fn read_directory(directory: &Path, certificate: bool, sink: &dyn ProgressSink) -> Result<Dump> {
     let manifest = Manifest::read(directory)?;
     let regions = read_file(directory, &manifest, &manifest.regions, sink)?;

@@ -1,4 +1,4 @@
-//! Regions as pictures: one DOT file each.
+//! Pictures of regions: one DOT file each.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,7 +9,7 @@ use super::streams::Watched;
 use super::{Diagram, Edge, manifest};
 use crate::progress::ProgressSink;
 
-/// Writes one file a root into the directory and notes the names.
+/// Writes one file per root into the directory, and records the names.
 ///
 /// # Errors
 /// The directory cannot be written; the work is cancelled.
@@ -32,8 +32,8 @@ pub fn write_all(
     Ok(())
 }
 
-/// The first root of which the directory does not have the picture that [`write_all`] writes, where the
-/// manifest names one.
+/// Returns the first root whose DOT file is missing or differs from the output of [`write_all`].
+/// Only roots for which the manifest names a file are checked.
 ///
 /// # Errors
 /// The work is cancelled.
@@ -63,14 +63,14 @@ pub fn false_picture<'f>(
     Ok(None)
 }
 
-/// Compares what is written with what is there.
+/// A writer that compares its input with a file.
 struct Comparing<R> {
     input: Option<R>,
     differs: bool,
 }
 
 impl<R: Read> Comparing<R> {
-    /// Whether all was the same, to the end.
+    /// Returns true if the input and the file are equal, including their lengths.
     fn is_equal(&mut self) -> bool {
         let ended = self.input.as_mut().is_some_and(|input| matches!(input.read(&mut [0]), Ok(0)));
         ended && !self.differs
@@ -90,13 +90,13 @@ impl<R: Read> Write for Comparing<R> {
     }
 }
 
-/// A name that every file system takes: `almost-sure_A.dot`.
+/// Returns a distinct name that is valid on every file system: `almost-sure_A.dot`.
 fn file_name(region: &str, taken: &mut BTreeSet<String>) -> String {
     let safe = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '+' { c } else { '_' };
     let stem: String = region.chars().map(safe).take(100).collect();
     let mut name = format!("{stem}.dot");
     let mut copy = 2;
-    // Compared without case: some file systems do.
+    // Case is ignored, as some file systems do.
     while !taken.insert(name.to_lowercase()) {
         name = format!("{stem}-{copy}.dot");
         copy += 1;
@@ -104,10 +104,10 @@ fn file_name(region: &str, taken: &mut BTreeSet<String>) -> String {
     name
 }
 
-/// Writes one function: then arcs solid, else arcs dashed, complemented ones with a dot at the end.
+/// Writes one function: solid then arcs, dashed else arcs, a dot at the end of complemented arcs.
 ///
 /// # Errors
-/// Those of `out`.
+/// Writing to `out` fails.
 pub fn write(diagram: &Diagram, root: Edge, title: &str, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "digraph \"{}\" {{", title.escape_default())?;
     writeln!(out, "  node [shape=circle];")?;

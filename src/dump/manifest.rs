@@ -1,4 +1,4 @@
-//! `manifest.json`: what the roots of a dump are and how to read its variables.
+//! `manifest.json`: the meaning of the roots and variables of a dump.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read};
@@ -15,7 +15,7 @@ use crate::escape::is_shown;
 
 /// The schema that this version writes and reads.
 pub const SCHEMA: &str = "meliora.dump/1";
-/// The manifest's name in the directory.
+/// The name of the manifest in the directory.
 pub const FILE: &str = "manifest.json";
 /// The name of the file with the regions.
 pub const REGIONS: &str = "regions.dddmp";
@@ -23,25 +23,25 @@ pub const REGIONS: &str = "regions.dddmp";
 pub const CERTIFICATE: &str = "certificate.dddmp";
 /// The name of the program that writes dumps.
 pub const TOOL: &str = "meliora";
-/// A manifest is never larger.
+/// The maximum size of a manifest, in bytes.
 const LARGEST: u64 = 256 << 20;
-/// Choices are numbered by at most so many bits.
+/// The maximum number of bits for choices.
 const MOST_CHOICE_BITS: u32 = 20;
 
-/// Everything that is needed to interpret a dump without the model.
+/// The information that is needed to interpret a dump without the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// [`SCHEMA`]
+    /// The schema, [`SCHEMA`].
     pub schema: String,
-    /// The program that wrote it.
+    /// The program that wrote the dump.
     pub tool: Tool,
     /// The model.
     pub model: Source,
     /// The values of all constants of the model.
     #[serde(deserialize_with = "each_once")]
     pub constants: BTreeMap<String, Json>,
-    /// The names of those that `--const` gave.
+    /// The names of the constants that `--const` gave.
     pub given: Vec<String>,
     /// The preference file.
     pub preferences: Source,
@@ -49,18 +49,19 @@ pub struct Manifest {
     pub objectives: Vec<String>,
     /// `bottom`, `gain` or `incomparable`.
     pub empty: String,
-    /// `play`, where objectives are judged over whole plays; none where they are from the present state on.
+    /// `play` if objectives are judged over whole paths; none if they are judged from the present
+    /// state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub history: Option<String>,
     /// `reachable` or `all`.
     pub scope: String,
     /// `action`, `transition` or `prefix`.
     pub safety: String,
-    /// The greatest level that was computed, where `--max-level` cut the search.
+    /// The greatest computed level, if `--max-level` cut the search.
     pub max_level: Option<usize>,
-    /// How states are bits.
+    /// The encoding of states as bits.
     pub encoding: Encoding,
-    /// How choices are bits.
+    /// The encoding of choices as bits.
     pub choices: Choices,
     /// `regions.dddmp`
     pub regions: File,
@@ -78,7 +79,7 @@ pub struct Tool {
     pub version: String,
 }
 
-/// A text that was read.
+/// An input file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Source {
@@ -88,12 +89,12 @@ pub struct Source {
     pub sha256: String,
 }
 
-/// How states are bits: a variable's value is `low` plus the number that its bits make, bit 0 the
-/// least significant. Patterns past `high` are no values.
+/// The encoding of states as bits. The value of a variable is `low` plus the number formed by its
+/// bits, where bit 0 is the least significant. Patterns above `high` are not values.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Encoding {
-    /// The model's variables in the order of declaration.
+    /// The variables of the model, in the order of declaration.
     pub variables: Vec<Variable>,
     /// The names of the bits from the root down.
     pub order: Vec<String>,
@@ -108,32 +109,33 @@ pub struct Variable {
     /// `bool` or `int`.
     #[serde(rename = "type")]
     pub ty: String,
-    /// The smallest value (of a Boolean 0), and what is added to the number of the bits.
+    /// The smallest value (0 for a Boolean), which is added to the number of the bits.
     pub low: i64,
-    /// The largest value (of a Boolean 1).
+    /// The largest value (1 for a Boolean).
     pub high: i64,
-    /// How many bits it has.
+    /// The number of its bits.
     pub bits: u32,
     /// The names of its bits, least significant first.
     pub names: Vec<String>,
-    /// Its value in the initial state, where there is one for all of them.
+    /// Its value in the initial states, if all of them agree.
     pub initial: Option<i64>,
-    /// The names of its values from `low` on, where they have names, as locations do.
+    /// The names of its values from `low` on; locations have such names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<String>,
-    /// Whether it is the state of a monitor, which follows what an objective over whole plays asks.
+    /// True if the variable is the state of a monitor, which follows an objective over whole paths.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub observer: bool,
 }
 
-/// How choices are bits: their number, bit 0 the least significant and deepest; these variables
-/// stand above those of the states. Only roots of kind `choices` depend on them.
+/// The encoding of choices as bits of their number, where bit 0 is the least significant and
+/// deepest. These variables are above those of the states. Only roots of kind `choices` depend on
+/// them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Choices {
-    /// The names of the bits from the root down; none where no root has them.
+    /// The names of the bits from the root down; empty if no root depends on them.
     pub order: Vec<String>,
-    /// What the numbers mean; numbers past these mean nothing.
+    /// The meaning of the numbers; greater numbers have no meaning.
     pub numbers: Vec<ChoiceNumber>,
 }
 
@@ -143,12 +145,12 @@ pub struct Choices {
 pub struct ChoiceNumber {
     /// The number.
     pub number: usize,
-    /// The name for people: the label, with commands where several numbers have this label.
+    /// The displayed name: the label, with the commands if several numbers share this label.
     pub name: String,
-    /// The label; none where the commands have none.
+    /// The label; none if the commands have none.
     pub action: Option<String>,
-    /// For each participating module the commands of which one is taken, `module#k`; of a `dtmc`, and
-    /// for the self-loop of deadlocks, none.
+    /// For each participating module its alternative commands, `module#k`. Empty for a `dtmc` and
+    /// for the self-loop of deadlocks.
     pub commands: Vec<Vec<String>>,
 }
 
@@ -160,9 +162,9 @@ pub struct File {
     pub path: String,
     /// The SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
-    /// How many nodes it has, the terminal among them.
+    /// The number of its nodes, including the terminal.
     pub nodes: usize,
-    /// What its roots are.
+    /// The meaning of its roots.
     pub roots: Vec<Root>,
 }
 
@@ -172,22 +174,22 @@ pub struct File {
 pub struct Root {
     /// Its name, as in `meliora query`.
     pub name: String,
-    /// What it is a set of.
+    /// The sort of its members.
     pub kind: RootKind,
-    /// Its position in `.rootids`, from 0.
+    /// Its index in `.rootids`, from 0.
     pub root: usize,
-    /// What stands there: a node, negative where it is complemented.
+    /// The value in `.rootids`: the number of a node, negative if complemented.
     pub node: i32,
-    /// How many inner nodes it has.
+    /// The number of its inner nodes.
     pub nodes: usize,
-    /// How many members it has.
+    /// The number of its members, in decimal.
     pub count: String,
     /// Its DOT file, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dot: Option<String>,
 }
 
-/// What a function is a set of.
+/// The sort of the members of a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RootKind {
@@ -197,13 +199,13 @@ pub enum RootKind {
     Choices,
 }
 
-/// What tells whether the rest can be read.
+/// The first part to be read: the schema says if the rest can be read.
 #[derive(Deserialize)]
 struct Head {
     schema: Option<String>,
 }
 
-/// A map in which no key is there twice: readers differ in which of the values they take.
+/// Reads a map and refuses duplicate keys, for which readers differ in the value that they choose.
 fn each_once<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<String, Json>, D::Error> {
     struct Once;
     impl<'de> Visitor<'de> for Once {
@@ -226,7 +228,7 @@ fn each_once<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<Stri
     deserializer.deserialize_map(Once)
 }
 
-/// A name: something to see, and nothing that moves a cursor.
+/// Checks a name: not empty, and every character is visible.
 fn plain(what: &str, name: &str) -> Result<(), String> {
     if name.is_empty() || name.chars().any(|c| c.is_whitespace() || !is_shown(c)) {
         return Err(format!("`{}` is no name of {what}", name.escape_debug()));
@@ -235,7 +237,7 @@ fn plain(what: &str, name: &str) -> Result<(), String> {
 }
 
 impl Variable {
-    /// Whether it is a Boolean.
+    /// Returns true if the variable is a Boolean.
     pub fn is_bool(&self) -> bool {
         self.ty == "bool"
     }
@@ -262,12 +264,12 @@ impl Variable {
 }
 
 impl File {
-    /// The root called `name`.
+    /// Returns the root called `name`.
     pub fn root(&self, name: &str) -> Option<&Root> {
         self.roots.iter().find(|r| r.name == name)
     }
 
-    /// Whether the roots are those of the diagram.
+    /// Checks that the roots are those of the diagram.
     fn check(&self, diagram: &Diagram) -> Result<(), String> {
         if self.nodes != diagram.nodes.len() + 1 {
             return Err(format!("`{}` has {} nodes, not {}", self.path, diagram.nodes.len() + 1, self.nodes));
@@ -289,7 +291,8 @@ impl File {
         Ok(())
     }
 
-    /// Whether it has the name of its part of the dump, and names that are names.
+    /// Checks that the file has the expected name, and that its roots have valid and distinct
+    /// names.
     fn check_names(&self, path: &str) -> Result<(), String> {
         if self.path != path {
             return Err(format!("the file is `{path}`, not `{}`", self.path.escape_debug()));
@@ -309,7 +312,7 @@ impl Manifest {
     /// Reads the manifest of a directory.
     ///
     /// # Errors
-    /// It cannot be read, or is no manifest.
+    /// The file cannot be read, is too large, or is not a valid manifest.
     pub fn read(directory: &Path) -> Result<Self> {
         let path = directory.join(FILE);
         let name = path.display().to_string();
@@ -324,10 +327,10 @@ impl Manifest {
         Manifest::parse(&name, &text)
     }
 
-    /// Reads a manifest; whether it fits its files is checked by [`Manifest::check_file`].
+    /// Parses a manifest. [`Manifest::check_file`] checks that it fits its files.
     ///
     /// # Errors
-    /// [`Error::Dump`] with the line for text that is no manifest.
+    /// [`Error::Dump`] with the line, if the text is not a valid manifest.
     pub fn parse(name: &str, text: &str) -> Result<Self> {
         let wrong = |line: usize, message: String| Error::Dump { file: name.to_owned(), line, message };
         let head: Head = serde_json::from_str(text).map_err(|e| wrong(e.line(), e.to_string()))?;
@@ -344,16 +347,16 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// The text of the file.
+    /// Returns the text of the file.
     pub fn text(&self) -> String {
         // The structure has string keys only and no fallible parts.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// Whether a file's diagram is the one described.
+    /// Checks that the diagram of a file is the one described.
     ///
     /// # Errors
-    /// [`Error::Dump`] that says what differs.
+    /// [`Error::Dump`] with the difference.
     pub fn check_file(&self, manifest: &str, file: &File, diagram: &Diagram) -> Result<()> {
         let wrong = |message: String| Error::Dump { file: manifest.to_owned(), line: 0, message };
         if !self.variables().eq(diagram.variables.iter()) {
@@ -369,13 +372,13 @@ impl Manifest {
         Ok(())
     }
 
-    /// The constants that were given, as `--const` takes them.
+    /// Returns the given constants in the syntax of `--const`.
     pub fn given_constants(&self) -> String {
         let value = |name: &String| Some(format!("{name}={}", self.constants.get(name)?));
         self.given.iter().filter_map(value).collect::<Vec<_>>().join(",")
     }
 
-    /// The names of all variables from the root down.
+    /// Returns the names of all variables, from the root down.
     pub fn variables(&self) -> impl Iterator<Item = &String> {
         self.choices.order.iter().chain(&self.encoding.order)
     }

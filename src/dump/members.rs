@@ -1,11 +1,11 @@
-//! The assignments that satisfy a function, as a list of which none is written down.
+//! The assignments that satisfy a function, enumerated on demand.
 
 use num_bigint::BigUint;
 
 use super::{Diagram, Edge};
 
-/// The assignments to all variables of a diagram that satisfy one of its functions, numbered from 0
-/// lexicographically, the first variable first and false before true.
+/// The satisfying assignments of a function to all variables of a diagram. They are numbered from 0
+/// in lexicographic order, the first variable first and false before true.
 pub struct Members<'d> {
     diagram: &'d Diagram,
     edge: Edge,
@@ -13,18 +13,18 @@ pub struct Members<'d> {
 }
 
 impl<'d> Members<'d> {
-    /// The members of a function. Cost: linear in its nodes.
+    /// Prepares the members of a function. Cost: linear in its nodes.
     pub fn new(diagram: &'d Diagram, edge: Edge) -> Self {
         Members { diagram, edge, counts: diagram.counts(edge) }
     }
 
-    /// How many there are.
+    /// Returns the number of members.
     pub fn count(&self) -> BigUint {
         self.diagram.over(&self.counts, self.edge, 0)
     }
 
-    /// The member with a number: for each variable its value; none past the last one. Cost: linear in
-    /// the variables.
+    /// Returns the member with this number as one value per variable; none past the last member.
+    /// Cost: linear in the number of variables.
     pub fn nth(&self, number: &BigUint) -> Option<Vec<bool>> {
         if *number >= self.count() {
             return None;

@@ -1,11 +1,11 @@
-//! Dumps: sets of states as files that other programs read.
+//! Dumps: sets of states in files that other programs can read.
 //!
-//! A dump is a directory. `regions.dddmp` holds every region as a root of one shared diagram in
-//! DDDMP 2.0 text, `certificate.dddmp` the sets that a check without fixpoints needs, and
-//! `manifest.json` says what the roots are and how states are bits ([`Manifest`]).
+//! A dump is a directory. `regions.dddmp` contains every region as a root of one shared diagram, in
+//! DDDMP 2.0 text. `certificate.dddmp` contains the sets that a check without fixpoints needs.
+//! `manifest.json` describes the roots and the encoding of states as bits ([`Manifest`]).
 //!
-//! [`Diagram`] is the form in between: nodes as plain data with complemented else arcs, the form
-//! that CUDD and Python's `dd` use. No engine is needed to read, check or write one.
+//! [`Diagram`] is the representation in memory: nodes as plain data with complemented else arcs, as
+//! in CUDD and in Python's `dd`. Dumps are read, checked and written without an engine.
 
 pub mod dddmp;
 pub mod diagram;

@@ -1,5 +1,5 @@
-//! Where the directory of a dump is to appear, and how it gets there: at every moment the old one or the
-//! new one is whole in its place, and nothing of others is ever removed.
+//! The replacement of a dump's directory. At every moment either the old or the new dump is
+//! complete in its place, and files that are not part of a dump are never removed.
 
 use std::collections::BTreeSet;
 use std::fs::{self, Metadata};
@@ -11,22 +11,22 @@ use tempfile::TempDir;
 use super::manifest::{CERTIFICATE, FILE, Manifest, REGIONS};
 use crate::error::{Error, Result};
 
-/// A place that may be written.
+/// A directory that may be written.
 pub(super) struct Place {
     given: PathBuf,
-    /// Where all links lead, from the root on: it stays right while directories move.
+    /// The path with all links resolved, absolute; it stays valid when directories move.
     path: PathBuf,
-    /// The mode of the directory that is there.
+    /// The metadata of the existing directory, for its mode.
     old: Option<Metadata>,
-    /// The files of the dump that is there.
+    /// The files of the existing dump.
     files: BTreeSet<String>,
 }
 
 impl Place {
-    /// A directory that does not exist yet, is empty, or holds a dump and nothing else.
+    /// Checks a directory that does not exist yet, is empty, or contains only a dump.
     ///
     /// # Errors
-    /// It holds something else; its parent is not there.
+    /// The directory contains something else; its parent does not exist.
     pub(super) fn find(given: &Path) -> Result<Self> {
         let failed = |e: io::Error| Error::writing(given, &e);
         let (path, old) = match fs::metadata(given) {
@@ -41,7 +41,7 @@ impl Place {
         Ok(place)
     }
 
-    /// Lists the files of the dump that is there.
+    /// Lists the files of the existing dump.
     fn look(&mut self) -> Result<()> {
         let mut there = BTreeSet::new();
         for entry in fs::read_dir(&self.path).map_err(|e| Error::writing(&self.given, &e))? {
@@ -68,7 +68,7 @@ impl Place {
         Error::Io { path: self.given.display().to_string(), message: message.to_owned() }
     }
 
-    /// A new directory beside the place, with the mode that the place has or new directories get.
+    /// Creates a new directory next to the place, with the default mode of new directories.
     pub(super) fn beside(&self) -> io::Result<TempDir> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(".meliora-dump-");
@@ -80,16 +80,16 @@ impl Place {
         builder.tempdir_in(self.path.parent().unwrap_or(&self.path))
     }
 
-    /// Puts the new directory in its place. An old dump is exchanged for it, and then removed.
+    /// Moves the new directory into place. An old dump is exchanged for it, and then removed.
     pub(super) fn install(mut self, new: TempDir) -> Result<()> {
         let failed = |e: io::Error| Error::writing(&self.given, &e);
         if let Some(old) = &self.old {
             fs::set_permissions(new.path(), old.permissions()).map_err(failed)?;
-            // Hours may have passed.
+            // Hours may have passed, so the directory is checked again.
             self.look()?;
         }
         if self.files.is_empty() {
-            // An empty directory is replaced.
+            // Renaming replaces an empty directory.
             fs::rename(new.path(), &self.path).map_err(|e| Error::writing(&self.given, &e))?;
             let _ = new.keep();
             return Ok(());
@@ -108,14 +108,14 @@ impl Place {
         })
     }
 
-    /// Removes the files of the old dump, and nothing that was not one.
+    /// Removes the files of the old dump, and no others.
     fn remove(&self, old: &Path) -> io::Result<()> {
         self.files.iter().try_for_each(|name| fs::remove_file(old.join(name)))?;
         fs::remove_dir(old)
     }
 }
 
-/// The path of a directory that does not exist yet.
+/// Returns the resolved path of a directory that does not exist yet.
 fn new_path(given: &Path) -> io::Result<PathBuf> {
     let parent = given.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match given.file_name() {
@@ -124,14 +124,14 @@ fn new_path(given: &Path) -> io::Result<PathBuf> {
     }
 }
 
-/// Exchanges two directories in one step.
+/// Exchanges two directories atomically.
 #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
 fn exchange(a: &Path, b: &Path) -> io::Result<()> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
     Ok(renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE)?)
 }
 
-/// Elsewhere there is no such step.
+/// Fails: this system has no such operation.
 #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
 fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())

@@ -1,4 +1,4 @@
-//! What passes between a dump and its files: watched, and hashed.
+//! Streams between a dump and its files, with cancellation and hashing.
 
 use std::io::{self, Read, Write};
 
@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 
 use crate::progress::ProgressSink;
 
-/// Ends when the work is cancelled.
+/// A stream that fails as soon as the work is cancelled.
 pub(super) struct Watched<'o, T> {
     pub(super) inner: T,
     pub(super) sink: &'o dyn ProgressSink,
@@ -36,7 +36,7 @@ impl<R: Read> Read for Watched<'_, R> {
     }
 }
 
-/// Hashes what passes through.
+/// A stream that hashes the bytes that pass through.
 pub(super) struct Hashing<T> {
     pub(super) inner: T,
     pub(super) hash: Sha256,

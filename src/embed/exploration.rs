@@ -1,4 +1,4 @@
-//! A model whose states are known.
+//! A model with its explored states.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::model::preference::{History, Preferences};
 use crate::planning::Options;
 use crate::planning::result::ModelCounts;
 
-/// The states of a model's scope with what may happen in them, in either engine.
+/// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]
 pub struct Exploration {
     engine: AnyEngine,
@@ -23,48 +23,49 @@ impl Exploration {
         Exploration { engine }
     }
 
-    /// The engine.
+    /// Returns the engine.
     pub fn engine(&self) -> &AnyEngine {
         &self.engine
     }
 
-    /// The flat program.
+    /// Returns the flat program.
     pub fn program(&self) -> &Arc<Program> {
         self.engine.program()
     }
 
-    /// How many states, choices, transitions, … there are.
+    /// Counts the states, choices, transitions and so on. Cost: no image.
     ///
     /// # Errors
-    /// A limit. Cost: no image.
+    /// A limit is reached.
     pub fn counts(&self) -> Result<ModelCounts> {
         ModelCounts::of(&self.engine)
     }
 
-    /// What the engine used so far.
+    /// Returns the resources used by the engine so far.
     pub fn usage(&self) -> Usage {
         self.engine.usage()
     }
 
-    /// All states of the scope.
+    /// Returns all states of the scope.
     pub fn states(&self) -> States {
         States::of(&self.engine, self.engine.all_states())
     }
 
-    /// The initial states.
+    /// Returns the initial states.
     pub fn initial(&self) -> States {
         States::of(&self.engine, self.engine.initial_states())
     }
 
-    /// The states in which nothing is enabled.
+    /// Returns the states without an enabled command.
     pub fn deadlocks(&self) -> States {
         States::of(&self.engine, self.engine.deadlock_states())
     }
 
-    /// The states in which a condition in the model's language holds: `x = 3 & "goal"`.
+    /// Returns the states that satisfy a condition in the model's language: `x = 3 & "goal"`.
     ///
     /// # Errors
-    /// What is wrong with the condition, with its place; it has no value in some state; a limit.
+    /// The condition is invalid (errors have places), or has no value in some state; a limit is
+    /// reached.
     pub fn states_where(&self, condition: &str) -> Result<States> {
         let source = SourceFile::new("condition", condition);
         let mut program = Program::clone(self.program());
@@ -74,10 +75,10 @@ impl Exploration {
         Ok(States::of(&self.engine, engine.states_where(condition)?))
     }
 
-    /// The set of one state; empty where it is not in the scope.
+    /// Returns the set of one state; empty if the state is not in the scope.
     ///
     /// # Errors
-    /// A limit; a state that has not one value a variable.
+    /// The state does not have one value per variable; a limit is reached.
     pub fn singleton(&self, state: &[i64]) -> Result<States> {
         let variables = self.program().variables.len();
         if state.len() != variables {
@@ -86,11 +87,12 @@ impl Exploration {
         Ok(States::of(&self.engine, self.engine.singleton(state)?))
     }
 
-    /// From where some, and from where every strategy reaches a target surely, and possibly.
+    /// Computes the states from which some strategy, and from which every strategy, reaches a
+    /// target with probability 1, and with positive probability. Cost: that of the four
+    /// [`crate::engine::regions`].
     ///
     /// # Errors
-    /// A limit; the target is of another exploration. Cost: that of the four
-    /// [`crate::engine::regions`].
+    /// The target belongs to another exploration; a limit is reached.
     pub fn reach(&self, target: &States) -> Result<Regions<States>> {
         let found = regions(&self.engine, target.within(&self.engine)?)?;
         let of = |set| States::of(&self.engine, set);
@@ -102,16 +104,16 @@ impl Exploration {
         })
     }
 
-    /// An analysis under the preferences of a text, of which nothing is computed yet. Where whole plays count
-    /// (`history = play`), the model is explored anew beside its monitors.
+    /// Prepares an analysis under the preferences of a text, without computing anything. With
+    /// `history = play`, the model is explored anew in product with its monitors.
     ///
     /// # Errors
-    /// What is wrong in the text, each with its place.
+    /// The text is invalid; each error has its place. A limit is reached in the new exploration.
     pub fn prefer(&self, source: &Arc<SourceFile>, options: Options) -> Result<Planning> {
         let mut program = Program::clone(self.program());
         let preferences: Preferences = lang::load_preferences(source, &mut program)?;
         let program = Arc::new(program);
-        // Monitors are variables of their own: with them there are other states.
+        // Monitors add variables, so the product has states of its own.
         let engine = match preferences.history {
             History::State => self.engine.reading(program)?,
             History::Play => AnyEngine::new(program, self.engine.settings().clone())?,

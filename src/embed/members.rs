@@ -1,4 +1,4 @@
-//! The members of a set of states: one after the other, and some at random.
+//! The members of a set of states, one after the other or drawn at random.
 
 use ahash::AHashSet;
 
@@ -11,7 +11,8 @@ use crate::error::{Error, Result};
 use crate::model::State;
 use crate::random::Draw;
 
-/// The states of a set in the order of their values, first variable first, found as they are asked for.
+/// An iterator over the states of a set, in the order of their values, first variable first. States
+/// are found on demand.
 pub struct Listing {
     engine: AnyEngine,
     rest: Rest,
@@ -34,10 +35,11 @@ impl Iterator for Listing {
 }
 
 impl States {
-    /// All states in the order of their values, however many there are.
+    /// Returns an iterator over all states in the order of their values, without a bound on their
+    /// number.
     ///
     /// # Errors
-    /// A limit; of the explicit engine, before the first state.
+    /// A limit is reached; with the explicit engine, before the first state.
     pub fn listing(&self) -> Result<Listing> {
         let rest = match (self.set(), self.engine().explicit(), self.engine().symbolic()) {
             (AnyStates::Symbolic(x), _, Some(engine)) => Rest::Symbolic(engine.listing(x)),
@@ -47,12 +49,12 @@ impl States {
         Ok(Listing { engine: self.engine().clone(), rest })
     }
 
-    /// `size` different states, each choice of so many as likely as any other and in random order. The same
-    /// seed draws the same states with the same engine and order of bits.
+    /// Draws `size` distinct states uniformly at random, in random order. The same seed draws the
+    /// same states with the same engine and order of bits. Cost: symbolically linear in the nodes
+    /// of the diagram and the bits of the drawn states, explicitly linear in the states.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there are not so many; a limit. Cost: symbolically linear in the nodes of the
-    /// diagram and the bits of the states drawn, explicitly in the states.
+    /// [`Error::Usage`] if the set has fewer states; a limit is reached.
     pub fn sample(&self, size: usize, seed: u64) -> Result<Vec<State>> {
         let count = self.count()?;
         if Count::from(size) > count {
@@ -75,9 +77,9 @@ impl States {
     }
 }
 
-/// So many different numbers below `count`, which is not less.
+/// Draws `size` distinct numbers below `count`; `size` must not exceed `count`.
 fn draw(draw: &mut Draw, count: &Count, size: usize) -> Vec<Count> {
-    // Most are taken: better leave some out of all of them.
+    // At least half of them are taken, so shuffling all is faster than rejecting duplicates.
     if *count <= Count::from(2 * size) {
         let mut all: Vec<Count> = (0..usize::try_from(count).unwrap_or(0)).map(Count::from).collect();
         draw.shuffle(&mut all);

@@ -1,9 +1,9 @@
-//! Owners for those who embed the library: types without lifetimes, which any language can hold.
+//! Types for embedding the library: owners without lifetimes, which any language can hold.
 //!
-//! A [`Model`] is read from a text; [`Model::explore`] makes an [`Exploration`] of it by either engine, which
-//! answers with sets of states ([`States`]) and takes any number of targets and preferences, none of which
-//! explores again; a [`Planning`] is an analysis under preferences, and a [`Strategy`] what to do. Clones are
-//! cheap: they share what was computed.
+//! A [`Model`] is read from a text. [`Model::explore`] builds an [`Exploration`] with either
+//! engine. An exploration answers with sets of states ([`States`]), for any number of targets and
+//! preferences, without exploring again. A [`Planning`] is an analysis under preferences; a
+//! [`Strategy`] selects actions. Clones are cheap: they share results.
 
 mod exploration;
 mod members;

@@ -1,4 +1,4 @@
-//! A model that was read.
+//! A parsed model.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::model::value::{Type, Value};
 use crate::model::{ModelKind, Program, State};
 use crate::progress::{NoProgress, ProgressSink};
 
-/// A model in PRISM's language or in JANI, checked and flat; nothing of it is explored.
+/// A model in PRISM's language or in JANI, checked and flat, but not explored.
 #[derive(Debug, Clone)]
 pub struct Model {
     program: Arc<Program>,
@@ -19,18 +19,18 @@ pub struct Model {
 }
 
 impl Model {
-    /// Reads a file. `constants` gives the undefined constants their values: `K=4,N=3`, or nothing.
+    /// Reads a file. `constants` gives values to undefined constants: `K=4,N=3`, or the empty text.
     ///
     /// # Errors
-    /// The file cannot be read; what is wrong in it, each with its place.
+    /// The file cannot be read, or is invalid; each error has its place.
     pub fn open(path: impl AsRef<Path>, constants: &str) -> Result<Self> {
         Self::of(&SourceFile::open(path.as_ref())?, constants)
     }
 
-    /// Reads a text, as [`Model::open`] reads a file.
+    /// Parses a text, as [`Model::open`] reads a file.
     ///
     /// # Errors
-    /// What is wrong in it, each with its place.
+    /// The text is invalid; each error has its place.
     pub fn parse(text: impl Into<String>, constants: &str) -> Result<Self> {
         Self::of(&SourceFile::new("model", text), constants)
     }
@@ -41,47 +41,50 @@ impl Model {
         Self::given(source, &given, &NoProgress)
     }
 
-    /// Reads a text with all that may be said of it from outside; `sink` may end the work.
+    /// Parses a text with values for its constants and bounds for its variables; `sink` may cancel
+    /// the work.
     ///
     /// # Errors
-    /// What is wrong in the texts, each with its place; a limit.
+    /// A text is invalid (each error has its place); a limit is reached.
     pub fn given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
         let checked = lang::load_given(source, given, sink)?;
         Ok(Model { program: Arc::new(checked.program), warnings: checked.warnings })
     }
 
-    /// The flat program.
+    /// Returns the flat program.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
     }
 
-    /// What is suspicious in the text, but no error.
+    /// Returns the warnings about the text.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings
     }
 
-    /// `mdp` or `dtmc`.
+    /// Returns the kind: `mdp` or `dtmc`.
     pub fn kind(&self) -> ModelKind {
         self.program.kind
     }
 
-    /// Explores the states of the scope with the engine that the settings name.
+    /// Explores the states of the scope with the engine of the settings.
     ///
     /// # Errors
-    /// A limit; what has no meaning in some state of the scope, with an example; an order that is wrong.
+    /// A limit is reached; an expression has no value in a state of the scope (the error shows an
+    /// example); the variable order is invalid.
     pub fn explore(&self, settings: Settings) -> Result<Exploration> {
         Ok(Exploration::of(AnyEngine::new(Arc::clone(&self.program), settings)?))
     }
 
-    /// Reads a state: `r=2,c=2,d=false`. Variables left out take their initial value.
+    /// Parses a state: `r=2,c=2,d=false`. Missing variables get their initial values.
     ///
     /// # Errors
-    /// Unknown variables and values out of their range, each with its place.
+    /// Unknown variables and values out of range, each with its place.
     pub fn state(&self, text: &str) -> Result<State> {
         lang::parse_state(&SourceFile::new("state", text), &self.program)
     }
 
-    /// A state as values by the names of their variables, in the order of declaration.
+    /// Returns the values of a state with the names of their variables, in the order of
+    /// declaration.
     pub fn values<'s>(&'s self, state: &'s [i64]) -> impl Iterator<Item = (&'s str, Value)> {
         self.program.variables.iter().zip(state).map(|(variable, &value)| {
             let value = if variable.ty == Type::Bool { Value::Bool(value != 0) } else { Value::Int(value) };

@@ -1,4 +1,4 @@
-//! A set of states over a plane of one or two variables.
+//! Projections of a set of states onto one or two variables.
 
 use super::{Exploration, States};
 use crate::engine::Algebra;
@@ -8,35 +8,36 @@ use crate::error::{Error, Limit, Result};
 use crate::model::{Program, VarId};
 use crate::projections::Plane;
 
-/// A projection has at most so many cells.
+/// The maximum number of cells of a projection.
 const MOST_CELLS: u64 = 1 << 28;
 
-/// For each cell of a plane whether some state of a set lies there.
+/// A projection: for each cell of a plane, true if some state of a set has the values of the cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Projection {
-    /// How many rows: the values of the row's variable, or 1.
+    /// The number of rows: the number of values of the row's variable, or 1.
     pub rows: usize,
-    /// How many columns.
+    /// The number of columns.
     pub columns: usize,
-    /// Row by row, from the smallest values on.
+    /// The cells row by row, from the smallest values on.
     pub cells: Vec<bool>,
 }
 
 impl Exploration {
-    /// The states in which some variables have these values.
+    /// Returns the states in which some variables have the given values. Cost: symbolically one
+    /// conjunction per bit, explicitly one test per state.
     ///
     /// # Errors
-    /// A limit. Cost: symbolically a conjunction a bit, explicitly a look at each state.
+    /// A limit is reached.
     pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<States> {
         self.states().slice(fixed)
     }
 }
 
 impl States {
-    /// { s ∈ X : the variables have these values in s }
+    /// Returns { s ∈ X : the variables have the given values in s }.
     ///
     /// # Errors
-    /// Those of [`Exploration::slice`].
+    /// The errors of [`Exploration::slice`].
     pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<States> {
         let engine = self.engine();
         let set = match (self.set(), engine.symbolic(), engine.explicit()) {
@@ -51,12 +52,12 @@ impl States {
         Ok(States::of(engine, set))
     }
 
-    /// For each cell of the plane whether X has a state there in which some variables have these values;
-    /// all other variables may have any.
+    /// Computes for each cell of the plane if X has a state there with the values in `fixed`; all
+    /// other variables may have any values. Cost: symbolically one conjunction per bit, one
+    /// quantification, and one path of the diagram per cell; explicitly one test per state.
     ///
     /// # Errors
-    /// A limit; too many cells. Cost: symbolically a conjunction a bit, a quantification and a path a cell,
-    /// explicitly a look at each state.
+    /// The plane has too many cells; a limit is reached.
     pub fn projection(&self, plane: Plane, fixed: &[(VarId, i64)]) -> Result<Projection> {
         let program = self.engine().program();
         let mut projection = Projection::empty(program, plane)?;
@@ -83,7 +84,7 @@ fn fits(state: &[i64], fixed: &[(VarId, i64)]) -> bool {
     fixed.iter().all(|&(variable, value)| state[variable.index()] == value)
 }
 
-/// The cell of a state.
+/// The mapping from states to cells.
 struct Place {
     row: Option<(usize, i64)>,
     column: (usize, i64),
@@ -121,8 +122,8 @@ impl Projection {
         Ok(Projection { rows, columns, cells: vec![false; rows * columns] })
     }
 
-    /// Marks the cells of a set: follows the bits of each cell through the diagram of what the set is when
-    /// all other variables are forgotten.
+    /// Marks the cells of a set: quantifies all other variables, and evaluates the diagram at the
+    /// bits of each cell.
     fn fill(&mut self, engine: &SymbolicEngine, x: &StateSet, plane: Plane) -> Result<()> {
         let onto: Vec<VarId> = plane.row.into_iter().chain([plane.column]).collect();
         let shadow = engine.projection(x, &onto)?;

@@ -1,4 +1,4 @@
-//! A planning as report, page and pictures.
+//! Reports, pages and pictures of a planning.
 
 use super::Planning;
 use crate::engine::Engine;
@@ -9,18 +9,19 @@ use crate::output::page::{Content, Picture};
 use crate::output::report::ModelSummary;
 use crate::projections::{self, Plane};
 
-/// So many initial states are listed.
+/// The maximum number of listed initial states.
 const LISTED: usize = 16;
-/// A page has at most so many nodes of diagrams.
+/// The maximum number of diagram nodes in a page.
 const MOST_NODES: usize = 500_000;
 
-/// What is drawn.
+/// The kind of drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Drawing {
-    /// A page that loads nothing, with maps, levels, the preference order and all tables.
+    /// A page that loads nothing from elsewhere, with maps, levels, the preference order and all
+    /// tables.
     Html,
-    /// The same without maps to explore, as Markdown.
+    /// A page with the same content but no interactive maps, as Markdown.
     Markdown,
     /// One picture, as SVG.
     Svg(Picture),
@@ -29,11 +30,12 @@ pub enum Drawing {
 }
 
 impl Planning {
-    /// What `meliora check` reports, as far as it is known: [`crate::output::Report::text`] has it as text, and
-    /// it can be written as JSON.
+    /// Builds the report of `meliora check` from the results so far.
+    /// [`crate::output::Report::text`] formats it as text; it can also be written as JSON. Cost:
+    /// see [`crate::planning::Analysis::prospects`].
     ///
     /// # Errors
-    /// A limit. Cost: see [`crate::planning::Analysis::prospects`].
+    /// A limit is reached.
     pub fn report(&self) -> Result<CheckReport> {
         let (engine, program) = (self.engine(), self.program());
         let (storage, scope) = (engine.storage().name(), engine.settings().scope);
@@ -49,12 +51,13 @@ impl Planning {
         Ok(report)
     }
 
-    /// A page or a picture. Maps lie over the integer variables that `grid` names, rows first: `r,c`; without
-    /// it over those that look like rows and columns, and where there are none, there is no map.
+    /// Draws a page or a picture. Maps span the integer variables that `grid` names, rows first:
+    /// `r,c`. Without `grid`, the names of the variables suggest a plane; if no plane is found, the
+    /// drawing has no map.
     ///
     /// # Errors
-    /// A limit; [`Error::Input`] where `grid` is wrong; [`Error::Usage`] where a map is asked for of the explicit
-    /// engine, or of a model without integer variables.
+    /// [`Error::Input`] if `grid` is invalid; [`Error::Usage`] if a map is requested from the
+    /// explicit engine, or for a model without integer variables; a limit is reached.
     pub fn draw(&self, drawing: Drawing, grid: Option<&str>) -> Result<String> {
         let (check, program) = (self.report()?, self.program());
         let plane = match grid {

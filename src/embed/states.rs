@@ -1,4 +1,4 @@
-//! Sets of states that know where they come from.
+//! Sets of states with their engine.
 
 use std::fmt;
 
@@ -7,14 +7,14 @@ use crate::engine::{Algebra, AnyEngine, Count, Engine};
 use crate::error::{Error, Result};
 use crate::model::State;
 
-/// Operations on two diagrams of so many nodes are done in milliseconds.
+/// The size of small diagrams, in nodes: operations on two of them take milliseconds.
 const SMALL_DIAGRAM: usize = 500;
-/// And those on sets out of so many states.
+/// The size of small scopes, in states: operations on their sets take milliseconds.
 const SMALL_SCOPE: usize = 1 << 16;
 
 /// A set of states of an [`Exploration`](super::Exploration).
 ///
-/// Sets of different explorations are never equal, and no operation takes them together.
+/// Sets of different explorations are never equal, and operations that combine them fail.
 #[derive(Clone)]
 pub struct States {
     engine: AnyEngine,
@@ -26,10 +26,10 @@ impl States {
         States { engine: engine.clone(), set }
     }
 
-    /// The set, for the engine that it is of.
+    /// Returns the set, if it belongs to this engine.
     ///
     /// # Errors
-    /// [`Error::Usage`] where it is of another one.
+    /// [`Error::Usage`] if it belongs to another one.
     pub(super) fn within(&self, engine: &AnyEngine) -> Result<&AnyStates> {
         if self.engine.shares(engine) {
             return Ok(&self.set);
@@ -37,44 +37,44 @@ impl States {
         Err(Error::Usage("the set of states is of another exploration".to_owned()))
     }
 
-    /// The engine that it is of.
+    /// Returns the engine of the set.
     pub fn engine(&self) -> &AnyEngine {
         &self.engine
     }
 
-    /// The set as the engine has it.
+    /// Returns the set in the representation of the engine.
     pub fn set(&self) -> &AnyStates {
         &self.set
     }
 
-    /// |X|
+    /// Returns |X|.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit is reached.
     pub fn count(&self) -> Result<Count> {
         self.engine.count(&self.set)
     }
 
-    /// X = ∅
+    /// Returns true if X = ∅.
     pub fn is_empty(&self) -> bool {
         self.engine.is_empty(&self.set)
     }
 
-    /// s ∈ X
+    /// Returns true if s ∈ X.
     pub fn contains(&self, state: &[i64]) -> bool {
         state.len() == self.engine.program().variables.len() && self.engine.contains(&self.set, state)
     }
 
-    /// Up to `limit` states in the order of their values, first variable first.
+    /// Lists up to `limit` states in the order of their values, first variable first.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit is reached.
     pub fn list(&self, limit: usize) -> Result<Vec<State>> {
         self.engine.list_states(&self.set, limit)
     }
 
-    /// Whether an operation on this set takes a moment only: its diagram, or the scope of an engine without
-    /// diagrams, is small.
+    /// Returns true if operations on this set take milliseconds: its diagram, or the scope of the
+    /// explicit engine, is small.
     pub fn is_small(&self) -> bool {
         match (&self.set, self.engine.symbolic()) {
             (AnyStates::Symbolic(x), Some(engine)) => !engine.has_nodes(x, SMALL_DIAGRAM),
@@ -83,51 +83,51 @@ impl States {
         }
     }
 
-    /// X ∪ Y
+    /// Returns X ∪ Y.
     ///
     /// # Errors
-    /// A limit; [`Error::Usage`] where the other set is of another exploration.
+    /// [`Error::Usage`] if the other set belongs to another exploration; a limit is reached.
     pub fn union(&self, other: &States) -> Result<States> {
         Ok(States::of(&self.engine, self.engine.union(&self.set, other.within(&self.engine)?)?))
     }
 
-    /// X ∩ Y
+    /// Returns X ∩ Y.
     ///
     /// # Errors
-    /// Those of [`States::union`].
+    /// The errors of [`States::union`].
     pub fn intersection(&self, other: &States) -> Result<States> {
         Ok(States::of(&self.engine, self.engine.intersection(&self.set, other.within(&self.engine)?)?))
     }
 
-    /// X \ Y
+    /// Returns X \ Y.
     ///
     /// # Errors
-    /// Those of [`States::union`].
+    /// The errors of [`States::union`].
     pub fn difference(&self, other: &States) -> Result<States> {
         Ok(States::of(&self.engine, self.engine.difference(&self.set, other.within(&self.engine)?)?))
     }
 
-    /// X △ Y
+    /// Returns X △ Y.
     ///
     /// # Errors
-    /// Those of [`States::union`].
+    /// The errors of [`States::union`].
     pub fn symmetric_difference(&self, other: &States) -> Result<States> {
         self.difference(other)?.union(&other.difference(self)?)
     }
 
-    /// S \ X
+    /// Returns S \ X.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit is reached.
     pub fn complement(&self) -> Result<States> {
         let all = self.engine.all_states();
         Ok(States::of(&self.engine, self.engine.difference(&all, &self.set)?))
     }
 
-    /// X ⊆ Y
+    /// Returns true if X ⊆ Y.
     ///
     /// # Errors
-    /// Those of [`States::union`].
+    /// The errors of [`States::union`].
     pub fn is_subset(&self, other: &States) -> Result<bool> {
         Ok(self.difference(other)?.is_empty())
     }
@@ -141,13 +141,13 @@ impl PartialEq for States {
 
 impl Eq for States {}
 
-/// So many states are shown.
+/// The number of states that are shown.
 const SHOWN: usize = 3;
 
-/// `{x=1,y=2; x=3,y=0}`, with how many more there are.
+/// Formats a set as `{x=1,y=2; x=3,y=0}`, with the number of further states.
 impl fmt::Display for States {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // What a limit stops is not shown.
+        // If a limit is reached, nothing is shown.
         let (count, shown) = (self.count().unwrap_or_default(), self.list(SHOWN).unwrap_or_default());
         let program = self.engine.program();
         let shown: Vec<String> = shown.iter().map(|state| program.show_state(state)).collect();

@@ -1,6 +1,7 @@
-//! The sets that let a checker see, by one step at a time, that regions are what they are said to be:
-//! layers for those inside (each has a step to an earlier one) and rounds for those outside (each can
-//! only go on to states lost before, or never gets there).
+//! The sets of the certificate, which let a checker confirm regions one step at a time.
+//!
+//! Layers confirm the states inside: each has a step to an earlier layer. Removal rounds refute the
+//! states outside: each can only reach states removed earlier, or never reaches the goal.
 
 use super::Named;
 use super::layers::{backward, forward, layers, rounds};
@@ -18,7 +19,7 @@ use crate::planning::{Analysis, Kind, Safety, strategy};
 
 type Of<'a> = Analysis<'a, SymbolicEngine>;
 
-/// All roots of the certificate.
+/// Returns all roots of the certificate.
 pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured]) -> Result<Vec<Named>> {
     let mut named = Vec::new();
     if let Some(start) = engine.beginnings()? {
@@ -58,8 +59,9 @@ fn outcome_layers(
     Ok(())
 }
 
-/// The states that do not reach a target almost surely, in the rounds in which they are lost: with
-/// the choices that cannot step into states lost before, the target cannot be reached.
+/// Computes the states that do not reach a target almost surely, in rounds of attractor removal.
+/// Each round removes the states that cannot reach the target with the choices that avoid all
+/// removed states.
 fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSet>> {
     let (mut left, mut choices, mut rounds) = (engine.all_states(), engine.all_choices(), Vec::new());
     loop {
@@ -74,7 +76,8 @@ fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSe
     }
 }
 
-/// Under `prefix`: where each class need never be weakened, and why not elsewhere.
+/// Adds, under `prefix`, the states from which a strategy can avoid weakening each class forever,
+/// and the rounds that remove all others.
 fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Named>) -> Result<()> {
     for class in analysis.classes().iter().flat_map(|c| &c.list) {
         let name = names::safe(&class_name(analysis.preferences(), &class.most_preferred));
@@ -120,8 +123,8 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
     Ok(())
 }
 
-/// Why the level after the last one is empty. Under `prefix` states that do not count, of other
-/// classes, may win it: they have a root of their own.
+/// Adds the proof that the level after the last one is empty. Under `prefix`, states of other
+/// classes may win it in an arena without counting for it; those states get a root of their own.
 fn last_level(
     engine: &SymbolicEngine,
     analysis: &Of<'_>,
@@ -152,7 +155,7 @@ fn last_level(
     Ok(())
 }
 
-/// The name of a level in an arena: with its reference class, where it has one.
+/// Returns the name of a level in an arena, with the reference class if there is one.
 fn name_in(
     analysis: &Of<'_>,
     arena: &Arena<SymbolicEngine>,
@@ -166,8 +169,8 @@ fn name_in(
     }
 }
 
-/// The states of `before` that do not win a SASI level, in the rounds in which they are lost; what is
-/// outside of `before` is lost already.
+/// Computes the rounds that remove the states of `before` that do not win a SASI level. States
+/// outside of `before` count as removed.
 fn level_rounds(
     engine: &SymbolicEngine,
     arena: &Arena<SymbolicEngine>,

@@ -1,5 +1,5 @@
-//! What the manifest of a dump says of the model, the preferences and the options; used by those who
-//! write a dump and by those who check one.
+//! The part of the manifest that describes the model, the preferences and the options. The export
+//! writes it; the manifest check derives it again.
 
 use ahash::AHashMap;
 use serde_json::Value as Json;
@@ -13,10 +13,11 @@ use crate::model::preference::Preferences;
 use crate::model::value::{Type, Value};
 use crate::model::{CommandId, Program};
 
-/// How choices are numbered; with names for the bits only where some set needs them.
+/// Describes the numbers of the choices. With `paired`, the bits of a choice get names; only sets
+/// of choices need them.
 pub(crate) fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
     let bits = if paired { engine.choice_bits() } else { 0 };
-    // No name in a model has an `@`, so these are new.
+    // Names in a model contain no `@`, so these are new.
     let order = (0..bits).rev().map(|bit| format!("choice@{bit}")).collect();
     let program = engine.program();
     let all = engine.numbered_choices();
@@ -31,7 +32,7 @@ pub(crate) fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
         let commands = commands(program, choice);
         let name = match (&action, choice) {
             (_, Numbered::Uniform) => "uniform".to_owned(),
-            // Where there are monitors, they step there.
+            // Here monitors take part, but their commands are not listed.
             (None, _) if commands.is_empty() => "deadlock".to_owned(),
             (Some(action), _) if !several => action.clone(),
             (Some(action), _) => format!("{action}({})", alternatives(&commands)),
@@ -50,7 +51,8 @@ fn label<'a>(program: &'a Program, choice: &Numbered) -> Option<&'a String> {
     program.actions.get(program.synchronisations[*synchronisation].action?)
 }
 
-/// For each module that takes part its commands; monitors take part in every step, which is nobody's choice.
+/// Returns the commands of a choice, one list per module that takes part. Monitors take part in
+/// every step and are left out.
 fn commands(program: &Program, choice: &Numbered) -> Vec<Vec<String>> {
     let monitors = program.monitors.as_ref().map(|o| o.module);
     let watches = |id: &CommandId| Some(program.commands[id.index()].module) == monitors;
@@ -67,27 +69,27 @@ fn commands(program: &Program, choice: &Numbered) -> Vec<Vec<String>> {
     }
 }
 
-/// `m1#1|m1#2,m2#1`
+/// Formats commands as `m1#1|m1#2,m2#1`.
 fn alternatives(commands: &[Vec<String>]) -> String {
     commands.iter().map(|factor| factor.join("|")).collect::<Vec<_>>().join(",")
 }
 
-/// What a dump is made from and of: all of its manifest that follows from the inputs and the options.
+/// The subject of a dump: inputs and options, which determine its manifest except for the files.
 pub(crate) struct Subject<'a> {
-    /// With the model, the scope and the order of the bits.
+    /// The engine, with the model, the scope and the order of the bits.
     pub(crate) engine: &'a SymbolicEngine,
     /// The preferences.
     pub(crate) preferences: &'a Preferences,
-    /// Where both were read.
+    /// Paths and hashes of both texts.
     pub(crate) inputs: &'a Inputs,
     /// `action`, `transition` or `prefix`.
     pub(crate) safety: String,
-    /// Where the search for levels was cut.
+    /// The level after which the search was cut.
     pub(crate) max_level: Option<usize>,
 }
 
 impl Subject<'_> {
-    /// The manifest that it has with these choices and files.
+    /// Returns the manifest with these choices and files.
     pub(crate) fn manifest(&self, choices: Choices, regions: File, certificate: Option<File>) -> Manifest {
         let source =
             |(path, sha256): &(String, String)| Source { path: path.clone(), sha256: sha256.clone() };
@@ -113,7 +115,7 @@ impl Subject<'_> {
     }
 }
 
-/// A constant's value; what JSON has no number for as text.
+/// Returns the value of a constant; a value that JSON numbers cannot represent becomes text.
 fn json(value: Value) -> Json {
     match value {
         Value::Bool(b) => Json::from(b),

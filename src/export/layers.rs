@@ -1,4 +1,4 @@
-//! Layers and rounds: states by their distance, and by when they are lost.
+//! Layers and rounds: states by distance, and states by the round that removes them.
 
 use super::Named;
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
@@ -14,13 +14,13 @@ pub(super) fn rounds(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
     named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::refuted(region, j), x)));
 }
 
-/// The states of the scope by their distance from where plays begin.
+/// Computes the states of the scope by their distance from the start states of paths.
 pub(super) fn forward(engine: &SymbolicEngine, start: StateSet) -> Result<Vec<StateSet>> {
     let all = engine.all_choices();
     by_distance(engine, start, |layer| engine.successors(&engine.choices_in(&all, layer)?))
 }
 
-/// The states that reach a target with some choices by their distance from it.
+/// Computes the states that reach a target with the given choices, by their distance from it.
 pub(super) fn backward(
     engine: &SymbolicEngine,
     target: &StateSet,

@@ -1,12 +1,13 @@
-//! From an analysis to a dump: regions, strategies, and the certificate that `verify` checks.
+//! The export of an analysis to a dump: regions, strategies, and the certificate that `verify`
+//! checks.
 //!
-//! | Roots of `certificate.dddmp` | what they are |
+//! | Roots of `certificate.dddmp` | meaning |
 //! | --- | --- |
 //! | `layers:R:j` | the states of region R by their distance from its goal; layer 0 is at the goal |
-//! | `layers:secured:A:d:i:j` | the states of `secured:A:d` by their distance from the i-th mark that comes again and again |
-//! | `refuted:R:j` | states outside R, all of them together, in rounds in which they are found to be lost |
-//! | `safe:C` | under `prefix`, the states from which class C need never be weakened |
-//! | `sasi:k@C`, `strategy:sasi:k@C` | under `prefix`, level k with C as the reference class; of the level after the last one, some states that hold all which win it |
+//! | `layers:secured:A:d:i:j` | the states of `secured:A:d` by their distance from the i-th mark that recurs |
+//! | `refuted:R:j` | the states outside of R, in the rounds that remove them; the rounds cover all such states |
+//! | `safe:C` | under `prefix`, the states from which a strategy avoids weakening class C forever |
+//! | `sasi:k@C`, `strategy:sasi:k@C` | under `prefix`, level k with reference class C; for the level after the last one, a superset of the states that win it |
 
 mod certificate;
 pub(crate) mod describe;
@@ -33,11 +34,11 @@ pub struct Inputs {
     pub preferences: (String, String),
 }
 
-/// What to put into a dump.
+/// The content of a dump.
 pub struct Selection<'a> {
-    /// Which regions, by name; `reachable` and `initial` are always there.
+    /// Selects regions by name; `reachable` and `initial` are always in the dump.
     pub wanted: &'a dyn Fn(&str) -> bool,
-    /// Whether the certificate is wanted; needs all regions.
+    /// True if the dump gets a certificate; this needs all regions.
     pub certificate: bool,
 }
 
@@ -57,10 +58,11 @@ impl Named {
     }
 }
 
-/// The dump of a finished analysis.
+/// Builds the dump of a finished analysis. Cost: for the certificate, one image per layer of each
+/// region.
 ///
 /// # Errors
-/// Nothing has the names wanted; a limit. Cost: for the certificate, an image a layer of each region.
+/// The selection matches no region; an objective is called `nothing`; a limit is reached.
 pub fn export(
     engine: &SymbolicEngine,
     analysis: &Analysis<'_, SymbolicEngine>,
@@ -79,7 +81,7 @@ pub fn export(
         return Err(Error::Usage("no region has a name that is wanted".to_owned()));
     }
     if named.iter().any(|n| names::is_strategy(&n.name)) {
-        // What a strategy leaves out can only be told from all that is enabled.
+        // A reader can tell what a strategy leaves out only if all enabled choices are in the dump.
         if !named.iter().any(|n| n.name == names::CHOICES) {
             named.push(Named::choices(names::CHOICES, &engine.all_choices()));
         }
@@ -108,14 +110,14 @@ pub fn export(
     })
 }
 
-/// The labels of the choices by their numbers, or their commands where they have none; the self-loop of
+/// Returns the label of each choice by number, or its commands if it has no label. The self-loop of
 /// deadlocks is last.
 pub(crate) fn choice_labels(engine: &SymbolicEngine) -> Vec<String> {
     let numbers = describe::choices(engine, false).numbers;
     numbers.into_iter().map(|n| n.action.unwrap_or(n.name)).collect()
 }
 
-/// Named sets as a diagram, and what the manifest says of it but the hash.
+/// Builds the diagram of named sets, and its entry in the manifest without the hash.
 fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -> Result<(File, Diagram)> {
     let sets: Vec<Set> = named.iter().map(|n| n.set.clone()).collect();
     let diagram = engine.diagram(&sets, bits)?;

@@ -1,7 +1,7 @@
-//! Where what objectives over whole plays ask can be kept to, with the layers and rounds that show it.
+//! Regions of objectives over whole paths, with the layers and rounds that prove them.
 //!
-//! Of each disjunct d of an objective, U_d is a region with a strategy; the objective is almost surely achieved
-//! from where one of them is almost surely reached.
+//! Each disjunct d of an objective has a region U_d with a strategy. The objective is achieved
+//! almost surely from a state if the union of all U_d is reached almost surely.
 
 use super::Named;
 use super::layers::{backward, layers, rounds};
@@ -13,21 +13,21 @@ use crate::model::temporal::Disjunct;
 use crate::names;
 use crate::planning::temporal::{self, Kept};
 
-/// A disjunct of an objective with its region.
+/// A disjunct of an objective, with its region.
 pub(super) struct Secured {
-    /// The position of the objective.
+    /// The index of the objective.
     pub(super) objective: usize,
     name: String,
     disjunct: Disjunct,
     kept: Kept<SymbolicEngine>,
 }
 
-/// All disjuncts of all objectives over whole plays.
+/// Computes the regions of all disjuncts of all objectives over whole paths.
 pub(super) fn secured(engine: &SymbolicEngine, preferences: &Preferences) -> Result<Vec<Secured>> {
     let mut all = Vec::new();
     for (objective, asked) in preferences.objectives.iter().enumerate() {
         let Goal::Satisfy { condition, .. } = &asked.goal else { continue };
-        // Conditions that are too large were refused when they were read.
+        // The parser refuses conditions that are too large.
         for (case, disjunct) in condition.disjuncts().unwrap_or_default().into_iter().enumerate() {
             let kept = temporal::kept(engine, &disjunct)?;
             all.push(Secured { objective, name: names::secured(&asked.name, case + 1), disjunct, kept });
@@ -37,13 +37,13 @@ pub(super) fn secured(engine: &SymbolicEngine, preferences: &Preferences) -> Res
 }
 
 impl Secured {
-    /// The region and its strategy: what stays in it.
+    /// Adds the region, and its strategy: the choices that stay in the region.
     pub(super) fn regions(&self, named: &mut Vec<Named>) {
         named.push(Named::states(&self.name, &self.kept.states));
         named.push(Named::choices(names::strategy(&self.name), &self.kept.choices));
     }
 
-    /// Layers towards each mark that comes again and again, and rounds in which all other states are lost.
+    /// Adds layers towards each mark that recurs, and the rounds that remove all other states.
     pub(super) fn witnesses(&self, engine: &SymbolicEngine, named: &mut Vec<Named>) -> Result<()> {
         for (index, here) in self.kept.again.iter().enumerate() {
             let towards = backward(engine, here, &self.kept.choices)?;
@@ -54,9 +54,9 @@ impl Secured {
     }
 }
 
-/// The states outside of U_d in the rounds in which they are lost: first those that do not satisfy what is always
-/// asked, then those from where some mark can be reached no more with choices that cannot step into states lost
-/// before. Where no mark is to come again and again, every state counts as one.
+/// Computes the rounds that remove the states outside of U_d. The first round removes the states
+/// outside of P_d. A later round removes the states that cannot reach some mark with choices that
+/// avoid all removed states. Without any recurring mark, every state counts as marked.
 fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<StateSet>> {
     let mut marks =
         disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;

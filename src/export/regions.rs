@@ -1,4 +1,4 @@
-//! The regions of a finished analysis, by the names that `meliora query` knows.
+//! The regions of a finished analysis, with the names that `meliora query` knows.
 
 use super::Named;
 use super::plays::Secured;
@@ -12,7 +12,7 @@ use crate::planning::{Analysis, Kind, strategy};
 
 type Of<'a> = Analysis<'a, SymbolicEngine>;
 
-/// All regions and strategies.
+/// Returns all regions and strategies.
 pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured]) -> Result<Vec<Named>> {
     let mut named = vec![
         Named::states(names::REACHABLE, &engine.all_states()),
@@ -43,7 +43,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
     let complete = analysis.classes().is_some();
     let nothing = names::class(names::NOTHING);
     if complete && !named.iter().any(|n| n.name == nothing) {
-        // Scripts ask for it by name: it is there, even where no state is in it.
+        // Scripts ask for it by name, so it is in the dump even if it is empty.
         named.push(Named::states(nothing, &engine.no_states()));
     }
     for kind in Kind::ALL {
@@ -52,7 +52,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
     Ok(named)
 }
 
-/// `A+B`, or `nothing`.
+/// Returns the name of a class: `A+B`, or `nothing`.
 pub(super) fn class_name(preferences: &Preferences, class: &ObjectiveSet) -> String {
     names::members(&preferences.names(class))
 }
@@ -75,7 +75,7 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
     Ok(())
 }
 
-/// The levels with their numbers, and the fixpoint as `unbounded`.
+/// Returns the levels with their numbers; the fixpoint is called `unbounded`.
 pub(super) fn numbered<'a>(analysis: &'a Of<'_>, kind: Kind) -> Vec<(String, &'a Level<SymbolicEngine>)> {
     let levels = analysis.levels(kind);
     let found = levels.found.iter().enumerate().map(|(k, level)| ((k + 1).to_string(), level));

@@ -1,17 +1,18 @@
-//! Sets of cells as conditions on row and column that are short to read and small as diagrams.
+//! Conditions on row and column for sets of cells, short as text and small as diagrams.
 
 use std::collections::BTreeMap;
 
 use super::world::CellSet;
 
-/// The longest line of a condition.
+/// The maximum length of a line of a condition, in bytes.
 const WIDTH: usize = 100;
 
-/// A maximal range of numbers, both ends in it.
+/// A maximal range of numbers, including both ends.
 type Run = (usize, usize);
 
-/// The set as a disjunction over bands of equal rows (or columns, where that is shorter), such as
-/// `r=4`, `(r=1 | r=3) & (c<=2 | c=5)`. The text is empty for the empty set; the parts are one a line.
+/// Returns the set as a disjunction over bands of equal rows, or of equal columns if that is
+/// shorter: `r=4`, `(r=1 | r=3) & (c<=2 | c=5)`. Returns one disjunct per line, and no line for the
+/// empty set.
 pub(super) fn condition(set: &CellSet, row: &str, col: &str) -> Vec<String> {
     let mut rest = Rest::new(set);
     let (full_rows, full_cols) = rest.take_full();
@@ -25,7 +26,7 @@ pub(super) fn condition(set: &CellSet, row: &str, col: &str) -> Vec<String> {
     whole.into_iter().chain(parts).collect()
 }
 
-/// A set while parts of it are taken out.
+/// The cells of a set that no disjunct covers yet.
 struct Rest {
     rows: usize,
     cols: usize,
@@ -51,8 +52,8 @@ impl Rest {
         (0..count).map(|number| self.line(number, transposed)).collect()
     }
 
-    /// Takes out the rows that are wholly in the set, then the columns that are so but for those rows:
-    /// `r=4 | c=0` says them all.
+    /// Removes the rows that are completely in the set, then the columns whose cells outside of
+    /// these rows are all in the set: `r=4 | c=0` describes both.
     fn take_full(&mut self) -> (Vec<Run>, Vec<Run>) {
         let full_rows: Vec<bool> = self.lines(false).iter().map(|line| !line.contains(&false)).collect();
         let some_left = full_rows.contains(&false);
@@ -66,7 +67,7 @@ impl Rest {
     }
 }
 
-/// The maximal ranges of members.
+/// Returns the maximal ranges of members.
 fn runs(line: &[bool]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for (at, _) in line.iter().enumerate().filter(|(_, member)| **member) {
@@ -78,7 +79,7 @@ fn runs(line: &[bool]) -> Vec<Run> {
     runs
 }
 
-/// One condition for each kind of line that occurs, in the order of first occurrence.
+/// Returns one condition for each kind of line that occurs, sorted by the ranges along the lines.
 fn bands(lines: &[Vec<bool>], names: [(&str, usize); 2]) -> Vec<String> {
     let mut kinds: BTreeMap<Vec<Run>, Vec<bool>> = BTreeMap::new();
     for (number, line) in lines.iter().enumerate() {
@@ -97,7 +98,7 @@ fn bands(lines: &[Vec<bool>], names: [(&str, usize); 2]) -> Vec<String> {
     bands.iter().map(text).collect()
 }
 
-/// `c<=2`, or `(c<=2 | c=5)`: in brackets where an `&` beside it would bind tighter.
+/// Returns `c<=2`, or `(c<=2 | c=5)` with brackets, as an adjacent `&` binds tighter.
 fn ranges(name: &str, runs: &[Run], count: usize) -> String {
     let parts: Vec<String> = runs.iter().map(|&run| range(name, run, count)).collect();
     match &parts[..] {
@@ -116,7 +117,7 @@ fn range(name: &str, (first, last): Run, count: usize) -> String {
     }
 }
 
-/// Breaks a long line after ` | ` and ` & `, each further piece behind `indent`.
+/// Breaks a long line after ` | ` and ` & `; continuation lines start with `indent`.
 pub(super) fn wrap(line: &str, indent: &str) -> String {
     let mut text = String::new();
     let mut width = 0;

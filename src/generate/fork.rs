@@ -1,5 +1,5 @@
-//! Forks: places in which chance decides between two outcomes that are both better than anything
-//! outside, as between B and C in the paper's example.
+//! Forks: places where chance decides between two outcomes, both better than all outcomes outside,
+//! as B and C in the paper's example.
 //!
 //! ```text
 //!   ###
@@ -14,16 +14,16 @@
 use super::world::{Cell, Direction, Place, World};
 use crate::random::Draw;
 
-/// The most forks one behind the other.
+/// The maximum number of forks in a sequence.
 pub(super) const DEEPEST: usize = 3;
 
-/// How many rows a tree of forks reaches to either side of its middle.
+/// Returns the number of rows that a tree of forks extends to either side of its middle.
 fn reach(depth: usize) -> usize {
-    // 2, 5, 11: an arm, and half of what hangs on it.
+    // 2, 5, 11: an arm, and half of the fork at its end.
     3 * (1 << depth.saturating_sub(1)) - 1
 }
 
-/// Rows and columns that a tree of forks takes, its border and the column before it included.
+/// Returns the rows and columns of a tree of forks, including its border and the column before it.
 pub(super) fn size(depth: usize) -> (usize, usize) {
     match depth {
         0 => (0, 0),
@@ -31,8 +31,8 @@ pub(super) fn size(depth: usize) -> (usize, usize) {
     }
 }
 
-/// Builds a tree of forks somewhere in an empty world; its items are the last ones, two for each
-/// depth. Returns the cell before its entrance and the cells that are no longer free.
+/// Builds a tree of forks at a random place in an empty world. Its items are the last ones, two per
+/// depth. Returns the cell before its entrance, and marks the cells that are no longer free.
 pub(super) fn build(world: &mut World, depth: usize, draw: &mut Draw) -> Option<(Place, Vec<bool>)> {
     if depth == 0 {
         return None;
@@ -53,7 +53,8 @@ pub(super) fn build(world: &mut World, depth: usize, draw: &mut Draw) -> Option<
     Some((Place { col: before, ..middle }, taken))
 }
 
-/// One fork with its ice at `ice`, and those behind it; the items are numbered from `first` on.
+/// Builds one fork with its slippery cell at `ice`, and the forks behind it; items are numbered
+/// from `first`.
 fn fork(world: &mut World, ice: Place, depth: usize, first: usize) {
     let slip = [Direction::North, Direction::South].into_iter().collect();
     set(world, ice, Cell { slip, ..Cell::default() });

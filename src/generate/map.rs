@@ -1,4 +1,4 @@
-//! Grid worlds drawn as text; the format is described in [`super`].
+//! Grid worlds drawn as text; [`super`] describes the format.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,20 +9,20 @@ use super::world::{Cell, Direction, Directions, Item, Lock, Patrol, Place, World
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::model::preference::{Empty, Statement};
 
-/// What a map file says.
+/// The content of a map file.
 pub(super) struct Map {
-    /// The grid and all on it.
+    /// The grid with its contents.
     pub(super) world: World,
-    /// The statements of preference, if the file has any.
+    /// The preference statements of the file, if any.
     pub(super) prefer: Option<Vec<Statement>>,
-    /// The worth of nothing, if the file states it.
+    /// The value of nothing, if the file states it.
     pub(super) empty: Option<Empty>,
 }
 
 /// Reads a map file.
 ///
 /// # Errors
-/// The first thing that is wrong, with its place.
+/// The first mistake, with its place.
 pub(super) fn read(source: &Arc<SourceFile>) -> Result<Map> {
     Reader { source }.map().map_err(|Wrong { span, message, help }| {
         let diagnostic = Diagnostic::new(source, span, message);
@@ -30,7 +30,7 @@ pub(super) fn read(source: &Arc<SourceFile>) -> Result<Map> {
     })
 }
 
-/// A mistake and where it is.
+/// A mistake and its place.
 struct Wrong {
     span: Range<usize>,
     message: String,
@@ -42,14 +42,14 @@ fn wrong<T>(span: Range<usize>, message: impl Into<String>, help: &str) -> Resul
     Err(Wrong { span, message: message.into(), help })
 }
 
-/// A part of the text and where it stands.
+/// A part of the text and its place.
 #[derive(Clone)]
 struct Word<'a> {
     text: &'a str,
     span: Range<usize>,
 }
 
-/// What a sign of the map stands for.
+/// The meaning of a character of the map.
 #[derive(Clone, Default)]
 struct Legend {
     cell: Cell,
@@ -61,7 +61,7 @@ struct Reader<'a> {
     source: &'a SourceFile,
 }
 
-/// A statement: its words.
+/// The words of a statement.
 type Line<'a> = Vec<Word<'a>>;
 
 impl<'a> Reader<'a> {
@@ -76,7 +76,7 @@ impl<'a> Reader<'a> {
         for line in &statements {
             self.statement(line, &mut map)?;
         }
-        // Only now are all locks known.
+        // All locks are known only after the last statement.
         if let Some(&item) = map.world.unavailable().first() {
             let name = map.world.items[item].name;
             let names =
@@ -101,7 +101,7 @@ impl<'a> Reader<'a> {
         Ok(map)
     }
 
-    /// The rows of the drawing, from the top, and the statements around it.
+    /// Splits the text into the rows of the drawing, from the top, and the statements around it.
     fn split(&self) -> Result<(Vec<Word<'a>>, Vec<Line<'a>>), Wrong> {
         let mut drawing: Option<(Range<usize>, Vec<Word>)> = None;
         let mut statements = Vec::new();
@@ -182,7 +182,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The lines without comments and blanks at the end, each with its place.
+/// Returns the lines without comments and trailing blanks, each with its place.
 fn lines(text: &str) -> impl Iterator<Item = Word<'_>> {
     text.split_inclusive('\n').scan(0, |start, line| {
         let at = *start;
@@ -192,7 +192,7 @@ fn lines(text: &str) -> impl Iterator<Item = Word<'_>> {
     })
 }
 
-/// The words of a line; commas separate, too.
+/// Returns the words of a line, separated by blanks or commas.
 fn words<'a>(line: &Word<'a>) -> Vec<Word<'a>> {
     let mut words = Vec::new();
     let mut at = line.span.start;
@@ -211,7 +211,7 @@ fn whole(line: &Line) -> Range<usize> {
     line.first().map_or(0, |word| word.span.start)..end
 }
 
-/// `cell + start no east west`: the sign and its meaning.
+/// Parses `cell + start no east west`: the character and its meaning.
 fn cell(line: &Line) -> Result<(char, Legend), Wrong> {
     let mut rest = line[1..].iter().peekable();
     let Some(word) = rest.next() else {
@@ -258,7 +258,7 @@ fn direction(word: &str) -> Option<Direction> {
     Direction::ALL.into_iter().find(|d| d.name() == word)
 }
 
-/// What a sign means where the file does not say.
+/// Returns the default meaning of a character.
 fn built_in(sign: char) -> Option<Legend> {
     let with = |cell: Cell| Some(Legend { cell, ..Legend::default() });
     let one_way = |d| with(Cell { one_way: Some(d), ..Cell::default() });
@@ -279,7 +279,7 @@ fn built_in(sign: char) -> Option<Legend> {
     }
 }
 
-/// The world that the rows (from north to south) show.
+/// Builds the world of the rows, which are listed from north to south.
 fn draw(drawing: &[Word], legend: &BTreeMap<char, Legend>) -> Result<World, Wrong> {
     let cols = drawing.iter().map(|row| row.text.chars().count()).max().unwrap_or(0);
     super::check_size(drawing.len(), cols).or_else(|m| wrong(drawing[0].span.clone(), m, ""))?;
@@ -335,7 +335,7 @@ fn assemble(rows: Vec<Vec<Legend>>, cols: usize, drawing: &[Word]) -> Result<Wor
     }
 }
 
-/// `battery 8` or `battery none`.
+/// Parses `battery 8` or `battery none`.
 fn battery(line: &Line) -> Result<Option<u32>, Wrong> {
     let [_, word] = &line[..] else {
         return wrong(whole(line), "expected one number, or none", "");
@@ -347,7 +347,7 @@ fn battery(line: &Line) -> Result<Option<u32>, Wrong> {
     }
 }
 
-/// `open A B -> D E charger`.
+/// Parses `open A B -> D E charger`.
 fn open(line: &Line, world: &mut World) -> Result<(), Wrong> {
     let help = "write such as `open A, B -> D, charger`";
     let Some(arrow) =
@@ -377,7 +377,7 @@ fn open(line: &Line, world: &mut World) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// `patrol 1,0 1,4`: rows and columns of the two ends.
+/// Parses `patrol 1,0 1,4`: row and column of both ends.
 fn patrol(line: &Line, world: &World) -> Result<Patrol, Wrong> {
     let help = "write rows and columns of both ends: `patrol 1,0 1,4`";
     let numbers: Option<Vec<usize>> = line[1..].iter().map(|word| word.text.parse().ok()).collect();
@@ -397,7 +397,7 @@ fn patrol(line: &Line, world: &World) -> Result<Patrol, Wrong> {
     wrong(whole(line), message, help)
 }
 
-/// A cell that one can get into and where no action is enabled.
+/// Returns a cell in which all four actions are disabled.
 fn stuck(world: &World) -> Option<Place> {
     world.places().find(|&place| Direction::ALL.into_iter().all(|d| world.cell(place).disabled.contains(d)))
 }

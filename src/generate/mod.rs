@@ -1,17 +1,18 @@
-//! Families of models with preferences, from a few numbers or from a drawing.
+//! Generators of models with preferences, from a few numbers or from a drawing.
 //!
 //! # The grid world
-//! Robots move [north, south, east or west](Direction) over a grid, pick up items and spend their
-//! battery. A move into a wall, off the grid or against a one-way cell leaves the robot where it was;
-//! a move onto a slippery cell may slide one step further. A move costs one unit of battery, also
-//! where it is blocked; at 0 the robot stays where it is for ever. Ending a move in the cell of a
-//! charger fills the battery. An item (or the chargers) that others *open* is available only once one
-//! of those was picked up, that is, once a robot has ended a move in its cell while it was available.
-//! The objective `A` is to be in the cell of the available item A.
+//! Robots move [north, south, east or west](Direction) over a grid, pick up items and use up their
+//! battery. A move into a wall, off the grid or against a one-way cell leaves the robot in its
+//! cell; a move onto a slippery cell may slide one step further. A move costs one unit of battery,
+//! even if it is blocked; at 0 the robot stays in its cell forever. Ending a move in the cell of a
+//! charger fills the battery. Items can
+//! *open* other items, or the chargers. An item that others open becomes available when one of them is picked
+//! up: when a robot ends a move in its cell while it is available. Chargers become available in the
+//! same way. The objective `A` is to be in the cell of the available item A.
 //!
-//! Several robots act in turns, in any order; they share what they opened and do not block each other.
-//! A moving obstacle takes a random step along its track whenever a robot acts, and blocks the cell
-//! where it stands as the robot sets out; a slide does not notice it.
+//! Several robots act in turns, in any order; they share the items that are opened and do not block
+//! each other. A moving obstacle takes a random step along its track whenever a robot acts. It
+//! blocks the cell in which it is at the start of the move; a slide ignores it.
 //!
 //! # Map files
 //! ```text
@@ -33,12 +34,12 @@
 //! prefer D>A, E>A, D>B, E>B, E>C, F>C
 //! empty gain                     // bottom, gain or incomparable
 //! ```
-//! The rows of the map stand from north to south, one character a cell; the last row is row 0. Signs
-//! with a meaning of their own: `.` and blank free, `#` wall, `A`-`Z` items, `*` charger, `@` start of
-//! a robot, `~` slippery (north and south), `^` `v` `>` `<` one-way. `cell SIGN KIND…` gives a sign a
-//! new one; kinds are `free`, `wall`, `charger`, `start`, `item X`, `slip DIRECTION…`, `no DIRECTION…` (those
-//! actions are disabled) and `oneway DIRECTION`, and several may be joined. Without a `prefer` the order is drawn at
-//! random.
+//! The rows of the map are listed from north to south, one character per cell. Row 0 is the last row.
+//! Characters with a default meaning: `.` and blank free, `#` wall, `A`-`Z` items, `*` charger,
+//! `@` start of a robot, `~` slippery (north and south), `^` `v` `>` `<` one-way. `cell SIGN KIND…`
+//! gives a character a new meaning. The kinds are `free`, `wall`, `charger`, `start`, `item X`,
+//! `slip DIRECTION…`, `no DIRECTION…` (disables these actions) and `oneway DIRECTION`; several may
+//! be combined. Without a `prefer` statement the order is random.
 
 mod cells;
 mod fork;
@@ -61,37 +62,37 @@ use crate::model::preference::Statement;
 use crate::random::Draw;
 use world::World;
 
-/// The most rows or columns.
+/// The maximum number of rows, and of columns.
 pub const LARGEST_SIDE: usize = 1024;
-/// The most that a battery holds.
+/// The maximum capacity of a battery, in moves.
 pub const LARGEST_BATTERY: u32 = 100_000;
-/// The most items: one for each capital letter.
+/// The maximum number of items: one for each capital letter.
 pub const MOST_ITEMS: usize = 26;
-/// The most robots.
+/// The maximum number of robots.
 pub const MOST_ROBOTS: usize = 9;
 
-/// What a random grid world is drawn from.
+/// The parameters of a random grid world.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parameters {
     /// Number of rows.
     pub rows: usize,
     /// Number of columns.
     pub cols: usize,
-    /// What the battery holds; `None`: there is none.
+    /// Capacity of the battery; `None` if moves are free.
     pub battery: Option<u32>,
     /// Number of items.
     pub items: usize,
-    /// How many of the items others must open.
+    /// Number of items that others must open.
     pub locked: usize,
     /// Number of chargers.
     pub chargers: usize,
-    /// Whether an item must open the chargers.
+    /// True if an item must open the chargers.
     pub locked_charger: bool,
     /// Walls, in per cent of the cells.
     pub walls: usize,
     /// Slippery cells, in per cent of the cells.
     pub slippery: usize,
-    /// Where slippery cells may slide to: each draws one of these.
+    /// Directions in which slippery cells may slide; each cell draws one of these sets.
     pub drifts: Vec<Directions>,
     /// Number of one-way cells.
     pub one_way: usize,
@@ -101,15 +102,15 @@ pub struct Parameters {
     pub robots: usize,
     /// Number of moving obstacles.
     pub patrols: usize,
-    /// How many forks stand one behind the other: dead ends where chance decides between the last two
-    /// items (the two before them at the next fork, and so on), each better than all before it.
+    /// Number of forks in a sequence. A fork is a dead end where chance decides between the last
+    /// two items (the two before them at the next fork, and so on), each better than all before it.
     pub forks: usize,
 }
 
 impl Parameters {
-    /// The standing benchmark family: a tenth each of walls and ice, one locked charger, a battery of
-    /// three times the longer side, one fork (two from 7 items on) where there is room, and half of the other items
-    /// locked.
+    /// Returns the parameters of the benchmark family. Walls and slippery cells take 10 % of the
+    /// cells each. There is one locked charger, and the battery has three times the longer side.
+    /// There is one fork if it fits (two from 7 items on), and half of the other items are locked.
     pub fn new(rows: usize, cols: usize, items: usize) -> Self {
         use Direction::{East, North, South, West};
         let fits = |forks: usize| {
@@ -137,8 +138,8 @@ impl Parameters {
         }
     }
 
-    /// The command that draws this world, for the files' first lines; order and worth of nothing stand
-    /// in the preference file itself.
+    /// Returns the command that generates this world, for the first lines of the files. The order
+    /// and the value of nothing are in the preference file itself.
     fn command(&self, choices: &Choices) -> String {
         let battery = self.battery.map_or("none".to_owned(), |full| full.to_string());
         let drift = |drift: &Directions| drift.iter().map(Direction::letter).collect::<String>();
@@ -167,7 +168,7 @@ impl Parameters {
         command + &format!(" --battery {battery} --seed {}", choices.seed)
     }
 
-    /// Refuses what makes no model.
+    /// Checks that the parameters describe a model.
     fn validate(&self) -> Result<()> {
         check_size(self.rows, self.cols).map_err(Error::Usage)?;
         self.check_forks()?;
@@ -224,18 +225,18 @@ impl Parameters {
     }
 }
 
-/// Where a drawn preference order can be replaced by a given one.
+/// The seed, and values that replace drawn ones.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Choices {
-    /// Statements such as `D>A, E>=A, B~C`; `None`: those of the map, or a random order.
+    /// Statements such as `D>A, E>=A, B~C`; `None` for those of the map, or a random order.
     pub prefer: Option<String>,
-    /// The worth of nothing; `None`: that of the map, or `bottom`.
+    /// The value of nothing; `None` for that of the map, or `bottom`.
     pub empty: Option<Empty>,
-    /// What the random draws start from.
+    /// The seed of the random draws.
     pub seed: u64,
 }
 
-/// A model and preferences over it, as texts.
+/// A model and its preferences as texts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Generated {
     /// The model, in PRISM's language.
@@ -244,10 +245,12 @@ pub struct Generated {
     pub preferences: String,
 }
 
-/// A random grid world. The same arguments give the same texts in every version and on every machine.
+/// Generates a random grid world. The same arguments give the same texts in every version and on
+/// every machine.
 ///
 /// # Errors
-/// [`Error::Usage`]: the parameters contradict each other, or there is not enough room.
+/// [`Error::Usage`] if the parameters or the given preferences are invalid, or if there is not
+/// enough room.
 pub fn gridworld(parameters: &Parameters, choices: &Choices) -> Result<Generated> {
     let mut draw = Draw::new(choices.seed);
     let world = random::world(parameters, &mut draw)?;
@@ -256,10 +259,11 @@ pub fn gridworld(parameters: &Parameters, choices: &Choices) -> Result<Generated
     finish(&world, &title, choices, parameters.forks, None, None)
 }
 
-/// The grid world that a map file shows.
+/// Generates the grid world of a map file.
 ///
 /// # Errors
-/// [`Error::Input`]: the map is wrong, with the place; [`Error::Usage`]: the given preferences are.
+/// [`Error::Input`] with the place if the map is invalid; [`Error::Usage`] if the given preferences
+/// are.
 pub fn from_map(source: &Arc<SourceFile>, choices: &Choices) -> Result<Generated> {
     let map = map::read(source)?;
     let name = source.name.rsplit(['/', '\\']).next().unwrap_or_default();
@@ -279,7 +283,8 @@ fn finish(
         (Some(text), _) => preference::parse(text, world)
             .map_err(|(_, message)| Error::Usage(format!("the preferences `{text}`: {message}")))?,
         (None, Some(statements)) => statements,
-        // A stream of its own: the same world whether the order is drawn or given.
+        // The order has a stream of its own, so that the world does not depend on whether the order
+        // is drawn or given.
         (None, None) => preference::random(world, forks, &mut Draw::new(!choices.seed)),
     };
     let empty = choices.empty.or(empty).unwrap_or_default();
@@ -289,7 +294,7 @@ fn finish(
     })
 }
 
-/// Whether a grid of this size is neither empty nor beyond what is sensible.
+/// Checks that a grid of this size is neither empty nor too large.
 fn check_size(rows: usize, cols: usize) -> Result<(), String> {
     match (1..=LARGEST_SIDE).contains(&rows) && (1..=LARGEST_SIDE).contains(&cols) {
         true => Ok(()),

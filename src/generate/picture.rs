@@ -1,11 +1,11 @@
-//! The map as a comment at the head of the model, for grids that a page can hold.
+//! The map as a comment at the head of the model, for small grids.
 
 use super::world::{Direction, Place, World};
 
-/// Larger grids would drown the model in their picture.
+/// The maximum number of rows and columns of a grid with a picture.
 const LARGEST: usize = 48;
 
-/// Comment lines with the map, north on top, and what the signs mean; empty for large grids.
+/// Returns comment lines with the map, north on top, and a legend; empty for large grids.
 pub(super) fn comment(world: &World) -> String {
     if world.rows > LARGEST || world.cols > LARGEST {
         return String::new();

@@ -1,13 +1,13 @@
-//! The preference order over the items: read, drawn, checked and written.
+//! The preference order over the items: parsed, drawn, checked and written.
 
 use super::world::{Lock, World};
 use crate::model::preference::{Empty, Preorder, Relation, Statement};
 use crate::random::Draw;
 
-/// Reads `D>A, E>=A, A~B, X>Y>Z`: statements with commas between them, each a chain.
+/// Parses `D>A, E>=A, A~B, X>Y>Z`: chains of statements, separated by commas.
 ///
 /// # Errors
-/// What is wrong, in words, with the byte offset in `text`.
+/// A message with the byte offset in `text`.
 pub(super) fn parse(text: &str, world: &World) -> Result<Vec<Statement>, (usize, String)> {
     let mut statements = Vec::new();
     let mut start = 0;
@@ -54,7 +54,7 @@ fn parse_chain(text: &str, world: &World, statements: &mut Vec<Statement>) -> Re
     }
 }
 
-/// A strict statement must not be turned round by the others.
+/// Checks that no strict statement is reversed by the others.
 pub(super) fn check(statements: &[Statement], world: &World) -> Result<(), String> {
     let Err(found) = Preorder::new(world.items.len(), statements) else { return Ok(()) };
     let strict = found.statements.first().and_then(|&s| statements.get(s));
@@ -68,10 +68,10 @@ pub(super) fn check(statements: &[Statement], world: &World) -> Result<(), Strin
     })
 }
 
-/// A random order in which every locked item is preferred to one or two others, and an item that is
-/// always there to another one now and then: so the better things are the harder ones, and much
-/// stays incomparable. The two items of a fork (the last ones, `forks` pairs) are preferred to all that
-/// is before it.
+/// Draws a random order. Every locked item is preferred to one or two others, and an item that is
+/// always available sometimes to another one. So better items are harder to get, and many pairs
+/// stay incomparable. The two items of a fork (the last ones, `forks` pairs) are preferred to all
+/// items before it.
 pub(super) fn random(world: &World, forks: usize, draw: &mut Draw) -> Vec<Statement> {
     let scattered = world.items.len() - 2 * forks;
     let (locked, mut order): (Vec<usize>, Vec<usize>) =
@@ -101,7 +101,7 @@ pub(super) fn random(world: &World, forks: usize, draw: &mut Draw) -> Vec<Statem
     statements
 }
 
-/// The preference file.
+/// Returns the text of the preference file.
 pub(super) fn write(world: &World, statements: &[Statement], empty: Empty, title: &str) -> String {
     let mut text = format!("// {title}\n");
     for item in &world.items {

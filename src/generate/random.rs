@@ -1,4 +1,4 @@
-//! Random worlds from a few numbers.
+//! Random worlds from a few parameters.
 
 use super::Parameters;
 use super::fork;
@@ -6,8 +6,8 @@ use super::world::{Cell, Direction, Directions, Item, Lock, Patrol, Place, World
 use crate::error::{Error, Result};
 use crate::random::Draw;
 
-/// Draws the world that the parameters describe. The order of the draws is part of the format: the
-/// same parameters and seed give the same world in every version.
+/// Draws the world of the parameters. The order of the draws must not change: the same parameters
+/// and seed give the same world in every version.
 pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
     parameters.validate()?;
     let mut sketch = Sketch::new(parameters);
@@ -18,7 +18,7 @@ pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
         .unwrap_or_else(|| vec![false; sketch.world.cells.len()]);
     let empty = sketch.world.clone();
     sketch.walls(parameters.walls, draw);
-    // Chance may wall the fork off; then the walls are drawn again.
+    // Random walls may cut off the fork; then the walls are drawn again.
     for _ in 0..TRIES {
         match &fork {
             Some((before, _)) if !sketch.largest_room().contains(before) => {
@@ -58,13 +58,13 @@ pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
     Ok(sketch.world)
 }
 
-/// How often walls are drawn before a fork may stay walled off.
+/// The maximum number of attempts to draw walls that do not cut off the fork.
 const TRIES: usize = 20;
 
-/// A world in the making.
+/// A world under construction.
 struct Sketch {
     world: World,
-    /// The cells of a fork, where nothing else may stand.
+    /// The cells of a fork, which stay reserved.
     taken: Vec<bool>,
 }
 
@@ -85,12 +85,13 @@ impl Sketch {
         }
     }
 
-    /// Walls are straight bars, longer on larger grids, until the share of the cells is reached.
+    /// Draws walls as straight bars, longer on larger grids, until they take the given share of the
+    /// cells.
     fn walls(&mut self, percent: usize, draw: &mut Draw) {
         let (rows, cols) = (self.world.rows, self.world.cols);
         let mut missing = rows * cols * percent / 100;
         let longest = (rows.min(cols) / 8).max(2);
-        // Bars overlap; with nine cells in ten walls, some hundred bars a cell are plenty.
+        // Bars overlap; even for 90 % of walls, 100 bars per cell suffice.
         for _ in 0..100 * rows * cols {
             if missing == 0 {
                 break;
@@ -111,7 +112,7 @@ impl Sketch {
         }
     }
 
-    /// The largest connected set of cells without a wall, in the order of the rows.
+    /// Returns the largest connected set of cells without a wall, sorted by rows.
     fn largest_room(&self) -> Vec<Place> {
         let world = &self.world;
         let mut room = vec![None; world.cells.len()];
@@ -139,8 +140,8 @@ impl Sketch {
         best
     }
 
-    /// The last items outside the fork are locked; each is opened by one or two earlier ones, mostly by such as are
-    /// always there. A locked charger is opened by two items, too.
+    /// Locks the last items outside of the fork. Each is opened by one or two earlier items, mostly
+    /// by items that are always available. A locked charger is opened by one or two items, too.
     fn locks(&mut self, parameters: &Parameters, draw: &mut Draw) {
         let scattered = parameters.items - 2 * parameters.forks;
         let open = scattered - parameters.locked;
@@ -159,7 +160,7 @@ impl Sketch {
         }
     }
 
-    /// Tracks of two to five free cells in a line.
+    /// Draws straight tracks of two to five free cells.
     fn patrols(&mut self, count: usize, free: &mut Vec<Place>, draw: &mut Draw) -> Result<()> {
         let mut candidates = free.clone();
         candidates.sort_unstable();
@@ -187,7 +188,7 @@ impl Sketch {
         Ok(())
     }
 
-    /// Slippery cells in patches, then one-way cells and cells with disabled actions.
+    /// Draws slippery cells in patches, then one-way cells and cells with disabled actions.
     fn features(&mut self, parameters: &Parameters, free: &mut Vec<Place>, draw: &mut Draw) -> Result<()> {
         let wanted = self.world.cells.len() * parameters.slippery / 100;
         let kinds = &parameters.drifts;

@@ -1,4 +1,4 @@
-//! The texts against the worlds they were written from.
+//! Tests that compare the generated texts with the worlds that they describe.
 
 use std::collections::BTreeSet;
 
@@ -40,7 +40,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
     )
 }
 
-/// Where a robot can be after a move by the text, from one place with all flags as given.
+/// Returns the possible states after a move according to the text, from one place with no flag set.
 fn by_text(
     program: &Program,
     world: &World,
@@ -65,7 +65,8 @@ fn by_text(
     Some(step.successors.into_iter().map(|(to, _)| to.to_vec()).collect())
 }
 
-/// The same by the world: row, column, battery and flags in the order of declaration.
+/// Returns these states according to the world: row, column, battery, then flags in the order of
+/// declaration.
 fn by_world(world: &World, from: Place, direction: Direction) -> Option<BTreeSet<Vec<i64>>> {
     let locks = world.locks();
     let ends = world.outcome(from, direction)?.into_iter().map(|branch| {
@@ -84,7 +85,7 @@ fn by_world(world: &World, from: Place, direction: Direction) -> Option<BTreeSet
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
 
-    /// Every move from every cell leads where the world says.
+    /// Every move from every cell has the results that the world says.
     #[test]
     fn the_text_moves_as_the_world(mut parameters in parameters(), seed in any::<u64>()) {
         parameters.patrols = 0;
@@ -97,13 +98,13 @@ proptest! {
         }
     }
 
-    /// Whatever the parameters, there is a model with its preferences or a usage error; and the same
-    /// seed gives the same again.
+    /// All parameters give a model with preferences or a usage error, and the same seed gives the
+    /// same texts.
     #[test]
     fn the_output_loads_and_is_reproducible(
         parameters in parameters(), robots in 1usize..4, seed in any::<u64>(), wild in 0usize..40,
     ) {
-        // Now and then a parameter that is out of bounds.
+        // A small share of the cases has a parameter out of bounds.
         let locked = if wild == 0 { 9 } else { parameters.locked };
         let parameters = Parameters { robots, locked, ..parameters };
         let choices = Choices { seed, ..Choices::default() };
@@ -117,7 +118,7 @@ proptest! {
         prop_assert!(lang::load_preferences(&preferences, &mut program).is_ok());
     }
 
-    /// A condition holds in the cells of the set and in no other.
+    /// A condition is satisfied in the cells of the set, and only there.
     #[test]
     fn a_condition_says_its_set(rows in 1usize..8, cols in 1usize..8, bits in proptest::collection::vec(any::<bool>(), 64)) {
         let set = CellSet { cols, members: bits[..rows * cols].to_vec() };

@@ -1,25 +1,25 @@
-//! A grid world as plain data, and where each move in it leads.
+//! A grid world as plain data, and the results of moves.
 
 use std::collections::BTreeMap;
 
-/// One of the four ways to go. North is one row up: row 0 is the southernmost.
+/// A direction. North is one row up: row 0 is the southernmost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Direction {
     /// One row up.
     North,
     /// One row down.
     South,
-    /// One column on.
+    /// One column to the right.
     East,
-    /// One column back.
+    /// One column to the left.
     West,
 }
 
 impl Direction {
-    /// All four, in the order in which everything lists them.
+    /// All four, in the order used by all lists.
     pub const ALL: [Direction; 4] = [Direction::North, Direction::South, Direction::East, Direction::West];
 
-    /// The word for it, which is also the name of the action.
+    /// Returns its name, which is also the name of the action.
     pub fn name(self) -> &'static str {
         match self {
             Direction::North => "north",
@@ -29,7 +29,7 @@ impl Direction {
         }
     }
 
-    /// The capital letter for it.
+    /// Returns its initial as a capital letter.
     pub fn letter(self) -> char {
         match self {
             Direction::North => 'N',
@@ -39,7 +39,7 @@ impl Direction {
         }
     }
 
-    /// The change of row and column.
+    /// Returns the change of row and column.
     pub(super) fn shift(self) -> Shift {
         match self {
             Direction::North => Shift { rows: 1, cols: 0 },
@@ -64,23 +64,23 @@ pub(super) struct Shift {
 pub struct Directions(u8);
 
 impl Directions {
-    /// The set with `direction` in it.
+    /// Returns the set with `direction` added.
     #[must_use]
     pub fn with(self, direction: Direction) -> Self {
         Directions(self.0 | 1 << direction as u8)
     }
 
-    /// Whether `direction` is in the set.
+    /// Returns true if `direction` is in the set.
     pub fn contains(self, direction: Direction) -> bool {
         self.0 & 1 << direction as u8 != 0
     }
 
-    /// Whether the set has no member.
+    /// Returns true if the set is empty.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// The members, in the order of [`Direction::ALL`].
+    /// Returns the members, in the order of [`Direction::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Direction> {
         Direction::ALL.into_iter().filter(move |&d| self.contains(d))
     }
@@ -92,51 +92,51 @@ impl FromIterator<Direction> for Directions {
     }
 }
 
-/// A cell's coordinates.
+/// The coordinates of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Place {
-    /// Rows north of the southernmost.
+    /// The row, counted from the south.
     pub(super) row: usize,
-    /// Columns east of the westernmost.
+    /// The column, counted from the west.
     pub(super) col: usize,
 }
 
-/// What one cell is like.
+/// The properties of a cell.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Cell {
-    /// Nothing gets in.
+    /// True if the cell cannot be entered.
     pub(super) wall: bool,
-    /// Where one may slide to on arrival; empty: the cell is dry.
+    /// The directions in which a robot may slide on arrival; empty if the cell is not slippery.
     pub(super) slip: Directions,
-    /// It is entered and left in this direction only.
+    /// The only direction in which the cell is entered and left.
     pub(super) one_way: Option<Direction>,
-    /// Actions that cannot be chosen here.
+    /// The actions that are disabled here.
     pub(super) disabled: Directions,
-    /// The item that lies here, by its number in [`World::items`].
+    /// The item in this cell, by its index in [`World::items`].
     pub(super) item: Option<usize>,
-    /// The battery is filled here.
+    /// True if the battery is filled here.
     pub(super) charger: bool,
 }
 
-/// What an item can make available.
+/// An object that items can open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Lock {
-    /// An item, by its number.
+    /// An item, by its index.
     Item(usize),
     /// All chargers.
     Charger,
 }
 
-/// Something to be picked up, in the cells that name it.
+/// An item, which is picked up in the cells that name it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Item {
-    /// A capital letter.
+    /// The name, a capital letter.
     pub(super) name: char,
-    /// What becomes available when it is picked up.
+    /// The locks that open when it is picked up.
     pub(super) opens: Vec<Lock>,
 }
 
-/// A moving obstacle: it walks at random up and down a straight track.
+/// A moving obstacle, on a random walk along a straight track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Patrol {
     /// The southern or western end, where it starts.
@@ -146,60 +146,60 @@ pub(super) struct Patrol {
 }
 
 impl Patrol {
-    /// Whether the track runs from south to north.
+    /// Returns true if the track runs from south to north.
     pub(super) fn is_vertical(&self) -> bool {
         self.from.col == self.to.col
     }
 
-    /// Whether `place` is on the track.
+    /// Returns true if `place` is on the track.
     pub(super) fn covers(&self, place: Place) -> bool {
         (self.from.row..=self.to.row).contains(&place.row)
             && (self.from.col..=self.to.col).contains(&place.col)
     }
 }
 
-/// A grid with all that is on it.
+/// A grid with its contents.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct World {
     /// Number of rows.
     pub(super) rows: usize,
     /// Number of columns.
     pub(super) cols: usize,
-    /// What the battery holds; `None`: the robots never tire.
+    /// The capacity of the battery; `None` if moves are free.
     pub(super) battery: Option<u32>,
     /// The cells, row by row from the south.
     pub(super) cells: Vec<Cell>,
     /// The items, in the order of their names.
     pub(super) items: Vec<Item>,
-    /// Where the robots start.
+    /// The start cells of the robots.
     pub(super) starts: Vec<Place>,
     /// The moving obstacles.
     pub(super) patrols: Vec<Patrol>,
 }
 
-/// What being in a cell after a move brings about.
+/// The effect of ending a move in a cell.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Effect {
     /// The locked item that must be available for `opens` to happen.
     pub(super) needs: Option<usize>,
-    /// What becomes available.
+    /// The locks that open.
     pub(super) opens: Vec<Lock>,
-    /// Whether the battery is filled (where the chargers are available).
+    /// True if the battery is filled, provided that the chargers are available.
     pub(super) charges: bool,
 }
 
-/// One result of a move.
+/// One possible result of a move.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Branch {
-    /// From where the move started to where it ends.
+    /// The difference between the end and the start of the move.
     pub(super) shift: Shift,
-    /// What happens there.
+    /// The effect at the end.
     pub(super) effect: Option<Effect>,
-    /// Its probability, in parts of the sum over all branches.
+    /// Its probability, as a share of the sum over all branches.
     pub(super) weight: u32,
 }
 
-/// The cells from which a move has the same results.
+/// A group of cells from which a move has the same results.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Group {
     /// The results.
@@ -218,50 +218,50 @@ pub(super) struct CellSet {
 }
 
 impl CellSet {
-    /// The set of the cells with a property.
+    /// Returns the set of the cells with a property.
     pub(super) fn new(world: &World, property: impl Fn(Place) -> bool) -> Self {
         CellSet { cols: world.cols, members: world.places().map(property).collect() }
     }
 
-    /// Whether the set has no member.
+    /// Returns true if the set is empty.
     pub(super) fn is_empty(&self) -> bool {
         !self.members.contains(&true)
     }
 }
 
 impl World {
-    /// All cells' coordinates, row by row from the south.
+    /// Returns the coordinates of all cells, row by row from the south.
     pub(super) fn places(&self) -> impl Iterator<Item = Place> + use<> {
         let (rows, cols) = (self.rows, self.cols);
         (0..rows).flat_map(move |row| (0..cols).map(move |col| Place { row, col }))
     }
 
-    /// The number of a cell in [`World::cells`].
+    /// Returns the index of a cell in [`World::cells`].
     pub(super) fn index(&self, place: Place) -> usize {
         place.row * self.cols + place.col
     }
 
-    /// The cell at a place.
+    /// Returns the cell at a place.
     pub(super) fn cell(&self, place: Place) -> &Cell {
         &self.cells[self.index(place)]
     }
 
-    /// Whether an item opens this lock: only then it is closed at first.
+    /// Returns true if an item opens this lock; only such locks start closed.
     pub(super) fn is_locked(&self, lock: Lock) -> bool {
         self.items.iter().any(|item| item.opens.contains(&lock))
     }
 
-    /// The locks that start closed: items first, chargers last.
+    /// Returns the locks that start closed: items first, chargers last.
     pub(super) fn locks(&self) -> Vec<Lock> {
         let items = (0..self.items.len()).map(Lock::Item);
         items.chain([Lock::Charger]).filter(|&lock| self.is_locked(lock)).collect()
     }
 
-    /// The items that can never be picked up, because all that opens them is closed for ever.
+    /// Returns the items that can never be picked up, because all items that open them stay closed.
     pub(super) fn unavailable(&self) -> Vec<usize> {
         let count = self.items.len();
         let mut open: Vec<bool> = (0..count).map(|i| !self.is_locked(Lock::Item(i))).collect();
-        // Each round opens at least one more, or was the last.
+        // Each round opens at least one more item, until none is left.
         for _ in 0..count {
             for (i, item) in self.items.iter().enumerate().filter(|(i, _)| open[*i]).collect::<Vec<_>>() {
                 let opened = item.opens.iter().filter_map(|lock| match lock {
@@ -274,7 +274,7 @@ impl World {
         (0..count).filter(|&i| !open[i]).collect()
     }
 
-    /// Where one step leads, or `None` where a wall, the edge or a one-way cell is in the way.
+    /// Returns the cell one step away; `None` if a wall, the edge or a one-way cell is in the way.
     pub(super) fn step(&self, from: Place, direction: Direction) -> Option<Place> {
         let Shift { rows, cols } = direction.shift();
         let row = from.row.checked_add_signed(isize::try_from(rows).ok()?)?;
@@ -285,7 +285,7 @@ impl World {
             .then_some(to)
     }
 
-    /// What being in a cell after a move brings about.
+    /// Returns the effect of ending a move in a cell.
     pub(super) fn effect(&self, place: Place) -> Option<Effect> {
         let cell = self.cell(place);
         let item = cell.item.filter(|&i| !self.items[i].opens.is_empty());
@@ -297,9 +297,9 @@ impl World {
         (effect.charges || !effect.opens.is_empty()).then_some(effect)
     }
 
-    /// The results of a move, or `None` where it is disabled. A move that is blocked stays and does
-    /// not slip; a move onto a slippery cell ends there or one step further in one of its directions,
-    /// and a slide that is blocked ends in the slippery cell.
+    /// Returns the results of a move; `None` if it is disabled. A blocked move ends in its start
+    /// cell, without slipping. A move onto a slippery cell ends there, or one step further in one
+    /// of its directions. A blocked slide ends in the slippery cell.
     pub(super) fn outcome(&self, from: Place, direction: Direction) -> Option<Vec<Branch>> {
         if self.cell(from).disabled.contains(direction) {
             return None;
@@ -325,8 +325,8 @@ impl World {
         Branch { shift, effect: self.effect(to), weight }
     }
 
-    /// The cells, grouped by what a move in `direction` does there; cells where it is disabled are
-    /// in no group.
+    /// Groups the cells by the results of a move in `direction`; cells in which it is disabled are
+    /// left out.
     pub(super) fn groups(&self, direction: Direction) -> Vec<Group> {
         let mut groups: BTreeMap<Vec<Branch>, Vec<bool>> = BTreeMap::new();
         for place in self.places() {

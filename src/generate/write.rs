@@ -1,10 +1,10 @@
-//! A world as a model in PRISM's language.
+//! The writer of a world as a model in PRISM's language.
 
 use super::cells::{condition, wrap};
 use super::picture;
 use super::world::{Branch, CellSet, Direction, Effect, Lock, Patrol, Place, Shift, World};
 
-/// The model's text; `title` is its first line of comment.
+/// Returns the text of the model; `title` is its first comment line.
 pub(super) fn write(world: &World, title: &str) -> String {
     let robots: Vec<Robot> = (0..world.starts.len()).map(|number| Robot::new(world, number)).collect();
     let mut text = format!("// {title}\n{}\nmdp\n", picture::comment(world));
@@ -30,7 +30,7 @@ pub(super) fn write(world: &World, title: &str) -> String {
     text + &labels(world, &robots)
 }
 
-/// The names that belong to one robot, with its number where there are several.
+/// A robot with its names, which end in its number if there are several robots.
 struct Robot<'a> {
     world: &'a World,
     start: Place,
@@ -49,12 +49,12 @@ impl<'a> Robot<'a> {
         format!("{stem}{}", self.suffix)
     }
 
-    /// The flag by which this robot has made something available.
+    /// Returns the flag that this robot sets when it opens a lock.
     fn flag(&self, lock: Lock) -> String {
         self.name(&self.lock(lock))
     }
 
-    /// What says that something is available, whoever made it so.
+    /// Returns the name of the condition that a lock is open, no matter which robot opened it.
     fn lock(&self, lock: Lock) -> String {
         match lock {
             Lock::Item(i) => format!("open_{}", self.world.items[i].name),
@@ -70,7 +70,7 @@ impl<'a> Robot<'a> {
         condition(set, &self.name("r"), &self.name("c"))
     }
 
-    /// With several robots: something is available as soon as one of them has seen to it.
+    /// Returns formulas for several robots: a lock is open if one of them has opened it.
     fn shared_locks(&self, robots: usize) -> String {
         let locks = self.world.locks();
         let formula = |&lock: &Lock| {
@@ -115,7 +115,8 @@ impl<'a> Robot<'a> {
         text + "\nendmodule\n"
     }
 
-    /// The module of a further robot: the first one's, with the two robots' names exchanged.
+    /// Returns the module of a further robot: that of the first with the names of the two robots
+    /// exchanged.
     fn renamed(&self, first: &Robot) -> String {
         let mut stems: Vec<String> = ["r", "c", "row", "col"].map(str::to_owned).to_vec();
         stems.extend(self.world.battery.map(|_| "b".to_owned()));
@@ -124,7 +125,8 @@ impl<'a> Robot<'a> {
             stems.iter().map(|s| format!("{}={}", first.name(s), self.name(s))).collect();
         for lock in self.world.locks() {
             let (one, other) = (first.flag(lock), self.flag(lock));
-            // Both ways: a robot must still see the flags that the first one has set.
+            // Flags are exchanged in both directions: a robot must see the flags that the first one
+            // has set.
             pairs.extend([format!("{one}={other}"), format!("{other}={one}")]);
         }
         let list = wrap_list(&pairs);
@@ -137,7 +139,7 @@ fn wrap_list(items: &[String]) -> String {
     lines.join(",\n  ")
 }
 
-/// All that one direction needs: named conditions, and commands under them.
+/// The named conditions and the commands for one direction.
 struct Move<'a> {
     robot: &'a Robot<'a>,
     direction: Direction,
@@ -145,7 +147,7 @@ struct Move<'a> {
     cases: Vec<Case>,
 }
 
-/// Cells from which the move has the same results.
+/// A group of cells from which the move has the same results.
 struct Case {
     name: String,
     branches: Vec<Branch>,
@@ -189,7 +191,7 @@ impl<'a> Move<'a> {
             text += &formula(&case.name, &self.robot.condition(&case.origins));
             named.push(case.name.clone());
         }
-        // The plain step is what the others leave.
+        // The plain step covers the cells of no other case.
         if let Some(case) = self.cases.iter().find(is_free) {
             let rest = if named.is_empty() { "false".to_owned() } else { named.join(" | ") };
             text += &wrap(&format!("formula {} = !({rest});\n", case.name), "    ");
@@ -200,7 +202,7 @@ impl<'a> Move<'a> {
         text
     }
 
-    /// Whether a moving obstacle stands where the move would lead.
+    /// Returns the formula that a moving obstacle is in the cell in which the move would end.
     fn met_formula(&self, name: &str) -> String {
         let Shift { rows, cols } = self.direction.shift();
         let world = self.robot.world;
@@ -210,7 +212,8 @@ impl<'a> Move<'a> {
             } else {
                 (("r", patrol.from.row, rows), ("c", cols))
             };
-            // The coordinate across the track must be one step off, or on it for a move along it.
+            // The coordinate across the track must be one step away from it, or on it for a move
+            // along it.
             let across = i64::try_from(fixed.1).ok()? - fixed.2;
             let end = if fixed.0 == "c" { world.cols } else { world.rows };
             let across = usize::try_from(across).ok().filter(|&a| a < end)?;
@@ -237,7 +240,8 @@ impl<'a> Move<'a> {
         text
     }
 
-    /// What a move into a moving obstacle does: it stays, as before a wall.
+    /// Returns the commands of a move into a moving obstacle: the robot stays, as in front of a
+    /// wall.
     fn met_commands(&self, guard: &str) -> String {
         let world = self.robot.world;
         let near = |place: Place| {
@@ -311,7 +315,7 @@ fn place_of(row: i64, col: i64) -> Option<Place> {
     Some(Place { row: usize::try_from(row).ok()?, col: usize::try_from(col).ok()? })
 }
 
-/// A short name for what a move does.
+/// Returns a short name for the results of a move.
 fn describe(world: &World, direction: Direction, branches: &[Branch], slips: &mut usize) -> String {
     let [only] = branches else {
         *slips += 1;
@@ -325,7 +329,8 @@ fn describe(world: &World, direction: Direction, branches: &[Branch], slips: &mu
     }
 }
 
-/// The order of the cases: the plain step first, then what stays, then what matters.
+/// Returns the position of a case: the plain step, then blocked moves, then moves with effects,
+/// then slips.
 fn order(branches: &[Branch], direction: Direction) -> usize {
     match branches {
         [only] if only.effect.is_none() => usize::from(only.shift != direction.shift()),
@@ -334,7 +339,7 @@ fn order(branches: &[Branch], direction: Direction) -> usize {
     }
 }
 
-/// The items (or the charger) that have an effect: `A_B`.
+/// Returns the names of the items (or the charger) with an effect: `A_B`.
 fn places_with(world: &World, effect: &Effect) -> String {
     let has = |place: &Place| world.effect(*place).as_ref() == Some(effect);
     let mut names: Vec<String> = Vec::new();
@@ -366,7 +371,7 @@ fn formula(name: &str, parts: &[String]) -> String {
     format!("formula {name} =\n    {};\n", wrapped.join("\n  | "))
 }
 
-/// A moving obstacle, which takes a random step whenever a robot acts.
+/// Returns the module of a moving obstacle, which takes a random step whenever a robot acts.
 fn patrol_module(number: usize, patrol: &Patrol, robots: &[Robot]) -> String {
     let p = format!("p{number}");
     let (first, last, where_) = match patrol.is_vertical() {
@@ -390,7 +395,7 @@ fn patrol_module(number: usize, patrol: &Patrol, robots: &[Robot]) -> String {
     text + "\nendmodule\n"
 }
 
-/// `"at_A"`: a robot is where A can be picked up.
+/// Returns the labels: `"at_A"` says that a robot is in the cell of the available item A.
 fn labels(world: &World, robots: &[Robot]) -> String {
     let mut text = "\n".to_owned();
     for (number, item) in world.items.iter().enumerate() {

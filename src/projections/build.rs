@@ -1,4 +1,4 @@
-//! From a finished analysis to projections.
+//! The construction of projections from a finished analysis.
 
 use super::{Ladder, Plane, Projections, directions, levels};
 use crate::dump::{Diagram, Edge};
@@ -11,10 +11,10 @@ use crate::model::{Program, VarId};
 use crate::planning::levels::{End, Level};
 use crate::planning::{Analysis, FiniteMemoryStrategy, Kind, strategy};
 
-/// The most choices for which a page tells where they are permitted.
+/// The maximum number of choices for which a page shows the states that permit them.
 const MOST_CHOICES: usize = 256;
 
-/// The sets in the order in which they become roots.
+/// The sets, in the order in which they become roots.
 struct Sets {
     scope: StateSet,
     ladders: [Rungs; 2],
@@ -30,13 +30,15 @@ struct Rungs {
     permitted: Vec<StateSet>,
 }
 
-/// The projections of a finished analysis over a plane, through a state. Where its diagram would have more nodes
-/// than `most_nodes`, the permitted choices are left out; where that is not enough, the sets are
-/// projected onto the plane, so that nothing can be asked of the other variables.
+/// Builds the projections of a finished analysis over a plane, through a state. If the diagram
+/// would have more nodes than `most_nodes`, the permitted choices are left out. If that is not
+/// enough, the sets are projected onto the plane; then the other variables cannot be fixed.
+///
+/// Cost: for SPI strategies one pre-image per level and arena. No state is enumerated, except a few
+/// samples for the directions of choices.
 ///
 /// # Errors
-/// [`crate::error::Error::Usage`] where the sets are no diagrams; a limit. Cost: for SPI strategies a pre-image a level and part; no state is enumerated but a few
-/// samples that tell in which direction a choice leads.
+/// [`crate::error::Error::Usage`] if the sets are not diagrams; a limit is reached.
 pub fn build<E: Dumpable>(
     analysis: &Analysis<'_, E>,
     plane: Plane,
@@ -98,7 +100,7 @@ impl Sets {
         })
     }
 
-    /// All sets; [`build`] takes the roots in this order.
+    /// Returns all sets; [`build`] takes the roots in this order.
     fn all(&self) -> Vec<Set> {
         let mut all = vec![&self.scope];
         for rungs in &self.ladders {
@@ -109,7 +111,7 @@ impl Sets {
         all.into_iter().cloned().map(Set::States).collect()
     }
 
-    /// Forgets the variables outside the plane.
+    /// Quantifies the variables outside of the plane.
     fn project(&mut self, engine: &SymbolicEngine, plane: Plane) -> Result<()> {
         let onto: Vec<VarId> = plane.row.into_iter().chain([plane.column]).collect();
         let mut all = vec![&mut self.scope];
@@ -153,7 +155,7 @@ impl Rungs {
     }
 }
 
-/// What the permissive strategies permit where planning starts, each state at the level of its rank.
+/// Returns the permitted choices of start states, each state at the level of its rank.
 fn permitted<E: Dumpable>(analysis: &Analysis<'_, E>, program: &Program, kind: Kind) -> Result<ChoiceSet> {
     let engine = analysis.engine();
     let mut all = engine.no_choices();

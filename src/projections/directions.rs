@@ -1,4 +1,4 @@
-//! Where in the plane a choice leads, judged from samples: the average over their successors.
+//! The direction of a choice in the plane: the average over the successors of sampled states.
 
 use super::{Direction, Plane};
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
@@ -6,16 +6,16 @@ use crate::engine::{Algebra, Engine};
 use crate::error::Result;
 use crate::model::{Program, State, VarId, fault};
 
-/// About so many states are looked at for all choices together.
+/// The approximate number of sampled states, for all choices together.
 const SAMPLES: usize = 4096;
-/// So many values of a row or column are enough for one choice.
+/// The maximum number of values of a row or column that are sampled per choice.
 const SPREAD: usize = 6;
 
-/// The directions of the choices with these names, in the order of their numbers.
+/// Computes the directions of the choices with these names, in the order of their numbers. Cost:
+/// one pre-image for each of a few values of row and column, and some steps of single states.
 ///
 /// # Errors
-/// A limit; a command without a meaning in a state. Cost: a pre-image for each of a few values of row and
-/// column, and some steps of single states.
+/// A command has no meaning in a state; a limit is reached.
 pub(super) fn of(engine: &SymbolicEngine, plane: Plane, names: Vec<String>) -> Result<Vec<Direction>> {
     let side = (SAMPLES / names.len().max(1)).isqrt().clamp(1, SPREAD);
     let rows = plane.row.map_or_else(|| Ok(Vec::new()), |row| leaving(engine, row, side))?;
@@ -33,13 +33,14 @@ pub(super) fn of(engine: &SymbolicEngine, plane: Plane, names: Vec<String>) -> R
     Ok(directions)
 }
 
-/// The states with some value of a variable of the plane, and the choices that may change it there.
+/// The states with one value of a variable of the plane, and the choices that may change this
+/// value.
 struct Leaving {
     here: StateSet,
     choices: ChoiceSet,
 }
 
-/// For a few values of a variable.
+/// Computes the choices that may change a variable, for some of its values.
 fn leaving(engine: &SymbolicEngine, variable: VarId, side: usize) -> Result<Vec<Leaving>> {
     let mut all = Vec::new();
     for value in spread(engine, variable, side) {
@@ -51,7 +52,8 @@ fn leaving(engine: &SymbolicEngine, variable: VarId, side: usize) -> Result<Vec<
     Ok(all)
 }
 
-/// States in which a choice may lead to another cell, one for each pair of a row and a column at most.
+/// Samples states in which a choice may lead to another cell, at most one per pair of a row and a
+/// column.
 fn samples(
     engine: &SymbolicEngine,
     rows: &[Leaving],
@@ -73,7 +75,7 @@ fn samples(
     Ok(samples)
 }
 
-/// Some values of a variable, evenly spread.
+/// Returns some values of a variable, evenly spread.
 fn spread(engine: &SymbolicEngine, variable: VarId, count: usize) -> Vec<i64> {
     let variable = &engine.program().variables[variable.index()];
     let width = variable.high - variable.low;
@@ -81,7 +83,7 @@ fn spread(engine: &SymbolicEngine, variable: VarId, count: usize) -> Vec<i64> {
     (0..=steps).map(|k| variable.low + width * k / steps).take(count.max(1)).collect()
 }
 
-/// The average change of row and column under a choice in a state.
+/// Returns the average change of row and column under a choice in a state.
 fn displacement(engine: &SymbolicEngine, plane: Plane, number: usize, state: &[i64]) -> Result<[f64; 2]> {
     let program = engine.program();
     let steps = program.steps(state).map_err(|fault| fault::error(program, &fault, state))?;
@@ -96,7 +98,7 @@ fn displacement(engine: &SymbolicEngine, plane: Plane, number: usize, state: &[i
     Ok([plane.row.map_or(0.0, change), change(plane.column)])
 }
 
-/// The nearest of the eight directions.
+/// Returns the nearest of the eight directions.
 fn sign(sum: [f64; 2]) -> (i8, i8) {
     let most = sum[0].abs().max(sum[1].abs());
     let one = |x: f64| {
@@ -111,8 +113,8 @@ fn sign(sum: [f64; 2]) -> (i8, i8) {
     (one(sum[0]), one(sum[1]))
 }
 
-/// Whether larger rows stand higher: so it is where an action called north or up makes the row grow, and
-/// where the row is a `y`.
+/// Returns true if larger rows are drawn higher. This is the case if an action called north or up
+/// increases the row, or, without such actions, if the name of the row contains `y`.
 pub(super) fn rows_up(program: &Program, plane: Plane, choices: &[Direction]) -> bool {
     let Some(row) = plane.row else { return false };
     let is = |name: &str, first: char, words: [&str; 2]| {

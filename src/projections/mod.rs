@@ -1,9 +1,9 @@
-//! The sets of a finished analysis over a plane of two variables, as one shared diagram that other
-//! programs, such as the page that `meliora report` writes, evaluate for themselves.
+//! Projections: the sets of a finished analysis over a plane of two variables, as one shared
+//! diagram. Other programs can evaluate the diagram, such as the page that `meliora report` writes.
 //!
-//! A cell of the plane is looked up by fixing some bits of the diagram: no state is ever enumerated, so
-//! the other variables may have any number of values. A variable may also be left open; then the
-//! cell speaks of the best that some value allows.
+//! A cell of the plane is evaluated by fixing some bits of the diagram. No states are enumerated,
+//! so the other variables may have any number of values. A variable may also be left open; then the
+//! cell shows the best result over its values.
 
 mod build;
 mod directions;
@@ -27,13 +27,13 @@ pub struct Projections {
     pub variables: Vec<Variable>,
     /// For each variable the levels of its bits in the diagram, least significant first.
     pub levels: Vec<Vec<u32>>,
-    /// Which variables span the plane.
+    /// The variables that span the plane.
     pub plane: Plane,
-    /// Whether larger rows stand higher, as on a map with north on top.
+    /// True if larger rows are drawn higher, as on a map with north on top.
     pub rows_up: bool,
     /// The state whose values are shown first.
     pub at: State,
-    /// The diagram that all edges below lead into.
+    /// The diagram that contains all edges below.
     pub diagram: Diagram,
     /// The states of the scope.
     pub scope: Edge,
@@ -45,10 +45,10 @@ pub struct Projections {
     pub classes: Vec<(ObjectiveSet, Edge)>,
     /// The target of each objective.
     pub targets: Vec<Edge>,
-    /// The choices, by their numbers in the strategies of the ladders; none where there are too many.
+    /// The choices, by their numbers in the strategies of the ladders; empty if there are too many.
     pub choices: Vec<Direction>,
-    /// Whether the sets are projected onto the plane, because all would be too large: then nothing can
-    /// be asked of the other variables, which are open in every view.
+    /// True if the sets are projected onto the plane, because the full sets would be too large.
+    /// Then the other variables are open in every view.
     pub projected: bool,
 }
 
@@ -57,44 +57,44 @@ pub struct Projections {
 pub struct Ladder {
     /// W_1 ⊋ W_2 ⊋ …
     pub levels: Vec<Edge>,
-    /// The states of unbounded rank, where there are some.
+    /// The states of unbounded rank, if any.
     pub unbounded: Option<Edge>,
-    /// Whether there may be more levels: `--max-level` ended the search.
+    /// True if there may be more levels: `--max-level` ended the search.
     pub open: bool,
-    /// For each choice of [`Projections::choices`] the states in which the permissive strategy of their own
-    /// rank permits it.
+    /// For each choice of [`Projections::choices`] the states that permit it, by the permissive
+    /// strategy of their own rank.
     pub permitted: Vec<Edge>,
 }
 
-/// A choice and where in the plane it usually leads.
+/// A choice, and the direction in the plane in which it usually leads.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Direction {
     /// Its name.
     pub name: String,
-    /// -1, 0 or 1: whether the row usually falls, stays or grows.
+    /// The usual change of the row: -1, 0 or 1.
     pub row: i8,
-    /// The same for the column.
+    /// The usual change of the column.
     pub column: i8,
 }
 
-/// What is asked of a cell: for each variable a value, or none for any value.
+/// A query for a cell: for each variable a value, or none for any value.
 pub type View = Vec<Option<i64>>;
 
-/// What holds in a cell.
+/// The results in a cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cell {
-    /// The greatest SASI rank of a state that fits the view.
+    /// The greatest SASI rank of a state that matches the view.
     pub sasi: Rank,
-    /// The greatest SPI rank.
+    /// The greatest SPI rank of a state that matches the view.
     pub spi: Rank,
-    /// The classes of states that fit, by their positions in [`Projections::classes`].
+    /// The classes of states that match, by their indices in [`Projections::classes`].
     pub classes: Vec<usize>,
 }
 
 impl Projections {
-    /// What holds in the states that fit a view; none where there are none.
+    /// Returns the results over the states that match a view; none if no state matches.
     ///
-    /// Cost: for each region, with no variable open, its number of bits; else its nodes at most.
+    /// Cost per region: its number of bits if no variable is open, otherwise at most its nodes.
     pub fn cell(&self, view: &View) -> Option<Cell> {
         let pattern = self.pattern(view);
         if !self.meets(self.scope, &pattern) {
@@ -108,18 +108,19 @@ impl Projections {
         })
     }
 
-    /// The objectives with a state of their target that fits a view.
+    /// Returns the objectives whose target contains a state that matches a view.
     pub fn targets_at(&self, view: &View) -> Vec<usize> {
         let pattern = self.pattern(view);
         (0..self.targets.len()).filter(|&i| self.meets(self.targets[i], &pattern)).collect()
     }
 
-    /// Whether a state that fits a view is in the set of an edge.
+    /// Returns true if the set of an edge contains a state that matches a view.
     pub fn holds(&self, edge: Edge, view: &View) -> bool {
         self.meets(edge, &self.pattern(view))
     }
 
-    /// The view of a cell: the plane's variables with these values, the others as in `others`.
+    /// Returns the view of a cell: these values for the variables of the plane, the others as in
+    /// `others`.
     pub fn view(&self, others: &View, row: i64, column: i64) -> View {
         let mut view = others.clone();
         if let Some(variable) = self.plane.row {
@@ -129,13 +130,13 @@ impl Projections {
         view
     }
 
-    /// The names of the plane's variables, that of the rows first.
+    /// Returns the names of the variables of the plane, rows first.
     pub fn names(&self) -> Vec<String> {
         let plane = self.plane.row.into_iter().chain([self.plane.column]);
         plane.map(|v| self.variables[v.index()].name.clone()).collect()
     }
 
-    /// The values of the rows, from the top of the picture down.
+    /// Returns the values of the rows, from the top of the picture down.
     pub fn rows(&self) -> Vec<i64> {
         let mut rows = self.plane.row.map_or_else(|| vec![0], |row| self.values(row));
         if self.rows_up {
@@ -144,7 +145,7 @@ impl Projections {
         rows
     }
 
-    /// The values of the columns.
+    /// Returns the values of the columns.
     pub fn columns(&self) -> Vec<i64> {
         self.values(self.plane.column)
     }
@@ -154,7 +155,8 @@ impl Projections {
         (variable.low..=variable.high).collect()
     }
 
-    /// What to show first: the values of [`Projections::at`].
+    /// Returns the first view to show: the values of [`Projections::at`], or all variables open if
+    /// the sets are projected.
     pub fn opening(&self) -> View {
         match self.projected {
             true => vec![None; self.at.len()],
@@ -162,8 +164,9 @@ impl Projections {
         }
     }
 
-    /// What holds in a cell with the other variables as in `others`, and `true`; where no state fits
-    /// these, what holds with any others, and `false`; none where there is no state at all.
+    /// Returns the results in a cell with the other variables as in `others`, and `true`. If no
+    /// state matches, returns the results for any values of the others, and `false`; none if that
+    /// matches no state either.
     pub fn found(&self, others: &View, row: i64, column: i64) -> Option<(Cell, bool)> {
         let here = self.cell(&self.view(others, row, column)).map(|cell| (cell, true));
         let open = vec![None; self.at.len()];
@@ -178,7 +181,7 @@ impl Projections {
         if ladder.open && rank == ladder.levels.len() { Rank::AtLeast(rank) } else { Rank::Finite(rank) }
     }
 
-    /// The bits of a view by their levels.
+    /// Returns the bits of a view by level.
     fn pattern(&self, view: &View) -> Vec<Option<bool>> {
         let mut pattern = vec![None; self.diagram.variables.len()];
         for ((variable, levels), value) in self.variables.iter().zip(&self.levels).zip(view) {
@@ -191,7 +194,7 @@ impl Projections {
         pattern
     }
 
-    /// Whether some assignment that fits the pattern satisfies a function.
+    /// Returns true if some assignment that matches the pattern satisfies a function.
     fn meets(&self, edge: Edge, pattern: &[Option<bool>]) -> bool {
         let (mut stack, mut seen) = (vec![edge], AHashSet::new());
         while let Some(edge) = stack.pop() {
@@ -213,7 +216,7 @@ impl Projections {
     }
 }
 
-/// For each variable the positions of its bits, least significant first.
+/// Returns for each variable the levels of its bits, least significant first.
 fn levels(encoding: &Encoding) -> Vec<Vec<u32>> {
     let mut levels: Vec<Vec<u32>> = encoding.variables().iter().map(|v| vec![0; v.bits() as usize]).collect();
     for (position, bit) in encoding.order().iter().enumerate() {

@@ -1,34 +1,34 @@
-//! Which two variables make a plane.
+//! The selection of the variables that span a plane.
 
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::model::value::Type;
 use crate::model::{Program, VarId};
 
-/// Names that usually mean a row and a column.
+/// Pairs of names that usually mean a row and a column.
 const NAMES: [(&str, &str); 7] =
     [("row", "col"), ("row", "column"), ("r", "c"), ("y", "x"), ("lat", "lon"), ("i", "j"), ("posy", "posx")];
 
-/// A plane has at most so many cells: each is drawn.
+/// The maximum number of cells of a plane; each cell is drawn.
 const MOST_CELLS: u64 = 1 << 14;
 
-/// Rows are looked for among so many variables.
+/// The maximum number of variables that are tried as rows.
 const MOST_TRIED: usize = 100;
 
 /// The variables that span a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plane {
-    /// The variable that grows from row to row; none for a picture of one row.
+    /// The variable that grows from row to row; none for a picture with one row.
     pub row: Option<VarId>,
     /// The variable that grows from column to column.
     pub column: VarId,
 }
 
 impl Plane {
-    /// The plane that `ROW,COLUMN` or `COLUMN` names.
+    /// Returns the plane that `ROW,COLUMN` or `COLUMN` names.
     ///
     /// # Errors
-    /// An unknown name, a Boolean, one variable twice, too many cells; with the place in the text.
-    /// More than two names.
+    /// An unknown name, a Boolean, a repeated variable, or too many cells, with the place in the
+    /// text; more than two names.
     pub fn named(program: &Program, text: &str) -> Result<Self> {
         let source = SourceFile::new("the grid", text);
         let mut variables = Vec::new();
@@ -67,9 +67,9 @@ impl Plane {
         }
     }
 
-    /// The plane that the names of the variables suggest: such as `r` and `c`, `robot_row` and `robot_col`,
-    /// `x1` and `y1`; else the first two integers, or the only one, whose plane is not too large to be
-    /// drawn. None where there is none.
+    /// Returns the plane that the names of the variables suggest, such as `r` and `c`, `robot_row`
+    /// and `robot_col`, or `x1` and `y1`. Otherwise returns the first two integers, or a single
+    /// one, whose plane is small enough to be drawn; none if all are too large.
     pub fn guess(program: &Program) -> Option<Self> {
         let by_name = NAMES.iter().find_map(|&(row, column)| {
             integers(program).find_map(|variable| {
@@ -98,13 +98,14 @@ impl Plane {
     }
 }
 
-/// The integers with more than one value.
+/// Returns the integers with more than one value.
 fn integers(program: &Program) -> impl Iterator<Item = VarId> + '_ {
     let many = |(_, v): &(usize, &crate::model::Variable)| v.ty != Type::Bool && v.low < v.high;
     program.variables.iter().enumerate().filter(many).map(|(index, _)| VarId(index as u32))
 }
 
-/// The name of the column for a name of a row: `r1` with `c1`, `van_row` with `van_col`.
+/// Returns the name of the column that matches the name of a row: `c1` for `r1`, `van_col` for
+/// `van_row`.
 fn partner(name: &str, row: &str, column: &str) -> Option<String> {
     let lower = name.to_ascii_lowercase();
     let is_word = |c: Option<char>| c.is_none_or(|c| !c.is_ascii_alphabetic());
@@ -118,7 +119,7 @@ fn partner(name: &str, row: &str, column: &str) -> Option<String> {
     None
 }
 
-/// `word` in capitals where the name starts with one.
+/// Returns `word`, capitalised if the name is.
 fn like(name: &str, word: &str) -> String {
     match name.chars().next() {
         Some(first) if first.is_ascii_uppercase() && name.len() == 1 => word.to_ascii_uppercase(),

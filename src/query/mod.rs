@@ -1,4 +1,4 @@
-//! Questions to a dump alone: no model, no preferences.
+//! Queries on a dump, without the model and the preferences.
 
 mod program;
 mod region;
@@ -17,7 +17,7 @@ use crate::model::{Program, State};
 use crate::progress::Poll;
 use region::Region;
 
-/// A dump that answers.
+/// An open dump that answers queries.
 pub struct Archive {
     name: String,
     dump: Dump,
@@ -25,7 +25,7 @@ pub struct Archive {
     condition: Option<ExprId>,
 }
 
-/// What a region expression stands for.
+/// The value of a region expression.
 #[derive(Clone)]
 pub enum Selected {
     /// States.
@@ -39,16 +39,16 @@ pub enum Selected {
 pub struct Member {
     /// The state.
     pub state: State,
-    /// The names of its choices, where the selection has choices.
+    /// The names of its choices, if the selection is a set of choices.
     pub choices: Option<Vec<String>>,
 }
 
 impl Archive {
     /// Opens the dump in a directory. `condition` is an expression over its variables and constants
-    /// that all answers are confined to.
+    /// that restricts all answers. Cost: linear in the nodes of `reachable`.
     ///
     /// # Errors
-    /// The dump or the condition is wrong; a limit. Cost: linear in the nodes of `reachable`.
+    /// The dump or the condition is invalid; a limit is reached.
     pub fn open(directory: &Path, condition: Option<&str>, settings: Settings) -> Result<Self> {
         let name = directory.join(FILE).display().to_string();
         let dump = read_directory(directory, false, settings.sink.as_ref())?;
@@ -64,26 +64,26 @@ impl Archive {
         Ok(Archive { name, dump, engine, condition })
     }
 
-    /// The manifest.
+    /// Returns the manifest.
     pub fn manifest(&self) -> &Manifest {
         &self.dump.manifest
     }
 
-    /// The variables, as a program without commands.
+    /// Returns the variables, as a program without commands.
     pub fn program(&self) -> &Arc<Program> {
         self.engine.program()
     }
 
-    /// What an expression of regions stands for: names joined by `&`, `|`, `!` and brackets. `!` is
-    /// taken within `reachable`, of choices within `choices`; a set of states among choices stands for
-    /// all enabled choices of its states.
+    /// Evaluates an expression of regions: names joined by `&`, `|`, `!` and brackets. The
+    /// complement `!` is taken within `reachable`, for choices within `choices`. In an expression
+    /// with choices, a set of states stands for all enabled choices of its states.
     ///
     /// # Errors
-    /// A syntax error or an unknown name, with its place; a limit.
+    /// A syntax error or an unknown name, with its place; a limit is reached.
     pub fn select(&self, expression: &str) -> Result<Selected> {
         let source = SourceFile::new("the region", expression);
         let names: Vec<&str> = self.dump.manifest.regions.roots.iter().map(|r| r.name.as_str()).collect();
-        // A dump of chosen regions, or of some levels, does not say where the levels end.
+        // A dump of some regions, or of some levels, does not say which level is the last.
         let manifest = &self.dump.manifest;
         let levels_end = manifest.certificate.is_some() && manifest.max_level.is_none();
         let selected = self.evaluate(&region::parse(&source, &names, levels_end)?)?;
@@ -108,7 +108,7 @@ impl Archive {
         }
     }
 
-    /// The parts of a row joined from left to right.
+    /// Joins the operands of an operator from left to right.
     fn row(
         &self,
         row: &[Region],
@@ -124,7 +124,7 @@ impl Archive {
             RootKind::States => {
                 let mut sets = self.engine.load_states(&self.dump.regions, &[edge(root)])?;
                 let set = sets.pop().unwrap_or_else(|| self.engine.no_states());
-                // Patterns that are no values, or states out of scope, are no members of anything.
+                // Patterns that are not values, and states out of scope, do not count as members.
                 Ok(Selected::States(self.engine.intersection(&set, &self.engine.all_states())?))
             }
             RootKind::Choices => {
@@ -171,7 +171,7 @@ impl Archive {
         })
     }
 
-    /// All enabled choices, which a dump with strategies has.
+    /// Returns all enabled choices; a dump with strategies contains them.
     fn enabled(&self) -> Result<ChoiceSet> {
         let root = self.dump.manifest.regions.root("choices");
         let root = root.ok_or_else(|| wrong(&self.name, "there is no region `choices`, which this needs"))?;
@@ -181,10 +181,10 @@ impl Archive {
         }
     }
 
-    /// How many states, or pairs of states and choices, there are.
+    /// Returns the number of states, or of pairs of states and choices.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit is reached.
     pub fn count(&self, selected: &Selected) -> Result<Count> {
         match selected {
             Selected::States(x) => self.engine.count(x),
@@ -192,7 +192,7 @@ impl Archive {
         }
     }
 
-    /// A state written as `x=1,b=true`; variables left out take their initial value.
+    /// Parses a state written as `x=1,b=true`; missing variables get their initial values.
     ///
     /// # Errors
     /// A syntax error, an unknown variable, a value out of range.
@@ -200,10 +200,10 @@ impl Archive {
         lang::parse_state(&SourceFile::new("the state", text), self.engine.program())
     }
 
-    /// The state as a member; none where it is none.
+    /// Returns the state as a member of the selection; none if it is not in it.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit is reached.
     pub fn member(&self, selected: &Selected, state: &[i64]) -> Result<Option<Member>> {
         let choices = match selected {
             Selected::States(x) => return Ok(self.engine.contains(x, state).then(|| self.plain(state))),
@@ -219,10 +219,10 @@ impl Archive {
         Member { state: state.to_vec(), choices: None }
     }
 
-    /// Up to `limit` states in the order of their values.
+    /// Lists up to `limit` states in the order of their values.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit is reached.
     pub fn list(&self, selected: &Selected, limit: usize) -> Result<Vec<Member>> {
         let states = match selected {
             Selected::States(x) => x.clone(),
@@ -246,7 +246,7 @@ fn wrong(file: &str, message: &str) -> Error {
     Error::Dump { file: file.to_owned(), line: 0, message: message.to_owned() }
 }
 
-/// The condition in the pool of the program.
+/// Parses the condition and adds it to the pool of the program.
 fn lower(program: &mut Program, text: &str) -> Result<ExprId> {
     let source = SourceFile::new("the condition", text);
     if let Some(at) = text.find('"') {

@@ -1,4 +1,4 @@
-//! The variables and constants of a manifest as a program without commands.
+//! The variables and constants of a manifest, as a program without commands.
 
 use serde_json::Value as Json;
 
@@ -8,10 +8,10 @@ use crate::model::expr::ExprPool;
 use crate::model::value::{Type, Value};
 use crate::model::{ModelKind, Program, Variable};
 
-/// The program; `name` is the manifest's name in messages.
+/// Rebuilds the program; messages call the manifest `name`.
 ///
 /// # Errors
-/// A constant that is no value, or a variable that the language could not declare.
+/// A constant has an invalid value.
 pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
     let mut pool = ExprPool::default();
     let initial = pool.value(Value::Bool(true));
@@ -51,7 +51,7 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
     })
 }
 
-/// A constant as `export` writes it.
+/// Reads a constant as `export` writes it.
 fn value(json: &Json) -> Option<Value> {
     match json {
         Json::Bool(b) => Some(Value::Bool(*b)),

@@ -1,4 +1,4 @@
-//! Expressions of regions: `sasi:1 & !(sasi:2 | class:nothing)`.
+//! Region expressions such as `sasi:1 & !(sasi:2 | class:nothing)`.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -6,11 +6,11 @@ use std::sync::Arc;
 use crate::error::{Diagnostic, Result, SourceFile};
 use crate::names;
 
-/// Deeper nesting than this is refused, since reading it takes stack.
+/// The maximum nesting depth; the recursive parser uses stack for each level.
 const DEEPEST: usize = 500;
 
-/// An expression; names by their position. Rows of one operator are flat, so that no expression is
-/// higher than its brackets are deep.
+/// A region expression, with names by index. Chains of one operator are flat, so the height of an
+/// expression is bounded by the depth of its brackets.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Region {
     Name(usize),
@@ -19,8 +19,8 @@ pub(super) enum Region {
     Or(Vec<Region>),
 }
 
-/// Reads an expression over the given names. `!` binds tightest, then `&`, then `|`. Whether all levels
-/// that there are have names is to be said.
+/// Parses an expression over the given names. `!` binds tightest, then `&`, then `|`. `levels_end`
+/// is true if the dump has all levels; then a name past the last level stands for the fixpoint.
 pub(super) fn parse(source: &Arc<SourceFile>, names: &[&str], levels_end: bool) -> Result<Region> {
     let mut parser = Parser { source, names, levels_end, at: 0, depth: 0 };
     let region = parser.or()?;
@@ -31,7 +31,7 @@ pub(super) fn parse(source: &Arc<SourceFile>, names: &[&str], levels_end: bool) 
     }
 }
 
-/// How regions are made of others.
+/// A summary of the syntax for messages.
 const JOINED: &str = "regions are joined by `&` (both), `|` (either) and `!` (not)";
 
 struct Parser<'a> {
@@ -96,7 +96,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Something stands where `&`, `|` or the end was expected.
+    /// Reports an unexpected token where `&`, `|` or the end was expected.
     fn no_operator(&self) -> Diagnostic {
         let help = match self.peek() {
             Some('-' | '\\') => "`a & !b` is what `a` has and `b` has not",
@@ -106,7 +106,8 @@ impl Parser<'_> {
         self.wrong(self.rest(), "the expression has ended here").label("expected `&` or `|`").help(help)
     }
 
-    /// What a level past the last one is, where all are in the dump: the fixpoint, often empty.
+    /// Returns the name that stands for a level past the last one: the fixpoint, which is often
+    /// empty. Only if the dump has all levels.
     fn beyond(&self, name: &str) -> Option<String> {
         names::unbounded_of(name).filter(|_| self.levels_end)
     }
@@ -134,7 +135,7 @@ impl Parser<'_> {
         self.source.text[self.at..].chars().next()
     }
 
-    /// From here to the end.
+    /// Returns the range from here to the end.
     fn rest(&self) -> Range<usize> {
         self.at..self.source.text.len()
     }

@@ -7,9 +7,9 @@
     >>> found.sasi.counts
     [768, 98]
 
-``Model`` and ``Preferences`` are texts that were read; ``Model.check`` finds an ``Analysis`` with its ``Region`` objects,
-``Levels`` and a ``Strategy`` of each kind; ``Model.explore`` makes an ``Exploration`` that answers many questions.
-Long calls release the interpreter, stop on Ctrl-C, and take ``timeout`` in seconds and a ``progress`` callback.
+``Model`` and ``Preferences`` are parsed texts. ``Model.check`` returns an ``Analysis`` with its ``Region`` objects,
+``Levels``, and a ``Strategy`` of each kind. ``Model.explore`` returns an ``Exploration`` for many queries.
+Long calls release the interpreter, stop on Ctrl-C, and accept ``timeout`` in seconds and a ``progress`` callback.
 """
 
 from ._native import (

@@ -1,6 +1,6 @@
-"""What notebooks show: HTML for models, preferences, regions and analyses.
+"""The display of models, preferences, regions and analyses in notebooks, as HTML.
 
-Pictures are those of the library's own report. They are put in as images of their own, so that their styles stay theirs.
+Pictures are those of the report. They are embedded as separate images, so that their styles do not mix with the page's.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from .errors import Error
 if TYPE_CHECKING:
     from ._native import Analysis, Model, Preferences, Region
 
-#: So many rows of a table are shown.
+#: The maximum number of displayed rows of a table.
 _ROWS = 10
-#: So many states of a region.
+#: The maximum number of displayed states of a region.
 _STATES = 5
-#: A picture of a region has at most so many cells.
+#: The maximum number of cells in a picture of a region.
 _CELLS = 128 * 128
 
 
 def model(model: Model) -> str:
-    """A model: its variables with their ranges."""
+    """Returns the HTML of a model: its variables with their ranges."""
     variables = list(model.variables.values())
     rows = [(v.name, v.type if v.type == "bool" else f"{v.low}..{v.high}", _value(v.initial)) for v in variables[:_ROWS]]
     title = f"{model.name}: {model.kind}, {len(variables)} variables, {len(model.actions)} actions"
@@ -32,7 +32,7 @@ def model(model: Model) -> str:
 
 
 def preferences(preferences: Preferences) -> str:
-    """Preferences: their objectives, and the order as a Hasse diagram."""
+    """Returns the HTML of preferences: their objectives, and the order as a Hasse diagram."""
     objectives = list(preferences.objectives.items())
     table = _table(("objective", "formula"), objectives[:_ROWS], len(objectives))
     title = f"{preferences.name}: empty = {preferences.empty}, history = {preferences.history}"
@@ -40,7 +40,7 @@ def preferences(preferences: Preferences) -> str:
 
 
 def region(region: Region) -> str:
-    """A region: how many states it has, the first ones, and where it lies."""
+    """Returns the HTML of a region: the number of its states, the first ones, and a map."""
     count, states = region.count(), region.states(_STATES)
     title = f"{count:,} {'state' if count == 1 else 'states'}"
     if not states:
@@ -50,7 +50,7 @@ def region(region: Region) -> str:
 
 
 def analysis(analysis: Analysis) -> str:
-    """An analysis: the levels, the preference order, where improvements are sure, and the objectives."""
+    """Returns the HTML of an analysis: the levels, the preference order, a map of sure improvements, the objectives."""
     title = f"{analysis.model.name} with {analysis.preferences.name}"
     settings = f"engine {analysis.engine} · scope {analysis.scope} · safety {analysis.safety}"
     parts = [_title(title), f"<div>{escape(settings)}{'' if analysis.complete else ' · unfinished'}</div>"]
@@ -69,12 +69,12 @@ def _picture(analysis: Analysis, picture: str, what: str) -> str:
     try:
         return _image(analysis.to_svg(picture), what)
     except Error:
-        # No plane to draw over, or no diagrams.
+        # The model has no plane to draw over, or the engine no diagrams.
         return ""
 
 
 def _map(region: Region) -> str:
-    """The region over the variables that look like rows and columns, larger rows above."""
+    """Returns a map of the region over the variables that look like rows and columns, larger rows above."""
     found = region._picture()
     if found is None:
         return ""

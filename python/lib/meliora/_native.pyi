@@ -1,4 +1,4 @@
-"""Types of the compiled part. What things mean is said in their docstrings: `help(meliora.Region)`."""
+"""Types of the compiled part. The docstrings describe the classes: `help(meliora.Region)`."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike

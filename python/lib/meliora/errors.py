@@ -1,8 +1,8 @@
 """The exceptions of meliora.
 
-``Error`` is the base of all of them. What is wrong in a text is an ``InputError`` with the place of each problem; what
-does not fit together is a ``UsageError``; a limit that ended the work is a ``LimitError`` that has what is known by then.
-``KeyboardInterrupt`` and ``OSError`` are Python's own.
+``Error`` is the base class of all of them. An ``InputError`` reports an invalid text, with the place of each problem. A
+``UsageError`` reports inconsistent arguments. A ``LimitError`` reports a limit that ended the work, with the results
+so far. ``KeyboardInterrupt`` and ``OSError`` are Python's own.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ __all__ = ["Error", "InputError", "LimitError", "OutOfMemory", "OutOfTime", "Pro
 
 
 class Error(Exception):
-    """The base of all exceptions of this package."""
+    """The base class of all exceptions of this package."""
 
 
 class UsageError(Error, ValueError):
-    """What is asked for does not fit together: an unknown name, a region of another exploration, …"""
+    """The arguments of a call are inconsistent: an unknown name, a region of another exploration, …"""
 
 
 class Problem(NamedTuple):
-    """One thing that is wrong in a text."""
+    """A problem in a text."""
 
     message: str
-    #: The path of the text as it was given, or a name such as ``model``.
+    #: The path of the text as given, or a name such as ``model``.
     file: str
     #: Line and column, both from 1; columns count characters.
     line: int
     column: int
-    #: What stands below the place; may be empty.
+    #: The text below the place; may be empty.
     label: str
-    #: What would help.
+    #: Advice.
     help: str | None
     notes: tuple[str, ...]
     #: The problem with its line and a caret below the place.
@@ -42,11 +42,11 @@ class Problem(NamedTuple):
 
 
 class InputError(Error, ValueError):
-    """A model, preferences or an expression is wrong. ``str()`` shows every problem where it is."""
+    """A model, preferences or an expression is invalid. ``str()`` shows every problem at its place."""
 
     def __init__(self, problems: tuple[Problem, ...], shown: str) -> None:
         super().__init__(shown)
-        #: All that was found.
+        #: All problems of the text.
         self.problems = problems
 
     @property
@@ -69,7 +69,7 @@ class InputError(Error, ValueError):
 
 
 class LimitError(Error):
-    """A limit ended the work. What was known by then is there."""
+    """A limit ended the work. The results so far are kept."""
 
     def __init__(
         self,
@@ -81,30 +81,30 @@ class LimitError(Error):
         known: dict[str, Any] | None = None,
     ) -> None:
         super().__init__(message)
-        #: What was being done, as in ``Progress.phase``.
+        #: The phase of the work, as in ``Progress.phase``.
         self.phase = phase
-        #: Which part of it, in words.
+        #: The part of the phase, in words.
         self.detail = detail
-        #: The unfinished analysis, where there is one: all that it knows can be asked, and ``resume`` goes on.
+        #: The incomplete analysis, if any: it answers queries from its results, and ``resume`` continues it.
         self.analysis = analysis
-        #: The same as plain data: what ``Analysis.to_dict`` has of it.
+        #: Its results as plain data, in the format of ``Analysis.to_dict``.
         self.known = known
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # The analysis lives in its process.
+        # The analysis is bound to this process.
         return _limit, (type(self), str(self), self.phase, self.detail, self.known)
 
 
 class OutOfTime(LimitError, TimeoutError):
-    """``timeout`` has passed."""
+    """The ``timeout`` has passed."""
 
 
 class OutOfMemory(LimitError, MemoryError):
-    """``memory`` is used up, or the system gives no more."""
+    """The limit ``memory`` is reached, or the system has no more memory."""
 
 
 class TooLarge(LimitError):
-    """A fixed bound was passed: of states that are numbered, of cells in an array, of an expression, …"""
+    """A fixed bound is exceeded: on numbered states, on cells of an array, on the size of an expression, …"""
 
 
 def _limit(

@@ -1,10 +1,10 @@
-//! Lines with numbers, of bounded length.
+//! Numbered lines of bounded length.
 
 use std::io::BufRead;
 
 use crate::error::{Error, Result};
 
-/// No line of a sane dump is longer: lists of variables and roots are the longest.
+/// The maximum length of a line, in bytes; lists of variables and roots are the longest.
 const LONGEST: usize = 64 << 20;
 
 /// The lines of a text, one at a time.
@@ -16,12 +16,12 @@ pub(super) struct Lines<'a, R> {
 }
 
 impl<'a, R: BufRead> Lines<'a, R> {
-    /// The lines of `input`, for messages called `file`.
+    /// Starts before the first line of `input`, which messages call `file`.
     pub(super) fn new(file: &'a str, input: R) -> Self {
         Lines { file, input, buffer: Vec::new(), number: 0 }
     }
 
-    /// Reads the next line; false at the end of the text.
+    /// Reads the next line; returns false at the end of the text.
     pub(super) fn advance(&mut self) -> Result<bool> {
         self.buffer.clear();
         self.number += 1;
@@ -47,7 +47,7 @@ impl<'a, R: BufRead> Lines<'a, R> {
         }
     }
 
-    /// Reads the next line or fails with what was expected.
+    /// Reads the next line; fails at the end of the text with the expected content.
     pub(super) fn expect(&mut self, what: &str) -> Result<()> {
         if self.advance()? {
             Ok(())
@@ -56,23 +56,24 @@ impl<'a, R: BufRead> Lines<'a, R> {
         }
     }
 
-    /// The present line.
+    /// Returns the present line.
     pub(super) fn line(&self) -> &[u8] {
         &self.buffer
     }
 
-    /// The present line as words.
+    /// Returns the words of the present line.
     pub(super) fn words(&self) -> impl Iterator<Item = &[u8]> {
         self.buffer.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty())
     }
 
-    /// An error in the present line.
+    /// Returns an error for the present line.
     pub(super) fn wrong(&self, message: impl Into<String>) -> Error {
         Error::Dump { file: self.file.to_owned(), line: self.number, message: message.into() }
     }
 }
 
-/// A number, with a sign or without; none where it is none or past 64 bits.
+/// Parses a number with an optional minus sign; none if the word is not a number or has more than
+/// 18 digits.
 pub(super) fn number(word: &[u8]) -> Option<i64> {
     let (digits, negative) = match word {
         [b'-', rest @ ..] => (rest, true),
@@ -85,7 +86,7 @@ pub(super) fn number(word: &[u8]) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// A word for a message: readable and short.
+/// Formats a word for a message: escaped and short.
 pub(super) fn shown(word: &[u8]) -> String {
     let text: String = String::from_utf8_lossy(word).chars().take(40).collect();
     text.escape_debug().to_string()

@@ -1,4 +1,4 @@
-//! Reading: every line is checked, whatever it says.
+//! The reader of DDDMP files, which checks every line.
 
 use std::io::BufRead;
 
@@ -6,16 +6,17 @@ use super::lines::{Lines, number, shown};
 use crate::dump::{Diagram, Edge, Node};
 use crate::error::Result;
 
-/// More variables than this no model of ours has.
+/// The maximum number of variables; models of this program have fewer.
 const MOST_VARIABLES: usize = 1 << 24;
 
-/// Reads a diagram, as [`super::write`] writes it; `file` is its name in messages.
+/// Reads a diagram, as written by [`super::write`]; messages call the file `file`.
 ///
-/// Arcs lead to earlier lines and deeper variables only, so that there are no cycles; nodes are
-/// reduced. Memory is taken as lines are read, never because a header promises many.
+/// Arcs point only to earlier lines and deeper variables, so there are no cycles. Nodes are
+/// reduced. Memory is allocated as lines are read, not by the numbers in the header.
 ///
 /// # Errors
-/// [`crate::error::Error::Dump`] with the line for all that is not such a file, also where it ends early.
+/// [`crate::error::Error::Dump`] with the line, if the file is malformed or truncated.
+/// [`crate::error::Error::Io`] if reading fails.
 pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
     let mut lines = Lines::new(file, input);
     let header = Header::read(&mut lines)?;
@@ -48,7 +49,7 @@ pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
     Ok(diagram)
 }
 
-/// One node line, all of it checked.
+/// Reads and checks one line with a node.
 fn node<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, id: i64) -> Result<Node> {
     if lines.words().eq([super::END]) {
         return Err(lines.wrong(format!("the nodes end before node {id}, which `.nnodes` promises")));
@@ -103,7 +104,7 @@ fn level<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, variable: i64, ind
     }
 }
 
-/// An arc of node `id`: to a node of an earlier line.
+/// Checks an arc of node `id`, which must point to a node of an earlier line.
 fn arc<R: BufRead>(lines: &Lines<'_, R>, id: i64, to: i64) -> Result<Edge> {
     match Edge::new(to) {
         Some(edge) if (edge.id() as i64) < id => Ok(edge),
@@ -111,12 +112,12 @@ fn arc<R: BufRead>(lines: &Lines<'_, R>, id: i64, to: i64) -> Result<Edge> {
     }
 }
 
-/// What stands before the nodes.
+/// The lines before the nodes.
 #[derive(Default)]
 struct Header {
     nodes: i64,
     variables: Vec<String>,
-    /// `.suppvarnames`, where it is there.
+    /// The names in `.suppvarnames`, if present.
     support: Option<Vec<String>>,
     roots: Vec<Edge>,
     seen: Vec<String>,
@@ -126,7 +127,7 @@ struct Header {
     listed: Vec<usize>,
 }
 
-/// The keys that must be there.
+/// The required keys.
 const REQUIRED: [&str; 9] =
     [".ver", ".mode", ".varinfo", ".nnodes", ".nvars", ".orderedvarnames", ".ids", ".permids", ".rootids"];
 
@@ -251,7 +252,8 @@ fn names<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<Vec<S
     }
 }
 
-/// `.ids` and `.permids`: 0, 1, 2, … — variables are numbered in their order.
+/// Reads `.ids` or `.permids`, which must be 0, 1, 2, …: variables are numbered in their order.
+/// Returns their number.
 fn identity<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<usize> {
     let mut listed = 0;
     for (expected, word) in words.enumerate() {

@@ -1,13 +1,13 @@
-//! Writing.
+//! The writer of DDDMP files.
 
 use std::io::{self, Write};
 
 use crate::dump::Diagram;
 
-/// Writes a diagram, node by node. Buffering is up to `out`.
+/// Writes a diagram node by node, without a buffer of its own.
 ///
 /// # Errors
-/// Those of `out`.
+/// Writing to `out` fails.
 pub fn write(diagram: &Diagram, out: &mut impl Write) -> io::Result<()> {
     header(diagram, out)?;
     out.write_all(super::NODES)?;

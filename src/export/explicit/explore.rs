@@ -1,4 +1,4 @@
-//! The states of a model one by one, by the reference meaning of its commands.
+//! An explicit list of the states of a model, by the reference semantics of its commands.
 
 use std::collections::BTreeSet;
 
@@ -12,12 +12,11 @@ use crate::model::value::{Type, Value};
 use crate::model::{ModelKind, Program, State, Variable, fault};
 use crate::planning::Analysis;
 
-/// The states that an engine found, each with its choices; the regions of a finished analysis, ranks and
-/// the labels of the model are its labels.
+/// Lists the states that an engine found, each with its choices. The labels are those of the model,
+/// the regions of the finished analysis, and the ranks. Cost: one step of the program per state.
 ///
 /// # Errors
-/// More than `limit` states; a state in which the model has no meaning. Cost: one step of the program a
-/// state.
+/// There are more than `limit` states; the model has no meaning in a state; a limit is reached.
 pub fn explored<E: Engine>(analysis: &Analysis<'_, E>, program: &Program, limit: usize) -> Result<Graph> {
     let engine = analysis.engine();
     let states = engine.list_states(&engine.all_states(), limit.saturating_add(1))?;
@@ -52,7 +51,7 @@ pub(super) fn column(variable: &Variable) -> Column {
     Column { name: variable.name.clone(), is_bool: variable.ty == Type::Bool }
 }
 
-/// "deadlock", the model's own labels, and the regions and ranks.
+/// Returns the labels: "deadlock", those of the model, and the regions and ranks.
 fn labels<E: Engine>(
     analysis: &Analysis<'_, E>,
     program: &Program,
@@ -80,7 +79,7 @@ fn labels<E: Engine>(
     Ok(distinct(labels))
 }
 
-/// Names as these formats have them, each once.
+/// Turns names into distinct identifiers that both formats accept.
 pub(super) fn distinct(labels: Vec<(String, Vec<usize>)>) -> Vec<(String, Vec<usize>)> {
     let mut taken: BTreeSet<String> = ["init".to_owned()].into();
     let mut unique = |name: &str| {

@@ -2,12 +2,12 @@
 
 use crate::error::{Limit, Result};
 
-/// A model state by state.
+/// A model with an explicit list of states.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Graph {
-    /// Every state has one choice, and choices have no names.
+    /// True for a Markov chain: every state has one choice, and choices have no names.
     pub is_dtmc: bool,
-    /// What the values of states are of.
+    /// The variables of the states.
     pub columns: Vec<Column>,
     /// The values of each state.
     pub states: Vec<Vec<i64>>,
@@ -15,7 +15,7 @@ pub struct Graph {
     pub rows: Vec<Vec<Row>>,
     /// The numbers of the initial states, in ascending order.
     pub initial: Vec<usize>,
-    /// Names with the numbers of the states that have them, in ascending order.
+    /// Names of labels, each with the numbers of its states in ascending order.
     pub labels: Vec<(String, Vec<usize>)>,
 }
 
@@ -24,12 +24,12 @@ pub struct Graph {
 pub struct Column {
     /// Its name.
     pub name: String,
-    /// Its values 0 and 1 stand for `false` and `true`.
+    /// True if the values 0 and 1 stand for `false` and `true`.
     pub is_bool: bool,
 }
 
 impl Column {
-    /// A value as PRISM writes it.
+    /// Formats a value as PRISM does.
     pub fn show(&self, value: i64) -> String {
         if self.is_bool { (value != 0).to_string() } else { value.to_string() }
     }
@@ -38,25 +38,25 @@ impl Column {
 /// A choice of a state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Its name.
+    /// The name of its action.
     pub action: String,
-    /// Each successor once, with its probability.
+    /// The successors with their probabilities, each successor once.
     pub successors: Vec<(usize, f64)>,
 }
 
 impl Graph {
-    /// How many choices all states have together.
+    /// Returns the number of choices over all states.
     pub fn choices(&self) -> usize {
         self.rows.iter().map(Vec::len).sum()
     }
 
-    /// How many successors all choices have together.
+    /// Returns the number of transitions over all choices.
     pub fn transitions(&self) -> usize {
         self.rows.iter().flatten().map(|row| row.successors.len()).sum()
     }
 }
 
-/// The limit on states as an error, where a state would be one too many.
+/// Returns the error of the limit on states, if one more state would exceed it.
 pub(super) fn fits(states: usize, limit: usize) -> Result<()> {
     if states < limit {
         return Ok(());

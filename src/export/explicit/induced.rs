@@ -1,7 +1,7 @@
-//! What a strategy makes of a model.
+//! The model induced by a strategy.
 //!
-//! A state is a state of the model, with what the play remembers there and whether the step into it was an
-//! improvement. Where nothing is left to improve a play ends: the state has a self-loop.
+//! A state is a state of the model, with the memory of the strategy and whether the step into it
+//! improved. A path ends where no improvement is left: the state has a self-loop.
 
 use ahash::AHashMap;
 
@@ -16,15 +16,16 @@ use crate::planning::finite_memory::{FiniteMemoryStrategy, Memory};
 use crate::planning::induced_model::{InducedModel, Scheduler};
 use crate::planning::levels::Rank;
 
-/// A node of the course, and whether an improvement led there.
+/// A node of the induced model, and whether an improvement led there.
 type Key = (usize, bool);
 
-/// The model that a strategy induces from the initial states: a chain for [`Scheduler::Progress`], a part of
-/// the model for [`Scheduler::Permissive`]. Labels are "improved" (the last step was an improvement), "settled"
-/// (the play ends there), and the regions and ranks of the states.
+/// Builds the model that a strategy induces from the initial states: a Markov chain for
+/// [`Scheduler::Progress`], a sub-MDP of the model for [`Scheduler::Permissive`]. The labels are
+/// "improved" (the last step was an improvement), "settled" (the path ends there), and the regions
+/// and ranks of the states.
 ///
 /// # Errors
-/// More than `limit` states; as [`InducedModel::unfold`].
+/// There are more than `limit` states; the errors of [`InducedModel::unfold`].
 pub fn induced<E: Engine>(
     analysis: &Analysis<'_, E>,
     program: &Program,
@@ -41,7 +42,7 @@ pub fn induced<E: Engine>(
     }
     let mut found = Found::from(starts.len());
     let mut rows = Vec::new();
-    // States are numbered in the order in which they are found, and looked at in this order.
+    // States are numbered, and expanded, in the order in which they are found.
     while let Some(&key) = found.keys.get(rows.len()) {
         fits(rows.len(), limit)?;
         rows.push(choices(&course, key, rows.len(), &mut found));
@@ -74,7 +75,7 @@ impl Found {
     }
 }
 
-/// The choices that the strategy takes in a state; a self-loop where there is none.
+/// Returns the choices of the strategy in a state; a self-loop if it has none.
 fn choices(course: &InducedModel, (node, _): Key, number: usize, found: &mut Found) -> Vec<Row> {
     let node = &course.nodes[node];
     let mut rows = Vec::new();
@@ -96,7 +97,8 @@ fn choices(course: &InducedModel, (node, _): Key, number: usize, found: &mut Fou
     rows
 }
 
-/// The variables of the model, the level (-1 where it is unbounded), and whether the last step improved.
+/// Returns the variables of the model, then the level (-1 if unbounded), the reference arena (-1 if
+/// none), and whether the last step improved.
 fn columns(program: &Program) -> Vec<Column> {
     let mut columns: Vec<Column> = program.variables.iter().map(column).collect();
     for (name, is_bool) in [("level", false), ("reference", false), ("improved", true)] {

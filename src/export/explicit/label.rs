@@ -8,7 +8,7 @@ use crate::planning::levels::Rank;
 use crate::planning::regions::regions;
 use crate::planning::{Analysis, Kind};
 
-/// The regions of an analysis, and what else states are labelled with.
+/// The regions of an analysis, as labels of states.
 pub(super) struct Regions<'a, 'b, E: Engine> {
     analysis: &'a Analysis<'b, E>,
     named: Vec<(String, &'a E::States)>,
@@ -19,7 +19,7 @@ impl<'a, 'b, E: Engine> Regions<'a, 'b, E> {
         Regions { analysis, named: regions(analysis) }
     }
 
-    /// Each region with its states, and for each kind of strategy the states of each rank.
+    /// Returns each region with its states, and for each kind of strategy the states of each rank.
     pub(super) fn all(&self, states: &[State]) -> Vec<(String, Vec<usize>)> {
         let engine = self.analysis.engine();
         let mut labels = Vec::new();
@@ -47,7 +47,7 @@ impl<'a, 'b, E: Engine> Regions<'a, 'b, E> {
     }
 }
 
-/// A name that both formats take: letters, digits and `_`.
+/// Returns a name that both formats accept: letters, digits and `_`.
 pub(super) fn identifier(name: &str) -> String {
     let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     let mut identifier: String = name.chars().map(letter).collect();

@@ -1,7 +1,8 @@
-//! Models state by state, for programs that read such: PRISM's and Storm's explicit formats.
+//! Models with an explicit list of states, in the explicit formats of PRISM and Storm.
 //!
-//! [`explored`] is the model of an analysis, [`induced`] the one that a strategy makes of it; [`prism`]
-//! and [`drn`] are their texts. States are numbered from 0 as they are found, the initial ones first.
+//! [`explored`] lists the model of an analysis, [`induced`] the model that a strategy induces;
+//! [`prism`] and [`drn`] write them as text. States are numbered from 0 as they are found, the
+//! initial ones first.
 
 mod explore;
 mod graph;

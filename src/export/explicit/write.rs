@@ -1,23 +1,23 @@
-//! The texts: PRISM's `.tra`, `.sta` and `.lab`, and Storm's `.drn`.
+//! Writers of PRISM's `.tra`, `.sta` and `.lab`, and of Storm's `.drn`.
 //!
-//! Probabilities are the shortest decimals that read back as the same doubles.
+//! Probabilities are written as the shortest decimals that read back as the same doubles.
 
 use std::fmt::Write as _;
 
 use super::graph::Graph;
 
-/// The three texts of PRISM.
+/// The three files of PRISM.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PrismFiles {
     /// Transitions.
     pub tra: String,
-    /// States by their values.
+    /// Values of the states.
     pub sta: String,
     /// Labels.
     pub lab: String,
 }
 
-/// A model in PRISM's explicit files.
+/// Writes a model in PRISM's explicit format.
 pub fn prism(graph: &Graph) -> PrismFiles {
     PrismFiles { tra: tra(graph), sta: sta(graph), lab: lab(graph) }
 }
@@ -50,13 +50,13 @@ fn sta(graph: &Graph) -> String {
     text
 }
 
-/// The values of a state with commas between them.
+/// Formats the values of a state, separated by commas.
 fn shown(graph: &Graph, values: &[i64], show: impl Fn(&str, String) -> String) -> String {
     let cells = graph.columns.iter().zip(values).map(|(c, &v)| show(&c.name, c.show(v)));
     cells.collect::<Vec<_>>().join(",")
 }
 
-/// The names of labels, "init" first, and those of each state by their positions.
+/// Returns the names of labels, "init" first, and for each state the indices of its labels.
 fn labels_by_state(graph: &Graph) -> (Vec<&str>, Vec<Vec<usize>>) {
     let names = std::iter::once("init").chain(graph.labels.iter().map(|l| l.0.as_str())).collect();
     let mut of = vec![Vec::new(); graph.states.len()];
@@ -78,7 +78,7 @@ fn lab(graph: &Graph) -> String {
     text
 }
 
-/// A model in Storm's explicit format.
+/// Writes a model in Storm's explicit format.
 pub fn drn(graph: &Graph) -> String {
     let (names, of) = labels_by_state(graph);
     let kind = if graph.is_dtmc { "DTMC" } else { "MDP" };
@@ -104,8 +104,8 @@ pub fn drn(graph: &Graph) -> String {
     text
 }
 
-/// Each state with the names of its choices, as a CSV file: its number, its values, and the names with
-/// ` | ` between them.
+/// Writes a CSV file with one row per state: its number, its values, and the names of its choices,
+/// separated by ` | `.
 pub fn action_table(graph: &Graph) -> String {
     let names: Vec<&str> = graph.columns.iter().map(|c| c.name.as_str()).collect();
     let mut text = format!("state,{},actions\n", names.join(","));
