@@ -4,6 +4,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use meliora::engine::Engine;
 use meliora::engine::regions::regions;
@@ -13,21 +15,21 @@ use common::Case;
 
 /// All phases of one engine on one case. What an operation needs is made before the clock starts, and
 /// anew each time: a diagram that was computed once is found again in no time.
-fn phases<E: Engine>(c: &mut Criterion, case: &Case, engine: &str, states: u64, build: impl Fn() -> E) {
+fn phases<E: Engine>(c: &mut Criterion, case: &Case, engine: &str, states: u64, build: impl Fn() -> Arc<E>) {
     let mut group = c.benchmark_group(engine);
     group.throughput(Throughput::Elements(states));
     let id = |phase: &str| BenchmarkId::new(phase, &case.name);
     group.bench_function(id("build"), |b| b.iter_with_large_drop(&build));
     let target = case.preferences.objectives[0].target().unwrap();
     group.bench_function(id("reachability"), |b| {
-        let work = |engine: E| {
-            let found = regions(&engine, &engine.states_where(target).unwrap()).unwrap();
+        let work = |engine: Arc<E>| {
+            let found = regions(&*engine, &engine.states_where(target).unwrap()).unwrap();
             (found, engine)
         };
         b.iter_batched(&build, work, BatchSize::PerIteration);
     });
     group.bench_function(id("outcomes"), |b| {
-        let work = |engine: E| {
+        let work = |engine: Arc<E>| {
             case.analysis(&engine).run_phase(Phase::Outcomes, &mut |_| ()).unwrap();
             engine
         };

@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use meliora::engine::symbolic::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Scope};
@@ -13,7 +15,7 @@ fn fresh<T>(c: &mut Criterion, case: &Case, name: &str, states: u64, work: impl 
     let mut group = c.benchmark_group(name);
     group.throughput(Throughput::Elements(states));
     group.bench_function(BenchmarkId::from_parameter(&case.name), |b| {
-        let keep = |engine: SymbolicEngine| {
+        let keep = |engine: Arc<SymbolicEngine>| {
             let result = work(&engine);
             (result, engine)
         };

@@ -83,7 +83,6 @@ pub mod error;
 pub mod escape;
 pub mod export;
 pub mod generate;
-pub mod held;
 pub mod lang;
 pub mod model;
 pub mod names;

@@ -118,9 +118,9 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! # let preferences = Arc::new(lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?);
 //! # let program = Arc::new(program);
-//! # let engine = SymbolicEngine::new(program.clone(), Settings::default())?;
+//! # let engine = Arc::new(SymbolicEngine::new(program.clone(), Settings::default())?);
 //! let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! let mut heard = Vec::new();
 //! analysis.run(&mut |event| {
@@ -154,9 +154,9 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! # let preferences = Arc::new(lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?);
 //! # let program = Arc::new(program);
-//! # let engine = SymbolicEngine::new(program.clone(), Settings::default())?;
+//! # let engine = Arc::new(SymbolicEngine::new(program.clone(), Settings::default())?);
 //! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! # analysis.run(&mut |_| ())?;
 //! # let missing = || Error::Usage("the levels are known".into());
@@ -199,8 +199,8 @@
 //! # let none = SourceFile::new("constants", "");
 //! let mut program = lang::load(&SourceFile::new("lateral.prism", tutorial::GAMBLE), &none)?.program;
 //! let wishes = SourceFile::new("lateral.pref", tutorial::STAKES);
-//! let preferences = lang::load_preferences(&wishes, &mut program)?;
-//! let engine = ExplicitEngine::new(Arc::new(program), Settings::default())?;
+//! let preferences = Arc::new(lang::load_preferences(&wishes, &mut program)?);
+//! let engine = Arc::new(ExplicitEngine::new(Arc::new(program), Settings::default())?);
 //! let rank = |safety: Safety| -> Result<Rank, Error> {
 //!     let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
 //!     analysis.run(&mut |_| ())?;
@@ -240,11 +240,11 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! # let preferences = Arc::new(lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?);
 //! let button = Arc::new(Button::default());
 //! let settings = Settings { sink: button.clone(), ..Settings::default() };
 //! # let program = Arc::new(program);
-//! let engine = SymbolicEngine::new(program.clone(), settings)?;
+//! let engine = Arc::new(SymbolicEngine::new(program.clone(), settings)?);
 //! let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! analysis.run_phase(Phase::Counts, &mut |_| ())?;
 //! button.0.store(true, Ordering::Relaxed);
@@ -279,9 +279,9 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! # let preferences = Arc::new(lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?);
 //! # let program = Arc::new(program);
-//! # let engine = SymbolicEngine::new(program.clone(), Settings::default())?;
+//! # let engine = Arc::new(SymbolicEngine::new(program.clone(), Settings::default())?);
 //! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! # analysis.run(&mut |_| ())?;
 //! # let scratch = tempfile::tempdir().map_err(|e| Error::Usage(e.to_string()))?;

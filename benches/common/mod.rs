@@ -33,7 +33,7 @@ const FAMILIES: [(&str, &str, Scope); 8] = [
 pub struct Case {
     pub name: String,
     pub program: Arc<Program>,
-    pub preferences: Preferences,
+    pub preferences: Arc<Preferences>,
     pub scope: Scope,
 }
 
@@ -43,7 +43,7 @@ impl Case {
         let mut program = lang::load(&SourceFile::new(&name, model), &constants).unwrap().program;
         let source = SourceFile::new(&name, preferences);
         let preferences = lang::load_preferences(&source, &mut program).unwrap();
-        Case { name, program: Arc::new(program), preferences, scope }
+        Case { name, program: Arc::new(program), preferences: Arc::new(preferences), scope }
     }
 
     fn settings(&self) -> Settings {
@@ -51,23 +51,23 @@ impl Case {
     }
 
     /// The symbolic engine as `meliora check` makes it.
-    pub fn symbolic(&self) -> SymbolicEngine {
+    pub fn symbolic(&self) -> Arc<SymbolicEngine> {
         self.symbolic_in(self.scope)
     }
 
     /// The symbolic engine in another scope.
-    pub fn symbolic_in(&self, scope: Scope) -> SymbolicEngine {
+    pub fn symbolic_in(&self, scope: Scope) -> Arc<SymbolicEngine> {
         let settings = Settings { scope, ..self.settings() };
-        SymbolicEngine::new(self.program.clone(), settings).unwrap()
+        Arc::new(SymbolicEngine::new(self.program.clone(), settings).unwrap())
     }
 
     /// The explicit engine.
-    pub fn explicit(&self) -> ExplicitEngine {
-        ExplicitEngine::new(self.program.clone(), self.settings()).unwrap()
+    pub fn explicit(&self) -> Arc<ExplicitEngine> {
+        Arc::new(ExplicitEngine::new(self.program.clone(), self.settings()).unwrap())
     }
 
     /// An analysis of which nothing is computed yet.
-    pub fn analysis<'a, E: Engine>(&'a self, engine: &'a E) -> Analysis<'a, E> {
+    pub fn analysis<E: Engine>(&self, engine: &Arc<E>) -> Analysis<E> {
         Analysis::new(engine, &self.preferences, Options::default())
     }
 

@@ -28,8 +28,8 @@ pub(super) struct Agreement {
 /// # Errors
 /// A limit.
 pub(super) fn compare<E: Engine, F: Engine>(
-    left: &Analysis<'_, E>,
-    right: &Analysis<'_, F>,
+    left: &Analysis<E>,
+    right: &Analysis<F>,
     program: &Program,
     most: u32,
     watch: &Watch,
@@ -49,7 +49,7 @@ pub(super) fn compare<E: Engine, F: Engine>(
     Ok(Agreement { compared: tally.compared, membership, difference: tally.difference })
 }
 
-fn few<E: Engine>(analysis: &Analysis<'_, E>, most: u32) -> bool {
+fn few<E: Engine>(analysis: &Analysis<E>, most: u32) -> bool {
     analysis.result().counts.as_ref().is_some_and(|c| c.states <= most.into())
 }
 
@@ -70,7 +70,7 @@ impl Tally {
 }
 
 /// All numbers and classes.
-fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<'_, E>, right: &Analysis<'_, F>) {
+fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<E>, right: &Analysis<F>) {
     let (a, b) = (left.result(), right.result());
     let names = left.preferences();
     if let (Some(a), Some(b)) = (&a.counts, &b.counts) {
@@ -106,8 +106,8 @@ fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<'_, E>, righ
 /// Membership of every state in every region; ranks follow from it. Says how many states there were.
 fn state_by_state<E: Engine, F: Engine>(
     tally: &mut Tally,
-    left: &Analysis<'_, E>,
-    right: &Analysis<'_, F>,
+    left: &Analysis<E>,
+    right: &Analysis<F>,
     program: &Program,
     watch: &Watch,
 ) -> Result<u64, Error> {
@@ -153,7 +153,7 @@ mod tests {
             let preferences = lang::load_preferences(&SourceFile::new("p", preferences), &mut program);
             let program = Arc::new(program);
             let engine = ExplicitEngine::new(program.clone(), Settings::default()).unwrap();
-            (program, engine, preferences.unwrap())
+            (program, Arc::new(engine), Arc::new(preferences.unwrap()))
         };
         let (left, right) = (read(left), read(right));
         let mut a = Analysis::new(&left.1, &left.2, Options::default());

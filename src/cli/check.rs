@@ -1,5 +1,7 @@
 //! `meliora check`: the main job.
 
+use std::sync::Arc;
+
 use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::Error;
@@ -89,12 +91,12 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
 ///
 /// # Errors
 /// A limit; a target without a value in some state.
-pub(super) fn analyse<'a, E: Engine, R: Checked>(
+pub(super) fn analyse<E: Engine, R: Checked>(
     job: &Job<R>,
-    engine: &'a E,
-    question: &'a Question,
+    engine: &Arc<E>,
+    question: &Question,
     args: &PreferenceArgs,
-) -> Result<Analysis<'a, E>, Error> {
+) -> Result<Analysis<E>, Error> {
     let mut analysis = Analysis::new(engine, &question.preferences, args.options());
     let mut run = Run { job, question, analysis: &mut analysis };
     run.phase(Phase::Counts)?;
@@ -111,13 +113,13 @@ pub(super) fn analyse<'a, E: Engine, R: Checked>(
 }
 
 /// An analysis with the report that it fills in.
-struct Run<'a, 'b, E: Engine, R: Checked> {
+struct Run<'a, E: Engine, R: Checked> {
     job: &'a Job<R>,
     question: &'a Question,
-    analysis: &'a mut Analysis<'b, E>,
+    analysis: &'a mut Analysis<E>,
 }
 
-impl<E: Engine, R: Checked> Run<'_, '_, E, R> {
+impl<E: Engine, R: Checked> Run<'_, E, R> {
     fn phase(&mut self, phase: Phase) -> Result<(), Error> {
         let (job, preferences) = (self.job, &self.question.preferences);
         let mut hear = |event: Event<'_>| {

@@ -1,6 +1,5 @@
 //! `meliora compare`: both engines on the same input.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
@@ -74,17 +73,17 @@ fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
 }
 
 /// All that one engine finds.
-fn analysed<'q>(
+fn analysed(
     job: &Job<CompareReport>,
     args: &CompareArgs,
-    question: &'q Question,
+    question: &Question,
     (storage, phase): (Storage, &'static str),
-) -> Result<Analysis<'q, AnyEngine>, Error> {
+) -> Result<Analysis<AnyEngine>, Error> {
     let start = Instant::now();
     let build = || load::engine(&question.program, &args.model, storage, &job.watch);
-    let engine = Arc::new(job.timed(phase, build, |_, _| ())?);
+    let engine = job.timed(phase, build, |_, _| ())?;
     let built = start.elapsed().as_secs_f64();
-    let mut analysis = Analysis::new(engine, &question.preferences, args.preferences.options());
+    let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
     analyse(job, storage.name(), built, &mut analysis)?;
     Ok(analysis)
 }
@@ -94,7 +93,7 @@ fn analyse<E: Engine>(
     job: &Job<CompareReport>,
     name: &'static str,
     built: f64,
-    analysis: &mut Analysis<'_, E>,
+    analysis: &mut Analysis<E>,
 ) -> Result<(), Error> {
     let mut time = CheckTime { build: Some(built), ..CheckTime::default() };
     phases::run(analysis, &Phase::ALL, &job.watch, &mut |event| phases::note(&mut time, event))?;
@@ -115,8 +114,8 @@ fn conclude<E: Engine, F: Engine>(
     job: &Job<CompareReport>,
     args: &CompareArgs,
     question: &Question,
-    left: &Analysis<'_, E>,
-    right: &Analysis<'_, F>,
+    left: &Analysis<E>,
+    right: &Analysis<F>,
 ) -> Result<(), Error> {
     let Agreement { compared, membership, difference } = job.timed(
         "compare",

@@ -160,7 +160,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     let dot = args.format == Format::Dot;
     let write = || write_directory(dump, &args.out, dot, job.watch.as_ref());
     let manifest = job.timed("write", write, |_, _| ())?;
-    let peak = meliora::engine::Engine::usage(&engine).peak_nodes;
+    let peak = meliora::engine::Engine::usage(&*engine).peak_nodes;
     job.update(|r| {
         r.set(&manifest);
         r.memory.peak_nodes = peak;

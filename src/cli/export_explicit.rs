@@ -1,5 +1,7 @@
 //! `meliora export --format explicit|drn`: models state by state.
 
+use std::sync::Arc;
+
 use std::path::Path;
 
 use clap::ValueEnum;
@@ -98,11 +100,11 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
 
 fn listed<E: Engine>(
     wanted: &Wanted,
-    analysis: &Analysis<'_, E>,
-    program: &meliora::model::Program,
+    analysis: &Analysis<E>,
+    program: &Arc<meliora::model::Program>,
 ) -> Result<Graph, Error> {
     let Some(strategy) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
-    let mut book = plan::playbook(analysis, program, strategy.kind)?;
+    let mut book = plan::finite_memory(analysis, program, strategy.kind)?;
     induced(analysis, program, &mut book, strategy.scheduler, wanted.limit)
 }
 

@@ -58,7 +58,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let args = args.clone();
     supervise(FlatReport::default(), timeout, &shown, move |job| {
         let (program, _) = load::program(&args.model, &job.watch)?;
-        let flat = Flat::of(program)?;
+        let flat = Flat::of(&program)?;
         job.update(|r| r.flat = Some(flat));
         Ok(())
     })
@@ -85,7 +85,7 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
             r.nodes = Some(Nodes { transition, reachable });
         });
     }
-    count(job, &engine, &program, overlap)
+    count(job, &*engine, &program, overlap)
 }
 
 fn count<E: Engine>(

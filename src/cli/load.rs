@@ -31,7 +31,7 @@ pub(super) struct Question {
     /// The model, with the targets in its pool.
     pub(super) program: Arc<Program>,
     /// The preferences.
-    pub(super) preferences: Preferences,
+    pub(super) preferences: Arc<Preferences>,
     /// The text of the preferences.
     pub(super) source: Arc<SourceFile>,
     /// See [`Loaded::overlap`].
@@ -174,7 +174,7 @@ fn preferred(loaded: Loaded, preferences: &Path, watch: &Watch) -> Result<Questi
             source.name
         ));
     }
-    Ok(Question { program: Arc::new(program), preferences, source, overlap })
+    Ok(Question { program: Arc::new(program), preferences: Arc::new(preferences), source, overlap })
 }
 
 /// Reads the model that a dump is said to be made from, with its constants, and the preferences.
@@ -306,8 +306,8 @@ pub(super) fn engine(
     args: &ModelArgs,
     storage: impl Into<Storage>,
     watch: &Arc<Watch>,
-) -> Result<AnyEngine, Error> {
-    AnyEngine::new(Arc::clone(program), settings(args, storage.into(), watch)?)
+) -> Result<Arc<AnyEngine>, Error> {
+    AnyEngine::new(Arc::clone(program), settings(args, storage.into(), watch)?).map(Arc::new)
 }
 
 /// The symbolic engine, for what only decision diagrams can do.
@@ -318,8 +318,8 @@ pub(super) fn symbolic(
     program: &Arc<Program>,
     args: &ModelArgs,
     watch: &Arc<Watch>,
-) -> Result<SymbolicEngine, Error> {
-    SymbolicEngine::new(Arc::clone(program), settings(args, Storage::Symbolic, watch)?)
+) -> Result<Arc<SymbolicEngine>, Error> {
+    SymbolicEngine::new(Arc::clone(program), settings(args, Storage::Symbolic, watch)?).map(Arc::new)
 }
 
 /// Tells of states in which nothing is enabled, of probabilities that were rounded, and of states in

@@ -12,7 +12,7 @@ use super::watch::Watch;
 /// # Errors
 /// A limit; a target without a value in some state.
 pub(super) fn run<E: Engine>(
-    analysis: &mut Analysis<'_, E>,
+    analysis: &mut Analysis<E>,
     phases: &[Phase],
     watch: &Watch,
     hear: &mut dyn FnMut(Event<'_>),

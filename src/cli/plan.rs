@@ -1,5 +1,7 @@
 //! What the commands about strategies share: the states asked for, and the levels.
 
+use std::sync::Arc;
+
 use clap::ValueEnum;
 use meliora::engine::{Engine, Scope};
 use meliora::error::{Diagnostic, Error, SourceFile};
@@ -96,13 +98,13 @@ pub(super) fn in_scope<E: Engine>(
 ///
 /// # Errors
 /// A limit; a target without a value in some state.
-pub(super) fn analysis<'a, E: Engine>(
-    engine: &'a E,
-    question: &'a Question,
+pub(super) fn analysis<E: Engine>(
+    engine: &Arc<E>,
+    question: &Question,
     args: &PreferenceArgs,
     levels: &[Phase],
     watch: &Watch,
-) -> Result<Analysis<'a, E>, Error> {
+) -> Result<Analysis<E>, Error> {
     let mut analysis = Analysis::new(engine, &question.preferences, args.options());
     let all = [&[Phase::Outcomes, Phase::Improvement], levels].concat();
     phases::run(&mut analysis, &all, watch, &mut |_| ())?;
@@ -113,11 +115,11 @@ pub(super) fn analysis<'a, E: Engine>(
 ///
 /// # Errors
 /// They are not.
-pub(super) fn playbook<'a, E: Engine>(
-    analysis: &Analysis<'a, E>,
-    program: &'a Program,
+pub(super) fn finite_memory<E: Engine>(
+    analysis: &Analysis<E>,
+    program: &Arc<Program>,
     kind: Kind,
-) -> Result<FiniteMemoryStrategy<'a, E>, Error> {
+) -> Result<FiniteMemoryStrategy<E>, Error> {
     let missing = || Error::Usage(format!("the levels of {kind} are not known"));
     FiniteMemoryStrategy::new(analysis, program, kind).ok_or_else(missing)
 }

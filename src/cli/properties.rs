@@ -131,7 +131,7 @@ fn run_engine(
 ) -> Result<(), Error> {
     let build = || load::engine(program, model, engine.engine, &job.watch);
     let engine = job.timed("build", build, |_, _| ())?;
-    answer(job, &engine, asked, questions)
+    answer(job, &*engine, asked, questions)
 }
 
 fn answer<E: Engine>(

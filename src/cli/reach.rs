@@ -87,7 +87,7 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     };
     let build = || load::engine(program, &args.model, args.engine.engine, &job.watch);
     let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
-    answer(job, &engine, &asked, asking)
+    answer(job, &*engine, &asked, asking)
 }
 
 /// All four regions, each of which is in the report as soon as it is known.

@@ -201,7 +201,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     let build = || load::symbolic(&question.program, &args.model, &job.watch);
     let engine = job.timed("build", build, |r, s| r.check.time.build = Some(s))?;
     if let (Some(text), Some(start)) = (&args.at, &start) {
-        plan::in_scope(&engine, &args.model, std::slice::from_ref(text), std::slice::from_ref(start))?;
+        plan::in_scope(&*engine, &args.model, std::slice::from_ref(text), std::slice::from_ref(start))?;
     }
     let analysis = check::analyse(job, &engine, &question, &args.preferences)?;
     let start = match start {
@@ -217,7 +217,7 @@ struct Run<'a> {
     question: &'a Question,
     args: &'a ReportArgs,
     target: Option<Target>,
-    analysis: &'a Analysis<'a, SymbolicEngine>,
+    analysis: &'a Analysis<SymbolicEngine>,
 }
 
 impl Run<'_> {
@@ -290,7 +290,7 @@ impl Run<'_> {
             return Ok(None);
         }
         let program = &self.question.program;
-        let mut book = plan::playbook(self.analysis, program, kind)?;
+        let mut book = plan::finite_memory(self.analysis, program, kind)?;
         let (scheduler, seed) = (self.args.strategy.into(), self.args.seed);
         let setup = Setup { scheduler, runs: PLAYS, steps: STEPS, seed };
         let (told, end) = Simulation::new(&mut book, setup).telling(start)?;

@@ -1,5 +1,7 @@
 //! `meliora simulate`: random plays under a strategy.
 
+use std::sync::Arc;
+
 use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::Error;
@@ -106,12 +108,12 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
 
 fn play<E: Engine>(
     job: &Job<SimulateReport>,
-    engine: &E,
+    engine: &Arc<E>,
     question: &Question,
     args: &SimulateArgs,
     given: Vec<State>,
 ) -> Result<(), Error> {
-    plan::in_scope(engine, &args.model, &args.at, &given)?;
+    plan::in_scope(&**engine, &args.model, &args.at, &given)?;
     let starts = match given.is_empty() {
         true => engine.list_states(&engine.initial_states(), STARTS)?,
         false => given,
@@ -119,7 +121,7 @@ fn play<E: Engine>(
     let asked = [Phase::levels(args.kind.into())];
     let levels = || plan::analysis(engine, question, &args.preferences, &asked, &job.watch);
     let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
-    let mut book = plan::playbook(&analysis, &question.program, args.kind.into())?;
+    let mut book = plan::finite_memory(&analysis, &question.program, args.kind.into())?;
     let mut simulation = Simulation::new(&mut book, args.setup());
     let all = || {
         for start in &starts {

@@ -1,5 +1,7 @@
 //! `meliora strategy`: what to do in a state, and why.
 
+use std::sync::Arc;
+
 use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::Error;
@@ -111,16 +113,16 @@ fn work(job: &Job<StrategyReport>, args: &StrategyArgs) -> Result<(), Error> {
 
 fn answer<E: Engine>(
     job: &Job<StrategyReport>,
-    engine: &E,
+    engine: &Arc<E>,
     question: &Question,
     args: &StrategyArgs,
     states: Vec<State>,
 ) -> Result<(), Error> {
-    plan::in_scope(engine, &args.model, &args.at, &states)?;
+    plan::in_scope(&**engine, &args.model, &args.at, &states)?;
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.watch);
     let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
-    let book = plan::playbook(&analysis, &question.program, args.kind.into())?;
+    let book = plan::finite_memory(&analysis, &question.program, args.kind.into())?;
     let mut run = Run { job, question, args, analysis: &analysis, book };
     job.timed("answer", || run.answer(states), |r, s| r.time.answer = Some(s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
@@ -128,15 +130,15 @@ fn answer<E: Engine>(
 }
 
 /// An analysis with the report that it fills in.
-struct Run<'a, 'b, E: Engine> {
+struct Run<'a, E: Engine> {
     job: &'a Job<StrategyReport>,
     question: &'a Question,
     args: &'a StrategyArgs,
-    analysis: &'a Analysis<'b, E>,
-    book: FiniteMemoryStrategy<'a, E>,
+    analysis: &'a Analysis<E>,
+    book: FiniteMemoryStrategy<E>,
 }
 
-impl<E: Engine> Run<'_, '_, E> {
+impl<E: Engine> Run<'_, E> {
     fn answer(&mut self, given: Vec<State>) -> Result<(), Error> {
         let states = if self.args.at.is_empty() { self.found()? } else { given };
         if self.args.dot {

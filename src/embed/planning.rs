@@ -19,7 +19,7 @@ use crate::planning::{
 pub struct Planning {
     engine: Arc<AnyEngine>,
     preferences: Arc<Preferences>,
-    analysis: Analysis<'static, AnyEngine>,
+    analysis: Analysis<AnyEngine>,
     /// The name of the text with the preferences.
     source: Arc<str>,
 }
@@ -39,7 +39,7 @@ impl Planning {
         source: Arc<str>,
         options: Options,
     ) -> Self {
-        let analysis = Analysis::new(Arc::clone(&engine), Arc::clone(&preferences), options);
+        let analysis = Analysis::new(&engine, &preferences, options);
         Planning { engine, preferences, analysis, source }
     }
 
@@ -71,7 +71,7 @@ impl Planning {
     }
 
     /// Returns the analysis.
-    pub fn analysis(&self) -> &Analysis<'static, AnyEngine> {
+    pub fn analysis(&self) -> &Analysis<AnyEngine> {
         &self.analysis
     }
 
@@ -149,15 +149,14 @@ impl Planning {
     /// [`Error::Usage`] before the levels of this kind were computed.
     pub fn strategy(&self, kind: Kind) -> Result<Strategy> {
         let missing = || Error::Usage("strategies come of levels: run the planning first".to_owned());
-        let book = FiniteMemoryStrategy::new(&self.analysis, Arc::clone(self.program()), kind)
-            .ok_or_else(missing)?;
+        let book = FiniteMemoryStrategy::new(&self.analysis, self.program(), kind).ok_or_else(missing)?;
         Ok(Strategy { book })
     }
 }
 
 /// A finite-memory strategy with explanations.
 pub struct Strategy {
-    book: FiniteMemoryStrategy<'static, AnyEngine>,
+    book: FiniteMemoryStrategy<AnyEngine>,
 }
 
 impl Strategy {
@@ -167,7 +166,7 @@ impl Strategy {
     }
 
     /// Returns the finite-memory strategy, with the parts computed so far.
-    pub fn book(&mut self) -> &mut FiniteMemoryStrategy<'static, AnyEngine> {
+    pub fn book(&mut self) -> &mut FiniteMemoryStrategy<AnyEngine> {
         &mut self.book
     }
 

@@ -17,7 +17,7 @@ use crate::planning::levels::{End, entering};
 use crate::planning::winning_regions::ObjectiveRegions;
 use crate::planning::{Analysis, Kind, Safety, strategy};
 
-type Of<'a> = Analysis<'a, SymbolicEngine>;
+type Of<'a> = Analysis<SymbolicEngine>;
 
 /// Returns all roots of the certificate.
 pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured]) -> Result<Vec<Named>> {

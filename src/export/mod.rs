@@ -65,7 +65,7 @@ impl Named {
 /// The selection matches no region; an objective is called `nothing`; a limit is reached.
 pub fn export(
     engine: &SymbolicEngine,
-    analysis: &Analysis<'_, SymbolicEngine>,
+    analysis: &Analysis<SymbolicEngine>,
     inputs: &Inputs,
     selection: &Selection<'_>,
 ) -> Result<Dump> {

@@ -10,7 +10,7 @@ use crate::names;
 use crate::planning::levels::{End, Level};
 use crate::planning::{Analysis, Kind, strategy};
 
-type Of<'a> = Analysis<'a, SymbolicEngine>;
+type Of<'a> = Analysis<SymbolicEngine>;
 
 /// Returns all regions and strategies.
 pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured]) -> Result<Vec<Named>> {

@@ -5,10 +5,10 @@ mod expr;
 mod merge;
 
 use std::fmt::{self, Display, Formatter, Write as _};
+use std::sync::Arc;
 
 use super::names::Names;
 use crate::error::Result;
-use crate::held::Held;
 use crate::model::value::Type;
 use crate::model::{Command, ModelKind, Program, Variable};
 use composition::Composition;
@@ -16,9 +16,9 @@ use expr::Expressions;
 
 /// A program as a model file; the text is written piece by piece when it is displayed.
 #[derive(Clone)]
-pub struct Flat<'p>(Held<'p, Program>);
+pub struct Flat(Arc<Program>);
 
-impl<'p> Flat<'p> {
+impl Flat {
     /// Prepares a program for output. Constants and formulas are substituted, and renamings are
     /// carried out. A `system` block is added at the end if the modules are not composed in full
     /// parallel.
@@ -29,8 +29,8 @@ impl<'p> Flat<'p> {
     ///
     /// # Errors
     /// Modules that the language cannot express separately have too many commands when merged.
-    pub fn of(program: impl Into<Held<'p, Program>>) -> Result<Self> {
-        merge::merged(program.into()).map(Flat)
+    pub fn of(program: &Arc<Program>) -> Result<Self> {
+        merge::merged(program).map(Flat)
     }
 }
 
@@ -39,10 +39,10 @@ impl<'p> Flat<'p> {
 /// # Errors
 /// See [`Flat::of`].
 pub fn flat(program: &Program) -> Result<String> {
-    Flat::of(program).map(|flat| flat.to_string())
+    Flat::of(&Arc::new(program.clone())).map(|flat| flat.to_string())
 }
 
-impl Display for Flat<'_> {
+impl Display for Flat {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let program = &*self.0;
         f.write_str(match program.kind {

@@ -159,7 +159,7 @@ impl Findings for InfoFindings {
 pub struct FlatReport {
     /// The program; none until it was read.
     #[serde(skip)]
-    pub flat: Option<Flat<'static>>,
+    pub flat: Option<Flat>,
 }
 
 impl Report for FlatReport {

@@ -14,7 +14,6 @@ use super::winning_regions::WinningRegions;
 use super::{strategy, temporal};
 use crate::engine::{Count, Engine};
 use crate::error::{Error, Result};
-use crate::held::Held;
 use crate::model::preference::{Goal, Objective, ObjectiveSet, Preferences};
 use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
@@ -91,9 +90,9 @@ pub enum Event<'a> {
 }
 
 /// The winning regions, classes, improvement MDP and levels of one model under one preference file.
-pub struct Analysis<'a, E: Engine> {
-    engine: Held<'a, E>,
-    preferences: Held<'a, Preferences>,
+pub struct Analysis<E: Engine> {
+    engine: Arc<E>,
+    preferences: Arc<Preferences>,
     options: Options,
     outcomes: Option<WinningRegions<E>>,
     // Shared with the strategies that are created from them.
@@ -104,16 +103,12 @@ pub struct Analysis<'a, E: Engine> {
     result: AnalysisResult,
 }
 
-impl<'a, E: Engine> Analysis<'a, E> {
+impl<E: Engine> Analysis<E> {
     /// Creates an analysis without results.
-    pub fn new(
-        engine: impl Into<Held<'a, E>>,
-        preferences: impl Into<Held<'a, Preferences>>,
-        options: Options,
-    ) -> Self {
+    pub fn new(engine: &Arc<E>, preferences: &Arc<Preferences>, options: Options) -> Self {
         Analysis {
-            engine: engine.into(),
-            preferences: preferences.into(),
+            engine: Arc::clone(engine),
+            preferences: Arc::clone(preferences),
             options,
             outcomes: None,
             classes: None,
@@ -360,19 +355,15 @@ impl<'a, E: Engine> Analysis<'a, E> {
     }
 }
 
-impl<'a, E: Engine> FiniteMemoryStrategy<'a, E> {
+impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Creates the finite-memory strategy of an analysis; `None` before the search for levels of
     /// this kind has ended.
-    pub fn new(
-        analysis: &Analysis<'a, E>,
-        program: impl Into<Held<'a, Program>>,
-        kind: Kind,
-    ) -> Option<Self> {
+    pub fn new(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Option<Self> {
         let levels = analysis.shared_levels(kind);
         levels.end.as_ref()?;
         let lent = (analysis.engine.clone(), analysis.preferences.clone());
         let (classes, improvement) = (analysis.classes.clone()?, analysis.improvement.clone()?);
-        Some(FiniteMemoryStrategy::of(lent, program.into(), classes, improvement, Arc::clone(levels)))
+        Some(FiniteMemoryStrategy::of(lent, Arc::clone(program), classes, improvement, Arc::clone(levels)))
     }
 }
 

@@ -98,7 +98,7 @@ pub struct Successor {
     pub improves: bool,
 }
 
-impl<E: Engine> FiniteMemoryStrategy<'_, E> {
+impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Explains a state in which the strategy has the given memory. Cost: that of
     /// [`FiniteMemoryStrategy::strategy`], then no image.
     ///

@@ -25,7 +25,6 @@ use super::levels::{Game, Kind, Level, Levels, Rank};
 use super::strategy::{self, Strategy};
 use crate::engine::Engine;
 use crate::error::Result;
-use crate::held::Held;
 use crate::model::Program;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
 
@@ -40,10 +39,10 @@ pub struct Memory {
 }
 
 /// The strategies of one kind, computed on demand.
-pub struct FiniteMemoryStrategy<'a, E: Engine> {
-    pub(super) engine: Held<'a, E>,
-    pub(super) program: Held<'a, Program>,
-    pub(super) preferences: Held<'a, Preferences>,
+pub struct FiniteMemoryStrategy<E: Engine> {
+    pub(super) engine: Arc<E>,
+    pub(super) program: Arc<Program>,
+    pub(super) preferences: Arc<Preferences>,
     pub(super) classes: Arc<Classes<E>>,
     pub(super) improvement: Arc<Improvement<E>>,
     pub(super) levels: Arc<Levels<E>>,
@@ -51,11 +50,11 @@ pub struct FiniteMemoryStrategy<'a, E: Engine> {
     strategies: BTreeMap<(usize, usize), Strategy<E>>,
 }
 
-impl<'a, E: Engine> FiniteMemoryStrategy<'a, E> {
+impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Creates a finite-memory strategy; the strategies of its levels are computed later.
     pub(super) fn of(
-        (engine, preferences): (Held<'a, E>, Held<'a, Preferences>),
-        program: Held<'a, Program>,
+        (engine, preferences): (Arc<E>, Arc<Preferences>),
+        program: Arc<Program>,
         classes: Arc<Classes<E>>,
         improvement: Arc<Improvement<E>>,
         levels: Arc<Levels<E>>,

@@ -71,7 +71,7 @@ impl InducedModel {
     /// # Errors
     /// The errors of [`FiniteMemoryStrategy::explain`].
     pub fn unfold<E: Engine>(
-        book: &mut FiniteMemoryStrategy<'_, E>,
+        book: &mut FiniteMemoryStrategy<E>,
         starts: &[State],
         scheduler: Scheduler,
         limit: usize,

@@ -207,15 +207,15 @@ impl Tally {
 }
 
 /// Simulation of runs under a finite-memory strategy.
-pub struct Simulation<'b, 'a, E: Engine> {
-    book: &'b mut FiniteMemoryStrategy<'a, E>,
+pub struct Simulation<'b, E: Engine> {
+    book: &'b mut FiniteMemoryStrategy<E>,
     setup: Setup,
     seen: AHashMap<(State, Memory), Rc<Explanation>>,
 }
 
-impl<'b, 'a, E: Engine> Simulation<'b, 'a, E> {
+impl<'b, E: Engine> Simulation<'b, E> {
     /// Creates a simulation without runs.
-    pub fn new(book: &'b mut FiniteMemoryStrategy<'a, E>, setup: Setup) -> Self {
+    pub fn new(book: &'b mut FiniteMemoryStrategy<E>, setup: Setup) -> Self {
         Simulation { book, setup, seen: AHashMap::new() }
     }
 

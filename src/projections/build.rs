@@ -1,5 +1,7 @@
 //! The construction of projections from a finished analysis.
 
+use std::sync::Arc;
+
 use super::{Ladder, Plane, Projections, directions, levels};
 use crate::dump::{Diagram, Edge};
 use crate::engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
@@ -40,7 +42,7 @@ struct Rungs {
 /// # Errors
 /// [`crate::error::Error::Usage`] if the sets are not diagrams; a limit is reached.
 pub fn build<E: Dumpable>(
-    analysis: &Analysis<'_, E>,
+    analysis: &Analysis<E>,
     plane: Plane,
     at: &[i64],
     most_nodes: usize,
@@ -85,7 +87,7 @@ pub fn build<E: Dumpable>(
 }
 
 impl Sets {
-    fn of<E: Dumpable>(analysis: &Analysis<'_, E>, engine: &SymbolicEngine, choices: usize) -> Result<Self> {
+    fn of<E: Dumpable>(analysis: &Analysis<E>, engine: &SymbolicEngine, choices: usize) -> Result<Self> {
         let ladder = |kind| Rungs::of(analysis, engine, kind, choices);
         let ladders = [ladder(Kind::Sasi)?, ladder(Kind::Spi)?];
         let classes = analysis.classes().into_iter().flat_map(|c| &c.list);
@@ -129,7 +131,7 @@ impl Sets {
 
 impl Rungs {
     fn of<E: Dumpable>(
-        analysis: &Analysis<'_, E>,
+        analysis: &Analysis<E>,
         engine: &SymbolicEngine,
         kind: Kind,
         choices: usize,
@@ -156,7 +158,7 @@ impl Rungs {
 }
 
 /// Returns the permitted choices of start states, each state at the level of its rank.
-fn permitted<E: Dumpable>(analysis: &Analysis<'_, E>, program: &Program, kind: Kind) -> Result<ChoiceSet> {
+fn permitted<E: Dumpable>(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Result<ChoiceSet> {
     let engine = analysis.engine();
     let mut all = engine.no_choices();
     let (Some(book), Some(classes), Some(improvement)) =

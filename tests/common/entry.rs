@@ -260,10 +260,10 @@ thread_local! {
 /// The dump of [`MODEL`] in memory.
 pub fn exported() -> directory::Dump {
     let mut program = program();
-    let preferences = lang::load_preferences(&source(PREFERENCES), &mut program).unwrap();
+    let preferences = Arc::new(lang::load_preferences(&source(PREFERENCES), &mut program).unwrap());
     let program = Arc::new(program);
     let settings = Settings { memory: 16 << 20, ..Settings::default() };
-    let engine = SymbolicEngine::new(program.clone(), settings).unwrap();
+    let engine = Arc::new(SymbolicEngine::new(program.clone(), settings).unwrap());
     let mut analysis = Analysis::new(&engine, &preferences, Options::default());
     analysis.run(&mut |_| ()).unwrap();
     let named = |name: &str| (name.to_owned(), String::new());

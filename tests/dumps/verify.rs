@@ -21,7 +21,7 @@ pub(super) const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Sa
 /// A dump with what it was made from.
 pub(super) struct Case {
     program: Arc<Program>,
-    preferences: Preferences,
+    preferences: Arc<Preferences>,
     pub(super) dump: Dump,
 }
 
@@ -39,8 +39,8 @@ fn case(model: &str, scope: Scope, safety: Safety) -> Case {
 
 impl Case {
     pub(super) fn of(program: Program, preferences: Preferences, scope: Scope, safety: Safety) -> Self {
-        let program = Arc::new(program);
-        let engine = SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap();
+        let (program, preferences) = (Arc::new(program), Arc::new(preferences));
+        let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap());
         let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
         let inputs = Inputs {

@@ -172,14 +172,14 @@ fn answers(mut program: Program, formula: &str, initial: bool) -> Option<[[Strin
     let condition = watching.watch(&source, &parse_formula(&source).unwrap(), "w").ok()?;
     watching.finish(Begin::Everywhere).unwrap();
     let (symbolic, explicit) = engines(program);
-    Some([judged_from(&symbolic, &condition, initial), judged_from(&explicit, &condition, initial)])
+    Some([judged_from(&*symbolic, &condition, initial), judged_from(&*explicit, &condition, initial)])
 }
 
-fn engines(program: Program) -> (SymbolicEngine, ExplicitEngine) {
+fn engines(program: Program) -> (Arc<SymbolicEngine>, Arc<ExplicitEngine>) {
     let program = Arc::new(program);
     let settings = Settings { memory: 16 << 20, ..Settings::default() };
     let symbolic = SymbolicEngine::new(Arc::clone(&program), settings.clone()).unwrap();
-    (symbolic, ExplicitEngine::new(program, settings).unwrap())
+    (Arc::new(symbolic), Arc::new(ExplicitEngine::new(program, settings).unwrap()))
 }
 
 trait Observed: Engine {
@@ -210,12 +210,13 @@ impl Observed for ExplicitEngine {
 /// Whether an objective is among the most preferred ones at the start, when planning looks at whole plays.
 fn achievable(mut program: Program, formula: &str) -> Option<[bool; 2]> {
     let text = format!("objective A = X ({formula}); history = play;\n");
-    let preferences = lang::load_preferences(&SourceFile::new("p", text.as_str()), &mut program).ok()?;
+    let preferences =
+        Arc::new(lang::load_preferences(&SourceFile::new("p", text.as_str()), &mut program).ok()?);
     let (symbolic, explicit) = engines(program.clone());
     Some([at_start(&symbolic, &program, &preferences), at_start(&explicit, &program, &preferences)])
 }
 
-fn at_start<E: Engine>(engine: &E, program: &Program, preferences: &Preferences) -> bool {
+fn at_start<E: Engine>(engine: &Arc<E>, program: &Program, preferences: &Arc<Preferences>) -> bool {
     let mut analysis =
         Analysis::new(engine, preferences, Options { safety: Safety::Action, max_level: None });
     analysis.run(&mut |_| ()).unwrap();
@@ -295,7 +296,7 @@ fn brackets_of_arithmetic_stand_beside_temporal_formulas() {
 fn an_objective_may_be_called_as_a_variable_is() {
     let mut program = load("mdp module m s:[0..1] init 0; [] true -> (s'=1-s); endmodule");
     let text = SourceFile::new("p", "objective s = G F s=1;");
-    let preferences = lang::load_preferences(&text, &mut program).unwrap();
+    let preferences = Arc::new(lang::load_preferences(&text, &mut program).unwrap());
     let names: std::collections::BTreeSet<&String> = program.variables.iter().map(|v| &v.name).collect();
     assert_eq!(names.len(), program.variables.len(), "{names:?}");
     let (symbolic, explicit) = engines(program.clone());

@@ -48,7 +48,7 @@ const LARGE: Size = (20, 1000);
 const SMALL: Size = (20, 1);
 
 /// Ways at the end of which chance decides between two objectives.
-fn ways((length, width): Size) -> (Arc<Program>, Preferences) {
+fn ways((length, width): Size) -> (Arc<Program>, Arc<Preferences>) {
     let text = format!(
         "mdp const int L={length}; module m x : [0..L+2]; y : [0..{width}]; [go] x<L -> (x'=x+1);\n\
         [flip] x=L -> 0.5: (x'=L+1) + 0.5: (x'=L+2); endmodule init x=0 endinit"
@@ -57,22 +57,22 @@ fn ways((length, width): Size) -> (Arc<Program>, Preferences) {
     let mut program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
     let text = "objective B = F x=L+1; objective C = F x=L+2;";
     let preferences = lang::load_preferences(&SourceFile::new("p", text), &mut program).unwrap();
-    (Arc::new(program), preferences)
+    (Arc::new(program), Arc::new(preferences))
 }
 
-fn explicit(program: &Arc<Program>, settings: Settings) -> Result<ExplicitEngine> {
-    ExplicitEngine::new(program.clone(), settings)
+fn explicit(program: &Arc<Program>, settings: Settings) -> Result<Arc<ExplicitEngine>> {
+    ExplicitEngine::new(program.clone(), settings).map(Arc::new)
 }
 
-fn symbolic(program: &Arc<Program>, settings: Settings) -> Result<SymbolicEngine> {
-    SymbolicEngine::new(program.clone(), Settings { order: Order::Declared, ..settings })
+fn symbolic(program: &Arc<Program>, settings: Settings) -> Result<Arc<SymbolicEngine>> {
+    SymbolicEngine::new(program.clone(), Settings { order: Order::Declared, ..settings }).map(Arc::new)
 }
 
 fn settings(sink: &Arc<Patience>) -> Settings {
     Settings { memory: 64 << 20, sink: sink.clone(), ..Settings::default() }
 }
 
-type Build<E> = fn(&Arc<Program>, Settings) -> Result<E>;
+type Build<E> = fn(&Arc<Program>, Settings) -> Result<Arc<E>>;
 
 /// Every fixpoint over the ways needs a look at the progress sink, which now wants the work to end.
 fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
@@ -94,9 +94,9 @@ fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
     stopped("stay_within", engine.stay_within(&others, &choices));
     stopped("almost_surely_reach", engine.almost_surely_reach(&last, &choices));
     stopped("almost_surely_win", engine.almost_surely_win(game(), &[edge_labels(&last)]));
-    stopped("pmax_one", regions::pmax_one(&engine, &last));
-    stopped("pmin_positive", regions::pmin_positive(&engine, &last));
-    stopped("regions", regions::regions(&engine, &last));
+    stopped("pmax_one", regions::pmax_one(&*engine, &last));
+    stopped("pmin_positive", regions::pmin_positive(&*engine, &last));
+    stopped("regions", regions::regions(&*engine, &last));
     stopped("build", build(&program, settings(&sink)));
 }
 
@@ -121,7 +121,7 @@ fn no_fixpoint_of_the_symbolic_engine_goes_on() {
 
 /// From the building of the engine to random plays; what of it was finished.
 fn everything<E: Engine>(
-    (program, preferences): &(Arc<Program>, Preferences),
+    (program, preferences): &(Arc<Program>, Arc<Preferences>),
     build: Build<E>,
     sink: &Arc<Patience>,
     finished: &mut Vec<(&'static str, u64)>,

@@ -200,7 +200,7 @@ proptest! {
 }
 
 /// Everything that an analysis counts.
-fn analysed<E: Engine>(engine: &E, preferences: &Preferences, safety: Safety) -> AnalysisResult {
+fn analysed<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>, safety: Safety) -> AnalysisResult {
     let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
     analysis.run(&mut |_| ()).unwrap();
     analysis.result().clone()
@@ -234,6 +234,7 @@ proptest! {
         };
         let scope = if all { Scope::All } else { Scope::Reachable };
         let (symbolic, explicit) = engines(&program, scope);
+        let (symbolic, explicit, preferences) = (Arc::new(symbolic), Arc::new(explicit), Arc::new(preferences));
         for safety in [Safety::Action, Safety::Transition, Safety::Prefix] {
             let one = analysed(&symbolic, &preferences, safety);
             prop_assert_eq!(one, analysed(&explicit, &preferences, safety), "{} {:?}", text, safety);

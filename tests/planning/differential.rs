@@ -1,6 +1,8 @@
 //! Both engines against the definitions: outcomes, classes, improvement MDP, levels, ranks and
 //! strategies, state by state and choice by choice.
 
+use std::sync::Arc;
+
 use std::collections::BTreeSet;
 
 use meliora::engine::explicit::ExplicitEngine;
@@ -22,7 +24,7 @@ use crate::{Case, EMPTIES, SAFETIES, analyse};
 struct Reference {
     brute: Brute,
     case: Case,
-    tiny: Tiny,
+    tiny: Arc<Tiny>,
 }
 
 impl Reference {
@@ -44,8 +46,8 @@ struct Check<'a, E: Engine> {
     world: &'a World,
     reference: &'a Reference,
     literal: &'a Literal<'a>,
-    found: &'a Analysis<'a, E>,
-    tiny: &'a Analysis<'a, Tiny>,
+    found: &'a Analysis<E>,
+    tiny: &'a Analysis<Tiny>,
 }
 
 impl<E: Engine> Check<'_, E> {
@@ -211,14 +213,15 @@ fn set(x: &[bool]) -> Set {
 }
 
 /// All safeties and all worths of nothing, on one engine.
-fn check<E: Engine>(engine: &E, world: &World, reference: &Reference) {
+fn check<E: Engine>(engine: &Arc<E>, world: &World, reference: &Reference) {
     for empty in EMPTIES {
         let literal = Literal::new(&reference.case, empty);
         let tiny_preferences = reference.case.preferences(&reference.tiny, empty);
-        let mut preferences: Preferences = tiny_preferences.clone();
+        let mut preferences = Preferences::clone(&tiny_preferences);
         for (objective, &target) in preferences.objectives.iter_mut().zip(&world.targets) {
             objective.goal = Goal::Reach(target);
         }
+        let preferences = Arc::new(preferences);
         for safety in SAFETIES {
             let tiny = analyse(&reference.tiny, &tiny_preferences, safety);
             let mut found = Analysis::new(engine, &preferences, Options { safety, max_level: None });
@@ -231,11 +234,11 @@ fn check<E: Engine>(engine: &E, world: &World, reference: &Reference) {
 fn both(world: &World) {
     let reference = Reference::new(world);
     let settings = || Settings { scope: world.scope, memory: 64 << 20, ..Settings::default() };
-    let explicit = ExplicitEngine::new(world.program.clone(), settings()).unwrap();
+    let explicit = Arc::new(ExplicitEngine::new(world.program.clone(), settings()).unwrap());
     check(&explicit, world, &reference);
     for order in [Order::Auto, Order::Declared] {
         let symbolic = SymbolicEngine::new(world.program.clone(), Settings { order, ..settings() }).unwrap();
-        check(&symbolic, world, &reference);
+        check(&Arc::new(symbolic), world, &reference);
     }
 }
 

@@ -31,7 +31,7 @@ fn the_toy_has_one_improvement_by_b_or_c() {
             assert_eq!(sasi.rank(&engine, &[0]), Rank::Finite(1));
             let (classes, improvement) = (analysis.classes().unwrap(), analysis.improvement().unwrap());
             let permitted =
-                permitted_at_start(&engine, Kind::Sasi, classes, improvement, &sasi.found[0]).unwrap();
+                permitted_at_start(&*engine, Kind::Sasi, classes, improvement, &sasi.found[0]).unwrap();
             assert_eq!(permitted[0], [false, true, true]);
         }
     }

@@ -17,7 +17,7 @@ use meliora::planning::{Analysis, Options};
 use crate::SAFETIES;
 
 /// A world that numbers describe.
-fn world(seed: u64) -> (Arc<Program>, Preferences) {
+fn world(seed: u64) -> (Arc<Program>, Arc<Preferences>) {
     let side = 3 + seed as usize % 5;
     let robots = 1 + usize::from(seed % 3 == 2);
     let mut parameters = Parameters::new(side, side + seed as usize % 3, 2 + seed as usize % 3);
@@ -31,10 +31,10 @@ fn world(seed: u64) -> (Arc<Program>, Preferences) {
     let mut program = lang::load(&SourceFile::new("m", written.model), &none).unwrap().program;
     let preferences = SourceFile::new("p", written.preferences);
     let preferences = lang::load_preferences(&preferences, &mut program).unwrap();
-    (Arc::new(program), preferences)
+    (Arc::new(program), Arc::new(preferences))
 }
 
-fn results<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<AnalysisResult> {
+fn results<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>) -> Vec<AnalysisResult> {
     let result = |safety| {
         let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
@@ -79,12 +79,12 @@ fn ways(seeds: impl Iterator<Item = u64>) -> Vec<Ways> {
     let mut ways = Vec::new();
     for seed in seeds {
         let (program, preferences) = world(seed);
-        let explicit = ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap();
-        let expected = (results(&explicit, &preferences), counts(&explicit, &preferences));
+        let explicit = Arc::new(ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap());
+        let expected = (results(&explicit, &preferences), counts(&*explicit, &preferences));
         for thresholds in thresholds() {
             let settings = Settings { memory: 64 << 20, thresholds, ..Settings::default() };
-            let symbolic = SymbolicEngine::new(Arc::clone(&program), settings).unwrap();
-            let found = (results(&symbolic, &preferences), counts(&symbolic, &preferences));
+            let symbolic = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).unwrap());
+            let found = (results(&symbolic, &preferences), counts(&*symbolic, &preferences));
             assert_eq!(found, expected, "seed {seed}, {thresholds:?}");
             ways.push(symbolic.ways());
         }

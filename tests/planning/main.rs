@@ -19,6 +19,8 @@ mod tiny;
 mod versus_literal;
 mod worlds;
 
+use std::sync::Arc;
+
 use meliora::model::preference::{Empty, Goal, History, Objective, Preferences, Preorder, Statement};
 use meliora::planning::{Analysis, Options, Safety};
 
@@ -36,28 +38,24 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    pub(crate) fn engine(&self) -> Tiny {
-        Tiny::new(self.mdp.clone(), &self.targets)
+    pub(crate) fn engine(&self) -> Arc<Tiny> {
+        Arc::new(Tiny::new(self.mdp.clone(), &self.targets))
     }
 
-    pub(crate) fn preferences(&self, engine: &Tiny, empty: Empty) -> Preferences {
+    pub(crate) fn preferences(&self, engine: &Tiny, empty: Empty) -> Arc<Preferences> {
         let objective =
             |i: usize| Objective { name: format!("o{i}"), goal: Goal::Reach(engine.target(i)), span: None };
-        Preferences {
+        Arc::new(Preferences {
             objectives: (0..self.targets.len()).map(objective).collect(),
             order: Preorder::new(self.targets.len(), &self.statements).unwrap(),
             empty,
             history: History::State,
-        }
+        })
     }
 }
 
 /// The finished analysis.
-pub(crate) fn analyse<'a>(
-    engine: &'a Tiny,
-    preferences: &'a Preferences,
-    safety: Safety,
-) -> Analysis<'a, Tiny> {
+pub(crate) fn analyse(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<Tiny> {
     let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
     analysis.run(&mut |_| ()).unwrap();
     analysis

@@ -124,7 +124,7 @@ fn check_course(kind: Kind, course: &InducedModel, rank: Rank, label: &str) {
 }
 
 fn check_plays(
-    book: &mut FiniteMemoryStrategy<'_, SymbolicEngine>,
+    book: &mut FiniteMemoryStrategy<SymbolicEngine>,
     safety: Safety,
     start: &[i64],
     scheduler: Scheduler,
@@ -146,10 +146,10 @@ fn check_plays(
     }
 }
 
-fn check(program: Program, preferences: &Preferences, ranks: &mut Ranks) {
+fn check(program: Program, preferences: &Arc<Preferences>, ranks: &mut Ranks) {
     let settings = Settings { scope: Scope::All, memory: 16 << 20, ..Settings::default() };
     let program = Arc::new(program);
-    let engine = SymbolicEngine::new(Arc::clone(&program), settings).unwrap();
+    let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).unwrap());
     for safety in [Safety::Action, Safety::Prefix, Safety::Transition] {
         let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
@@ -231,7 +231,7 @@ fn plays_on_random_models_keep_their_promise() {
     let ranks = RefCell::new(Ranks::default());
     let outcome = TestRunner::new(config).run(&layered(), |(choices, targets, above, empty)| {
         let (program, preferences) = program(&choices, &targets, &above, empty);
-        check(program, &preferences, &mut ranks.borrow_mut());
+        check(program, &Arc::new(preferences), &mut ranks.borrow_mut());
         Ok(())
     });
     outcome.unwrap_or_else(|e| panic!("{e}"));
@@ -248,11 +248,10 @@ fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
     let none = SourceFile::new("constants", "");
     let mut program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
     let preferences = SourceFile::new("p", "objective A = F x=1;");
-    let preferences = lang::load_preferences(&preferences, &mut program).unwrap();
+    let preferences = Arc::new(lang::load_preferences(&preferences, &mut program).unwrap());
     let program = Arc::new(program);
-    let engine =
-        SymbolicEngine::new(program.clone(), Settings { order: Order::Declared, ..Settings::default() })
-            .unwrap();
+    let settings = Settings { order: Order::Declared, ..Settings::default() };
+    let engine = Arc::new(SymbolicEngine::new(program.clone(), settings).unwrap());
     let options = Options { safety: Safety::Prefix, ..Options::default() };
     let mut analysis = Analysis::new(&engine, &preferences, options);
     analysis.run(&mut |_| ()).unwrap();

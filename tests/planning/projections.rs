@@ -12,19 +12,19 @@ use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
 use meliora::projections::{self, Plane, Projections};
 
 /// The robot with its analysis and projections over its plane, handed to a test.
-fn with_atlas(
+fn with_projections(
     scope: Scope,
     nodes: usize,
-    test: impl Fn(&SymbolicEngine, &Analysis<'_, SymbolicEngine>, &Projections),
+    test: impl Fn(&SymbolicEngine, &Analysis<SymbolicEngine>, &Projections),
 ) {
     let read = |name: &str| SourceFile::new(name, fs::read_to_string(name).unwrap());
     let mut program =
         lang::load(&read("models/robot5x5.prism"), &SourceFile::new("constants", "")).unwrap().program;
-    let preferences = lang::load_preferences(&read("models/robot5x5.pref"), &mut program).unwrap();
+    let preferences = Arc::new(lang::load_preferences(&read("models/robot5x5.pref"), &mut program).unwrap());
     let plane = Plane::guess(&program).unwrap();
     let program = Arc::new(program);
     let settings = Settings { scope, memory: 256 << 20, ..Settings::default() };
-    let engine = SymbolicEngine::new(program.clone(), settings).unwrap();
+    let engine = Arc::new(SymbolicEngine::new(program.clone(), settings).unwrap());
     let mut analysis =
         Analysis::new(&engine, &preferences, Options { safety: Safety::Action, max_level: None });
     analysis.run(&mut |_| ()).unwrap();
@@ -35,7 +35,7 @@ fn with_atlas(
 
 #[test]
 fn cells_say_of_each_state_what_the_sets_say() {
-    with_atlas(Scope::All, usize::MAX, |engine, analysis, projections| {
+    with_projections(Scope::All, usize::MAX, |engine, analysis, projections| {
         assert!(!projections.projected && projections.rows_up);
         for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
             let view = state.iter().copied().map(Some).collect();
@@ -50,7 +50,7 @@ fn cells_say_of_each_state_what_the_sets_say() {
 
 #[test]
 fn arrows_are_the_permitted_actions_and_point_where_they_lead() {
-    with_atlas(Scope::Reachable, usize::MAX, |engine, analysis, projections| {
+    with_projections(Scope::Reachable, usize::MAX, |engine, analysis, projections| {
         let directions: Vec<(&str, i8, i8)> =
             projections.choices.iter().map(|c| (c.name.as_str(), c.row, c.column)).collect();
         assert_eq!(directions[..4], [("N", 1, 0), ("S", -1, 0), ("E", 0, 1), ("W", 0, -1)]);
@@ -73,7 +73,7 @@ fn arrows_are_the_permitted_actions_and_point_where_they_lead() {
 
 #[test]
 fn open_variables_give_the_best_that_some_value_allows() {
-    with_atlas(Scope::Reachable, usize::MAX, |engine, analysis, projections| {
+    with_projections(Scope::Reachable, usize::MAX, |engine, analysis, projections| {
         let mut best: BTreeMap<(i64, i64), usize> = BTreeMap::new();
         for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
             let Rank::Finite(rank) = analysis.levels(Kind::Sasi).rank(engine, &state) else { panic!() };
@@ -97,12 +97,12 @@ fn open_variables_give_the_best_that_some_value_allows() {
 
 #[test]
 fn what_is_too_large_loses_first_its_arrows_and_then_its_sliders() {
-    with_atlas(Scope::Reachable, usize::MAX, |_, _, whole| {
-        with_atlas(Scope::Reachable, whole.diagram.nodes.len() - 1, |_, _, projections| {
+    with_projections(Scope::Reachable, usize::MAX, |_, _, whole| {
+        with_projections(Scope::Reachable, whole.diagram.nodes.len() - 1, |_, _, projections| {
             assert!(!projections.projected && projections.choices.is_empty() && projections.rows_up);
             assert!(projections.diagram.nodes.len() < whole.diagram.nodes.len());
         });
-        with_atlas(Scope::Reachable, 100, |_, _, projections| {
+        with_projections(Scope::Reachable, 100, |_, _, projections| {
             assert!(projections.projected && projections.diagram.nodes.len() <= 100);
             for row in 0..5 {
                 for column in 0..5 {

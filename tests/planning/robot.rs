@@ -85,7 +85,7 @@ fn robot() -> Case {
     Case { mdp: Mdp::new((0..3600).map(choices).collect()), targets, statements }
 }
 
-fn level_sizes(analysis: &Analysis<'_, Tiny>, kind: Kind) -> String {
+fn level_sizes(analysis: &Analysis<Tiny>, kind: Kind) -> String {
     let result = analysis.result();
     let counts = if kind == Kind::Sasi { &result.sasi } else { &result.spi };
     let sizes = counts.levels.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
@@ -155,7 +155,7 @@ fn the_story_of_the_paper_is_told() {
     let permitted = |kind: Kind, rank: Rank, s: usize| {
         let (classes, improvement) = (analysis.classes().unwrap(), analysis.improvement().unwrap());
         let level = analysis.levels(kind).level(rank).unwrap();
-        let all = strategy::permitted_at_start(&engine, kind, classes, improvement, level).unwrap();
+        let all = strategy::permitted_at_start(&*engine, kind, classes, improvement, level).unwrap();
         (0..all[s].len()).filter(|&a| all[s][a]).map(|a| ["N", "S", "E", "W"][a]).collect::<Vec<_>>()
     };
     let rank = |kind: Kind, s: usize| analysis.levels(kind).rank(&engine, &[s as i64]);

@@ -118,7 +118,7 @@ fn check_goals(engine: &Tiny, play: &Play<'_>, arena: &Arena<Tiny>, game: &Game<
 }
 
 fn check_level(
-    analysis: &Analysis<'_, Tiny>,
+    analysis: &Analysis<Tiny>,
     literal: &Literal<'_>,
     kind: Kind,
     level: &Level<Tiny>,

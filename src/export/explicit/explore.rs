@@ -17,7 +17,7 @@ use crate::planning::Analysis;
 ///
 /// # Errors
 /// There are more than `limit` states; the model has no meaning in a state; a limit is reached.
-pub fn explored<E: Engine>(analysis: &Analysis<'_, E>, program: &Program, limit: usize) -> Result<Graph> {
+pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usize) -> Result<Graph> {
     let engine = analysis.engine();
     let states = engine.list_states(&engine.all_states(), limit.saturating_add(1))?;
     fits(states.len().saturating_sub(1), limit)?;
@@ -53,7 +53,7 @@ pub(super) fn column(variable: &Variable) -> Column {
 
 /// Returns the labels: "deadlock", those of the model, and the regions and ranks.
 fn labels<E: Engine>(
-    analysis: &Analysis<'_, E>,
+    analysis: &Analysis<E>,
     program: &Program,
     states: &[State],
 ) -> Result<Vec<(String, Vec<usize>)>> {

@@ -27,9 +27,9 @@ type Key = (usize, bool);
 /// # Errors
 /// There are more than `limit` states; the errors of [`InducedModel::unfold`].
 pub fn induced<E: Engine>(
-    analysis: &Analysis<'_, E>,
+    analysis: &Analysis<E>,
     program: &Program,
-    book: &mut FiniteMemoryStrategy<'_, E>,
+    book: &mut FiniteMemoryStrategy<E>,
     scheduler: Scheduler,
     limit: usize,
 ) -> Result<Graph> {
@@ -125,7 +125,7 @@ fn values(course: &InducedModel, (node, improved): Key) -> State {
 }
 
 fn labels<E: Engine>(
-    analysis: &Analysis<'_, E>,
+    analysis: &Analysis<E>,
     course: &InducedModel,
     keys: &[Key],
 ) -> Vec<(String, Vec<usize>)> {

@@ -9,13 +9,13 @@ use crate::planning::regions::regions;
 use crate::planning::{Analysis, Kind};
 
 /// The regions of an analysis, as labels of states.
-pub(super) struct Regions<'a, 'b, E: Engine> {
-    analysis: &'a Analysis<'b, E>,
+pub(super) struct Regions<'a, E: Engine> {
+    analysis: &'a Analysis<E>,
     named: Vec<(String, &'a E::States)>,
 }
 
-impl<'a, 'b, E: Engine> Regions<'a, 'b, E> {
-    pub(super) fn of(analysis: &'a Analysis<'b, E>) -> Self {
+impl<'a, E: Engine> Regions<'a, E> {
+    pub(super) fn of(analysis: &'a Analysis<E>) -> Self {
         Regions { analysis, named: regions(analysis) }
     }
 

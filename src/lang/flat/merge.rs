@@ -9,7 +9,6 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use crate::error::{Limit, Result};
-use crate::held::Held;
 use crate::lang::names::Names;
 use crate::model::expr::Binary;
 use crate::model::{Branch, Branches, Command, CommandId, Program, Synchronisation, VarId};
@@ -21,16 +20,16 @@ const MOST_COMMANDS: usize = 100_000;
 ///
 /// # Errors
 /// The merged modules have too many commands.
-pub(super) fn merged(whole: Held<'_, Program>) -> Result<Held<'_, Program>> {
-    let classes = Classes::of(&whole);
-    let owners = classes.owners(&whole);
+pub(super) fn merged(whole: &Arc<Program>) -> Result<Arc<Program>> {
+    let classes = Classes::of(whole);
+    let owners = classes.owners(whole);
     if classes.are_apart() && whole.variables.iter().zip(&owners).all(|(v, owner)| v.module == *owner) {
-        return Ok(whole);
+        return Ok(Arc::clone(whole));
     }
-    let mut program = Program::clone(&whole);
+    let mut program = Program::clone(whole);
     program.variables.iter_mut().zip(owners).for_each(|(v, owner)| v.module = owner);
     if classes.are_apart() {
-        return Ok(Arc::new(program).into());
+        return Ok(Arc::new(program));
     }
     let mut merge = Merge { known: AHashMap::new(), commands: Vec::new(), numbers: AHashMap::new() };
     let mut synchronisations = Vec::new();
@@ -52,7 +51,7 @@ pub(super) fn merged(whole: Held<'_, Program>) -> Result<Held<'_, Program>> {
     program.modules = classes.names(&program);
     program.commands = merge.commands;
     program.synchronisations = synchronisations;
-    Ok(Arc::new(program).into())
+    Ok(Arc::new(program))
 }
 
 /// A partition of the modules: each class becomes one module.

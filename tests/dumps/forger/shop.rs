@@ -38,10 +38,10 @@ impl Shop {
         }
     }
 
-    fn program(&self, constants: &str) -> Result<(Arc<Program>, Preferences)> {
+    fn program(&self, constants: &str) -> Result<(Arc<Program>, Arc<Preferences>)> {
         let mut program = lang::load(&self.model, &SourceFile::new("--const", constants))?.program;
         let preferences = lang::load_preferences(&self.preferences, &mut program)?;
-        Ok((Arc::new(program), preferences))
+        Ok((Arc::new(program), Arc::new(preferences)))
     }
 
     /// What `export` writes, where need be with the bits in an order of their own.
@@ -56,7 +56,7 @@ impl Shop {
             None => Order::Auto,
         };
         let settings = Settings { memory: 4 << 20, scope: scope_named(scope)?, order, ..Settings::default() };
-        let engine = SymbolicEngine::new(Arc::clone(&program), settings).ok()?;
+        let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).ok()?);
         let options = Options { safety: safety_named(safety)?, max_level: *max_level };
         let mut analysis = Analysis::new(&engine, &preferences, options);
         analysis.run(&mut |_| ()).unwrap();
