@@ -175,37 +175,65 @@ fn strategies_of_empty_levels_are_empty() {
     refuse_for(&SAFETIES, &faults);
 }
 
-/// State 1 is said to have another improvement before it; it has layers to no goal edge.
-fn too_large(draft: &mut Draft, kind: &str) {
-    let more = draft.states(&[1]);
-    draft.add(&format!("{kind}:2"), &more);
-    if kind == "sasi" {
-        draft.rounds("sasi:2", &[&(&draft.get("sasi:1") - &draft.get("sasi:2"))]);
-        draft.rounds("sasi:3", &[&draft.get("sasi:2")]);
-    }
+/// State 1 is said to have two improvements before it; it has no layers to a goal edge of level 2.
+fn too_large_level_2(draft: &mut Draft) {
+    draft.add("sasi:2", &draft.states(&[1]));
+    draft.rounds("sasi:2", &[&(&draft.get("sasi:1") - &draft.get("sasi:2"))]);
+    draft.rounds("sasi:3", &[&draft.get("sasi:2")]);
+}
+
+/// State 4, which is never left, is said to have an improvement before it.
+fn too_large_level_1(draft: &mut Draft) {
+    draft.add("spi:1", &draft.states(&[4]));
+    let ahead = [draft.choices("sure", 0), draft.choices("sure", 3), draft.choices("stay", 4)];
+    ahead.iter().for_each(|choices| draft.add("strategy:spi:1", choices));
 }
 
 #[test]
 fn levels_are_not_too_large() {
     let faults = [
-        Fault {
-            condition: "each state of `sasi:2` is in one of its layers",
-            forge: |d| too_large(d, "sasi"),
-        },
-        Fault { condition: "each state of `spi:2` is in one of its layers", forge: |d| too_large(d, "spi") },
+        Fault { condition: "each state of `sasi:2` is in one of its layers", forge: too_large_level_2 },
+        Fault { condition: "each state of `spi:1` is in one of its layers", forge: too_large_level_1 },
         Fault {
             condition: "layer 0 of `sasi:2` are the states at its goal",
             forge: |d| d.layers("sasi:2", &[&d.get("sasi:2")]),
         },
         Fault {
-            condition: "layer 1 of `spi:2` are the further states with a step into layer 0",
+            condition: "layer 1 of `spi:1` are the further states with a step into layer 0",
             forge: |d| {
-                too_large(d, "spi");
-                d.add("layers:spi:2:1", &d.states(&[1]));
+                too_large_level_1(d);
+                d.add("layers:spi:1:1", &d.states(&[4]));
             },
         },
     ];
     refuse_for(&WITHOUT_CLASSES, &faults);
+}
+
+/// The best states, where nothing is left to improve, are said to win the second level against the lowest class.
+#[test]
+fn levels_are_not_too_large_in_a_class() {
+    let faults = [
+        Fault {
+            condition: "each state of `sasi:2@L` is in one of its layers",
+            forge: |d| {
+                d.add("sasi:2@L", &d.states(&[7]));
+                d.add("strategy:sasi:2@L", &d.choices("stay", 7));
+                let lost = &d.get("sasi:1@L") - &d.get("sasi:2@L");
+                let first = d.states(&[8]);
+                d.rounds("sasi:2@L", &[&first, &(&lost - &first)]);
+                d.rounds("sasi:3@L", &[&d.get("sasi:2@L")]);
+            },
+        },
+        Fault {
+            condition: "each state of `spi:2@L` is in one of its layers",
+            forge: |d| {
+                d.add("spi:2@L", &d.states(&[1, 2, 7]));
+                let ahead = [d.choices("toss", 1), d.choices("toss", 2), d.choices("stay", 7)];
+                ahead.iter().for_each(|choices| d.add("strategy:spi:2@L", choices));
+            },
+        },
+    ];
+    refuse_for(&WITH_CLASSES, &faults);
 }
 
 /// A third level that is empty is not one; the search ended before it.
