@@ -98,6 +98,14 @@ impl Diagram {
         }
     }
 
+    /// Whether all arcs lead to nodes that are there, those of a node to earlier ones on deeper levels.
+    pub fn is_ordered(&self) -> bool {
+        let nodes = self.nodes.iter().enumerate();
+        let inner = nodes.flat_map(|(index, node)| [(index, node, node.then), (index, node, node.otherwise)]);
+        inner.into_iter().all(|(index, node, arc)| arc.id() < index + 2 && self.level(arc) > node.level)
+            && self.roots.iter().all(|root| root.id() < self.nodes.len() + 2)
+    }
+
     /// Adds a node on a level above all nodes so far, or on the deepest one of these, and returns
     /// its function. Does not look for an equal one.
     ///

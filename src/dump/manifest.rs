@@ -267,8 +267,15 @@ impl File {
         self.roots.iter().find(|r| r.name == name)
     }
 
-    /// Whether the roots are those of the diagram.
+    /// Whether the roots are those of the diagram, each with a name of its own, and the diagram is one.
     fn check(&self, diagram: &Diagram) -> Result<(), String> {
+        self.check_names(&self.path)?;
+        if !diagram.is_ordered() {
+            return Err(format!(
+                "`{}` has an arc to a later node, or to a variable that is not deeper",
+                self.path
+            ));
+        }
         if self.nodes != diagram.nodes.len() + 1 {
             return Err(format!("`{}` has {} nodes, not {}", self.path, diagram.nodes.len() + 1, self.nodes));
         }

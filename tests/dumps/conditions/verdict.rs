@@ -3,8 +3,8 @@
 use std::fs;
 
 use meliora::certify::pictures;
-use meliora::dump::manifest::File;
-use meliora::dump::{Diagram, Dump, read_directory, write_directory};
+use meliora::dump::manifest::{File, Root};
+use meliora::dump::{Diagram, Dump, Edge, read_directory, write_directory};
 use meliora::engine::{NoProgress, Scope};
 use meliora::error::Error;
 use meliora::planning::Safety;
@@ -145,6 +145,45 @@ fn a_dump_in_memory_fits_its_manifest() {
     for certificate in [false, true] {
         let mut dump = case.dump.clone();
         file(&mut dump, certificate).1.variables.swap(0, 1);
+        let result = case.verify(&dump);
+        assert!(matches!(&result, Err(Error::Dump { .. })), "{result:?}");
+    }
+}
+
+/// The first of two regions with one name is what readers find; the second is the right one.
+#[test]
+fn a_name_that_is_there_twice_is_refused() {
+    let case = one_case();
+    for certificate in [false, true] {
+        let mut dump = case.dump.clone();
+        let (file, diagram) = file(&mut dump, certificate);
+        let last = file.roots.last().unwrap().clone();
+        let node = Edge::FALSE.number();
+        file.roots.insert(0, Root { root: diagram.roots.len(), node, nodes: 0, ..last });
+        diagram.roots.push(Edge::FALSE);
+        let result = case.verify(&dump);
+        assert!(matches!(&result, Err(Error::Dump { .. })), "{result:?}");
+    }
+}
+
+/// Readers that follow the arcs of the first region find states in it, and a checker that takes the nodes one after
+/// the other finds none, as is right.
+#[test]
+fn a_diagram_whose_arcs_lead_to_later_nodes_is_refused() {
+    let case = one_case();
+    for certificate in [false, true] {
+        let mut dump = case.dump.clone();
+        let level = dump.manifest.choices.order.len() as u32;
+        let (file, diagram) = file(&mut dump, certificate);
+        let later = Edge::new(diagram.nodes.len() as i64 + 3).unwrap();
+        let first = diagram.push(level, later, Edge::FALSE).unwrap();
+        assert_eq!(diagram.push(level + 1, Edge::TRUE, Edge::FALSE).unwrap(), later);
+        let name = if certificate { "spi:3@L" } else { "class:nothing" };
+        let root = file.roots.iter_mut().find(|root| root.name == name).unwrap();
+        assert_eq!(root.count, "0");
+        (root.node, root.nodes) = (first.number(), diagram.size(first));
+        diagram.roots[root.root] = first;
+        file.nodes = diagram.nodes.len() + 1;
         let result = case.verify(&dump);
         assert!(matches!(&result, Err(Error::Dump { .. })), "{result:?}");
     }
