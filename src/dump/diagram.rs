@@ -99,6 +99,14 @@ impl Diagram {
         }
     }
 
+    /// Returns whether all arcs lead to existing nodes, and those of each node to earlier nodes on deeper levels.
+    pub fn is_ordered(&self) -> bool {
+        let nodes = self.nodes.iter().enumerate();
+        let inner = nodes.flat_map(|(index, node)| [(index, node, node.then), (index, node, node.otherwise)]);
+        inner.into_iter().all(|(index, node, arc)| arc.id() < index + 2 && self.level(arc) > node.level)
+            && self.roots.iter().all(|root| root.id() < self.nodes.len() + 2)
+    }
+
     /// Adds a node and returns its function. The level must be at or above the level of every node
     /// so far. Does not look for an equal node.
     ///

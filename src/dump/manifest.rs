@@ -269,8 +269,15 @@ impl File {
         self.roots.iter().find(|r| r.name == name)
     }
 
-    /// Checks that the roots are those of the diagram.
+    /// Checks that the roots are those of the diagram, each with its own name, and that the diagram is ordered.
     fn check(&self, diagram: &Diagram) -> Result<(), String> {
+        self.check_names(&self.path)?;
+        if !diagram.is_ordered() {
+            return Err(format!(
+                "`{}` has an arc to a later node, or to a variable that is not deeper",
+                self.path
+            ));
+        }
         if self.nodes != diagram.nodes.len() + 1 {
             return Err(format!("`{}` has {} nodes, not {}", self.path, diagram.nodes.len() + 1, self.nodes));
         }

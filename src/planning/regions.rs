@@ -7,7 +7,7 @@ use crate::names;
 
 /// Returns the regions that are known so far: `target:A`, `almost-sure:A`, `positive:A`,
 /// `class:A+B`, `sasi:1`, `spi:unbounded`, …
-pub fn regions<'a, E: Engine>(analysis: &'a Analysis<E>) -> Vec<(String, &'a E::States)> {
+pub fn regions<E: Engine>(analysis: &Analysis<E>) -> Vec<(String, &E::States)> {
     let mut regions = Vec::new();
     let preferences = analysis.preferences();
     for (index, objective) in preferences.objectives.iter().enumerate() {

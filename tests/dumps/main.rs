@@ -1,5 +1,6 @@
 //! Files that come from elsewhere: dumps and their proofs, and text of strangers.
 
+mod conditions;
 #[path = "../common/entry.rs"]
 mod entry;
 mod files;

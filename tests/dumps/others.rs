@@ -6,6 +6,8 @@ use meliora::dump::{Dump, Manifest};
 use meliora::engine::Scope;
 use meliora::error::SourceFile;
 use meliora::lang;
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
 use meliora::planning::Safety;
 use proptest::prelude::*;
 
@@ -19,10 +21,16 @@ fn under_the_manifest_of(truth: &Dump, other: &Dump) -> Dump {
     Dump { manifest, ..other.clone() }
 }
 
-fn case(model: &str, preferences: &str, scope: Scope, safety: Safety) -> Case {
+/// A program with its preferences.
+pub(super) fn read(model: &str, preferences: &str) -> (Program, Preferences) {
     let source = SourceFile::new("m.prism", model);
     let mut program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
     let preferences = lang::load_preferences(&SourceFile::new("p.pref", preferences), &mut program).unwrap();
+    (program, preferences)
+}
+
+pub(super) fn case(model: &str, preferences: &str, scope: Scope, safety: Safety) -> Case {
+    let (program, preferences) = read(model, preferences);
     Case::of(program, preferences, scope, safety)
 }
 

@@ -39,9 +39,20 @@ fn case(model: &str, scope: Scope, safety: Safety) -> Case {
 
 impl Case {
     pub(super) fn of(program: Program, preferences: Preferences, scope: Scope, safety: Safety) -> Self {
+        Case::cut(program, preferences, scope, safety, None)
+    }
+
+    /// The same, with no levels past a greatest one.
+    pub(super) fn cut(
+        program: Program,
+        preferences: Preferences,
+        scope: Scope,
+        safety: Safety,
+        max_level: Option<usize>,
+    ) -> Self {
         let (program, preferences) = (Arc::new(program), Arc::new(preferences));
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap());
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
+        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level });
         analysis.run(&mut |_| ()).unwrap();
         let inputs = Inputs {
             model: ("m.prism".to_owned(), HASHES.0.to_owned()),

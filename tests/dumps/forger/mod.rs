@@ -16,8 +16,8 @@ use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
 use edits::{EDITS, HARMLESS, byte, field, proof, without};
-pub(crate) use shop::same_regions;
-use shop::{Shop, edge, sealed, text};
+use shop::{Shop, edge, text};
+pub(crate) use shop::{same_regions, sealed};
 
 /// Two choices of one label, a deadlock, patterns of bits that are no values, constants of three kinds.
 const MODEL: &str =

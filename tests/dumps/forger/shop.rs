@@ -177,7 +177,7 @@ fn same(a: &Diagram, x: Edge, b: &Diagram, y: Edge, known: &mut BTreeMap<(i32, i
 }
 
 /// Makes sizes, counts and hashes those of the diagrams.
-pub(super) fn sealed(mut dump: Dump) -> Dump {
+pub(crate) fn sealed(mut dump: Dump) -> Dump {
     let offset = dump.manifest.choices.order.len() as u32;
     seal(&mut dump.manifest.regions, &mut dump.regions, offset);
     if let (Some(file), Some(diagram)) = (&mut dump.manifest.certificate, &mut dump.certificate) {

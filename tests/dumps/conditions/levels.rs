@@ -1,0 +1,295 @@
+//! Levels and their strategies.
+
+use meliora::planning::Safety;
+
+use super::draft::{Draft, Members};
+use super::{Fault, HISTORIES, SAFETIES, cases, refuse};
+
+/// Two improvements in a row, each by a coin: from 0 and 3 to 1 or 2, and from these to 7 or 8. What is certain are
+/// 4, and from 1 and 2 also 5 and 6.
+pub(super) const MODEL: &str = "mdp module m s:[0..8] init 0;
+      [wait] s=0 -> (s'=3); [again] s=3 -> (s'=0); [toss] s=3 -> 0.5:(s'=1) + 0.5:(s'=2);
+      [sure] s=0 | s=3 -> (s'=4); [sure] s=1 -> (s'=5); [sure] s=2 -> (s'=6);
+      [toss] s=1 | s=2 -> 0.5:(s'=7) + 0.5:(s'=8); [stay] s>3 -> true;
+    endmodule";
+pub(super) const PREFERENCES: &str = "objective L = F s=4; objective M = F s=5; objective N = F s=6;
+    objective H = F s=7; objective I = F s=8; prefer H, I > M, N > L;";
+
+/// Where levels are in the regions, and where they are in the certificate, each with a class.
+const WITHOUT_CLASSES: [Safety; 2] = [Safety::Action, Safety::Transition];
+const WITH_CLASSES: [Safety; 1] = [Safety::Prefix];
+
+fn refuse_for(safeties: &[Safety], faults: &[Fault]) {
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, safeties), faults);
+}
+
+/// Renames all sets of level 2, and removes those of its successor and those of the old end.
+fn unbounded(draft: &mut Draft, kind: &str) {
+    let gone = [format!("{kind}:unbounded"), format!("{kind}:3")];
+    draft.remove(|name| gone.iter().any(|gone| name.contains(gone)));
+    draft.rename(&format!("{kind}:2"), &format!("{kind}:unbounded"));
+}
+
+#[test]
+fn ranks_are_not_infinite() {
+    let faults = [
+        Fault { condition: "`sasi:unbounded` is the last level", forge: |d| unbounded(d, "sasi") },
+        Fault { condition: "`spi:unbounded` is the last level", forge: |d| unbounded(d, "spi") },
+    ];
+    refuse_for(&SAFETIES, &faults);
+}
+
+/// Takes level 2 out of the regions; in the certificate it is what holds all that win the level after the last.
+fn leave_out(draft: &mut Draft, kind: &str) {
+    let (level, strategy) = (format!("{kind}:2"), format!("strategy:{kind}:2"));
+    let (layers, next) = (format!("layers:{kind}:2"), format!("{kind}:3"));
+    draft.remove(|name| name == level || name.starts_with(&strategy) || name.starts_with(&layers));
+    draft.remove(|name| name.contains(&next));
+}
+
+/// The same, where the level against the class of state 0 is empty and its states are lost in these rounds.
+fn leave_out_of_the_class(draft: &mut Draft, kind: &str, rounds: &[&Members]) {
+    leave_out(draft, kind);
+    draft.set(&format!("{kind}:2@L"), [].into());
+    draft.rounds(&format!("{kind}:2@L"), rounds);
+}
+
+#[test]
+fn the_last_level_is_not_left_out() {
+    let faults = [
+        Fault {
+            condition: "no state lost in round 0 of `sasi:2` has a safe step out of the round",
+            forge: |d| {
+                leave_out(d, "sasi");
+                d.rounds("sasi:2", &[&d.get("sasi:1")]);
+            },
+        },
+        Fault {
+            condition: "each state outside of `sasi:2` is lost in some round",
+            forge: |d| {
+                leave_out(d, "sasi");
+                d.rounds("sasi:2", &[]);
+            },
+        },
+        Fault {
+            condition: "each state with a step towards `spi:2` is in it",
+            forge: |d| leave_out(d, "spi"),
+        },
+    ];
+    refuse_for(&WITHOUT_CLASSES, &faults);
+}
+
+#[test]
+fn the_last_level_is_not_left_out_of_a_class() {
+    let faults = [
+        Fault { condition: "no state wins `sasi:2`", forge: |d| leave_out(d, "sasi") },
+        Fault { condition: "no state wins `spi:2`", forge: |d| leave_out(d, "spi") },
+        Fault {
+            condition: "no state lost in round 0 of `sasi:2@L` has a safe step out of the round",
+            forge: |d| leave_out_of_the_class(d, "sasi", &[&d.get("sasi:1@L")]),
+        },
+        Fault {
+            condition: "each state outside of `sasi:2@L` is lost in some round",
+            forge: |d| leave_out_of_the_class(d, "sasi", &[]),
+        },
+        Fault {
+            condition: "each state with a step towards `spi:2@L` is in it",
+            forge: |d| leave_out_of_the_class(d, "spi", &[]),
+        },
+    ];
+    refuse_for(&WITH_CLASSES, &faults);
+}
+
+#[test]
+fn a_level_is_what_its_classes_win() {
+    let faults = [
+        Fault {
+            condition: "`sasi:2` is what its reference classes win",
+            forge: |d| d.take("sasi:2", &d.states(&[0])),
+        },
+        Fault {
+            condition: "`spi:2` is what its reference classes win",
+            forge: |d| d.take("spi:2", &d.states(&[0])),
+        },
+        Fault {
+            condition: "`strategy:sasi:2` is what its reference classes permit",
+            forge: |d| d.take("strategy:sasi:2", &d.choices("again", 3)),
+        },
+        Fault {
+            condition: "`strategy:spi:2` is what its reference classes permit",
+            forge: |d| d.take("strategy:spi:2", &d.choices("again", 3)),
+        },
+    ];
+    refuse_for(&WITH_CLASSES, &faults);
+}
+
+#[test]
+fn strategies_are_permissive() {
+    let faults = [
+        Fault {
+            condition: "`strategy:sasi:2` are the kept choices that keep winning",
+            forge: |d| d.take("strategy:sasi:2", &d.choices("again", 3)),
+        },
+        Fault {
+            condition: "`strategy:sasi:2` are the kept choices that keep winning",
+            forge: |d| d.add("strategy:sasi:2", &d.choices("sure", 0)),
+        },
+        Fault {
+            condition: "`strategy:spi:2` are the kept choices that keep winning",
+            forge: |d| d.take("strategy:spi:2", &d.choices("again", 3)),
+        },
+    ];
+    refuse_for(&WITHOUT_CLASSES, &faults);
+    let faults = [
+        Fault {
+            condition: "`strategy:sasi:2@L` are the kept choices that keep winning",
+            forge: |d| not_again(d, "sasi"),
+        },
+        Fault {
+            condition: "`strategy:spi:2@L` are the kept choices that keep winning",
+            forge: |d| not_again(d, "spi"),
+        },
+    ];
+    refuse_for(&WITH_CLASSES, &faults);
+}
+
+/// A choice that is permitted is said not to be.
+fn not_again(draft: &mut Draft, kind: &str) {
+    let again = draft.choices("again", 3);
+    draft.take(&format!("strategy:{kind}:2@L"), &again);
+    draft.take(&format!("strategy:{kind}:2"), &again);
+}
+
+#[test]
+fn strategies_of_empty_levels_are_empty() {
+    let faults = [
+        Fault {
+            condition: "`strategy:sasi:unbounded` has no choice, as `sasi:unbounded` has no state",
+            forge: |d| d.set("strategy:sasi:unbounded", d.choices("again", 3)),
+        },
+        Fault {
+            condition: "`strategy:spi:unbounded` has no choice, as `spi:unbounded` has no state",
+            forge: |d| d.set("strategy:spi:unbounded", d.choices("again", 3)),
+        },
+    ];
+    refuse_for(&SAFETIES, &faults);
+}
+
+/// State 1 is said to have two improvements before it; it has no layers to a goal edge of level 2.
+fn too_large_level_2(draft: &mut Draft) {
+    draft.add("sasi:2", &draft.states(&[1]));
+    draft.rounds("sasi:2", &[&(&draft.get("sasi:1") - &draft.get("sasi:2"))]);
+    draft.rounds("sasi:3", &[&draft.get("sasi:2")]);
+}
+
+/// State 4, which is never left, is said to have an improvement before it.
+fn too_large_level_1(draft: &mut Draft) {
+    draft.add("spi:1", &draft.states(&[4]));
+    let ahead = [draft.choices("sure", 0), draft.choices("sure", 3), draft.choices("stay", 4)];
+    ahead.iter().for_each(|choices| draft.add("strategy:spi:1", choices));
+}
+
+#[test]
+fn levels_are_not_too_large() {
+    let faults = [
+        Fault { condition: "each state of `sasi:2` is in one of its layers", forge: too_large_level_2 },
+        Fault { condition: "each state of `spi:1` is in one of its layers", forge: too_large_level_1 },
+        Fault {
+            condition: "layer 0 of `sasi:2` are the states at its goal",
+            forge: |d| d.layers("sasi:2", &[&d.get("sasi:2")]),
+        },
+        Fault {
+            condition: "layer 1 of `spi:1` are the further states with a step into layer 0",
+            forge: |d| {
+                too_large_level_1(d);
+                d.add("layers:spi:1:1", &d.states(&[4]));
+            },
+        },
+    ];
+    refuse_for(&WITHOUT_CLASSES, &faults);
+}
+
+/// The best states, where nothing is left to improve, are said to win the second level against the lowest class.
+#[test]
+fn levels_are_not_too_large_in_a_class() {
+    let faults = [
+        Fault {
+            condition: "each state of `sasi:2@L` is in one of its layers",
+            forge: |d| {
+                d.add("sasi:2@L", &d.states(&[7]));
+                d.add("strategy:sasi:2@L", &d.choices("stay", 7));
+                let lost = &d.get("sasi:1@L") - &d.get("sasi:2@L");
+                let first = d.states(&[8]);
+                d.rounds("sasi:2@L", &[&first, &(&lost - &first)]);
+                d.rounds("sasi:3@L", &[&d.get("sasi:2@L")]);
+            },
+        },
+        Fault {
+            condition: "each state of `spi:2@L` is in one of its layers",
+            forge: |d| {
+                d.add("spi:2@L", &d.states(&[1, 2, 7]));
+                let ahead = [d.choices("toss", 1), d.choices("toss", 2), d.choices("stay", 7)];
+                ahead.iter().for_each(|choices| d.add("strategy:spi:2@L", choices));
+            },
+        },
+    ];
+    refuse_for(&WITH_CLASSES, &faults);
+}
+
+/// A third level that is empty is not one; the search ended before it.
+fn one_more(draft: &mut Draft, kind: &str) {
+    for name in draft.names() {
+        if let Some(class) = name.strip_prefix(&format!("{kind}:3@")) {
+            assert_eq!(draft.get(&name), [].into());
+            draft.set(&format!("strategy:{name}"), [].into());
+            draft.set(&format!("{kind}:4@{class}"), [].into());
+        }
+    }
+    draft.set(&format!("{kind}:3"), [].into());
+    draft.set(&format!("strategy:{kind}:3"), [].into());
+}
+
+#[test]
+fn no_level_is_empty() {
+    let faults = [
+        Fault {
+            condition: "`sasi:3` has a state, and fewer than the level below",
+            forge: |d| one_more(d, "sasi"),
+        },
+        Fault {
+            condition: "`spi:3` has a state, and fewer than the level below",
+            forge: |d| one_more(d, "spi"),
+        },
+    ];
+    refuse_for(&SAFETIES, &faults);
+}
+
+/// Round after round something improves on the last, until all is lost.
+pub(super) const RING: &str = "mdp module m s:[0..3] init 0;
+      [go] s=0 -> 0.5:(s'=1) + 0.5:(s'=3); [go] s=1 -> 0.5:(s'=2) + 0.5:(s'=3); [go] s=2 -> 0.5:(s'=0) + 0.5:(s'=3);
+      [stay] true -> true;
+    endmodule";
+pub(super) const RING_PREFERENCES: &str =
+    "objective A = G F s=0; objective A1 = G F s=0; objective B = G F s=1;
+    objective B1 = G F s=1; objective C = G F s=2; objective C1 = G F s=2; objective Z = G F s=3;
+    prefer B > A1; prefer C > B1; prefer A > C1;";
+
+/// The fixpoint is there twice: as the level with a number that it is, and with the next one.
+#[test]
+fn no_level_is_there_twice() {
+    let forge = |d: &mut Draft| {
+        for name in d.names().iter().filter(|name| name.contains("spi:unbounded")) {
+            let repeated = name.replace("spi:unbounded", "spi:2");
+            assert!(!d.has(&repeated));
+            d.set(&repeated, d.get(name));
+        }
+    };
+    let condition = "`spi:2` has a state, and fewer than the level below";
+    refuse(&cases(RING, RING_PREFERENCES, &["history = play;"], &SAFETIES), &[Fault { condition, forge }]);
+}
+
+#[test]
+fn a_search_that_was_not_cut_is_not_said_to_be() {
+    let condition = "the search for levels was cut after 3";
+    refuse_for(&SAFETIES, &[Fault { condition, forge: |d| d.manifest.max_level = Some(3) }]);
+}

@@ -1,0 +1,147 @@
+//! Targets, positive and almost-sure regions, classes.
+//!
+//! A is never among the most preferred, since B is sure everywhere: what the dump says of A has no other effect.
+
+use super::draft::Draft;
+use super::{Fault, HISTORIES, SAFETIES, cases, refuse};
+
+/// State 1 is the target and 2 a trap; from 3 only a coin leads to either.
+const MODEL: &str = "mdp module m s:[0..3] init 0;
+      [go] s=0 -> (s'=1); [risk] s=0 -> 0.5:(s'=1) + 0.5:(s'=2); [detour] s=0 -> (s'=3);
+      [toss] s=3 -> 0.5:(s'=1) + 0.5:(s'=2); [stay] s=1 | s=2 -> true;
+    endmodule";
+const PREFERENCES: &str = "objective A = F s=1; objective B = F s>=0; prefer B > A;";
+
+#[test]
+fn each_condition_on_targets_is_needed() {
+    let cases = |history: &str| cases(MODEL, PREFERENCES, &[history], &SAFETIES);
+    let fault = |condition| Fault { condition, forge: |d| d.set("target:A", [].into()) };
+    refuse(&cases("history = state;"), &[fault("`target:A` are the states in which the target holds")]);
+    refuse(
+        &cases("history = play;"),
+        &[fault("`target:A` are the states in which the objective is secured")],
+    );
+}
+
+/// No state can reach the target.
+fn unreachable(draft: &mut Draft) {
+    draft.set("positive:A", [].into());
+    draft.layers("positive:A", &[]);
+}
+
+#[test]
+fn each_condition_on_positive_regions_is_needed() {
+    let faults = [
+        Fault { condition: "each state of the target is in `positive:A`", forge: unreachable },
+        Fault {
+            condition: "each state with a step into `positive:A` is in it",
+            forge: |d| {
+                d.set("positive:A", d.get("target:A"));
+                d.layers("positive:A", &[&d.get("target:A")]);
+            },
+        },
+        Fault {
+            condition: "each state of `positive:A` is in one of its layers",
+            forge: |d| d.add("positive:A", &d.states(&[2])),
+        },
+        Fault {
+            condition: "layer 0 of `positive:A` are the states at its goal",
+            forge: |d| {
+                d.add("positive:A", &d.states(&[2]));
+                d.add("layers:positive:A:0", &d.states(&[2]));
+            },
+        },
+        Fault {
+            condition: "layer 1 of `positive:A` are the further states with a step into layer 0",
+            forge: |d| {
+                d.add("positive:A", &d.states(&[2]));
+                d.add("layers:positive:A:1", &d.states(&[2]));
+            },
+        },
+    ];
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+}
+
+/// Only the target is said to reach the target almost surely; the others are lost in these rounds.
+fn only_the_target(draft: &mut Draft) {
+    let target = draft.get("target:A");
+    draft.layers("almost-sure:A", &[&target]);
+    draft.set("almost-sure:A", target);
+    draft.set("strategy:almost-sure:A", [].into());
+}
+
+#[test]
+fn each_condition_on_almost_sure_regions_is_needed() {
+    let faults = [
+        Fault {
+            condition: "no state lost in round 0 of `almost-sure:A` is in the target",
+            forge: |d| {
+                only_the_target(d);
+                let target = d.get("target:A");
+                d.rounds("almost-sure:A", &[&target, &d.others(&target)]);
+            },
+        },
+        Fault {
+            condition: "no state lost in round 0 of `almost-sure:A` has a safe step out of the round",
+            forge: |d| {
+                only_the_target(d);
+                d.rounds("almost-sure:A", &[&d.others(&d.get("target:A"))]);
+            },
+        },
+        Fault {
+            condition: "each state outside of `almost-sure:A` is lost in some round",
+            forge: |d| {
+                only_the_target(d);
+                d.rounds("almost-sure:A", &[]);
+            },
+        },
+        Fault {
+            condition: "`strategy:almost-sure:A` are the choices that stay in `almost-sure:A`",
+            forge: |d| d.add("strategy:almost-sure:A", &d.choices("risk", 0)),
+        },
+        Fault {
+            condition: "each state of `almost-sure:A` is in one of its layers",
+            forge: |d| {
+                d.add("almost-sure:A", &d.states(&[3]));
+                d.add("strategy:almost-sure:A", &d.choices("detour", 0));
+                d.rounds("almost-sure:A", &[&d.states(&[2])]);
+            },
+        },
+    ];
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+}
+
+/// A set of the certificate that has no state, or one twice, proves the same, but is not the one that is written.
+#[test]
+fn layers_and_rounds_have_states_and_rounds_are_disjoint() {
+    let faults = [
+        Fault {
+            condition: "layer 2 of `positive:A` has a state",
+            forge: |d| d.set("layers:positive:A:2", [].into()),
+        },
+        Fault {
+            condition: "round 2 of `almost-sure:A` has a state",
+            forge: |d| d.set("refuted:almost-sure:A:2", [].into()),
+        },
+        Fault {
+            condition: "no state lost in round 1 of `almost-sure:A` was lost before",
+            forge: |d| d.add("refuted:almost-sure:A:1", &d.get("refuted:almost-sure:A:0")),
+        },
+    ];
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+}
+
+#[test]
+fn each_condition_on_classes_is_needed() {
+    let faults = [
+        Fault {
+            condition: "`class:B` are the states with these most preferred outcomes",
+            forge: |d| d.take("class:B", &d.states(&[0])),
+        },
+        Fault {
+            condition: "`class:nothing` has no state",
+            forge: |d| d.set("class:nothing", d.states(&[0])),
+        },
+    ];
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+}

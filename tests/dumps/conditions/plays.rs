@@ -1,0 +1,127 @@
+//! Where what an objective over whole plays asks can be kept to.
+//!
+//! As for the other outcomes, A is never among the most preferred.
+
+use meliora::planning::Safety;
+
+use super::draft::{Draft, Members};
+use super::{Fault, SAFETIES, cases, refuse};
+
+const HISTORY: &[&str] = &["history = play;"];
+
+/// A state that is left at once, and one that is kept.
+const LEFT: &str = "mdp module m s:[0..1] init 0; [go] true -> (s'=1); endmodule";
+/// The same, but the first state can be kept, too.
+const CHOSEN: &str =
+    "mdp module m s:[0..1] init 0; [stay] s=0 -> true; [go] s=0 -> (s'=1); [end] s=1 -> true; endmodule";
+
+fn refuse_for(model: &str, formula: &str, faults: &[Fault]) {
+    let preferences = format!("objective A = {formula}; objective B = F s>=0; prefer B > A;");
+    let safeties: &[Safety] = &SAFETIES;
+    refuse(&cases(model, &preferences, HISTORY, safeties), faults);
+}
+
+/// The region, with layers towards its one mark, and the rounds in which the other states are lost.
+fn secure(draft: &mut Draft, region: &Members, layers: &[&Members], rounds: &[&Members]) {
+    draft.set("secured:A:1", region.clone());
+    draft.set("target:A", region.clone());
+    draft.layers("secured:A:1:1", layers);
+    draft.rounds("secured:A:1", rounds);
+}
+
+/// The region of the target is reached from these layers, and from there alone.
+fn reach(draft: &mut Draft, layers: &[&Members], strategy: Members) {
+    let all = layers.iter().fold(Members::new(), |all, layer| &all | layer);
+    draft.rounds("almost-sure:A", &[&draft.others(&all)]);
+    if draft.others(&all).is_empty() {
+        draft.rounds("almost-sure:A", &[]);
+    }
+    for name in ["positive:A", "almost-sure:A"] {
+        draft.set(name, all.clone());
+        draft.layers(name, layers);
+    }
+    draft.set("strategy:almost-sure:A", strategy);
+}
+
+/// Nothing is secured.
+fn nothing(draft: &mut Draft, rounds: &[&Members]) {
+    secure(draft, &Members::new(), &[], rounds);
+    draft.set("strategy:secured:A:1", [].into());
+    reach(draft, &[], [].into());
+}
+
+#[test]
+fn a_region_that_is_left_is_refused() {
+    let condition = "each state of `secured:A:1` has a choice that stays in it";
+    let forge = |d: &mut Draft| {
+        let (first, last) = (d.states(&[0]), d.states(&[1]));
+        secure(d, &first, &[&first], &[&last]);
+        reach(d, &[&first], [].into());
+    };
+    refuse_for(LEFT, "G F s=0", &[Fault { condition, forge }]);
+}
+
+#[test]
+fn a_region_without_what_is_always_asked_is_refused() {
+    let condition = "each state of `secured:A:1` satisfies what is always asked there";
+    let forge = |d: &mut Draft| {
+        let all = d.get("reachable");
+        secure(d, &all, &[], &[]);
+        d.set("strategy:secured:A:1", d.get("choices"));
+        reach(d, &[&all], [].into());
+    };
+    refuse_for(LEFT, "F G s=0", &[Fault { condition, forge }]);
+}
+
+#[test]
+fn a_region_from_where_a_mark_is_not_reached_is_refused() {
+    let condition = "each state of `secured:A:1:1` is in one of its layers";
+    let forge = |d: &mut Draft| {
+        let all = d.get("reachable");
+        secure(d, &all, &[&d.states(&[0])], &[]);
+        d.set("strategy:secured:A:1", d.get("choices"));
+        reach(d, &[&all], [].into());
+    };
+    let layers = Fault {
+        condition: "layer 0 of `secured:A:1:1` are the states at its goal",
+        forge: |d| {
+            let all = d.get("reachable");
+            secure(d, &all, &[&all], &[]);
+            d.set("strategy:secured:A:1", d.get("choices"));
+            reach(d, &[&all], [].into());
+        },
+    };
+    refuse_for(CHOSEN, "G F s=0", &[Fault { condition, forge }, layers]);
+}
+
+#[test]
+fn a_strategy_that_leaves_its_region_is_refused() {
+    let condition = "`strategy:secured:A:1` are the choices that stay in `secured:A:1`";
+    let more = |d: &mut Draft| d.add("strategy:secured:A:1", &d.choices("go", 0));
+    let fewer = |d: &mut Draft| d.take("strategy:secured:A:1", &d.choices("stay", 0));
+    refuse_for(CHOSEN, "G F s=0", &[Fault { condition, forge: more }, Fault { condition, forge: fewer }]);
+}
+
+#[test]
+fn a_region_that_is_too_small_is_refused() {
+    let faults = [
+        Fault {
+            condition: "what stays in round 0 of `secured:A:1` misses something that is asked again and again",
+            forge: |d| nothing(d, &[&d.get("reachable")]),
+        },
+        Fault {
+            condition: "each state outside of `secured:A:1` is lost in some round",
+            forge: |d| nothing(d, &[]),
+        },
+    ];
+    refuse_for(CHOSEN, "G F s=0", &faults);
+    refuse_for(CHOSEN, "F G s=0", &faults);
+    let condition = "no state lost in round 0 of `secured:A:1` has a safe step out of the round";
+    let forge = |d: &mut Draft| {
+        let (first, last) = (d.states(&[0]), d.states(&[1]));
+        secure(d, &last, &[&last], &[&first]);
+        d.set("strategy:secured:A:1", d.choices("go", 1));
+        reach(d, &[&last, &first], d.choices("go", 0));
+    };
+    refuse_for(LEFT, "G F s=1", &[Fault { condition, forge }]);
+}

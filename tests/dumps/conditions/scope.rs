@@ -1,0 +1,116 @@
+//! The states of the scope, what is enabled there, and that all other sets are among them.
+
+use meliora::engine::Scope;
+use meliora::planning::Safety;
+
+use super::draft::{Draft, Members};
+use super::{Fault, HISTORIES, SAFETIES, case, cases, refuse, refused};
+
+/// State 2 has steps to state 1 alone, and none leads to it; 3 is no value, and 1 a deadlock.
+const MODEL: &str = "mdp module m s:[0..2] init 0; [go] s=0 -> (s'=1); [on] s=2 -> (s'=1); endmodule";
+const PREFERENCES: &str = "objective A = F s=1; objective B = F s>=0; prefer B > A;";
+
+/// What is said of states and of what is enabled there.
+#[test]
+fn each_condition_on_what_the_model_says_is_needed() {
+    let faults = [
+        Fault { condition: "`initial` are the initial states", forge: |d| d.set("initial", d.states(&[1])) },
+        Fault {
+            condition: "`choices` are the enabled ones",
+            forge: |d| d.take("choices", &d.choices("go", 0)),
+        },
+        Fault {
+            condition: "`deadlock` are the states where nothing is enabled",
+            forge: |d| d.set("deadlock", [].into()),
+        },
+        Fault {
+            condition: "`deadlock` are the states where nothing is enabled",
+            forge: |d| d.add("deadlock", &d.states(&[0])),
+        },
+    ];
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+}
+
+/// The dump of the states that can be reached, said to be of all.
+#[test]
+fn all_valuations_are_in_the_scope_all() {
+    let condition = "`reachable` has all valuations, as the scope `all` says";
+    for safety in SAFETIES {
+        let [reachable, all] = [Scope::Reachable, Scope::All]
+            .map(|scope| case(MODEL, &format!("{PREFERENCES} history = state;"), scope, safety));
+        let mut draft = Draft::of(&reachable.dump);
+        draft.manifest.scope = "all".to_owned();
+        draft.layers("reachable", &[]);
+        refused(&all, &draft.dump(), condition, &safety.to_string());
+    }
+}
+
+/// Takes states with their choices out of all sets.
+fn forget(draft: &mut Draft, gone: &Members) {
+    assert!(!gone.is_empty());
+    for name in draft.names() {
+        let members = draft.get(&name);
+        let is_kept = |m: &Vec<i64>| !gone.contains(m) && !gone.contains(&m[1..]);
+        let kept: Members = members.iter().filter(|m| is_kept(m)).cloned().collect();
+        if kept != members {
+            assert!(
+                !kept.is_empty() || !name.starts_with("layers:") && !name.starts_with("refuted:"),
+                "{name}"
+            );
+            draft.set(&name, kept);
+        }
+    }
+}
+
+/// A state in which planning may begin, and to which no step leads, is left out.
+#[test]
+fn states_in_which_plays_begin_are_not_left_out() {
+    let condition = "each state in which plays begin is in `reachable`";
+    for safety in SAFETIES {
+        let preferences = format!("{PREFERENCES} history = play;");
+        let case = case(MODEL, &preferences, Scope::All, safety);
+        let mut draft = Draft::of(&case.dump);
+        let gone = draft.states(&[2]);
+        forget(&mut draft, &gone);
+        refused(&case, &draft.dump(), condition, &safety.to_string());
+    }
+}
+
+/// The dump of all valuations, said to be of those that can be reached.
+#[test]
+fn states_that_cannot_be_reached_are_refused() {
+    let condition = "each state of `reachable` is in one of its layers";
+    for safety in SAFETIES {
+        let [reachable, all] = [Scope::Reachable, Scope::All]
+            .map(|scope| case(MODEL, &format!("{PREFERENCES} history = state;"), scope, safety));
+        let mut draft = Draft::of(&all.dump);
+        draft.manifest.scope = "reachable".to_owned();
+        draft.layers("reachable", &[&draft.states(&[0]), &draft.states(&[1])]);
+        refused(&reachable, &draft.dump(), condition, &safety.to_string());
+    }
+}
+
+/// A pattern of bits that is no value.
+fn no_values(draft: &Draft) -> Members {
+    draft.states(&[0]).iter().map(|state| [&[3], &state[1..]].concat()).collect()
+}
+
+/// What is said of the level after the last one is that it holds all states that win it: more do no harm, if they
+/// are states at all.
+#[test]
+fn all_sets_are_within_the_scope() {
+    let faults = [
+        Fault {
+            condition: "each state of `spi:1@B` is one of `reachable`",
+            forge: |d| d.add("spi:1@B", &no_values(d)),
+        },
+        Fault {
+            condition: "each state of `sasi:1@B` is one of `reachable`",
+            forge: |d| d.add("sasi:1@B", &no_values(d)),
+        },
+    ];
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]), &faults);
+    let condition = "each state of `reachable` has values in range";
+    let forge = |d: &mut Draft| d.add("reachable", &no_values(d));
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &[Fault { condition, forge }]);
+}

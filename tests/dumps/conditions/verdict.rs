@@ -1,0 +1,213 @@
+//! What a verdict lists, what is accepted, and what is asked of the files as such.
+
+use std::fs;
+
+use meliora::certify::pictures;
+use meliora::dump::manifest::{File, Root};
+use meliora::dump::{Diagram, Dump, Edge, read_directory, write_directory};
+use meliora::engine::{NoProgress, Scope};
+use meliora::error::Error;
+use meliora::planning::Safety;
+
+use super::draft::Draft;
+use super::{Fault, HISTORIES, SAFETIES, SCOPES, accepted, cases, levels, refuse, refused, safe};
+use crate::others::read;
+use crate::verify::Case;
+
+fn all_cases(model: &str, preferences: &str) -> Vec<(String, Case)> {
+    cases(model, preferences, &HISTORIES, &SAFETIES)
+}
+
+/// All regions, and under `prefix` where each class need never be weakened.
+#[test]
+fn a_verdict_lists_each_region_once() {
+    let ring = cases(levels::RING, levels::RING_PREFERENCES, &["history = play;"], &SAFETIES);
+    let others = [(levels::MODEL, levels::PREFERENCES), (safe::MODEL, safe::PREFERENCES)];
+    let others = others.into_iter().flat_map(|(model, preferences)| all_cases(model, preferences));
+    for (options, case) in others.chain(ring) {
+        let manifest = &case.dump.manifest;
+        let safe = &manifest.certificate.as_ref().unwrap().roots;
+        let safe = safe.iter().filter(|root| root.name.starts_with("safe:"));
+        let mut expected: Vec<&str> =
+            manifest.regions.roots.iter().chain(safe).map(|root| root.name.as_str()).collect();
+        expected.sort_unstable();
+        let verdict = case.verify(&case.dump).unwrap();
+        assert!(verdict.checked.iter().all(|c| c.inside && c.outside), "{options}");
+        let mut listed: Vec<&str> = verdict.checked.iter().map(|c| c.region.as_str()).collect();
+        listed.sort_unstable();
+        assert_eq!(listed, expected, "{options}");
+    }
+}
+
+/// The second level is there, but was not looked for.
+#[test]
+fn a_search_that_was_cut_is_accepted() {
+    for history in HISTORIES {
+        for scope in SCOPES {
+            for safety in SAFETIES {
+                let (program, preferences) =
+                    read(levels::MODEL, &format!("{} {history}", levels::PREFERENCES));
+                let case = Case::cut(program, preferences, scope, safety, Some(1));
+                assert_eq!(case.dump.manifest.max_level, Some(1));
+                assert!(case.dump.manifest.regions.root("sasi:unbounded").is_none());
+                accepted(&case, &case.dump, &format!("{history} {} {safety}", scope.name()));
+            }
+        }
+    }
+}
+
+fn one_case() -> Case {
+    let (program, preferences) = read(levels::MODEL, levels::PREFERENCES);
+    Case::of(program, preferences, Scope::All, Safety::Prefix)
+}
+
+#[test]
+fn sizes_and_counts_that_the_manifest_says_are_compared() {
+    let case = one_case();
+    for certificate in [false, true] {
+        for position in 0..3 {
+            let mut dump = case.dump.clone();
+            let file = file(&mut dump, certificate).0;
+            let root = &mut file.roots[position];
+            root.nodes += 1;
+            let (name, nodes) = (root.name.clone(), root.nodes);
+            let condition = format!("`{name}` has {nodes} nodes: it has {}", nodes - 1);
+            refused(&case, &dump, &condition, "nodes");
+            let mut dump = case.dump.clone();
+            let root = &mut self::file(&mut dump, certificate).0.roots[position];
+            let count: u64 = root.count.parse().unwrap();
+            root.count = (count + 1).to_string();
+            let condition = format!("`{name}` has {} members: it has {count}", count + 1);
+            refused(&case, &dump, &condition, "count");
+        }
+    }
+}
+
+fn file(dump: &mut Dump, certificate: bool) -> (&mut File, &mut Diagram) {
+    match certificate {
+        true => (dump.manifest.certificate.as_mut().unwrap(), dump.certificate.as_mut().unwrap()),
+        false => (&mut dump.manifest.regions, &mut dump.regions),
+    }
+}
+
+#[test]
+fn sets_that_no_check_asks_for_are_refused() {
+    let faults = [
+        Fault {
+            condition: "`sasi:9` is a set that a dump with these options has",
+            forge: |d| d.set("sasi:9", d.get("reachable")),
+        },
+        Fault {
+            condition: "`strategy:spi:9` is a set that a dump with these options has",
+            forge: |d| d.set("strategy:spi:9", [].into()),
+        },
+        Fault {
+            condition: "`safe:nobody` is a set that a dump with these options has",
+            forge: |d| d.set("safe:nobody", [].into()),
+        },
+    ];
+    refuse(&all_cases(levels::MODEL, levels::PREFERENCES), &faults);
+}
+
+/// A number past those of the model's choices, where the count is of those that the model has.
+#[test]
+fn choices_that_the_model_does_not_have_are_refused() {
+    for (options, case) in all_cases(levels::MODEL, levels::PREFERENCES) {
+        let mut draft = Draft::of(&case.dump);
+        let past = draft.manifest.choices.numbers.len() as i64;
+        assert!(past < 1 << draft.manifest.choices.order.len(), "all numbers are of choices");
+        let more = draft.states(&[0]).into_iter().map(|state| [&[past], &state[..]].concat()).collect();
+        draft.add("strategy:sasi:2", &more);
+        let mut dump = draft.dump();
+        let count = case.dump.manifest.regions.root("strategy:sasi:2").unwrap().count.clone();
+        let mut roots = dump.manifest.regions.roots.iter_mut();
+        roots.find(|root| root.name == "strategy:sasi:2").unwrap().count = count;
+        refused(&case, &dump, "`strategy:sasi:2` has only choices of the model", &options);
+    }
+}
+
+#[test]
+fn a_dump_without_a_certificate_is_refused() {
+    let case = one_case();
+    let refused = |change: fn(&mut Dump)| {
+        let mut dump = case.dump.clone();
+        change(&mut dump);
+        refused(&case, &dump, "the dump has a certificate", "prefix");
+    };
+    refused(|dump| dump.certificate = None);
+    refused(|dump| dump.manifest.certificate = None);
+}
+
+/// A dump that was not read from files, and does not fit its manifest.
+#[test]
+fn a_dump_in_memory_fits_its_manifest() {
+    let case = one_case();
+    for certificate in [false, true] {
+        let mut dump = case.dump.clone();
+        file(&mut dump, certificate).1.variables.swap(0, 1);
+        let result = case.verify(&dump);
+        assert!(matches!(&result, Err(Error::Dump { .. })), "{result:?}");
+    }
+}
+
+/// The first of two regions with one name is what readers find; the second is the right one.
+#[test]
+fn a_name_that_is_there_twice_is_refused() {
+    let case = one_case();
+    for certificate in [false, true] {
+        let mut dump = case.dump.clone();
+        let (file, diagram) = file(&mut dump, certificate);
+        let last = file.roots.last().unwrap().clone();
+        let node = Edge::FALSE.number();
+        file.roots.insert(0, Root { root: diagram.roots.len(), node, nodes: 0, ..last });
+        diagram.roots.push(Edge::FALSE);
+        let result = case.verify(&dump);
+        assert!(matches!(&result, Err(Error::Dump { .. })), "{result:?}");
+    }
+}
+
+/// Readers that follow the arcs of the first region find states in it, and a checker that takes the nodes one after
+/// the other finds none, as is right.
+#[test]
+fn a_diagram_whose_arcs_lead_to_later_nodes_is_refused() {
+    let case = one_case();
+    for certificate in [false, true] {
+        let mut dump = case.dump.clone();
+        let level = dump.manifest.choices.order.len() as u32;
+        let (file, diagram) = file(&mut dump, certificate);
+        let later = Edge::new(diagram.nodes.len() as i64 + 3).unwrap();
+        let first = diagram.push(level, later, Edge::FALSE).unwrap();
+        assert_eq!(diagram.push(level + 1, Edge::TRUE, Edge::FALSE).unwrap(), later);
+        let name = if certificate { "spi:3@L" } else { "class:nothing" };
+        let root = file.roots.iter_mut().find(|root| root.name == name).unwrap();
+        assert_eq!(root.count, "0");
+        (root.node, root.nodes) = (first.number(), diagram.size(first));
+        diagram.roots[root.root] = first;
+        file.nodes = diagram.nodes.len() + 1;
+        let result = case.verify(&dump);
+        assert!(matches!(&result, Err(Error::Dump { .. })), "{result:?}");
+    }
+}
+
+#[test]
+fn pictures_are_those_of_the_regions() {
+    let case = one_case();
+    let scratch = tempfile::tempdir().unwrap();
+    let directory = scratch.path().join("dump");
+    write_directory(case.dump.clone(), &directory, true, &NoProgress).unwrap();
+    let mut dump = read_directory(&directory, true, &NoProgress).unwrap();
+    let condition = |dump: &Dump| pictures(&directory, dump, &NoProgress).unwrap().map(|v| v.condition);
+    assert_eq!(condition(&dump), None);
+    let root = dump.manifest.regions.root("sasi:1").unwrap();
+    let (picture, name) = (directory.join(root.dot.as_ref().unwrap()), "sasi:1");
+    let honest = fs::read(&picture).unwrap();
+    fs::write(&picture, "digraph {}").unwrap();
+    let expected = |name: &str| format!("the DOT file that the manifest names for `{name}` is its picture");
+    assert_eq!(condition(&dump), Some(expected(name)));
+    fs::write(&picture, honest).unwrap();
+    assert_eq!(condition(&dump), None);
+    let root = &mut file(&mut dump, true).0.roots[0];
+    root.dot = Some("manifest.json".to_owned());
+    let name = root.name.clone();
+    assert_eq!(condition(&dump), Some(expected(&name)));
+}
