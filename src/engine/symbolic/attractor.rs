@@ -43,7 +43,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         known: &mut Known<Removed>,
     ) -> Result<Removed, Halt> {
         let same = || parts.iter().map(|p| p.allowed.clone()).collect();
-        if self.store.is_zero(new) || !parts.iter().any(|p| p.edge_labels(self.store)) {
+        if self.store.is_zero(new) || !parts.iter().any(|p| p.changes_state(self.store)) {
             return Ok(Removed { lost: new.clone(), allowed: same() });
         }
         let key = (new.clone(), parts::operands(parts));

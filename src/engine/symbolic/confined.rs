@@ -28,7 +28,7 @@ struct Half {
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Computes μY. X ∪ { s : some part allows s and has a step from s into Y that counts }.
     pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], known: &mut Known<Bdd>) -> Result<Bdd, Halt> {
-        let parts = Vec::from_iter(parts.iter().filter(|p| p.edge_labels(self.store)).cloned());
+        let parts = Vec::from_iter(parts.iter().filter(|p| p.changes_state(self.store)).cloned());
         if self.store.is_zero(x) || parts.is_empty() {
             return Ok(x.clone());
         }

@@ -114,8 +114,8 @@ impl Budget {
 
 impl Part {
     /// Returns true if a step may change the state.
-    pub(super) fn edge_labels(&self, store: &Store) -> bool {
-        self.list.edge_labels() && !store.is_zero(&self.allowed)
+    pub(super) fn changes_state(&self, store: &Store) -> bool {
+        self.list.changes_state() && !store.is_zero(&self.allowed)
     }
 }
 

@@ -20,7 +20,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         b: Edge<'_, 'id>,
         list: &RelationList,
     ) -> Result<Held<'m, 'id>, Halt> {
-        if !list.edge_labels() || x == b || self.m.is_zero(x) {
+        if !list.changes_state() || x == b || self.m.is_zero(x) {
             return Ok(self.m.held(x));
         }
         let number = self.number(list);

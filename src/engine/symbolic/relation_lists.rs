@@ -40,14 +40,14 @@ pub(super) enum ListKind {
     /// All steps keep the state; several relations allow them.
     KeepsSeverally,
     /// Some steps may change the state.
-    EdgeLabels,
+    Changing,
 }
 
 impl ListKind {
     fn of(entries: &[PartialRelation]) -> Self {
         match entries {
             [] => ListKind::Empty,
-            several if several.iter().any(|e| !e.support.is_empty()) => ListKind::EdgeLabels,
+            several if several.iter().any(|e| !e.support.is_empty()) => ListKind::Changing,
             [_] => ListKind::Keeps,
             _ => ListKind::KeepsSeverally,
         }
@@ -65,8 +65,8 @@ impl RelationList {
     }
 
     /// Returns true if a step may change the state.
-    pub(super) fn edge_labels(&self) -> bool {
-        self.kind == ListKind::EdgeLabels
+    pub(super) fn changes_state(&self) -> bool {
+        self.kind == ListKind::Changing
     }
 
     /// Returns the states that allow a step, if the list has one relation and all steps keep the
@@ -169,7 +169,7 @@ impl Lists {
         let mut stack = vec![lists.to_vec()];
         while let Some(lists) = stack.pop() {
             let numbers: Vec<u32> = lists.iter().map(|l| l.number).collect();
-            let Some(bit) = lists.iter().filter(|l| l.edge_labels()).map(|l| l.top).min() else { continue };
+            let Some(bit) = lists.iter().filter(|l| l.changes_state()).map(|l| l.top).min() else { continue };
             if !seen.insert(numbers) {
                 continue;
             }
