@@ -155,7 +155,7 @@ pub enum EvalError {
     #[error("`pow` of integers needs an exponent that is not negative")]
     NegativeExponent,
     /// `floor`, `ceil` or `round` of a value that is no finite number or out of range.
-    #[error("the value is no finite number, or too large for an integer")]
+    #[error("the value is not a finite number, or too large for an integer")]
     NotAnInteger,
 }
 
