@@ -72,7 +72,7 @@ impl Error {
 /// Returns the message of the system, without a path that was added to it.
 fn said(error: &io::Error) -> String {
     match (error.raw_os_error(), error.kind()) {
-        (Some(_), io::ErrorKind::NotFound) => "there is no such file".to_owned(),
+        (Some(_), io::ErrorKind::NotFound) => "no such file or directory".to_owned(),
         (Some(_), io::ErrorKind::IsADirectory) => "this is a directory".to_owned(),
         (Some(_), _) | (None, io::ErrorKind::Other) => error.to_string(),
         (None, kind) => kind.to_string(),
@@ -165,9 +165,9 @@ impl fmt::Display for Limit {
         match self {
             Limit::Memory { what } => write!(f, "out of memory: {what}"),
             Limit::Time(after) => write!(f, "out of time after {after:?}"),
-            Limit::System { what, .. } => write!(f, "the system refuses {what}"),
-            Limit::States(n) => write!(f, "the explicit engine numbers no more than {n} states"),
-            Limit::Listed(n) => write!(f, "too large: more than {n} states to be listed"),
+            Limit::System { what, .. } => write!(f, "the system does not provide {what}"),
+            Limit::States(n) => write!(f, "too large: the explicit engine supports at most {n} states"),
+            Limit::Listed(n) => write!(f, "too large: more than {n} states to list"),
             Limit::Interrupted => write!(f, "interrupted"),
             Limit::Output { what } => write!(f, "the results could not be written: {what}"),
             Limit::Size { what } => write!(f, "too large: {what}"),

@@ -42,7 +42,7 @@ impl SourceFile {
             Ok(text) => Ok(SourceFile::new(name, text)),
             Err(e) => {
                 let at = e.utf8_error().valid_up_to();
-                Err(failed(format!("this is no UTF-8 text: byte {at} does not belong there")))
+                Err(failed(format!("this is not UTF-8 text: byte {at} is invalid")))
             }
         }
     }

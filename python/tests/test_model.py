@@ -126,7 +126,7 @@ def test_preferences_can_be_put_together(toy: meliora.Model) -> None:
     [
         ("prefer A > B;", "no objective"),
         ("objective A = F x=1; objective A = F x=2;", "declared twice"),
-        ("objective A = F x=1; prefer A > B;", "there is no objective `B`"),
+        ("objective A = F x=1; prefer A > B;", "unknown objective `B`"),
         ("objective A = F x=1; objective B = F x=2; prefer A > B > A;", "contradict"),
         ("objective A = ;", "expected"),
     ],

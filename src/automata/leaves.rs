@@ -60,9 +60,9 @@ pub(crate) fn leaves(n: &Normal) -> Result<Tree, Refused> {
             Ok(opposite(always(&right.negated(), n.span)?))
         }
         Form::Until(..) => {
-            Err(Refused { span: n.span, why: "an until over what is decided in the limit only" })
+            Err(Refused { span: n.span, why: "an until over a formula that is decided only in the limit" })
         }
-        _ => Err(Refused { span: n.span, why: "a release over what is decided in the limit only" }),
+        _ => Err(Refused { span: n.span, why: "a release over a formula that is decided only in the limit" }),
     }
 }
 
@@ -80,7 +80,7 @@ fn always(n: &Normal, span: Span) -> Result<Tree, Refused> {
         Form::Until(Window::ALWAYS, left, right) if left.form == Form::Constant(true) => {
             again(right, n, span)
         }
-        _ => Err(Refused { span, why: "G over what is neither safe nor co-safe" }),
+        _ => Err(Refused { span, why: "G over a formula that is neither safe nor co-safe" }),
     }
 }
 
@@ -95,7 +95,7 @@ fn again(n: &Normal, eventually: &Normal, span: Span) -> Result<Tree, Refused> {
         // G F G φ is F G φ, and G F F φ is G F φ.
         Form::Release(Window::ALWAYS, left, _) if left.form == Form::Constant(false) => leaves(eventually),
         Form::Until(Window::ALWAYS, left, _) if left.form == Form::Constant(true) => always(n, span),
-        _ => Err(Refused { span, why: "G F over what is not co-safe" }),
+        _ => Err(Refused { span, why: "G F over a formula that is not co-safe" }),
     }
 }
 

@@ -159,7 +159,7 @@ impl Progress {
         }
         if self.obligations.len() >= MOST_OBLIGATIONS {
             let what = format!(
-                "a temporal formula with more than {MOST_OBLIGATIONS} obligations; smaller bounds on the number of steps have fewer"
+                "a temporal formula with more than {MOST_OBLIGATIONS} obligations; smaller bounds on the number of steps reduce them"
             );
             return Err(Limit::Size { what }.into());
         }

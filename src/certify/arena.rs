@@ -38,7 +38,7 @@ pub(super) fn arenas(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Ve
         "action" => Ok(vec![single(checker, sides, false)?]),
         "transition" => Ok(vec![single(checker, sides, true)?]),
         "prefix" => prefix(checker, sides),
-        other => Err(Stop::violated(format!("`{}` is a kind of safety", other.escape_debug()), None)),
+        other => Err(Stop::violated(format!("`{}` is a safety mode", other.escape_debug()), None)),
     }
 }
 

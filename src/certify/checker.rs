@@ -35,7 +35,7 @@ impl<'a> Checker<'a> {
     ) -> Check<Self> {
         let manifest = &dump.manifest;
         let Some(order) = Encoding::order_of(program, &manifest.encoding.order) else {
-            return Err(Stop::violated("the order of the bits is one of the model's bits", None));
+            return Err(Stop::violated("the order contains exactly the bits of the model", None));
         };
         let root = manifest.regions.root(names::REACHABLE).filter(|r| r.kind == RootKind::States);
         let Some(all) = root.and_then(|r| Edge::new(i64::from(r.node))) else {
@@ -150,13 +150,13 @@ impl<'a> Checker<'a> {
         }
         let initial = engine.initial_states();
         if let Some(start) = engine.beginnings()? {
-            self.subset(&start, &all, || "each state in which plays begin is in `reachable`".to_owned())?;
+            self.subset(&start, &all, || "each state in which paths start is in `reachable`".to_owned())?;
             let next = engine.successors(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
             let step = |x: &StateSet| Ok(engine.successors(&engine.choices_in(&engine.all_choices(), x)?)?);
             self.layers(names::REACHABLE, &all, &start, step)?;
         } else {
-            let condition = || "`reachable` has all valuations, as the scope `all` says".to_owned();
+            let condition = || "`reachable` contains all valuations, as the scope `all` requires".to_owned();
             self.equal(&all, &engine.valuations(), condition)?;
         }
         let condition = || "`initial` are the initial states".to_owned();
@@ -190,9 +190,7 @@ impl<'a> Checker<'a> {
     pub(super) fn nothing_else(&self) -> Check {
         match self.regions.unknown().or_else(|| self.proof.unknown()) {
             None => Ok(()),
-            Some(name) => {
-                Err(Stop::violated(format!("`{name}` is a set that a dump with these options has"), None))
-            }
+            Some(name) => Err(Stop::violated(format!("`{name}` belongs to a dump with these options"), None)),
         }
     }
 }

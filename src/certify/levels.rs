@@ -14,7 +14,7 @@ pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check {
     let found = [levels(checker, &arenas, "sasi")?, levels(checker, &arenas, "spi")?];
     match checker.manifest.max_level {
         Some(max) if found.iter().max() != Some(&max) => {
-            Err(Stop::violated(format!("the search for levels was cut after {max}"), None))
+            Err(Stop::violated(format!("the search for levels stopped at the maximum level {max}"), None))
         }
         _ => Ok(()),
     }

@@ -25,7 +25,10 @@ use crate::names;
 /// Checks the region of each disjunct of a condition; returns ⋃_d U_d.
 pub(super) fn secured(checker: &mut Checker<'_>, objective: &str, condition: &Condition) -> Check<StateSet> {
     let Some(disjuncts) = condition.disjuncts() else {
-        return Err(Stop::violated(format!("what `{objective}` asks has a disjunctive normal form"), None));
+        return Err(Stop::violated(
+            format!("the formula of `{objective}` has a disjunctive normal form"),
+            None,
+        ));
     };
     let mut all = checker.engine.no_states();
     for (case, disjunct) in disjuncts.iter().enumerate() {
@@ -69,7 +72,8 @@ impl Kept {
 
     fn inside(&self, checker: &Checker<'_>) -> Check {
         let (engine, name) = (&checker.engine, &self.name);
-        let condition = || format!("each state of `{name}` satisfies what is always asked there");
+        let condition =
+            || format!("each state of `{name}` satisfies the conditions that must always hold there");
         checker.subset(&self.region, &self.allowed, condition)?;
         let staying = engine.choices_in(&engine.every_successor_in(&self.region)?, &self.region)?;
         let condition = || format!("`{}` are the choices that stay in `{name}`", names::strategy(name));
@@ -100,7 +104,7 @@ impl Kept {
                 }
             }
             let condition = || {
-                format!("what stays in round {j} of `{name}` misses something that is asked again and again")
+                format!("paths that stay in round {j} of `{name}` violate a condition that must hold infinitely often")
             };
             checker.subset(&moving, &engine.no_states(), condition)
         })?;

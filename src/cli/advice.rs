@@ -1,9 +1,9 @@
-//! Errors in the words of the command line: which option helps.
+//! Error messages with the option of the command line that helps.
 
 use meliora::error::{Error, Limit, Relief};
 use meliora::output::Failure;
 
-/// What is wrong, and what helps.
+/// Returns the message of an error, with the option that helps.
 pub(super) fn message(error: &Error) -> String {
     match error {
         Error::Limit(limit) => format!("{limit}{}", advice(limit)),
@@ -11,7 +11,7 @@ pub(super) fn message(error: &Error) -> String {
     }
 }
 
-/// An error as programs read it, with what helps.
+/// Returns an error for JSON, with the option that helps.
 pub(super) fn failure(error: &Error) -> Failure {
     let mut failure = Failure::from(error);
     if matches!(error, Error::Limit(_)) {
@@ -23,10 +23,10 @@ pub(super) fn failure(error: &Error) -> Failure {
 fn advice(limit: &Limit) -> &'static str {
     match limit.relief() {
         Some(Relief::MoreMemory) => "; `--memory` raises the limit",
-        Some(Relief::LessMemory) => ": a smaller `--memory`, or a larger `ulimit -v`, helps",
-        Some(Relief::System) => ": a larger `ulimit -v` helps",
+        Some(Relief::LessMemory) => "; use a smaller `--memory` or a larger `ulimit -v`",
+        Some(Relief::System) => "; use a larger `ulimit -v`",
         Some(Relief::Time) => "; `--timeout` raises the limit",
-        Some(Relief::Listed) => "; `--limit` raises it",
+        Some(Relief::Listed) => "; `--limit` raises the limit",
         Some(Relief::Symbolic) => "; `--engine symbolic` has no such limit",
         _ => "",
     }
@@ -45,10 +45,10 @@ mod tests {
             said(Limit::Memory { what }),
             "out of memory: a table is full; `--memory` raises the limit"
         );
-        let both = "the system refuses a table: a smaller `--memory`, or a larger `ulimit -v`, helps";
+        let both = "the system does not provide a table; use a smaller `--memory` or a larger `ulimit -v`";
         assert_eq!(said(system(Some(1))), both);
-        assert_eq!(said(system(None)), "the system refuses a table: a larger `ulimit -v` helps");
-        let listed = "too large: more than 7 states to be listed; `--limit` raises it";
+        assert_eq!(said(system(None)), "the system does not provide a table; use a larger `ulimit -v`");
+        let listed = "too large: more than 7 states to list; `--limit` raises the limit";
         assert_eq!(said(Limit::Listed(7)), listed);
         assert_eq!(said(Limit::Interrupted), "interrupted");
     }

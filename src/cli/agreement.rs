@@ -1,4 +1,4 @@
-//! Whether two engines found the same: numbers first, then state by state.
+//! Compares the results of two engines: first the numbers, then state by state.
 
 use meliora::engine::{Engine, ProgressSink};
 use meliora::error::Error;
@@ -8,25 +8,26 @@ use meliora::planning::{Analysis, Kind};
 
 use super::watch::Watch;
 
-/// Initial states whose ranks and permitted actions are compared.
+/// Maximum number of initial states whose ranks and permitted actions are compared.
 const INITIAL: usize = 16;
-/// The sink is asked after so many states.
+/// The watch is asked after this number of states.
 const STRIDE: usize = 1024;
 
-/// The outcome of a comparison.
+/// The result of a comparison.
 pub(super) struct Agreement {
-    /// How many numbers, classes, levels and ranks were compared.
+    /// The number of compared counts, classes, levels and ranks.
     pub(super) compared: u64,
-    /// How many states were looked up; none where there were too many.
+    /// The number of states that were looked up; `None` if there were too many.
     pub(super) membership: Option<u64>,
     /// The first difference.
     pub(super) difference: Option<String>,
 }
 
-/// Compares two finished analyses of one program, the first by the symbolic engine.
+/// Compares two finished analyses of one program; `left` is that of the symbolic engine. `most` is
+/// the maximum number of states for the comparison of memberships.
 ///
 /// # Errors
-/// A limit.
+/// A limit is hit.
 pub(super) fn compare<E: Engine, F: Engine>(
     left: &Analysis<E>,
     right: &Analysis<F>,
@@ -60,7 +61,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// Compares one thing; the first difference is kept.
+    /// Compares one item and keeps the first difference.
     fn check<T: PartialEq + std::fmt::Debug>(&mut self, name: impl Fn() -> String, left: &T, right: &T) {
         self.compared += 1;
         if left != right && self.difference.is_none() {
@@ -69,7 +70,7 @@ impl Tally {
     }
 }
 
-/// All numbers and classes.
+/// Compares all counts, classes and levels.
 fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<E>, right: &Analysis<F>) {
     let (a, b) = (left.result(), right.result());
     let names = left.preferences();
@@ -103,7 +104,8 @@ fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<E>, right: &
     }
 }
 
-/// Membership of every state in every region; ranks follow from it. Says how many states there were.
+/// Compares the membership of every state in every region; equal ranks follow. Returns the number
+/// of states.
 fn state_by_state<E: Engine, F: Engine>(
     tally: &mut Tally,
     left: &Analysis<E>,
@@ -145,7 +147,7 @@ mod tests {
     use super::super::options::{Color, ShownArgs};
     use super::*;
 
-    /// What is said of two models that are not the same.
+    /// Returns the difference that is found between two different inputs.
     fn difference(left: (&str, &str), right: (&str, &str)) -> String {
         let read = |(model, preferences): (&str, &str)| {
             let none = SourceFile::new("constants", "");

@@ -1,4 +1,4 @@
-//! `meliora check`: the main job.
+//! `meliora check`: levels of improvements, and permitted actions in the initial states.
 
 use std::sync::Arc;
 
@@ -16,13 +16,13 @@ use super::phases;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
-/// At most so many initial states are listed; the counts have them all.
+/// Maximum number of initial states that are listed; `counts.initial` counts all.
 const LISTED: usize = 16;
 
-/// From where, and how often, can a play improve? The levels of SPI and SASI
+/// Compute from which states the prospects can improve, and how many times in a row (SASI, SPI)
 ///
-/// Computes the outcomes of the objectives, the classes, the improvement MDP and the SPI and SASI
-/// levels; says what holds in the initial states, and which actions are permitted there.
+/// Computes the regions of the objectives, the classes, the improvement MDP and the SASI and SPI
+/// levels. Prints the ranks of the initial states and the actions that the strategies permit there.
 #[derive(Debug, Clone, Args)]
 pub(super) struct CheckArgs {
     #[command(flatten)]
@@ -40,7 +40,7 @@ pub(super) struct CheckArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// The input is wrong.
+/// The input is wrong, or a limit is hit.
 pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     if let Some(status) = args.sweep.run(
@@ -62,9 +62,9 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
-/// A report that has that of `check` in it.
+/// A report that contains the report of `check`.
 pub(super) trait Checked: 'static {
-    /// What `check` found so far.
+    /// Returns the report of `check` so far.
     fn check(&mut self) -> &mut CheckReport;
 }
 
@@ -87,10 +87,10 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     analyse(job, &engine, &question, &args.preferences).map(|_| ())
 }
 
-/// All phases, each of which leaves what it found in the report.
+/// Runs all phases. Each phase adds its results to the report.
 ///
 /// # Errors
-/// A limit; a target without a value in some state.
+/// A limit is hit, or a target has no value in some state.
 pub(super) fn analyse<E: Engine, R: Checked>(
     job: &Job<R>,
     engine: &Arc<E>,
@@ -112,7 +112,7 @@ pub(super) fn analyse<E: Engine, R: Checked>(
     Ok(analysis)
 }
 
-/// An analysis with the report that it fills in.
+/// An analysis with the report that receives its results.
 struct Run<'a, E: Engine, R: Checked> {
     job: &'a Job<R>,
     question: &'a Question,
@@ -139,7 +139,7 @@ impl<E: Engine, R: Checked> Run<'_, E, R> {
         result
     }
 
-    /// What is known of the initial states by now.
+    /// Adds the current results for the initial states to the report.
     fn initial(&mut self) -> Result<(), Error> {
         let prospects = self.analysis.initial_prospects(&self.question.program, LISTED)?;
         let question = self.question;
@@ -163,7 +163,7 @@ impl<E: Engine, R: Checked> Run<'_, E, R> {
             if found.target == meliora::engine::Count::ZERO {
                 let name = &self.question.preferences.objectives[found.objective].name;
                 let what = match self.question.preferences.whole_plays() {
-                    Some(_) => "no strategy can make sure of the objective",
+                    Some(_) => "no strategy can guarantee the objective",
                     None => "no state satisfies the target of objective",
                 };
                 self.job.watch.warn(&format!("{what} `{name}`"));

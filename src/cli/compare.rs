@@ -1,4 +1,4 @@
-//! `meliora compare`: both engines on the same input.
+//! `meliora compare`: runs both engines on the same input.
 
 use std::time::Instant;
 
@@ -19,13 +19,14 @@ use super::phases;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
-/// Below this factor, times are about the same.
+/// Below this factor, two times count as about equal.
 const CLEARLY: f64 = 1.25;
 
-/// Do both engines give the same answers? With times, memory, and which one to prefer here
+/// Run both engines and compare their results, times and memory
 ///
-/// Compares every count, class, level and rank, and, up to a stated number of states, the
-/// membership of each state in each region. Exit status 1 and the first difference where they differ.
+/// Compares every count, class, level and rank. For models of limited size it also compares the
+/// membership of each state in each region. If the engines differ, prints the first difference and
+/// ends with exit status 1.
 #[derive(Debug, Clone, Args)]
 pub(super) struct CompareArgs {
     #[command(flatten)]
@@ -33,7 +34,7 @@ pub(super) struct CompareArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// Look up every state in every region where there are at most so many states
+    /// Maximum number of states for the comparison of memberships
     #[arg(long, value_name = "STATES", default_value_t = 100_000)]
     membership: u32,
 
@@ -46,7 +47,7 @@ pub(super) struct CompareArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// The input is wrong.
+/// The input is wrong, or a limit is hit.
 pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
     if let Some(status) =
         args.sweep.run(&args.model, &[&args.preferences.preferences], sweep::Job::Compare, &args.shown)?
@@ -72,7 +73,7 @@ fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
     conclude(job, args, &question, &left, &right)
 }
 
-/// All that one engine finds.
+/// Builds one engine and runs the analysis with it.
 fn analysed(
     job: &Job<CompareReport>,
     args: &CompareArgs,
@@ -88,7 +89,7 @@ fn analysed(
     Ok(analysis)
 }
 
-/// Runs all phases of one engine and notes what they took.
+/// Runs all phases with one engine and records times and memory.
 fn analyse<E: Engine>(
     job: &Job<CompareReport>,
     name: &'static str,
@@ -109,7 +110,7 @@ fn analyse<E: Engine>(
     Ok(())
 }
 
-/// Compares what both found, and says which engine to prefer.
+/// Compares the results of both engines and recommends one.
 fn conclude<E: Engine, F: Engine>(
     job: &Job<CompareReport>,
     args: &CompareArgs,
@@ -132,7 +133,7 @@ fn conclude<E: Engine, F: Engine>(
     Ok(())
 }
 
-/// The faster one, if it is clearly faster; else the one whose tables are smaller.
+/// Returns the clearly faster engine, or else the one with the smaller tables.
 fn preference(engines: &[EngineReport]) -> Option<Preference> {
     let [a, b] = engines else { return None };
     let (fast, slow) = if a.time.total <= b.time.total { (a, b) } else { (b, a) };

@@ -7,18 +7,18 @@ use meliora::error::Error;
 use super::exit::Status;
 use super::terminal;
 
-/// Write a completion script for a shell
+/// Print a completion script for a shell
 #[derive(Debug, Args)]
 pub(super) struct CompletionsArgs {
-    /// The shell
+    /// Shell
     #[arg(value_enum)]
     shell: Shell,
 }
 
-/// Writes the script to stdout.
+/// Prints the script.
 ///
 /// # Errors
-/// Standard output could not be written.
+/// Standard output cannot be written.
 pub(super) fn run(args: &CompletionsArgs) -> Result<Status, Error> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut super::command(), "meliora", &mut script);

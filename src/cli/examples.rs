@@ -1,8 +1,9 @@
-//! What `--help` of each command ends with: two commands to try, on the models that come with the program.
+//! Examples at the end of each command's `--help`: two command lines on the models that come with
+//! the program.
 
 use clap::Command;
 
-/// The examples of each command.
+/// The examples by command.
 const EXAMPLES: &[(&str, [&str; 2])] = &[
     (
         "check",
@@ -79,7 +80,7 @@ const EXAMPLES: &[(&str, [&str; 2])] = &[
     ("man", ["meliora man > meliora.1", "meliora man check > meliora-check.1"]),
 ];
 
-/// The command line with the examples.
+/// Adds the examples to the command line.
 pub(super) fn with_examples(command: Command) -> Command {
     let show = |[first, second]: &[&str; 2]| format!("Examples:\n  {first}\n  {second}");
     EXAMPLES.iter().fold(command, |command, (name, examples)| {
@@ -91,7 +92,7 @@ pub(super) fn with_examples(command: Command) -> Command {
 mod tests {
     use super::*;
 
-    /// The words of a command, as a shell splits them.
+    /// Splits a command line as a shell does.
     fn words(line: &str) -> Vec<String> {
         let parts = line.split('\'').enumerate();
         let split = |(index, part): (usize, &str)| match index % 2 {

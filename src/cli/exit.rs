@@ -4,10 +4,10 @@ use std::process::ExitCode;
 
 use meliora::error::{Error, Limit};
 
-/// How the process ends; the contract that scripts rely on.
+/// The exit statuses of the process: the contract that scripts rely on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Status {
-    /// The work is done.
+    /// The command succeeded.
     Done,
     /// The answer is no.
     No,
@@ -17,25 +17,25 @@ pub(crate) enum Status {
     Input,
     /// Out of memory, nodes, time or disk.
     Limit,
-    /// Interrupted by the user.
+    /// The user interrupted the program.
     Interrupted,
-    /// A mistake of this program.
+    /// A bug in this program.
     Internal,
 }
 
 impl Status {
-    /// The status that an error ends with.
+    /// Returns the exit status for an error.
     pub(crate) fn of(error: &Error) -> Self {
         match error {
             Error::Usage(_) => Status::Usage,
             Error::Limit(Limit::Interrupted) => Status::Interrupted,
             Error::Limit(_) => Status::Limit,
-            // What is wrong in a model, a dump or another file, whatever its sort.
+            // An error in a model, a dump or another file.
             _ => Status::Input,
         }
     }
 
-    /// The number that the system sees. 101 is what a panic of a Rust program ends with.
+    /// Returns the number that the system sees. 101 is the exit status of a panic in Rust.
     pub(crate) fn code(self) -> u8 {
         match self {
             Status::Done => 0,

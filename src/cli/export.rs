@@ -1,4 +1,4 @@
-//! `meliora export`: regions and strategies as decision diagrams for other programs.
+//! `meliora export`: regions and strategies for other programs.
 
 use std::path::PathBuf;
 
@@ -18,11 +18,11 @@ use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
 use super::supervise::{Job, supervise};
 
-/// Write regions and strategies for other programs: decision diagrams, or models state by state
+/// Write regions and strategies for other programs, as decision diagrams or explicit models
 ///
-/// DIR gets `regions.dddmp` (every region a root of one diagram), `manifest.json` (what the roots and
-/// variables are) and `certificate.dddmp` (what `verify` needs). A DIR that exists must be empty, or hold an
-/// older dump and nothing else: it is replaced.
+/// DIR receives `regions.dddmp` (all regions as roots of one diagram), `manifest.json` (the meaning
+/// of roots and variables) and `certificate.dddmp` (the data that `verify` needs). If DIR exists,
+/// it must be empty or contain only an older dump, which is replaced.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExportArgs {
     #[command(flatten)]
@@ -30,29 +30,29 @@ pub(super) struct ExportArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// The directory to write
+    /// Directory to write
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Only regions with such names, such as 'sasi:*' (repeatable); leaves the certificate out
+    /// Write only regions with matching names, such as 'sasi:*' (repeatable), and no certificate
     #[arg(long, value_name = "GLOB")]
     region: Vec<String>,
 
-    /// dot: also one picture a region; explicit and drn: the model state by state, with regions and
-    /// ranks as labels, for PRISM and Storm
+    /// dot: also one picture per region; explicit, drn: an explicit model for PRISM or Storm, with
+    /// regions and ranks as labels
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 
-    /// Refuse to list more states than this; for the formats explicit and drn
+    /// Maximum number of states in the formats explicit and drn
     #[arg(long, value_name = "STATES", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
     limit: u32,
 
-    /// Write the model that a strategy makes of it, a dtmc (progress) or a smaller mdp (permissive), and
-    /// its actions as a table; for the formats explicit and drn
+    /// Write the model that a strategy induces, a dtmc (progress) or a smaller mdp (permissive),
+    /// and a table of its actions; for the formats explicit and drn
     #[arg(long, value_name = "sasi|spi[:progress|permissive]", value_parser = StrategyArg::parse)]
     strategy: Option<StrategyArg>,
 
-    /// Leave the certificate out, so that `verify` cannot check the dump
+    /// Write no certificate; `verify` cannot check such a dump
     #[arg(long)]
     no_certificate: bool,
 
@@ -66,19 +66,19 @@ enum Format {
     /// DDDMP 2.0 text
     #[default]
     Dddmp,
-    /// DDDMP, and one DOT file a region
+    /// DDDMP, and one DOT file per region
     Dot,
-    /// PRISM's files .tra, .sta and .lab
+    /// PRISM's explicit files .tra, .sta and .lab
     Explicit,
-    /// Storm's file .drn
+    /// Storm's explicit file .drn
     Drn,
 }
 
 impl ExportArgs {
-    /// The format of a model state by state; none for diagrams.
+    /// Returns the format of an explicit model, or `None` for diagrams.
     ///
     /// # Errors
-    /// Options of the other formats.
+    /// [`Error::Usage`] for options of the other formats.
     fn texts(&self) -> Result<Option<Texts>, Error> {
         let texts = match self.format {
             Format::Dddmp | Format::Dot => None,
@@ -87,10 +87,10 @@ impl ExportArgs {
         };
         let wrong = match texts {
             None if self.strategy.is_some() => {
-                "`--strategy` needs `--format explicit` or `--format drn`; diagrams have all strategies"
+                "`--strategy` needs `--format explicit` or `--format drn`; a dump contains all strategies"
             }
             Some(_) if !self.region.is_empty() => {
-                "`--region` chooses diagrams: these formats have all regions"
+                "`--region` selects diagrams; the formats explicit and drn contain all regions"
             }
             _ => return Ok(texts),
         };
@@ -101,7 +101,7 @@ impl ExportArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// The input is wrong; the directory cannot be written.
+/// The input is wrong, a limit is hit, or the directory cannot be written.
 pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
     if let Some(texts) = args.texts()? {
         let ExportArgs { model, preferences, out, limit, strategy, shown, .. } = args;
@@ -127,17 +127,17 @@ fn globs(patterns: &[String]) -> Result<GlobSet, Error> {
     set.build().map_err(|e| Error::Usage(format!("`--region`: {e}")))
 }
 
-/// Says which option has chosen nothing.
+/// Adds to an error that `--region` matches no region.
 fn unmatched(error: Error) -> Error {
     match error {
-        Error::Usage(message) => Error::Usage(format!("{message}: `--region` matches none")),
+        Error::Usage(message) => Error::Usage(format!("{message}; `--region` matches no name")),
         other => other,
     }
 }
 
 fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(), Error> {
     if args.out.as_os_str() == "-" {
-        let message = "a dump is a directory of files: it cannot go to standard output";
+        let message = "a dump is a directory; it cannot be written to standard output";
         return Err(Error::Usage(message.to_owned()));
     }
     check_directory(&args.out)?;

@@ -1,4 +1,4 @@
-//! `meliora export --format explicit|drn`: models state by state.
+//! `meliora export --format explicit|drn`: explicit models.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use super::phases;
 use super::supervise::{Job, supervise};
 use super::{load, plan};
 
-/// `--strategy`: whose model is written.
+/// `--strategy`: the strategy whose induced model is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct StrategyArg {
     kind: Kind,
@@ -33,7 +33,7 @@ impl StrategyArg {
         let (kind, scheduler) = text.split_once(':').unwrap_or((text, "permissive"));
         match (Kind::named(kind), Scheduler::named(scheduler)) {
             (Some(kind), Some(scheduler)) => Ok(StrategyArg { kind, scheduler }),
-            _ => Err("such as sasi, spi, sasi:progress or spi:permissive".to_owned()),
+            _ => Err("expected a strategy such as sasi, spi, sasi:progress or spi:permissive".to_owned()),
         }
     }
 
@@ -51,7 +51,7 @@ pub(super) enum Texts {
     Drn,
 }
 
-/// What is written, and where.
+/// The arguments of the export.
 #[derive(Debug, Clone)]
 pub(super) struct Wanted {
     pub(super) model: ModelArgs,
@@ -65,7 +65,7 @@ pub(super) struct Wanted {
 /// Runs the command.
 ///
 /// # Errors
-/// The input is wrong; the directory cannot be written.
+/// The input is wrong, a limit is hit, or the directory cannot be written.
 pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
     let report = ExplicitReport::new(
         &wanted.model.path(),
@@ -108,7 +108,7 @@ fn listed<E: Engine>(
     induced(analysis, program, &mut book, strategy.scheduler, wanted.limit)
 }
 
-/// The names of the files.
+/// Returns the names of the files.
 fn names(wanted: &Wanted) -> Vec<String> {
     let stem = wanted.strategy.map_or("model".to_owned(), |s| s.name().replace(':', "-"));
     let table = wanted.strategy.map(|_| "csv");
@@ -119,7 +119,7 @@ fn names(wanted: &Wanted) -> Vec<String> {
     formats.iter().copied().chain(table).map(|extension| format!("{stem}.{extension}")).collect()
 }
 
-/// What stands in the files.
+/// Returns the contents of the files.
 fn texts(wanted: &Wanted, graph: &Graph) -> Vec<String> {
     let mut texts = match wanted.texts {
         Texts::Drn => vec![drn(graph)],

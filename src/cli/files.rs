@@ -1,4 +1,5 @@
-//! Where results go: regular files, which appear whole or not at all, and what is no regular file.
+//! Destinations of results: regular files, which appear whole or not at all, and devices, pipes and
+//! standard output.
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Write};
@@ -11,10 +12,10 @@ use super::terminal;
 
 /// The path that stands for standard output.
 pub(super) const STDOUT: &str = "-";
-/// As many symbolic links as systems follow.
+/// Maximum number of symbolic links that are followed, as in usual systems.
 const MOST_LINKS: usize = 40;
 
-/// A place for a result, looked at before the work for it begins.
+/// A destination of a result, checked before the work begins.
 pub(super) struct Target {
     given: PathBuf,
     place: Place,
@@ -23,17 +24,18 @@ pub(super) struct Target {
 enum Place {
     /// Standard output.
     Stdout,
-    /// What takes bytes as they come: a device, a pipe.
+    /// A device or a pipe, which accepts bytes as they come.
     Stream,
-    /// A regular file, or none yet: where all links lead, and what stands there.
+    /// A regular file that exists or can be created: its path behind all links, and the metadata of
+    /// the old file.
     File { path: PathBuf, old: Option<Metadata> },
 }
 
 impl Target {
-    /// The place that `--out` names. `inputs` are what the same run reads.
+    /// Checks the destination that `--out` names. `inputs` are the files that the same run reads.
     ///
     /// # Errors
-    /// It is an input, a directory, or read-only; its folder is not there.
+    /// The path is an input, a directory or read-only, or its folder does not exist.
     pub(super) fn new(given: &Path, inputs: &[&Path]) -> Result<Self, Error> {
         let failed = |message: &str| Error::Io { path: shown(given), message: message.to_owned() };
         let place = match fs::metadata(given) {
@@ -44,9 +46,8 @@ impl Target {
             Ok(old) => {
                 let is_input = |input: &&&Path| fs::metadata(input).is_ok_and(|input| is_same(&old, &input));
                 if let Some(input) = inputs.iter().find(is_input) {
-                    let message =
-                        format!("`{}` is an input of the same run, `{}`", shown(given), shown(input));
-                    return Err(Error::Usage(message + ": the results need another file"));
+                    let message = format!("`{}` is an input of this run, `{}`", shown(given), shown(input));
+                    return Err(Error::Usage(message + "; write the results to another file"));
                 }
                 if old.permissions().readonly() {
                     return Err(failed("the file is read-only"));
@@ -58,7 +59,7 @@ impl Target {
             Err(e) if e.kind() == io::ErrorKind::NotFound => {
                 let path = end_of_links(given).map_err(|e| Error::writing(given, &e))?;
                 if !folder(&path).is_dir() {
-                    return Err(failed(&format!("there is no folder `{}`", shown(folder(&path)))));
+                    return Err(failed(&format!("the folder `{}` does not exist", shown(folder(&path)))));
                 }
                 Place::File { path, old: None }
             }
@@ -67,30 +68,32 @@ impl Target {
         Ok(Target { given: given.to_owned(), place })
     }
 
-    /// Whether a regular file stands there already.
+    /// Returns whether a regular file exists there.
     pub(super) fn is_taken(&self) -> bool {
         matches!(&self.place, Place::File { old: Some(_), .. })
     }
 
-    /// Whether the place is standard output.
+    /// Returns whether the destination is standard output.
     pub(super) fn is_stdout(&self) -> bool {
         matches!(self.place, Place::Stdout)
     }
 
-    /// The path as the user gave it.
+    /// Returns the path as the user gave it.
     pub(super) fn path(&self) -> &Path {
         &self.given
     }
 
-    /// Writes a text: a regular file is replaced whole and keeps its mode, all else is written through.
+    /// Writes a text. A regular file is replaced whole and keeps its mode; other destinations are
+    /// written through.
     ///
     /// # Errors
-    /// The place takes nothing; the disk is full.
+    /// The destination cannot be written, or the disk is full.
     pub(super) fn write(&self, text: &str) -> Result<(), Error> {
         write_all(&[(self, text)])
     }
 
-    /// Writes a text beside its place, with a copy of what stands there where that may be put back.
+    /// Writes a text to a temporary file next to the destination. With `copied`, also copies an old
+    /// file so that it can be restored.
     fn prepare(&self, text: &str, copied: bool) -> Result<Ready, Error> {
         let Place::File { path, old } = &self.place else { return Ok(Ready::Through) };
         let written = || {
@@ -107,32 +110,32 @@ impl Target {
         written().map_err(|e| Error::writing(&self.given, &e))
     }
 
-    /// Writes to what is no regular file.
+    /// Writes to a destination that is not a regular file.
     fn write_through(&self, text: &str) -> Result<(), Error> {
         if self.is_stdout() {
             return terminal::print(text);
         }
         let out = OpenOptions::new().write(true).open(&self.given);
         match out.and_then(|mut out| out.write_all(text.as_bytes())) {
-            // As for standard output: a reader that has gone away is no failure.
+            // A reader that has closed the pipe is not an error, as for standard output.
             Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::writing(&self.given, &e)),
             _ => Ok(()),
         }
     }
 }
 
-/// A text on its way to its place.
+/// A text that is ready to be moved to its destination.
 enum Ready {
-    /// It is written when all others are ready.
+    /// Written through after all files are ready.
     Through,
-    /// It lies beside its place, with a copy of what stands there.
+    /// A temporary file next to the destination, with a copy of the old file.
     File { file: NamedTempFile, backup: Option<NamedTempFile<()>> },
 }
 
 /// Writes several texts: all regular files or none.
 ///
 /// # Errors
-/// Those of [`Target::write`].
+/// The errors of [`Target::write`].
 pub(super) fn write_all(texts: &[(&Target, &str)]) -> Result<(), Error> {
     let prepare = |(target, text): &(&Target, &str)| target.prepare(text, texts.len() > 1);
     let ready = texts.iter().map(prepare).collect::<Result<Vec<_>, _>>()?;
@@ -153,10 +156,10 @@ pub(super) fn write_all(texts: &[(&Target, &str)]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Puts back what stood there before.
+/// Restores the old files.
 fn undo(done: Vec<(&PathBuf, Option<NamedTempFile<()>>)>) {
     for (path, backup) in done {
-        // Nothing more can be done where this fails too; the first error is shown.
+        // If this fails too, the first error is still the one that is shown.
         let _ = match backup {
             Some(backup) => backup.persist(path).map_err(|e| e.error),
             None => fs::remove_file(path),
@@ -164,17 +167,17 @@ fn undo(done: Vec<(&PathBuf, Option<NamedTempFile<()>>)>) {
     }
 }
 
-/// A path for a message.
+/// Formats a path for a message.
 fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// The folder that something lies in.
+/// Returns the folder of a path.
 pub(super) fn folder(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Where a link that leads to nothing leads.
+/// Follows a chain of symbolic links whose end does not exist.
 fn end_of_links(given: &Path) -> io::Result<PathBuf> {
     let mut path = given.to_owned();
     for _ in 0..MOST_LINKS {
@@ -186,14 +189,14 @@ fn end_of_links(given: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many symbolic links"))
 }
 
-/// What lies beside a place for a moment. Only a process that is killed leaves it behind: its name says whose.
+/// Builds temporary files. Only a killed process leaves one behind; the prefix names the program.
 fn hidden() -> Builder<'static, 'static> {
     let mut builder = Builder::new();
     builder.prefix(".meliora-");
     builder
 }
 
-/// New files have the mode of any other new file; a temporary one would be its owner's alone.
+/// Builds temporary files with the mode of any new file; by default only the owner could read them.
 fn usual() -> Builder<'static, 'static> {
     let mut builder = hidden();
     #[cfg(unix)]
@@ -204,7 +207,7 @@ fn usual() -> Builder<'static, 'static> {
     builder
 }
 
-/// Gives a file the owner, where that is allowed, and the mode of the one that it replaces.
+/// Gives a file the mode of the file that it replaces, and its owner if that is allowed.
 fn keep_mode(file: &File, old: &Metadata) -> io::Result<()> {
     #[cfg(unix)]
     {
@@ -214,14 +217,14 @@ fn keep_mode(file: &File, old: &Metadata) -> io::Result<()> {
     file.set_permissions(old.permissions())
 }
 
-/// Whether both are the same file.
+/// Returns whether both are the same file.
 #[cfg(unix)]
 fn is_same(a: &Metadata, b: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
 
-/// Elsewhere nothing in the metadata tells.
+/// On other systems the metadata do not tell.
 #[cfg(not(unix))]
 fn is_same(_: &Metadata, _: &Metadata) -> bool {
     false

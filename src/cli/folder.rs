@@ -1,4 +1,4 @@
-//! A folder that gets several files: all of them or none.
+//! A folder that receives several files: all of them or none.
 
 use std::fs;
 use std::io;
@@ -10,30 +10,31 @@ use tempfile::{Builder, TempDir};
 
 use super::files::{self, Target};
 
-/// A folder that may be written, looked at before the work begins.
+/// An output folder, checked before the work begins.
 pub(super) struct Folder {
     given: PathBuf,
     names: Vec<String>,
-    /// The places of the files; none where the folder is not there yet.
+    /// The destinations of the files; `None` if the folder does not exist yet.
     targets: Option<Vec<Target>>,
 }
 
 impl Folder {
-    /// The folder that `--out` names, for files of these names. `inputs` are what the same run reads.
+    /// Checks the folder that `--out` names, for files with these names. `inputs` are the files
+    /// that the same run reads.
     ///
     /// # Errors
-    /// It is no folder or holds a dump; the one that it is to lie in is not there; a file there cannot
-    /// be replaced.
+    /// The path is not a folder, or contains a dump; its parent does not exist; or a file in it
+    /// cannot be replaced.
     pub(super) fn new(given: &Path, names: Vec<String>, inputs: &[&Path]) -> Result<Self, Error> {
         let failed = |message: String| Error::Io { path: given.display().to_string(), message };
         if given.as_os_str() == files::STDOUT {
-            let message = "several files are written: they cannot go to standard output";
+            let message = "this format has several files; they cannot be written to standard output";
             return Err(Error::Usage(message.to_owned()));
         }
         let targets = match fs::metadata(given) {
-            Ok(found) if !found.is_dir() => return Err(failed("this is no directory".to_owned())),
+            Ok(found) if !found.is_dir() => return Err(failed("this is not a directory".to_owned())),
             Ok(_) if given.join(manifest::FILE).exists() => {
-                return Err(failed("the directory holds a dump: give another directory".to_owned()));
+                return Err(failed("the directory contains a dump; choose another directory".to_owned()));
             }
             Ok(_) => {
                 let target = |name: &String| Target::new(&given.join(name), inputs);
@@ -42,7 +43,7 @@ impl Folder {
             Err(e) if e.kind() == io::ErrorKind::NotFound => {
                 let parent = files::folder(given);
                 if !parent.is_dir() {
-                    return Err(failed(format!("there is no folder `{}`", parent.display())));
+                    return Err(failed(format!("the folder `{}` does not exist", parent.display())));
                 }
                 None
             }
@@ -51,11 +52,11 @@ impl Folder {
         Ok(Folder { given: given.to_owned(), names, targets })
     }
 
-    /// Writes the texts of the files. A new folder appears with all of them; in one that is there, each
-    /// file is replaced whole, and all are put back where one fails.
+    /// Writes the files. A new folder appears together with all of them. In an existing folder each
+    /// file is replaced whole, and all are restored if one fails.
     ///
     /// # Errors
-    /// The disk is full; something else was written there meanwhile.
+    /// The disk is full, or another process has written there.
     pub(super) fn write(self, texts: &[String]) -> Result<Vec<String>, Error> {
         match &self.targets {
             Some(targets) => {
@@ -78,7 +79,7 @@ impl Folder {
     }
 }
 
-/// A new folder beside the place, with the mode that new folders get.
+/// Creates a temporary folder next to the destination, with the mode of new folders.
 fn beside(place: &Path) -> io::Result<TempDir> {
     let mut builder = Builder::new();
     builder.prefix(".meliora-export-");

@@ -10,7 +10,7 @@ use super::exit::Status;
 use super::files::{self, Target};
 use super::{load, terminal};
 
-/// Write a model and preferences of a parametrised family
+/// Generate a model and preferences of a parametrised family
 #[derive(Debug, Clone, Args)]
 pub(super) struct GenerateArgs {
     #[command(subcommand)]
@@ -22,7 +22,7 @@ enum Family {
     Gridworld(GridworldArgs),
 }
 
-/// Robots that pick up items in a grid, at random or from a drawn map
+/// Generate robots that pick up items in a grid, at random or from a drawn map
 #[derive(Debug, Clone, Args)]
 struct GridworldArgs {
     /// Number of rows
@@ -33,22 +33,23 @@ struct GridworldArgs {
     #[arg(long, value_name = "N", required_unless_present = "from_map")]
     cols: Option<usize>,
 
-    /// Read the grid and all on it from a map file instead
+    /// Read the grid and everything on it from a map file instead
     #[arg(long, value_name = "FILE", conflicts_with = "random")]
     from_map: Option<PathBuf>,
 
     #[command(flatten)]
     random: RandomArgs,
 
-    /// The preference order, such as 'D>A,E>=A,B~C' [default: that of the map, or a random one]
+    /// Preference order, such as 'D>A,E>=A,B~C' [default: from the map, or random]
     #[arg(long, value_name = "ORDER")]
     prefer: Option<String>,
 
-    /// What it is worth to achieve nothing [default: that of the map, or bottom]
+    /// Value of nothing: how a state without a sure objective compares [default: from the map, or
+    /// bottom]
     #[arg(long, value_enum)]
     empty: Option<EmptyArg>,
 
-    /// What the random draws start from: the same seed gives the same files for ever
+    /// Seed of the random numbers: the same seed always gives the same files
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
 
@@ -60,12 +61,12 @@ struct GridworldArgs {
     #[arg(long, requires = "out")]
     force: bool,
 
-    /// Without --out: which of the two goes to stdout
+    /// File that goes to stdout without --out
     #[arg(long, value_enum, default_value_t, conflicts_with = "out")]
     print: Text,
 }
 
-/// What only a random world has use for.
+/// The options of random worlds.
 #[derive(Debug, Clone, Args)]
 #[group(id = "random", multiple = true)]
 struct RandomArgs {
@@ -73,12 +74,12 @@ struct RandomArgs {
     #[arg(long, value_name = "N", default_value_t = 6)]
     items: usize,
 
-    /// How many of the items become available only when others are picked up [default: half of
+    /// Number of items that become available only after others are picked up [default: half of
     /// those outside the forks]
     #[arg(long, value_name = "N")]
     locked: Option<usize>,
 
-    /// What the battery holds, or none [default: three times the longer side]
+    /// Capacity of the battery, or none for no battery [default: three times the longer side]
     #[arg(long, value_name = "N|none", value_parser = battery)]
     battery: Option<Battery>,
 
@@ -86,23 +87,24 @@ struct RandomArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     chargers: usize,
 
-    /// The chargers work from the start; otherwise an item must make them available
+    /// Chargers work from the start; by default an item makes them available
     #[arg(long)]
     open_chargers: bool,
 
-    /// Walls, in per cent of the cells
+    /// Walls, in percent of the cells
     #[arg(long, value_name = "PERCENT", default_value_t = 10)]
     walls: usize,
 
-    /// Slippery cells, in per cent of the cells
+    /// Slippery cells, in percent of the cells
     #[arg(long, value_name = "PERCENT", default_value_t = 10)]
     slippery: usize,
 
-    /// Where slippery cells slide to; each cell draws one of these [default: NS,EW,NSW]
+    /// Directions in which slippery cells slide; each cell draws one of these sets [default:
+    /// NS,EW,NSW]
     #[arg(long, value_name = "NS,…", value_delimiter = ',', value_parser = drift)]
     drift: Vec<Directions>,
 
-    /// Number of cells that are entered and left in one direction only
+    /// Number of cells that can be entered and left in one direction only
     #[arg(long, value_name = "N", default_value_t = 0)]
     one_way: usize,
 
@@ -118,41 +120,41 @@ struct RandomArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     patrols: usize,
 
-    /// How many forks stand one behind the other: dead ends where chance decides between two items,
-    /// each better than all before it [default: 1, from 7 items on 2, where there is room]
+    /// Number of forks in a row: dead ends where chance decides between two items that are better
+    /// than all before [default: 1, or 2 from 7 items on if there is room]
     #[arg(long, value_name = "N")]
     forks: Option<usize>,
 }
 
-/// The capacity of a battery; `None`: it never ends.
+/// The capacity of a battery; `None` for no battery.
 #[derive(Debug, Clone, Copy)]
 struct Battery(Option<u32>);
 
 /// `empty = …`.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum EmptyArg {
-    /// Below every objective
+    /// Achieving nothing is worse than every objective
     Bottom,
-    /// To gain the first objective improves, to lose the last one does not weaken
+    /// Gaining a first objective improves; losing the last one does not weaken
     Gain,
-    /// Compares with nothing
+    /// Achieving nothing is incomparable to every objective
     Incomparable,
 }
 
-/// One of the two texts.
+/// One of the two files.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum Text {
-    /// The model
+    /// Model
     #[default]
     Model,
-    /// The preference file
+    /// Preference file
     Prefs,
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// The parameters or the map are wrong; a file could not be written.
+/// The parameters or the map are wrong, or a file cannot be written.
 pub(super) fn run(args: &GenerateArgs) -> Result<Status, Error> {
     let Family::Gridworld(args) = &args.family;
     let choices =
@@ -172,7 +174,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<Status, Error> {
 impl GridworldArgs {
     fn parameters(&self) -> Parameters {
         let random = &self.random;
-        // The parser has seen to it that both are there.
+        // The parser requires both.
         let (rows, cols) = (self.rows.unwrap_or_default(), self.cols.unwrap_or_default());
         let standard = Parameters::new(rows, cols, random.items);
         let forks = random.forks.unwrap_or(standard.forks);
@@ -216,23 +218,23 @@ fn battery(text: &str) -> Result<Battery, String> {
 fn drift(text: &str) -> Result<Directions, String> {
     let direction = |c: char| {
         let known = Direction::ALL.into_iter().find(|d| d.letter() == c);
-        known.ok_or_else(|| format!("`{c}` is no direction: expected letters of NSEW, such as NS"))
+        known.ok_or_else(|| format!("`{c}` is not a direction: expected letters from NSEW, such as NS"))
     };
     text.chars().map(direction).collect()
 }
 
-/// Both files or neither.
+/// Writes both files or none.
 fn write(prefix: &Path, generated: &Generated, args: &GridworldArgs) -> Result<(), Error> {
     let inputs: Vec<&Path> = args.from_map.iter().map(PathBuf::as_path).collect();
     let target = |extension: &str| {
-        // Not `with_extension`: a prefix may have a dot in it.
+        // `with_extension` would cut off a part of a prefix with a dot.
         let mut name = prefix.as_os_str().to_owned();
         name.push(extension);
         Target::new(Path::new(&name), &inputs)
     };
     let (model, preferences) = (target(".prism")?, target(".pref")?);
     if let Some(taken) = [&model, &preferences].into_iter().find(|t| t.is_taken() && !args.force) {
-        let message = "the file exists: `--force` overwrites it".to_owned();
+        let message = "the file exists; `--force` overwrites it".to_owned();
         return Err(Error::Io { path: taken.path().display().to_string(), message });
     }
     files::write_all(&[(&model, &generated.model), (&preferences, &generated.preferences)])?;

@@ -1,4 +1,4 @@
-//! `meliora info`: what a model is made of.
+//! `meliora info`: the variables and sizes of a model.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ use super::load;
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::supervise::{Job, supervise};
 
-/// Variables, sizes, the order of the BDD variables and node counts of a model
+/// Print variables, sizes, the order of the BDD variables and node counts of a model
 #[derive(Debug, Clone, Args)]
 pub(super) struct InfoArgs {
     #[command(flatten)]
@@ -28,11 +28,11 @@ pub(super) struct InfoArgs {
     #[command(flatten)]
     shown: ShownArgs,
 
-    /// Take the model with the monitors of temporal objectives beside it
+    /// Add the monitors of the temporal objectives in this preference file to the model
     #[arg(long, value_name = "PREFS", conflicts_with = "flat")]
     preferences: Option<PathBuf>,
 
-    /// Write the flat program instead: constants, formulas, renamings and synchronisation resolved
+    /// Print the flat program instead: constants, formulas, renamings and synchronisation resolved
     #[arg(long, conflicts_with_all = ["json", "scope", "order", "memory", "threads", "engine"])]
     flat: bool,
 }
@@ -40,7 +40,7 @@ pub(super) struct InfoArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// The input is wrong.
+/// The input is wrong, or a limit is hit.
 pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     if args.flat {
@@ -52,7 +52,7 @@ pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
-/// Writes the flat program; no engine is needed.
+/// Prints the flat program, without an engine.
 fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     let args = args.clone();

@@ -1,4 +1,4 @@
-//! From arguments to what the library works on: files, programs, preferences, engines.
+//! Reads files and arguments into programs, preferences and engines.
 
 use std::io;
 use std::path::Path;
@@ -23,12 +23,12 @@ use meliora::output::Number;
 use super::options::{ModelArgs, PreferenceArgs};
 use super::watch::Watch;
 
-/// Whether standard input has been read.
+/// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
 /// A model with preferences over it.
 pub(super) struct Question {
-    /// The model, with the targets in its pool.
+    /// The model, with the targets in its pool of expressions.
     pub(super) program: Arc<Program>,
     /// The preferences.
     pub(super) preferences: Arc<Preferences>,
@@ -38,11 +38,11 @@ pub(super) struct Question {
     pub(super) overlap: Option<ExprId>,
 }
 
-/// A model with what is asked of it.
+/// A model with questions about it.
 pub(super) struct Asked {
-    /// The model, with the targets in its pool.
+    /// The model, with the targets in its pool of expressions.
     pub(super) program: Arc<Program>,
-    /// What is asked, in the order of the command line.
+    /// The questions, in the order of the command line.
     pub(super) questions: Vec<Asking>,
     /// See [`Loaded::overlap`].
     pub(super) overlap: Option<ExprId>,
@@ -50,15 +50,15 @@ pub(super) struct Asked {
 
 /// A question about a model.
 pub(super) struct Asking {
-    /// As it was asked.
+    /// The text of the question.
     pub(super) text: String,
-    /// What plays are to do.
+    /// The goal of the paths.
     pub(super) goal: Goal,
-    /// What `--property` asks of the initial states.
+    /// The quantifier and the bound of `--property`, for the initial states.
     pub(super) property: Option<(Strategies, Bound)>,
 }
 
-/// What plays are to do.
+/// The goal of the paths.
 pub(super) enum Goal {
     /// To reach these states.
     Target(ExprId),
@@ -67,10 +67,10 @@ pub(super) enum Goal {
 }
 
 impl Goal {
-    /// From which states plays are judged: with monitors, where these are fresh.
+    /// Returns the states whose paths are judged: with monitors, the states where these are fresh.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit is hit.
     pub(super) fn judged<E: Engine>(&self, engine: &E) -> Result<E::States, Error> {
         match self {
             Goal::Target(_) => Ok(engine.all_states()),
@@ -81,33 +81,33 @@ impl Goal {
 
 /// A model with the monitors of one formula.
 pub(super) struct Watched {
-    /// The model with them.
+    /// The model with its monitors.
     pub(super) program: Arc<Program>,
-    /// What is asked of their marks.
+    /// The condition on the marks of the monitors.
     pub(super) condition: Condition,
-    /// Where they are fresh.
+    /// The states where the monitors are fresh.
     pub(super) fresh: ExprId,
 }
 
-/// A model that was read.
+/// A model with its properties.
 struct Loaded {
     program: Program,
-    /// Properties that the model names.
+    /// The properties that the model names.
     named: Vec<Property>,
-    /// Of a `dtmc`: where several choices are merged into one.
+    /// For a `dtmc`, the states in which several choices are merged into one.
     overlap: Option<ExprId>,
 }
 
 /// Reads a text file; `-` is standard input.
 ///
 /// # Errors
-/// It cannot be read, is too large or no UTF-8.
+/// The file cannot be read, is too large or is not UTF-8.
 pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
     if path != Path::new("-") {
         return SourceFile::open(path);
     }
     if INPUT_READ.swap(true, Ordering::Relaxed) {
-        return Err(Error::Usage("`-` stands for standard input, which can be read once".to_owned()));
+        return Err(Error::Usage("`-` is standard input, which can be read only once".to_owned()));
     }
     SourceFile::read("standard input", io::stdin())
 }
@@ -135,10 +135,10 @@ fn loaded(model: &Path, given: &Given, watch: &Watch) -> Result<Loaded, Error> {
     Ok(Loaded { program, named: checked.properties, overlap })
 }
 
-/// Reads the model; with it comes the [`Loaded::overlap`].
+/// Reads the model. Returns it with [`Loaded::overlap`].
 ///
 /// # Errors
-/// The file or the constants are wrong.
+/// A file, the constants, the bounds or an expression is wrong.
 pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, Option<ExprId>), Error> {
     let Loaded { program, overlap, .. } = parsed(args, watch)?;
     Ok((Arc::new(program), overlap))
@@ -147,15 +147,15 @@ pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, 
 /// Reads the model and the preferences.
 ///
 /// # Errors
-/// A file or the constants are wrong.
+/// A file, the constants or the bounds are wrong.
 pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs, watch: &Watch) -> Result<Question, Error> {
     preferring(model, &args.preferences, watch)
 }
 
-/// As [`question`], for a file of preferences without options.
+/// Does the same as [`question`] for a preference file without options.
 ///
 /// # Errors
-/// A file or the constants are wrong.
+/// A file, the constants or the bounds are wrong.
 pub(super) fn preferring(model: &ModelArgs, preferences: &Path, watch: &Watch) -> Result<Question, Error> {
     preferred(parsed(model, watch)?, preferences, watch)
 }
@@ -167,20 +167,20 @@ fn preferred(loaded: Loaded, preferences: &Path, watch: &Watch) -> Result<Questi
     if preferences.order.len() > 1 && preferences.order.prefers_nothing() {
         let left = match preferences.empty {
             Empty::Incomparable => "no step improves",
-            Empty::Bottom | Empty::Gain => "only to gain a first objective improves",
+            Empty::Bottom | Empty::Gain => "only gaining a first objective improves",
         };
         watch.warn(&format!(
-            "{} prefers no objective to another: {left}; `prefer A > B;` states one",
+            "{} prefers no objective to another: {left}; a statement such as `prefer A > B;` adds one",
             source.name
         ));
     }
     Ok(Question { program: Arc::new(program), preferences: Arc::new(preferences), source, overlap })
 }
 
-/// Reads the model that a dump is said to be made from, with its constants, and the preferences.
+/// Reads the model that a dump names, with its constants, and the preferences.
 ///
 /// # Errors
-/// A file or the constants are wrong.
+/// A file, the constants or the bounds are wrong.
 pub(super) fn certified(
     model: &Path,
     preferences: &Path,
@@ -193,7 +193,7 @@ pub(super) fn certified(
 /// Reads the model, and the target or the properties.
 ///
 /// # Errors
-/// The file, the constants or an expression are wrong.
+/// A file, the constants, the bounds or an expression is wrong.
 pub(super) fn asked(
     args: &ModelArgs,
     target: Option<&str>,
@@ -226,10 +226,10 @@ pub(super) fn asked(
     Ok(Asked { program: Arc::new(program), questions, overlap })
 }
 
-/// What a formula asks: a target, or monitors beside the model.
+/// Turns a formula into a goal: a target, or monitors next to the model.
 ///
 /// # Errors
-/// The formula is wrong, or not supported.
+/// The formula is wrong or not supported.
 pub(super) fn goal(
     program: &mut Program,
     source: &Arc<SourceFile>,
@@ -245,10 +245,10 @@ pub(super) fn goal(
     Ok(Goal::Formula(Watched { program: Arc::new(watched), condition, fresh }))
 }
 
-/// What a property of the model asks.
+/// Returns the question of a property that the model names.
 ///
 /// # Errors
-/// It is no reachability.
+/// The property is not a reachability question.
 fn of_model(property: &Property) -> Result<named::Asked, Error> {
     property.asks.clone().map_err(|reason| {
         let source = SourceFile::new("--property", property.name.as_str());
@@ -257,26 +257,27 @@ fn of_model(property: &Property) -> Result<named::Asked, Error> {
     })
 }
 
-/// The directory of a dump; what is none is told by its name, and not by a file that it lacks.
+/// Checks that a directory contains a dump, so that errors name the directory and not a missing
+/// file.
 ///
 /// # Errors
-/// There is no such directory, or no dump in it.
+/// The directory does not exist, or contains no dump.
 pub(super) fn dump(directory: &Path) -> Result<&Path, Error> {
     let wrong =
         |message: &str| Error::Io { path: directory.display().to_string(), message: message.to_owned() };
     match std::fs::metadata(directory) {
         Err(e) => Err(Error::reading(directory, &e)),
         Ok(found) if !found.is_dir() => {
-            Err(wrong("this is no directory: a dump is one, as `meliora export` writes it"))
+            Err(wrong("this is not a directory; a dump is a directory that `meliora export` writes"))
         }
         Ok(_) if !directory.join(manifest::FILE).exists() => {
-            Err(wrong("there is no dump in this directory: `meliora export` writes one"))
+            Err(wrong("this directory contains no dump; `meliora export` writes one"))
         }
         Ok(_) => Ok(directory),
     }
 }
 
-/// What an engine is created with.
+/// Returns the settings of an engine.
 ///
 /// # Errors
 /// The file of `--order` cannot be read.
@@ -297,10 +298,10 @@ pub(super) fn settings(args: &ModelArgs, storage: Storage, watch: &Arc<Watch>) -
     })
 }
 
-/// The engine that the arguments ask for.
+/// Builds the engine that the arguments select.
 ///
 /// # Errors
-/// The order is wrong; the model has no meaning in some state; a limit.
+/// The variable order is wrong, the model has no meaning in some state, or a limit is hit.
 pub(super) fn engine(
     program: &Arc<Program>,
     args: &ModelArgs,
@@ -310,10 +311,10 @@ pub(super) fn engine(
     AnyEngine::new(Arc::clone(program), settings(args, storage.into(), watch)?).map(Arc::new)
 }
 
-/// The symbolic engine, for what only decision diagrams can do.
+/// Builds the symbolic engine, for commands that need decision diagrams.
 ///
 /// # Errors
-/// Those of [`engine`].
+/// The errors of [`engine`].
 pub(super) fn symbolic(
     program: &Arc<Program>,
     args: &ModelArgs,
@@ -322,11 +323,11 @@ pub(super) fn symbolic(
     SymbolicEngine::new(Arc::clone(program), settings(args, Storage::Symbolic, watch)?).map(Arc::new)
 }
 
-/// Tells of states in which nothing is enabled, of probabilities that were rounded, and of states in
-/// which a `dtmc` draws a command.
+/// Warns of deadlocks, of rounded probabilities, and of states in which a `dtmc` draws a command
+/// uniformly.
 ///
 /// # Errors
-/// A limit.
+/// A limit is hit.
 pub(super) fn warn_of_states<E: Engine>(
     watch: &Watch,
     engine: &E,
@@ -352,7 +353,7 @@ pub(super) fn warn_of_states<E: Engine>(
         let (count, plural) = counted(&states);
         let what = if plural { "states" } else { "state" };
         watch.warn(&format!(
-            "several commands are enabled in {count} {what} of this dtmc: one is drawn uniformly"
+            "several commands are enabled in {count} {what} of this dtmc; one is drawn uniformly"
         ));
     }
     Ok(())

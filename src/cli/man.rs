@@ -1,4 +1,4 @@
-//! `meliora man`: the manual page.
+//! `meliora man`: manual pages.
 
 use clap::Args;
 use clap_mangen::Man;
@@ -7,18 +7,18 @@ use meliora::error::Error;
 use super::exit::Status;
 use super::terminal;
 
-/// Write the manual page in roff, of the program or of one command
+/// Print the manual page of the program or of one command, in roff
 #[derive(Debug, Args)]
 pub(super) struct ManArgs {
-    /// The command to describe
+    /// Command to describe
     #[arg(value_name = "COMMAND")]
     command: Option<String>,
 }
 
-/// Writes the page to stdout.
+/// Prints the page.
 ///
 /// # Errors
-/// There is no such command; standard output could not be written.
+/// The command does not exist, or standard output cannot be written.
 pub(super) fn run(args: &ManArgs) -> Result<Status, Error> {
     let mut program = super::command();
     program.build();
@@ -26,7 +26,11 @@ pub(super) fn run(args: &ManArgs) -> Result<Status, Error> {
         None => program,
         Some(name) => match program.find_subcommand(name) {
             Some(command) => command.clone(),
-            None => return Err(Error::Usage(format!("there is no command `{name}` to describe"))),
+            None => {
+                return Err(Error::Usage(format!(
+                    "unknown command `{name}`; `meliora --help` lists the commands"
+                )));
+            }
         },
     };
     let mut text = Vec::new();

@@ -1,5 +1,5 @@
-//! The command line: one file a subcommand. All that reads clock, environment or files, that prints
-//! or exits, is in here; the library knows nothing of it.
+//! The command line, one file per subcommand. Only this module reads the clock, the environment and
+//! files, prints, and exits; the library does none of this.
 
 mod advice;
 mod agreement;
@@ -43,17 +43,23 @@ use meliora::error::Error;
 
 use exit::Status;
 
-/// Opportunistic planning with incomplete preferences: a symbolic model checker.
+/// Exit statuses at the end of `--help`.
+const EXIT_STATUS: &str = "Exit status:
+  0    done
+  1    the answer is no
+  2    wrong usage
+  3    the model, the preferences or a dump is wrong
+  4    out of memory, nodes or time
+  130  interrupted";
+
+/// Symbolic model checker for opportunistic planning with incomplete preferences.
 ///
-/// Reads models in PRISM's language or in JANI (mdp, dtmc) and preferences over objectives, and
-/// says from which states, and how often, a play can move on to something preferred: almost surely
-/// (SASI) or with positive probability (SPI).
+/// Reads models in PRISM's language or in JANI (mdp, dtmc) and preferences over objectives.
+/// Computes from which states, and how many times in a row, a strategy can improve the most
+/// preferred objectives: almost surely (SASI) or with positive probability (SPI).
 #[derive(Debug, Parser)]
 #[command(name = "meliora", version, propagate_version = true, arg_required_else_help = true)]
-#[command(
-    after_help = "Exit status: 0 done · 1 the answer is no · 2 usage · 3 the model, the preferences or a dump is wrong\n\
-                        · 4 out of memory, nodes or time · 130 interrupted"
-)]
+#[command(after_help = EXIT_STATUS)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -76,12 +82,12 @@ enum Command {
     Man(man::ManArgs),
 }
 
-/// The whole command line.
+/// Returns the command line with its examples.
 fn command() -> clap::Command {
     examples::with_examples(Cli::command())
 }
 
-/// Runs the command that the arguments (the program's name first) ask for.
+/// Runs the command of the arguments (the first one is the name of the program).
 pub(crate) fn run(args: &[OsString]) -> Status {
     signals::prepare();
     let json = asks_for_json(args);
@@ -111,7 +117,7 @@ pub(crate) fn run(args: &[OsString]) -> Status {
     }
 }
 
-/// Says where a file belongs that stands in place of a command.
+/// Adds a tip if a file was given instead of a command.
 fn with_tip(mut error: clap::Error, args: &[OsString]) -> clap::Error {
     let is_file = args.get(1).is_some_and(|arg| Path::new(arg).is_file());
     if error.kind() == ErrorKind::InvalidSubcommand && is_file {
@@ -121,7 +127,7 @@ fn with_tip(mut error: clap::Error, args: &[OsString]) -> clap::Error {
     error
 }
 
-/// The one place where an error that ends the run without a report is shown.
+/// Shows an error that ends the run without a report.
 fn fail(error: &Error, json: bool) -> Status {
     let failure = advice::failure(error);
     terminal::show_error(error, None);
@@ -131,8 +137,8 @@ fn fail(error: &Error, json: bool) -> Status {
     Status::of(error)
 }
 
-/// The arguments with `-const K=4`, as PRISM has it, for `--const K=4`. (It could not mean `-c onst`,
-/// which gives no constant a value.)
+/// Replaces `-const K=4`, as in PRISM, by `--const K=4`. (`-c onst` would give no constant a
+/// value.)
 fn in_our_words(args: &[OsString]) -> impl Iterator<Item = OsString> {
     let is_ours = |a: &OsString| if a == "-const" { OsString::from("--const") } else { a.clone() };
     let end = args.iter().position(|a| a == "--").unwrap_or(args.len());
@@ -140,7 +146,7 @@ fn in_our_words(args: &[OsString]) -> impl Iterator<Item = OsString> {
     options.iter().map(is_ours).chain(rest.iter().cloned()).collect::<Vec<_>>().into_iter()
 }
 
-/// Whether the arguments ask for JSON; asked where they could not be parsed, too.
+/// Returns whether the arguments ask for JSON; also works for arguments that do not parse.
 fn asks_for_json(args: &[OsString]) -> bool {
     args.iter().skip(1).take_while(|a| *a != "--").any(|a| a == "--json" || a == "--instance")
 }

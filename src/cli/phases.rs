@@ -1,4 +1,4 @@
-//! The phases of an analysis, as those who wait for them see them.
+//! Runs the phases of an analysis and shows their progress.
 
 use meliora::engine::Engine;
 use meliora::error::Error;
@@ -7,10 +7,10 @@ use meliora::planning::{Analysis, Event, Phase};
 
 use super::watch::Watch;
 
-/// Runs phases: `watch` tells how far they are, `hear` gets their events.
+/// Runs phases. `watch` shows the progress, and `hear` receives the events.
 ///
 /// # Errors
-/// A limit; a target without a value in some state.
+/// A limit is hit, or a target has no value in some state.
 pub(super) fn run<E: Engine>(
     analysis: &mut Analysis<E>,
     phases: &[Phase],
@@ -42,7 +42,7 @@ pub(super) fn run<E: Engine>(
     phases.iter().try_for_each(|&phase| analysis.run_phase(phase, &mut listen))
 }
 
-/// Notes what a phase took; to count is part of building.
+/// Records the time of a phase. Counting is a part of building.
 pub(super) fn note(time: &mut CheckTime, event: Event<'_>) {
     let Event::Finished(phase, took) = event else { return };
     let took = took.as_secs_f64();

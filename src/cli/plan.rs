@@ -1,4 +1,4 @@
-//! What the commands about strategies share: the states asked for, and the levels.
+//! Shared by the commands about strategies: the requested states, and the levels.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use super::watch::Watch;
 /// `--kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(super) enum KindArg {
-    /// Safe and almost surely improving
+    /// Safe and almost-surely improving
     #[default]
     Sasi,
     /// Safe and positively improving
@@ -39,7 +39,7 @@ pub(super) enum PicksArg {
     /// The first permitted action that comes closer to an improvement
     #[default]
     Progress,
-    /// Each permitted action is as likely as the others
+    /// All permitted actions, each with the same probability
     Permissive,
 }
 
@@ -55,7 +55,7 @@ impl From<PicksArg> for Scheduler {
 /// Reads `--at`.
 ///
 /// # Errors
-/// A state is wrong; all that is wrong with all of them is told at once.
+/// A state is wrong. All errors of all states are reported together.
 pub(super) fn states(program: &Program, texts: &[String]) -> Result<Vec<State>, Error> {
     let (mut states, mut wrong) = (Vec::new(), Vec::new());
     for text in texts {
@@ -68,7 +68,7 @@ pub(super) fn states(program: &Program, texts: &[String]) -> Result<Vec<State>, 
     if wrong.is_empty() { Ok(states) } else { Err(Error::Input(wrong)) }
 }
 
-/// Refuses states that no play from the initial states comes to.
+/// Refuses states outside of the scope.
 ///
 /// # Errors
 /// A state is not in the scope.
@@ -82,10 +82,10 @@ pub(super) fn in_scope<E: Engine>(
     let outside = |(text, state): (&String, &State)| {
         (!engine.contains(&all, state)).then(|| {
             let source = SourceFile::new("--at", text.as_str());
-            let message = "this state can not be reached from the initial states";
+            let message = "this state cannot be reached from the initial states";
             let diagnostic = Diagnostic::new(&source, 0..text.len(), message);
             match Scope::from(args.scope) {
-                Scope::Reachable => diagnostic.help("`--scope all` takes every valuation as a state"),
+                Scope::Reachable => diagnostic.help("`--scope all` accepts every valuation as a state"),
                 Scope::All => diagnostic,
             }
         })
@@ -94,10 +94,10 @@ pub(super) fn in_scope<E: Engine>(
     if wrong.is_empty() { Ok(()) } else { Err(Error::Input(wrong)) }
 }
 
-/// The analysis with the levels of these kinds.
+/// Runs the analysis with these phases for the levels.
 ///
 /// # Errors
-/// A limit; a target without a value in some state.
+/// A limit is hit, or a target has no value in some state.
 pub(super) fn analysis<E: Engine>(
     engine: &Arc<E>,
     question: &Question,
@@ -111,10 +111,10 @@ pub(super) fn analysis<E: Engine>(
     Ok(analysis)
 }
 
-/// The strategies of an analysis whose levels are known.
+/// Returns the strategies of an analysis whose levels are known.
 ///
 /// # Errors
-/// They are not.
+/// [`Error::Usage`] if the levels are not known.
 pub(super) fn finite_memory<E: Engine>(
     analysis: &Analysis<E>,
     program: &Arc<Program>,

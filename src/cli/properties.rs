@@ -1,6 +1,6 @@
-//! `meliora reach` with several properties, those of a file or of the command line.
+//! `meliora reach` with several properties, from a file or from the command line.
 //!
-//! All reachabilities share one engine; a temporal formula has one of its own, with its monitors.
+//! All reachability properties share one engine. A temporal formula has its own, with its monitors.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use super::load::{self, Asked, Asking, Goal};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::supervise::{Job, supervise};
 
-/// What is asked of which model.
+/// The arguments for a property file.
 pub(super) struct Questions {
     pub(super) model: ModelArgs,
     pub(super) engine: EngineArgs,
@@ -29,10 +29,10 @@ pub(super) struct Questions {
     pub(super) only: Option<String>,
 }
 
-/// Runs the command for a file.
+/// Runs the command for a property file.
 ///
 /// # Errors
-/// The input is wrong.
+/// The input is wrong, or a limit is hit.
 pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Error> {
     let file = questions.file.display().to_string();
     let Questions { model, engine, .. } = &questions;
@@ -47,7 +47,7 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
 /// Runs the command for properties of the command line.
 ///
 /// # Errors
-/// The input is wrong.
+/// The input is wrong, or a limit is hit.
 pub(super) fn several(
     model: ModelArgs,
     engine: EngineArgs,
@@ -68,8 +68,8 @@ pub(super) fn several(
     })
 }
 
-/// The model with what the file defines, the properties that can be answered, and where these stand in the
-/// report.
+/// Reads the model with the definitions of the file, the properties that can be answered, and their
+/// positions in the report.
 fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Vec<usize>), Error> {
     let source = load::read(&questions.file)?;
     let given = SourceFile::new("--const", questions.model.constants());
@@ -81,7 +81,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     if let Some(only) = &questions.only {
         stated.retain(|s| s.name.as_ref() == Some(only));
         if stated.is_empty() {
-            return Err(Error::Usage(format!("no property of {} is called `{only}`", source.name)));
+            return Err(Error::Usage(format!("{} has no property with the name `{only}`", source.name)));
         }
     }
     let (mut open, mut asking) = (Vec::new(), Vec::new());
@@ -99,7 +99,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     Ok((Asked { program: Arc::new(program), questions: asking, overlap }, open))
 }
 
-/// Answers the reachabilities with one engine, then each formula with its own.
+/// Answers the reachability properties with one engine, then each formula with its own.
 fn work(
     job: &Job<PropertiesReport>,
     model: &ModelArgs,
@@ -179,10 +179,10 @@ fn answer<E: Engine>(
     Ok(())
 }
 
-/// The states in which a property holds.
+/// Returns the states in which a property holds.
 ///
 /// # Errors
-/// A limit.
+/// A limit is hit.
 pub(super) fn satisfying<E: Engine>(
     engine: &E,
     (strategies, bound): (Strategies, Bound),
@@ -194,7 +194,7 @@ pub(super) fn satisfying<E: Engine>(
         (Strategies::Some, Bound::Positive) => Ok(found.pmax_positive),
         (Strategies::All, Bound::One) => Ok(found.pmin_one),
         (Strategies::All, Bound::Positive) => Ok(found.pmin_positive),
-        // What holds for every strategy is what no strategy breaks, and the other way round.
+        // A property holds for every strategy if no strategy violates it, and vice versa.
         (Strategies::Some, Bound::BelowOne) => engine.difference(&all, &found.pmin_one),
         (Strategies::Some, Bound::Zero) => engine.difference(&all, &found.pmin_positive),
         (Strategies::All, Bound::BelowOne) => engine.difference(&all, &found.pmax_one),

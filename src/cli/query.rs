@@ -1,4 +1,4 @@
-//! `meliora query`: questions to a dump alone.
+//! `meliora query`: counts and lists regions of a dump.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,30 +18,31 @@ use super::options::{self, ShownArgs};
 use super::size;
 use super::supervise::{Job, supervise};
 
-/// Ask a dump, without the model: how many states, which, and is this one among them?
+/// Count and list regions of a dump, or look up states, without the model
 #[derive(Debug, Clone, Args)]
 pub(super) struct QueryArgs {
-    /// The directory of the dump
+    /// Directory of the dump
     #[arg(value_name = "DIR")]
     directory: PathBuf,
 
-    /// Regions joined by `&`, `|`, `!` and brackets: 'sasi:1 & !sasi:2'
+    /// Regions joined by `&`, `|`, `!` and parentheses, such as 'sasi:1 & !sasi:2'
     #[arg(value_name = "REGION_EXPR")]
     region: String,
 
-    /// Write the number of states and nothing else (the default also names the region)
+    /// Print only the number of states (the default also prints the expression)
     #[arg(long)]
     count: bool,
 
-    /// Is this state, r=2,c=2, in the region? (repeatable; exit status 1 where one is not)
+    /// Test whether a state, such as r=2,c=2, is in the region (repeatable; exit status 1 if one is
+    /// not)
     #[arg(long, value_name = "STATE", allow_hyphen_values = true)]
     contains: Vec<String>,
 
-    /// List so many states
+    /// List at most this number of states
     #[arg(long, value_name = "N")]
     list: Option<usize>,
 
-    /// Only states in which this holds: 'battery > 3 & !flag'
+    /// Restrict the region to states with this property, such as 'battery > 3 & !flag'
     #[arg(long = "where", value_name = "EXPR", allow_hyphen_values = true)]
     condition: Option<String>,
 
@@ -51,25 +52,26 @@ pub(super) struct QueryArgs {
     shown: ShownArgs,
 }
 
-/// Memory and time for work on a dump.
+/// The limits of memory and time for commands on a dump.
 #[derive(Debug, Clone, Args)]
 pub(super) struct LimitArgs {
-    /// Memory for node table and operation cache, such as 2GiB [default: half of the machine's memory]
+    /// Memory for the node table and the operation cache, such as 2GiB [default: half of the
+    /// machine's memory]
     #[arg(help_heading = options::LIMITS, long, value_name = "SIZE", value_parser = size::parse)]
     memory: Option<u64>,
 
-    /// End the work after this time, such as 30s or 5m
+    /// Stop after this time, such as 30s or 5m
     #[arg(help_heading = options::LIMITS, long, value_name = "DURATION", value_parser = options::duration)]
     pub(super) timeout: Option<Duration>,
 }
 
 impl LimitArgs {
-    /// The bytes that the work may have.
+    /// Returns the memory limit in bytes.
     pub(super) fn memory(&self) -> u64 {
         self.memory.unwrap_or_else(size::default_memory)
     }
 
-    /// What an engine is created with.
+    /// Returns the settings of the engine.
     pub(super) fn settings<R>(&self, scope: Scope, job: &Job<R>) -> Settings {
         let memory = self.memory();
         Settings { scope, memory, sink: Arc::clone(&job.watch) as _, ..Settings::default() }
@@ -79,7 +81,7 @@ impl LimitArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// The dump or the question is wrong.
+/// The dump or the region expression is wrong, or a limit is hit.
 pub(super) fn run(args: QueryArgs) -> Result<Status, Error> {
     let directory = args.directory.display().to_string();
     let mut report = QueryReport::new(&directory, &args.region, args.condition.as_deref());
@@ -97,7 +99,7 @@ fn work(job: &Job<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
     job.update(|r| {
         r.kind = Some(if matches!(selected, Selected::States(_)) { "states" } else { "choices" });
     });
-    // The number is wanted unless something else is asked for.
+    // The count is the default.
     if args.count || (args.contains.is_empty() && args.list.is_none()) {
         let count = archive.count(&selected)?;
         job.update(|r| r.count = Some(count.into()));

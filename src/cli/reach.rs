@@ -19,28 +19,29 @@ use super::properties::{self, satisfying};
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
-/// From which states can, or must, a target be reached, or a temporal formula hold: surely or possibly?
+/// Compute from which states a target is reached, or a temporal formula satisfied, surely or
+/// possibly
 #[derive(Debug, Clone, Args)]
 #[command(group = clap::ArgGroup::new("question").required(true))]
 pub(super) struct ReachArgs {
     #[command(flatten)]
     model: ModelArgs,
 
-    /// The target, an expression of the model's language: 'x = 3 & "goal"'; for more than to reach it see
-    /// --property
+    /// Target: an expression over the model's variables, such as 'x = 3 & "goal"'; see --property
+    /// for other questions
     #[arg(long, value_name = "EXPR", group = "question", allow_hyphen_values = true)]
     target: Option<String>,
 
-    /// A property, whose truth in the initial states is told too: 'P>=1 [ F "goal" ]', 'P>0 [ G F a ]'; may be
-    /// given several times
+    /// Property to check in the initial states, such as 'P>=1 [ F "goal" ]' or 'P>0 [ G F a ]'
+    /// (repeatable)
     #[arg(long, value_name = "PROPERTY", group = "question")]
     property: Vec<String>,
 
-    /// A property file of PRISM's: answers the qualitative properties, and says why not the others
+    /// PRISM property file: answers the qualitative properties, and gives a reason for the others
     #[arg(long, value_name = "FILE", group = "question")]
     properties: Option<PathBuf>,
 
-    /// Of a property file, only the property of this name
+    /// Check only the property with this name
     #[arg(long, value_name = "NAME", requires = "properties")]
     only: Option<String>,
 
@@ -55,7 +56,7 @@ pub(super) struct ReachArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// The input is wrong.
+/// The input is wrong, or a limit is hit.
 pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     if let Some(status) = args.sweep.run(&args.model, &[], sweep::Job::Reach, &args.shown)? {
@@ -90,7 +91,7 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     answer(job, &*engine, &asked, asking)
 }
 
-/// All four regions, each of which is in the report as soon as it is known.
+/// Computes the four regions. Each is added to the report as soon as it is known.
 fn answer<E: Engine>(
     job: &Job<ReachReport>,
     engine: &E,
@@ -129,7 +130,7 @@ fn answer<E: Engine>(
     Ok(())
 }
 
-/// Where a region stands in the report.
+/// The place of a region in the report.
 struct Slot {
     name: &'static str,
     size: fn(&mut ReachReport) -> &mut Option<Number>,
@@ -137,7 +138,7 @@ struct Slot {
     time: fn(&mut ReachTime) -> &mut Option<f64>,
 }
 
-/// The slot of a region: the field of its name in each part of the report.
+/// Returns the slot of a region: the field with its name in each part of the report.
 fn slot(which: Which) -> Slot {
     macro_rules! of {
         ($name:literal, $field:ident) => {
@@ -155,12 +156,12 @@ fn slot(which: Which) -> Slot {
 struct Search<'a, E: Engine> {
     job: &'a Job<ReachReport>,
     engine: &'a E,
-    /// From which states plays are judged: with monitors, where these are fresh.
+    /// The states whose paths are judged: with monitors, the states where these are fresh.
     judged: E::States,
 }
 
 impl<E: Engine> Search<'_, E> {
-    /// All states of a target, whose number is in the report.
+    /// Returns the states of a target and adds their number to the report.
     fn target(&self, target: ExprId) -> Result<E::States, Error> {
         let states = self.engine.states_where(target)?;
         let size = self.engine.count(&states)?;
@@ -171,7 +172,7 @@ impl<E: Engine> Search<'_, E> {
         Ok(states)
     }
 
-    /// Computes a region and writes what of it is judged into the report.
+    /// Computes a region and adds its judged states to the report.
     fn region(
         &self,
         which: Which,
@@ -193,7 +194,7 @@ impl<E: Engine> Search<'_, E> {
         Ok(states)
     }
 
-    /// How many of the initial states are in the set.
+    /// Returns how many of the initial states are in the set: all, some or none.
     fn share(&self, states: &E::States) -> Result<Share, Error> {
         let initial = self.engine.initial_states();
         let inside = self.engine.intersection(&initial, states)?;

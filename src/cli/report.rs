@@ -1,4 +1,4 @@
-//! `meliora report`: what was found, to be looked at.
+//! `meliora report`: the results of `check` as an interactive page, a picture or Markdown.
 
 use std::path::{Path, PathBuf};
 
@@ -23,16 +23,16 @@ use super::plan::{self, KindArg, PicksArg};
 use super::size;
 use super::supervise::{Job, supervise};
 
-/// The play in a page has at most so many steps.
+/// Maximum number of steps of the run in a page.
 const STEPS: u64 = 500;
 
-/// So many plays are tried for one that shows all that is promised.
+/// Number of runs that are tried until one has all guaranteed or possible improvements.
 const PLAYS: u64 = 100;
 
-/// A page to look at: verdict, maps with sliders, preference order, levels, a play to step through
+/// Write an interactive page: verdict, maps, preference order, levels, and a run step by step
 ///
-/// The page is one file that loads nothing from elsewhere. Its maps show SASI rank, SPI rank and class
-/// over a plane of two integer variables; sliders set the others. Without --out it goes to stdout.
+/// The page is one file that loads nothing else. Its maps show SASI rank, SPI rank and class over
+/// two integer variables; sliders set the other variables. Without --out the page goes to stdout.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ReportArgs {
     #[command(flatten)]
@@ -40,42 +40,42 @@ pub(super) struct ReportArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// The file to write; - is stdout
+    /// File to write; - is stdout
     #[arg(short, long, value_name = "FILE", required_if_eq("json", "true"))]
     out: Option<PathBuf>,
 
-    /// html: a page; svg: one picture; dot: the preference order; md: Markdown
+    /// html: the page; svg: one picture; dot: the preference order; md: Markdown
     #[arg(long, value_enum, default_value_t)]
     format: FormatArg,
 
-    /// Which picture `--format svg` draws [default: sasi, or hasse where there is no plane]
+    /// Picture that `--format svg` draws [default: sasi, or hasse for models without a map]
     #[arg(long, value_enum)]
     picture: Option<PictureArg>,
 
-    /// The integer variables that span the maps [default: those with names such as r and c, row and
-    /// col, y and x, else the first two]
+    /// Integer variables of the maps [default: variables with names such as r and c, row and col, y
+    /// and x, else the first two]
     #[arg(long, value_name = "ROW,COLUMN")]
     grid: Option<String>,
 
-    /// The state whose values are shown first and where the play starts, such as r=2,c=2; variables
-    /// left out take their initial value [default: the first initial state]
+    /// State that the page shows first and where the run starts, such as r=2,c=2; variables left
+    /// out have their initial value [default: the first initial state]
     #[arg(long, value_name = "STATE", allow_hyphen_values = true)]
     at: Option<String>,
 
-    /// The strategy that the play is drawn from [default: sasi where that improves, else spi]
+    /// Improvements that the run aims for [default: sasi if its rank is positive, else spi]
     #[arg(long, value_enum)]
     kind: Option<KindArg>,
 
-    /// Which of these strategies
+    /// Strategy of the run
     #[arg(long, value_enum, default_value_t)]
     strategy: PicksArg,
 
-    /// The same seed gives the same play
+    /// Seed of the random numbers: the same seed gives the same run
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Put at most so many nodes of decision diagrams into the page (about 20 bytes each): past that,
-    /// its maps come without arrows, and then without sliders
+    /// Maximum number of decision diagram nodes in the page (about 20 bytes each); a page with
+    /// larger diagrams has no arrows, and if that is not enough, no sliders
     #[arg(long, value_name = "N", default_value_t = 500_000)]
     nodes: u32,
 
@@ -109,13 +109,13 @@ impl FormatArg {
 /// `--picture`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum PictureArg {
-    /// The preference order
+    /// Preference order
     Hasse,
-    /// How many improvements are guaranteed, over the plane
+    /// Map of guaranteed improvements (SASI ranks)
     Sasi,
-    /// How many improvements are possible, over the plane
+    /// Map of possible improvements (SPI ranks)
     Spi,
-    /// What is sure already, over the plane
+    /// Map of the most preferred objectives (classes)
     Classes,
 }
 
@@ -139,7 +139,7 @@ impl Checked for PageReport {
 /// Runs the command.
 ///
 /// # Errors
-/// The input is wrong; the file cannot be written.
+/// The input is wrong, a limit is hit, or the file cannot be written.
 pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
     args.validate()?;
     let report = PageReport::new(CheckReport::new(
@@ -157,18 +157,17 @@ impl ReportArgs {
     fn validate(&self) -> Result<(), Error> {
         self.engine.validate(&self.model)?;
         if self.engine.engine == EngineArg::Explicit {
-            let message = "`report` draws its maps from decision diagrams: \
+            let message = "`report` draws its maps from decision diagrams; \
                            it cannot be used with `--engine explicit`, which has none";
             return Err(Error::Usage(message.to_owned()));
         }
         match (self.format, self.picture) {
             (FormatArg::Svg, _) | (_, None) | (FormatArg::Dot, Some(PictureArg::Hasse)) => Ok(()),
             (FormatArg::Dot, Some(_)) => Err(Error::Usage(
-                "`--format dot` draws the preference order alone: maps are drawn by `--format svg`"
-                    .to_owned(),
+                "`--format dot` draws only the preference order; use `--format svg` for maps".to_owned(),
             )),
             (format, Some(_)) => Err(Error::Usage(format!(
-                "`--picture` is for `--format svg`: `--format {}` has them all",
+                "`--picture` needs `--format svg`; `--format {}` contains all pictures",
                 format.name()
             ))),
         }
@@ -179,7 +178,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     let inputs = [args.model.model.as_path(), &args.preferences.preferences, Path::new(&args.model.order)];
     let target = args.out.as_ref().map(|out| Target::new(out, &inputs)).transpose()?;
     if args.shown.json && target.as_ref().is_some_and(Target::is_stdout) {
-        let message = "`--json` writes to standard output: the page needs a file (`--out FILE`)";
+        let message = "`--json` writes to standard output; write the page to a file (`--out FILE`)";
         return Err(Error::Usage(message.to_owned()));
     }
     let read = || {
@@ -211,7 +210,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     Run { job, question: &question, args, target, analysis: &analysis }.write(plane, start)
 }
 
-/// A finished analysis with the report that it fills in.
+/// A finished analysis with the report that receives its results.
 struct Run<'a> {
     job: &'a Job<PageReport>,
     question: &'a Question,
@@ -221,7 +220,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Draws everything and writes it.
+    /// Draws the maps and the run, and writes the file.
     fn write(&self, plane: Option<Plane>, start: Option<State>) -> Result<(), Error> {
         let draw = || {
             let plane = plane.zip(start.as_ref());
@@ -253,7 +252,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// What goes into the file.
+    /// Returns the contents of the file.
     fn text(&self, projections: Option<&Projections>, play: Option<&Play>) -> Result<String, Error> {
         let mut report = None;
         self.job.update(|r| report = Some(r.check.clone()));
@@ -269,15 +268,15 @@ impl Run<'_> {
                 let without = if projections.is_some() { PictureArg::Sasi } else { PictureArg::Hasse };
                 let picture = self.args.picture.unwrap_or(without);
                 content.svg(picture.into()).ok_or_else(|| {
-                    let message = "no one or two integer variables span a map that can be drawn: \
-                                   `--grid ROW,COLUMN` names those to draw over";
+                    let message = "no map can be drawn: the model needs one or two integer variables of suitable \
+                                   range; `--grid ROW,COLUMN` selects them";
                     Error::Usage(message.to_owned())
                 })
             }
         }
     }
 
-    /// A play from a state; none where nothing can be improved.
+    /// Simulates a run from a state; returns `None` if nothing can be improved.
     fn play(&self, start: &State) -> Result<Option<Play>, Error> {
         let engine = self.analysis.engine();
         let improves = |kind| self.analysis.levels(kind).rank(engine, start) != Rank::Finite(0);

@@ -1,4 +1,4 @@
-//! Signals that would end the process without a word where it meets a limit.
+//! Signals that would end the process without a message when it hits a limit of the system.
 
 #[cfg(unix)]
 use std::sync::Arc;
@@ -8,18 +8,18 @@ use std::sync::atomic::AtomicBool;
 #[cfg(unix)]
 use super::exit::Status;
 
-/// Writing past the largest size of a file fails as on a full disk, and memory that the system does not
-/// give ends with the exit status of a limit: the allocator says what it wanted, and aborts.
+/// Makes a write beyond the maximum file size fail like a write to a full disk. Makes an abort of
+/// the allocator, for memory that the system does not provide, end with the exit status of a limit.
 #[cfg(unix)]
 pub(super) fn prepare() {
     use signal_hook::consts::{SIGABRT, SIGXFSZ};
     use signal_hook::flag;
-    // Where a handler cannot be set, the system does what it always does.
+    // Without a handler, the system's default action remains.
     let _ = flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
     let status = i32::from(Status::Limit.code());
     let _ = flag::register_conditional_shutdown(SIGABRT, status, Arc::new(AtomicBool::new(true)));
 }
 
-/// Elsewhere there are none.
+/// Does nothing: other systems have no such signals.
 #[cfg(not(unix))]
 pub(super) fn prepare() {}

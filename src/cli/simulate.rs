@@ -1,4 +1,4 @@
-//! `meliora simulate`: random plays under a strategy.
+//! `meliora simulate`: random runs under a strategy.
 
 use std::sync::Arc;
 
@@ -17,13 +17,13 @@ use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, KindArg, PicksArg};
 use super::supervise::{Job, supervise};
 
-/// Plays start in at most so many initial states.
+/// Maximum number of initial states in which runs start.
 const STARTS: usize = 16;
 
-/// Random plays under a strategy: how often and how soon they improve, and whether they weaken
+/// Simulate random runs under a strategy and count improvements and weakenings
 ///
-/// Actions are drawn by the strategy, their branches by the model's own probabilities. After each
-/// improvement the play goes on at the level of the state that it came to.
+/// The strategy chooses the actions, and the probabilities of the model choose the successors.
+/// After each improvement a run continues at the level of the new state.
 #[derive(Debug, Clone, Args)]
 pub(super) struct SimulateArgs {
     #[command(flatten)]
@@ -31,28 +31,28 @@ pub(super) struct SimulateArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// Which improvements: almost sure (sasi) or possible (spi)
+    /// Kind of improvements: almost sure (sasi) or possible (spi)
     #[arg(long, value_enum, default_value_t)]
     kind: KindArg,
 
-    /// Which strategy
+    /// Strategy to simulate
     #[arg(long, value_enum, default_value_t)]
     strategy: PicksArg,
 
-    /// How many plays
+    /// Number of runs
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
 
-    /// Give a play up after so many steps, a million at most
+    /// Stop a run after this number of steps (at most 1000000)
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MOST_STEPS))]
     steps: u64,
 
-    /// The same seed gives the same plays
+    /// Seed of the random numbers: the same seed gives the same runs
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Where plays start, such as r=2,c=2; variables left out take their initial value (repeatable)
-    /// [default: the initial states]
+    /// State where runs start, such as r=2,c=2; variables left out have their initial value
+    /// (repeatable) [default: the initial states]
     #[arg(long, value_name = "STATE", allow_hyphen_values = true)]
     at: Vec<String>,
 
@@ -62,7 +62,7 @@ pub(super) struct SimulateArgs {
     shown: ShownArgs,
 }
 
-/// A play is kept in full until it is over: longer ones would fill the memory.
+/// Upper bound of `--steps`. A run is kept in memory until it ends.
 const MOST_STEPS: u64 = 1_000_000;
 
 impl SimulateArgs {
@@ -74,7 +74,7 @@ impl SimulateArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// The input is wrong.
+/// The input is wrong, or a limit is hit.
 pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     let report = SimulateReport::new(

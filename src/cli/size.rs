@@ -18,14 +18,14 @@ pub(super) fn parse(text: &str) -> Result<u64, String> {
         "mb" => 1e6,
         "gb" => 1e9,
         "tb" => 1e12,
-        other => return Err(format!("`{other}` is no unit; {ADVICE}")),
+        other => return Err(format!("`{other}` is not a unit; {ADVICE}")),
     };
     let bytes = number * factor;
     if (1.0..1e18).contains(&bytes) { Ok(bytes as u64) } else { Err(ADVICE.to_owned()) }
 }
 
-/// Half of the memory that this process may use: of the machine's, or of the control group's limit
-/// where that is lower. 2 GiB where neither can be found out.
+/// Returns half of the memory that this process may use: of the machine, or of the control group if
+/// its limit is lower. Returns 2 GiB if neither is known.
 pub(super) fn default_memory() -> u64 {
     let limits = [machine_memory(), control_group_limit()];
     limits.into_iter().flatten().min().map_or(2 << 30, |all| all / 2)
@@ -43,7 +43,8 @@ fn control_group_limit() -> Option<u64> {
     files.iter().find_map(|f| std::fs::read_to_string(f).ok()?.trim().parse().ok())
 }
 
-/// The largest resident set of this process so far, in bytes; 0 where the system does not say.
+/// Returns the largest resident set of this process so far, in bytes; 0 if the system does not
+/// tell.
 pub(super) fn peak_rss() -> u64 {
     let high_water = || {
         let text = std::fs::read_to_string("/proc/self/status").ok()?;

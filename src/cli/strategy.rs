@@ -1,4 +1,4 @@
-//! `meliora strategy`: what to do in a state, and why.
+//! `meliora strategy`: the actions that a strategy permits, with reasons.
 
 use std::sync::Arc;
 
@@ -18,13 +18,13 @@ use super::plan::{self, KindArg};
 use super::supervise::{Job, supervise};
 use super::terminal;
 
-/// A play that is drawn in the text has at most so many places.
+/// Maximum number of nodes of the induced model that the text lists.
 const COURSE: usize = 60;
 
-/// What may be done in a state, what comes closer to an improvement, and why
+/// Explain which actions a strategy permits in a state, and why
 ///
-/// For each state: its most preferred outcomes, its ranks, every enabled action with its successors,
-/// and why the strategy permits it or not.
+/// Prints for each state its most preferred objectives, its ranks, every enabled action with its
+/// successors, and the reason why the strategy permits the action or not.
 #[derive(Debug, Clone, Args)]
 pub(super) struct StrategyArgs {
     #[command(flatten)]
@@ -32,28 +32,28 @@ pub(super) struct StrategyArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// Which improvements: almost sure (sasi) or possible (spi)
+    /// Kind of improvements: almost sure (sasi) or possible (spi)
     #[arg(long, value_enum, default_value_t)]
     kind: KindArg,
 
-    /// The state to explain, such as r=2,c=2; variables left out take their initial value
-    /// (repeatable) [default: the initial states]
+    /// State to explain, such as r=2,c=2; variables left out have their initial value (repeatable)
+    /// [default: the initial states]
     #[arg(long, value_name = "STATE", conflicts_with = "rank", allow_hyphen_values = true)]
     at: Vec<String>,
 
-    /// All states of this rank: a number, or `unbounded`
+    /// Explain all states of this rank: a number, or `unbounded`
     #[arg(long, value_name = "K", value_parser = rank)]
     rank: Option<Asked>,
 
-    /// List at most so many states (in a drawing: places)
+    /// Maximum number of states to list (with --dot: of nodes)
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     limit: u32,
 
-    /// Write one line of comma-separated values for each state and action
+    /// Print one line of comma-separated values per state and action
     #[arg(long, conflicts_with = "json")]
     csv: bool,
 
-    /// Draw what can come of plays under the permissive strategy, as a graph in the language DOT
+    /// Print the paths under the permissive strategy as a graph in the DOT language
     #[arg(long, conflicts_with_all = ["json", "csv"])]
     dot: bool,
 
@@ -63,7 +63,7 @@ pub(super) struct StrategyArgs {
     shown: ShownArgs,
 }
 
-/// A rank that is asked for.
+/// The rank to list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Asked {
     Exactly(usize),
@@ -73,14 +73,14 @@ enum Asked {
 fn rank(text: &str) -> Result<Asked, String> {
     match text {
         "unbounded" => Ok(Asked::Unbounded),
-        _ => text.parse().map(Asked::Exactly).map_err(|_| "not a number, nor `unbounded`".to_owned()),
+        _ => text.parse().map(Asked::Exactly).map_err(|_| "expected a number or `unbounded`".to_owned()),
     }
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// The input is wrong.
+/// The input is wrong, or a limit is hit.
 pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     let report = StrategyReport::new(
@@ -129,7 +129,7 @@ fn answer<E: Engine>(
     Ok(())
 }
 
-/// An analysis with the report that it fills in.
+/// An analysis with the report that receives its results.
 struct Run<'a, E: Engine> {
     job: &'a Job<StrategyReport>,
     question: &'a Question,
@@ -161,7 +161,7 @@ impl<E: Engine> Run<'_, E> {
         Ok(())
     }
 
-    /// The states of the rank asked for, or else the initial states, up to the limit.
+    /// Returns the states of the requested rank, or else the initial states, up to the limit.
     fn found(&self) -> Result<Vec<State>, Error> {
         let engine = self.analysis.engine();
         let set = match self.args.rank {
@@ -173,7 +173,7 @@ impl<E: Engine> Run<'_, E> {
         let states = engine.list_states(&set, self.args.limit as usize)?;
         if count > meliora::engine::Count::from(states.len()) {
             let (listed, all) = (states.len(), Number(count.clone()).grouped());
-            self.job.watch.note(&format!("{listed} of {all} states; `--limit` lists more"));
+            self.job.watch.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
         }
         self.job.update(|r| r.asked = Some(count.into()));
         Ok(states)
@@ -188,7 +188,7 @@ impl<E: Engine> Run<'_, E> {
         let at = self.book.explain(state, memory)?;
         let kind = self.args.kind.into();
         let mut report = StateReport::new(program, preferences, kind, &at, ranks);
-        // A list of states gets no story each.
+        // In a list of states, the induced model is left out.
         if self.args.rank.is_none() && !self.args.csv && memory.level != Rank::Finite(0) {
             let course =
                 InducedModel::unfold(&mut self.book, &[state.to_vec()], Scheduler::Progress, COURSE)?;
@@ -201,7 +201,9 @@ impl<E: Engine> Run<'_, E> {
         let limit = self.args.limit as usize;
         let course = InducedModel::unfold(&mut self.book, states, Scheduler::Permissive, limit)?;
         if !course.complete {
-            self.job.watch.warn(&format!("the drawing ends after {limit} places; `--limit` draws more"));
+            self.job
+                .watch
+                .warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
         }
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
         let dot = strategy_table::dot(program, preferences, self.args.kind.into(), &course, states.len());

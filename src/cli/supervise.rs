@@ -1,7 +1,7 @@
-//! Runs the work on a thread of its own and owns the clock meanwhile.
+//! Runs the work on its own thread and watches the clock meanwhile.
 //!
-//! The worker fills in the report as it goes on. When time is up or the user interrupts, it is asked
-//! to stop; if it does not within [`GRACE`], what is known is printed all the same.
+//! The worker fills in the report step by step. When time is up or the user interrupts, the worker
+//! is asked to stop. If it does not stop within [`GRACE`], the partial results are printed anyway.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,31 +17,31 @@ use super::options::ShownArgs;
 use super::watch::{Watch, lock};
 use super::{advice, size, terminal};
 
-/// How long the worker may take to stop when it is asked to.
+/// The time that the worker has to stop.
 const GRACE: Duration = Duration::from_millis(250);
-/// How often progress is shown.
+/// The interval between updates of the progress.
 const TICK: Duration = Duration::from_millis(100);
-/// Recursion over expressions and diagrams is as deep as they are: the system maps the pages of the
-/// stack when they are used.
+/// Stack size of the worker: recursion is as deep as the expressions and diagrams. The system maps
+/// pages of the stack only when they are used.
 const STACK: usize = 512 << 20;
 
-/// The worker's place: the report that it fills in, and the watch that it heeds.
+/// The report that the worker fills in, and the watch that it obeys.
 pub(super) struct Job<R> {
     report: Arc<Mutex<R>>,
-    /// The sink to hand to the library.
+    /// The progress sink for the library.
     pub(super) watch: Arc<Watch>,
 }
 
 impl<R> Job<R> {
-    /// Writes something that is known now into the report.
+    /// Changes the report.
     pub(super) fn update(&self, change: impl FnOnce(&mut R)) {
         change(&mut lock(&self.report));
     }
 
-    /// Does a piece of work and notes its seconds in the report.
+    /// Runs a piece of work and records its seconds in the report.
     ///
     /// # Errors
-    /// Those of the work.
+    /// The errors of the work.
     pub(super) fn timed<T>(
         &self,
         name: &'static str,
@@ -63,16 +63,16 @@ enum Event {
     Interrupt,
 }
 
-/// Why the work ended early.
+/// The reason why the work ended early.
 enum End {
     Error(Error),
     Panic,
 }
 
-/// Runs `work` and prints the report. An error in the input is returned, for the caller to show.
+/// Runs `work` and prints the report. Returns an error in the input to the caller, who shows it.
 ///
 /// # Errors
-/// The input is wrong; standard output could not be written.
+/// The input is wrong, or standard output cannot be written.
 pub(super) fn supervise<R, W>(
     report: R,
     timeout: Option<Duration>,
@@ -94,7 +94,8 @@ where
     let end = wait(&watch, &events);
     over.store(true, Ordering::Relaxed);
     watch.clear();
-    // Reports can be large: this one is shown where it is. A worker that was left behind waits for it.
+    // Reports can be large, so this one is not copied. A worker that was left behind waits for the
+    // lock.
     let mut report = lock(&report);
     report.finish(watch.elapsed().as_secs_f64(), size::peak_rss());
     match end {
@@ -129,7 +130,7 @@ fn internal(message: &str, shown: &ShownArgs) -> Result<Status, Error> {
     Ok(Status::Internal)
 }
 
-/// Lets the worker go.
+/// Starts the worker.
 fn start<R, W>(job: Job<R>, work: W, sender: Sender<Event>) -> Result<(), Error>
 where
     R: Send + 'static,
@@ -152,7 +153,7 @@ where
     }
 }
 
-/// Waits for the end of the work, or for a reason to end it.
+/// Waits for the end of the work, or for a reason to stop it.
 fn wait(watch: &Watch, events: &Receiver<Event>) -> Result<(), End> {
     loop {
         let left = watch.time_left();
@@ -172,7 +173,7 @@ fn wait(watch: &Watch, events: &Receiver<Event>) -> Result<(), End> {
     }
 }
 
-/// Gives the worker a moment to stop by itself, and leaves it behind if it does not.
+/// Gives the worker a moment to stop, and leaves it behind if it does not.
 fn wind_up(watch: &Watch, events: &Receiver<Event>) -> Result<(), End> {
     let until = Instant::now() + GRACE;
     loop {
@@ -188,8 +189,8 @@ fn wind_up(watch: &Watch, events: &Receiver<Event>) -> Result<(), End> {
     }
 }
 
-/// Ctrl-C becomes an event. Once the work is over (the flag returned), it ends the process at once:
-/// then only the writing of results can hang.
+/// Turns Ctrl-C into an event. After the work (when the returned flag is set) Ctrl-C ends the
+/// process at once: then only the output of results can hang.
 fn handle_interrupts(sender: Sender<Event>) -> Arc<AtomicBool> {
     let over = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&over);
@@ -198,12 +199,12 @@ fn handle_interrupts(sender: Sender<Event>) -> Arc<AtomicBool> {
             std::process::exit(i32::from(Status::Interrupted.code()));
         }
     };
-    // Without a handler Ctrl-C still ends the process, only without the results so far.
+    // Without a handler Ctrl-C still ends the process, but without the partial results.
     let _ = ctrlc::set_handler(handler);
     over
 }
 
-/// Keeps the message of a panic for the one place that shows errors.
+/// Keeps the message of a panic, to be shown with the other errors.
 fn record_panics() -> Arc<Mutex<String>> {
     let text = Arc::new(Mutex::new(String::new()));
     let kept = Arc::clone(&text);

@@ -1,4 +1,4 @@
-//! What goes to stdout and stderr, and how it looks there.
+//! Output to stdout and stderr.
 
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -12,10 +12,10 @@ use super::advice;
 use super::exit::Status;
 use super::options::Color;
 
-/// The choice of `--color`, for messages that are shown after the options are out of reach.
+/// The value of `--color`, for messages after the options are out of reach.
 static COLOR: AtomicU8 = AtomicU8::new(0);
 
-/// Notes what `--color` says.
+/// Stores the value of `--color`.
 pub(super) fn set_color(color: Color) {
     COLOR.store(color as u8, Ordering::Relaxed);
 }
@@ -28,35 +28,35 @@ fn colored(terminal: bool) -> bool {
     }
 }
 
-/// Whether a variable of the environment is there and not empty, as no-color.org has it.
+/// Returns whether an environment variable is set and not empty, as no-color.org defines it.
 fn is_set(name: &str) -> bool {
     std::env::var_os(name).is_some_and(|value| !value.is_empty())
 }
 
-/// Colours and width of stdout.
+/// Returns the colours and the width of stdout.
 pub(super) fn stdout_style() -> Style {
     let terminal = io::stdout().is_terminal();
     let width = terminal.then(terminal_size::terminal_size).flatten().map(|(width, _)| width.0);
     Style { color: colored(terminal), width }
 }
 
-/// Colours of stderr.
+/// Returns the colours of stderr.
 pub(super) fn stderr_style() -> Style {
     Style { color: colored(io::stderr().is_terminal()), width: None }
 }
 
-/// Writes results. A reader that has gone away (`| head`) is no failure.
+/// Writes results. A reader that has closed the pipe (`| head`) is not an error.
 ///
 /// # Errors
-/// Nothing more could be written, such as to a full disk.
+/// Standard output cannot be written, for example because the disk is full.
 pub(super) fn print(text: &str) -> Result<(), Error> {
     print_by(|out| out.write_all(text.as_bytes()))
 }
 
-/// Writes a report for people.
+/// Writes a report as text.
 ///
 /// # Errors
-/// Those of [`print`].
+/// The errors of [`print`].
 pub(super) fn print_report(report: &impl Report, style: Style) -> Result<(), Error> {
     print_by(|out| report.write(style, out))
 }
@@ -74,7 +74,7 @@ fn print_by(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), 
 /// Writes one JSON object.
 ///
 /// # Errors
-/// Those of [`print`].
+/// The errors of [`print`].
 pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     print_by(|out| {
         serde_json::to_writer_pretty(&mut *out, value)?;
@@ -82,12 +82,12 @@ pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     })
 }
 
-/// Writes a line to stderr; nothing can be done where that fails.
+/// Writes a line to stderr and ignores errors.
 pub(super) fn message(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
-/// Shows an error on stderr; `progress` says how far the work got.
+/// Shows an error on stderr. `progress` says how far the work got.
 pub(super) fn show_error(error: &Error, progress: Option<&str>) {
     let style = stderr_style();
     match error {
@@ -101,16 +101,17 @@ pub(super) fn show_error(error: &Error, progress: Option<&str>) {
     }
 }
 
-/// Shows a mistake of this program.
+/// Shows a bug in this program.
 pub(super) fn show_internal(text: &str) {
     let style = stderr_style();
     message(&format!(
-        "{}: {text}\n  This is a mistake in meliora, not in your files.",
+        "{}: {text}\n  This is a bug in meliora, not an error in your files.",
         style.bad("internal error")
     ));
 }
 
-/// What is wrong, with the names that it is about, on one line: clap puts these on lines of their own.
+/// Joins the error and the names that it lists into one line: clap puts the names on separate
+/// lines.
 fn one_line(text: &str) -> String {
     let wrong: Vec<&str> = text
         .lines()
@@ -124,7 +125,7 @@ fn one_line(text: &str) -> String {
     line.strip_prefix("error: ").map(str::to_owned).unwrap_or(line)
 }
 
-/// Shows what clap has to say: help and version on stdout, usage errors on stderr.
+/// Shows the messages of clap: help and version on stdout, usage errors on stderr.
 pub(super) fn show_clap(error: &clap::Error, json: bool) -> Status {
     if !error.use_stderr() {
         return match error.print() {

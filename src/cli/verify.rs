@@ -1,4 +1,4 @@
-//! `meliora verify`: a dump as a certificate.
+//! `meliora verify`: checks a dump as a certificate.
 
 use std::path::PathBuf;
 
@@ -18,25 +18,25 @@ use super::options::ShownArgs;
 use super::query::LimitArgs;
 use super::supervise::{Job, supervise};
 
-/// Check a dump against the model by one-step conditions, without the code that computed it
+/// Check a dump against the model by one-step conditions, without the fixpoint code
 ///
-/// Constants, scope, safety and order are those of the dump. Exit status 1 and the first condition
-/// that does not hold where something is wrong.
+/// Uses the constants, scope, safety and variable order of the dump. If a condition is violated,
+/// prints the first one and ends with exit status 1.
 #[derive(Debug, Clone, Args)]
 pub(super) struct VerifyArgs {
-    /// The directory of the dump
+    /// Directory of the dump
     #[arg(value_name = "DIR")]
     directory: PathBuf,
 
-    /// The model that it was made from
+    /// Model that the dump was made from
     #[arg(value_name = "MODEL")]
     model: PathBuf,
 
-    /// The preference file that it was made from
+    /// Preference file that the dump was made from
     #[arg(value_name = "PREFS")]
     preferences: PathBuf,
 
-    /// Bounds for integers that have none in a JANI model, as `export` had them (repeatable)
+    /// Bounds of integers that are unbounded in a JANI model, the same as for `export` (repeatable)
     #[arg(long, value_name = "NAME=LOW..HIGH,…")]
     bounds: Vec<String>,
 
@@ -49,7 +49,7 @@ pub(super) struct VerifyArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// The dump or the input is wrong.
+/// The dump or the input is wrong, or a limit is hit.
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
     let report = VerifyReport::new(&args.directory.display().to_string());
     let (timeout, shown) = (args.limits.timeout, args.shown.clone());
@@ -71,7 +71,7 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
         return Err(Error::Dump {
             file: args.directory.join(FILE).display().to_string(),
             line: 0,
-            message: "the dump has no certificate: `meliora export` writes one unless told otherwise"
+            message: "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one"
                 .to_owned(),
         });
     }

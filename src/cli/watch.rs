@@ -1,4 +1,4 @@
-//! The sink of a run: carries the order to stop into the library, and its progress out.
+//! The progress sink of a run: passes cancellation to the library, and shows its progress.
 
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -17,51 +17,52 @@ const TIMED_OUT: u8 = 1;
 const INTERRUPTED: u8 = 2;
 const TOO_LARGE: u8 = 3;
 
-/// What a process may have beyond `--memory`: the program itself, the text of the model, the report.
+/// Memory of the process beyond `--memory`, in bytes: the program, the text of the model, the
+/// report.
 const BESIDE: u64 = 64 << 20;
-/// The memory of the process is looked at at most this often.
+/// Minimum interval between two looks at the memory of the process.
 const WEIGHING_MILLIS: u64 = 5;
 
-/// Progress is shown for work that takes longer than this.
+/// Progress is shown after this time.
 const QUIET_AT_FIRST: Duration = Duration::from_secs(1);
-/// Progress is asked for at most this often.
+/// Minimum interval between two requests for progress.
 const INTERVAL_MILLIS: u64 = 100;
 
-/// What worker and supervisor share besides the report.
+/// The state that worker and supervisor share in addition to the report.
 pub(super) struct Watch {
     order: AtomicU8,
-    /// The bytes that the process may have; all of them where nothing has bounded them yet.
+    /// Memory limit of the process in bytes; `u64::MAX` until it is set.
     memory: AtomicU64,
-    /// When the memory was last looked at, in milliseconds since the start.
+    /// Time of the last look at the memory, in milliseconds since the start.
     weighed: AtomicU64,
     timeout: Option<Duration>,
     started: Instant,
-    /// When the library was last asked for details, in milliseconds since the start.
+    /// Time of the last request for details, in milliseconds since the start.
     asked: AtomicU64,
     phase: Mutex<Stage>,
-    /// The phase of the library that was told of last.
+    /// The phase of the library that was reported last.
     told: Mutex<&'static str>,
     bar: Mutex<Option<ProgressBar>>,
     quiet: bool,
     verbose: u8,
 }
 
-/// What is being done.
+/// The current work.
 #[derive(Debug, Clone, Default)]
 struct Stage {
     name: &'static str,
-    /// Which part of it, such as `objective 2 of 5`.
+    /// The part of the phase, such as `objective 2 of 5`.
     part: String,
     detail: String,
 }
 
-/// Locks, also where a panic of the worker has poisoned the lock: the data are plain.
+/// Locks a mutex, even if a panic of the worker has poisoned it: the data are plain.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Watch {
-    /// A watch that starts now.
+    /// Creates a watch that starts now.
     pub(super) fn new(timeout: Option<Duration>, shown: &ShownArgs) -> Self {
         Watch {
             order: AtomicU8::new(RUNNING),
@@ -78,30 +79,30 @@ impl Watch {
         }
     }
 
-    /// Since the start.
+    /// Returns the time since the start.
     pub(super) fn elapsed(&self) -> Duration {
         self.started.elapsed()
     }
 
-    /// What is left of `--timeout`; none without one.
+    /// Returns the rest of `--timeout`, if there is one.
     pub(super) fn time_left(&self) -> Option<Duration> {
         self.timeout.map(|t| t.saturating_sub(self.elapsed()))
     }
 
-    /// The work may have so many bytes, and the process [`BESIDE`] more.
+    /// Sets the memory limit of the work in bytes; the process may use 64 MiB more.
     pub(super) fn bound_memory(&self, bytes: u64) {
         self.memory.store(bytes.saturating_add(BESIDE), Ordering::Relaxed);
     }
 
-    /// Whether the work is to go on, for work that no loop of the library does.
+    /// Checks for cancellation, for work outside of the library's loops.
     ///
     /// # Errors
-    /// The limit that ends it.
+    /// The limit that ends the work.
     pub(super) fn check(&self) -> Result<(), Limit> {
         self.stop().map_or(Ok(()), Err)
     }
 
-    /// Asks the work to end because the process has become too large.
+    /// Asks the work to stop if the process has become too large.
     fn weigh(&self) {
         let bound = self.memory.load(Ordering::Relaxed);
         if bound < u64::MAX
@@ -112,17 +113,17 @@ impl Watch {
         }
     }
 
-    /// Asks the work to end because time is up.
+    /// Asks the work to stop because time is up.
     pub(super) fn time_out(&self) {
         let _ = self.order.compare_exchange(RUNNING, TIMED_OUT, Ordering::Relaxed, Ordering::Relaxed);
     }
 
-    /// Asks the work to end because the user wants it.
+    /// Asks the work to stop because the user wants it.
     pub(super) fn interrupt(&self) {
         self.order.store(INTERRUPTED, Ordering::Relaxed);
     }
 
-    /// The work turns to something else.
+    /// Starts a phase.
     pub(super) fn enter(&self, name: &'static str) {
         let mut phase = lock(&self.phase);
         *phase = Stage { name, ..Stage::default() };
@@ -130,14 +131,14 @@ impl Watch {
         self.refresh();
     }
 
-    /// The present piece of work took so long.
+    /// Ends a phase that took this time.
     pub(super) fn leave(&self, name: &str, seconds: f64) {
         if self.verbose > 0 {
             self.say(&format!("{name}: {seconds:.3} s"));
         }
     }
 
-    /// Something the user should know, on stderr.
+    /// Writes a warning to stderr.
     pub(super) fn warn(&self, text: &str) {
         if !self.quiet {
             let warning = terminal::stderr_style().warn("warning");
@@ -145,14 +146,14 @@ impl Watch {
         }
     }
 
-    /// Warnings that point into a text.
+    /// Writes warnings that point into a text.
     pub(super) fn warn_of(&self, warnings: &[Diagnostic]) {
         if !self.quiet && !warnings.is_empty() {
             self.say(render(warnings, terminal::stderr_style().color).trim_end());
         }
     }
 
-    /// Says which part of the present piece of work is being done.
+    /// Starts a part of the phase.
     pub(super) fn turn_to(&self, part: String) {
         if self.verbose > 1 {
             self.say(&format!("{:9.3} s  {part}", self.elapsed().as_secs_f64()));
@@ -161,7 +162,7 @@ impl Watch {
         self.refresh();
     }
 
-    /// Something the user asked to know by `-v`.
+    /// Writes a note for `-v`.
     pub(super) fn note(&self, text: &str) {
         if self.verbose > 0 {
             self.say(&format!("note: {}", escape::lines(text)));
@@ -175,18 +176,18 @@ impl Watch {
         }
     }
 
-    /// What was being done, in words: how far the work got.
+    /// Describes how far the work got.
     pub(super) fn position(&self) -> Option<String> {
         let phase = lock(&self.phase).clone();
         let details = [phase.part.as_str(), &phase.detail].into_iter().filter(|word| !word.is_empty());
         match (phase.name, details.collect::<Vec<_>>().join(", ")) {
             ("", _) => None,
-            (name, details) if details.is_empty() => Some(format!("the work ended in the phase `{name}`")),
-            (name, details) => Some(format!("the work ended in the phase `{name}` ({details})")),
+            (name, details) if details.is_empty() => Some(format!("stopped in the phase `{name}`")),
+            (name, details) => Some(format!("stopped in the phase `{name}` ({details})")),
         }
     }
 
-    /// Called by the supervisor now and then: shows progress once the work has taken a while.
+    /// Shows progress once the work has taken a while. The supervisor calls this regularly.
     pub(super) fn tick(&self) {
         let mut bar = lock(&self.bar);
         if bar.is_none() && !self.quiet && self.elapsed() > QUIET_AT_FIRST {
@@ -205,19 +206,20 @@ impl Watch {
         }
     }
 
-    /// Takes the progress from the terminal.
+    /// Removes the progress from the terminal.
     pub(super) fn clear(&self) {
         if let Some(bar) = lock(&self.bar).take() {
             bar.finish_and_clear();
         }
     }
 
-    /// The phase of the library that was told of last; the given one is from now on.
+    /// Returns the phase that was reported last, and replaces it.
     fn last_told(&self, phase: &'static str) -> &'static str {
         std::mem::replace(&mut lock(&self.told), phase)
     }
 
-    /// Whether it is time to do again what was last done then.
+    /// Returns whether `interval` milliseconds have passed since `then`, and sets `then` to now if
+    /// so.
     fn due(&self, then: &AtomicU64, interval: u64) -> bool {
         let now = u64::try_from(self.elapsed().as_millis()).unwrap_or(u64::MAX);
         let last = then.load(Ordering::Relaxed);
@@ -226,7 +228,7 @@ impl Watch {
     }
 }
 
-/// A line on stderr, on a terminal only.
+/// Creates the progress line on stderr, which only a terminal shows.
 fn spinner(elapsed: Duration) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_elapsed(elapsed);
     match ProgressStyle::with_template("{spinner} {elapsed} {wide_msg}") {
@@ -242,7 +244,8 @@ impl ProgressSink for Watch {
             RUNNING => None,
             TOO_LARGE => {
                 let mebibytes = self.memory.load(Ordering::Relaxed).saturating_sub(BESIDE) >> 20;
-                let what = format!("the process has passed {mebibytes} MiB and {} MiB beside", BESIDE >> 20);
+                let what =
+                    format!("the process uses more than {mebibytes} MiB + {} MiB for itself", BESIDE >> 20);
                 Some(Limit::Memory { what })
             }
             TIMED_OUT => Some(Limit::Time(self.timeout.unwrap_or_default())),
@@ -255,7 +258,7 @@ impl ProgressSink for Watch {
     }
 
     fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
-        // The first news of each phase is always told, so that short work has some too.
+        // The first message of each phase is always shown, so that short work shows some too.
         let news = self.verbose > 1 && self.last_told(phase) != phase;
         if !self.due(&self.asked, INTERVAL_MILLIS) && !news {
             return;

@@ -118,7 +118,7 @@ fn read_file(
     let manifest_name = directory.join(manifest::FILE).display().to_string();
     let plain = Path::new(&file.path).file_name().is_some_and(|n| n == file.path.as_str());
     if !plain {
-        let message = format!("`{}` is no name of a file in this directory", file.path.escape_debug());
+        let message = format!("`{}` is not the name of a file in this directory", file.path.escape_debug());
         return Err(Error::Dump { file: manifest_name, line: 0, message });
     }
     let path = directory.join(&file.path);

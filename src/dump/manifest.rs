@@ -219,7 +219,7 @@ fn each_once<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<Stri
             let mut map = BTreeMap::new();
             while let Some((key, value)) = entries.next_entry::<String, Json>()? {
                 if map.insert(key.clone(), value).is_some() {
-                    return Err(A::Error::custom(format!("`{}` is there twice", key.escape_debug())));
+                    return Err(A::Error::custom(format!("`{}` occurs twice", key.escape_debug())));
                 }
             }
             Ok(map)
@@ -231,7 +231,7 @@ fn each_once<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<Stri
 /// Checks a name: not empty, and every character is visible.
 fn plain(what: &str, name: &str) -> Result<(), String> {
     if name.is_empty() || name.chars().any(|c| c.is_whitespace() || !is_shown(c)) {
-        return Err(format!("`{}` is no name of {what}", name.escape_debug()));
+        return Err(format!("`{}` is not a valid name of {what}", name.escape_debug()));
     }
     Ok(())
 }
@@ -291,7 +291,7 @@ impl File {
         let (named, roots) = (self.roots.len(), diagram.roots.len());
         if (named, roots) != (positions.len(), positions.len()) {
             return Err(format!(
-                "`{}` has {roots} roots, which {named} names do not name once each",
+                "`{}` has {roots} roots, but the manifest names {named}; each root needs one name",
                 self.path
             ));
         }
@@ -308,7 +308,7 @@ impl File {
         for root in &self.roots {
             plain("a region", &root.name)?;
             if !names.insert(&root.name) {
-                return Err(format!("the region `{}` is there twice", root.name));
+                return Err(format!("the region `{}` occurs twice", root.name));
             }
         }
         Ok(())
@@ -347,7 +347,7 @@ impl Manifest {
                 let other = other.escape_debug();
                 return Err(wrong(0, format!("the schema is `{other}`; this version reads `{SCHEMA}`")));
             }
-            None => return Err(wrong(0, format!("there is no `schema`: `{SCHEMA}` was expected"))),
+            None => return Err(wrong(0, format!("`schema` is missing: expected `{SCHEMA}`"))),
         }
         let manifest: Manifest = serde_json::from_str(text).map_err(|e| wrong(e.line(), e.to_string()))?;
         manifest.check().map_err(|message| wrong(0, message))?;
@@ -406,13 +406,13 @@ impl Manifest {
             variable.check()?;
             for bit in &variable.names {
                 if !bits.insert(bit) {
-                    return Err(format!("the bit `{bit}` is there twice"));
+                    return Err(format!("the bit `{bit}` occurs twice"));
                 }
             }
         }
         let ordered: BTreeSet<&String> = self.encoding.order.iter().collect();
         if ordered != bits || self.encoding.order.len() != bits.len() {
-            return Err("`order` does not have each bit of the variables once".to_owned());
+            return Err("`order` must contain each bit of the variables exactly once".to_owned());
         }
         let names: BTreeSet<&String> = self.encoding.variables.iter().map(|v| &v.name).collect();
         if names.len() != self.encoding.variables.len() {

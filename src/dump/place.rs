@@ -57,8 +57,8 @@ impl Place {
         let mut own: BTreeSet<String> = [FILE, REGIONS, CERTIFICATE].map(str::to_owned).into();
         own.extend(manifest.regions.roots.into_iter().filter_map(|root| root.dot));
         if let Some(foreign) = there.iter().find(|name| !own.contains(*name)) {
-            let message = format!("the directory holds `{foreign}`, which is no part of the dump there");
-            return Err(self.refused(&(message + ": give another directory")));
+            let message = format!("the directory contains `{foreign}`, which does not belong to the dump");
+            return Err(self.refused(&(message + "; choose another directory")));
         }
         self.files = there;
         Ok(())
@@ -96,14 +96,16 @@ impl Place {
         }
         exchange(new.path(), &self.path).map_err(|e| match e.kind() {
             io::ErrorKind::Unsupported | io::ErrorKind::InvalidInput => {
-                self.refused("this file system cannot exchange two directories: remove the old dump, or give another directory")
+                self.refused("this file system cannot exchange two directories; remove the old dump or choose another directory")
             }
             _ => Error::writing(&self.given, &e),
         })?;
         let old = new.keep();
         self.remove(&old).map_err(|e| {
-            let message =
-                format!("the new dump is in its place, but the old one is left in {}: {e}", old.display());
+            let message = format!(
+                "the new dump was written, but the old one could not be removed from {}: {e}",
+                old.display()
+            );
             self.refused(&message)
         })
     }
@@ -120,7 +122,7 @@ fn new_path(given: &Path) -> io::Result<PathBuf> {
     let parent = given.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match given.file_name() {
         Some(name) if fs::symlink_metadata(given).is_err() => Ok(fs::canonicalize(parent)?.join(name)),
-        _ => Err(io::Error::other("this is a link to nothing")),
+        _ => Err(io::Error::other("this is a broken link")),
     }
 }
 

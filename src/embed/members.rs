@@ -44,7 +44,7 @@ impl States {
         let rest = match (self.set(), self.engine().explicit(), self.engine().symbolic()) {
             (AnyStates::Symbolic(x), _, Some(engine)) => Rest::Symbolic(engine.listing(x)),
             (AnyStates::Explicit(x), Some(engine), _) => Rest::Explicit(engine.listing(x)?),
-            _ => return Err(Error::Usage("a set of another engine".to_owned())),
+            _ => return Err(Error::Usage("the set belongs to another engine".to_owned())),
         };
         Ok(Listing { engine: self.engine().clone(), rest })
     }
@@ -72,7 +72,7 @@ impl States {
                 let patterns = numbers.iter().filter_map(|number| members.nth(number));
                 Ok(patterns.map(|pattern| engine.encoding().decode(&pattern)).collect())
             }
-            _ => Err(Error::Usage("a set of another engine".to_owned())),
+            _ => Err(Error::Usage("the set belongs to another engine".to_owned())),
         }
     }
 }

@@ -148,7 +148,7 @@ impl Planning {
     /// # Errors
     /// [`Error::Usage`] before the levels of this kind were computed.
     pub fn strategy(&self, kind: Kind) -> Result<Strategy> {
-        let missing = || Error::Usage("strategies come of levels: run the planning first".to_owned());
+        let missing = || Error::Usage("strategies need the levels; run the planning first".to_owned());
         let book = FiniteMemoryStrategy::new(&self.analysis, self.program(), kind).ok_or_else(missing)?;
         Ok(Strategy { book })
     }

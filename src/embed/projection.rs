@@ -47,7 +47,7 @@ impl States {
             (AnyStates::Explicit(x), _, Some(explicit)) => {
                 AnyStates::Explicit(explicit.filter(x, &mut |state| fits(state, fixed))?)
             }
-            _ => return Err(Error::Usage("a set of another engine".to_owned())),
+            _ => return Err(Error::Usage("the set belongs to another engine".to_owned())),
         };
         Ok(States::of(engine, set))
     }
@@ -74,7 +74,7 @@ impl States {
                     }
                 })?;
             }
-            _ => return Err(Error::Usage("a set of another engine".to_owned())),
+            _ => return Err(Error::Usage("the set belongs to another engine".to_owned())),
         }
         Ok(projection)
     }

@@ -80,7 +80,10 @@ impl Planning {
             Drawing::Markdown => Ok(content.markdown()),
             Drawing::Dot => Ok(content.dot()),
             Drawing::Svg(picture) => content.svg(picture).ok_or_else(|| {
-                Error::Usage("no one or two integer variables span a map that can be drawn".to_owned())
+                Error::Usage(
+                    "no map can be drawn: the model needs one or two integer variables of suitable range"
+                        .to_owned(),
+                )
             }),
         }
     }

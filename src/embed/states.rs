@@ -34,7 +34,7 @@ impl States {
         if self.engine.shares(engine) {
             return Ok(&self.set);
         }
-        Err(Error::Usage("the set of states is of another exploration".to_owned()))
+        Err(Error::Usage("the set of states belongs to another exploration".to_owned()))
     }
 
     /// Returns the engine of the set.

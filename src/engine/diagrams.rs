@@ -45,7 +45,7 @@ impl Dumpable for AnyEngine {
     fn diagrams(&self) -> Result<&SymbolicEngine> {
         let none = || {
             let message = format!(
-                "this needs decision diagrams, which the engine `{}` has not: `{}` has",
+                "this needs decision diagrams; the engine `{}` has none, the engine `{}` has them",
                 Storage::Explicit.name(),
                 Storage::Symbolic.name()
             );
@@ -57,14 +57,14 @@ impl Dumpable for AnyEngine {
     fn states_diagram<'s>(&self, x: &'s AnyStates) -> &'s StateSet {
         match x {
             AnyStates::Symbolic(x) => x,
-            AnyStates::Explicit(_) => panic!("a set of states that is no diagram"),
+            AnyStates::Explicit(_) => panic!("a set of states that is not a diagram"),
         }
     }
 
     fn choices_diagram<'s>(&self, c: &'s AnyChoices) -> &'s ChoiceSet {
         match c {
             AnyChoices::Symbolic(c) => c,
-            AnyChoices::Explicit(_) => panic!("a set of choices that is no diagram"),
+            AnyChoices::Explicit(_) => panic!("a set of choices that is not a diagram"),
         }
     }
 }

@@ -70,7 +70,8 @@ pub fn export(
     selection: &Selection<'_>,
 ) -> Result<Dump> {
     if analysis.preferences().objectives.iter().any(|o| o.name == names::NOTHING) {
-        let message = "an objective called `nothing` cannot be told from the class `nothing` in a dump";
+        let message =
+            "in a dump, the objective `nothing` cannot be distinguished from the class `nothing`; rename it";
         return Err(Error::Usage(message.to_owned()));
     }
     let secured = plays::secured(engine, analysis.preferences())?;
@@ -78,7 +79,7 @@ pub fn export(
     let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
     named.retain(|n| always(&n.name) || (selection.wanted)(&n.name));
     if !named.iter().any(|n| (selection.wanted)(&n.name)) {
-        return Err(Error::Usage("no region has a name that is wanted".to_owned()));
+        return Err(Error::Usage("no region is selected".to_owned()));
     }
     if named.iter().any(|n| names::is_strategy(&n.name)) {
         // A reader can tell what a strategy leaves out only if all enabled choices are in the dump.

@@ -84,7 +84,9 @@ impl<'a> Reader<'a> {
             let span = statements.iter().find(names).map_or(0..0, whole);
             return wrong(
                 span,
-                format!("item {name} can never be picked up: all that opens it stays closed"),
+                format!(
+                    "item {name} can never be picked up: all items that make it available are unavailable"
+                ),
                 "",
             );
         }
@@ -113,12 +115,12 @@ impl<'a> Reader<'a> {
                 _ if inside => drawing.iter_mut().for_each(|(_, rows)| rows.push(line.clone())),
                 None => {}
                 Some("map") if drawing.is_some() => {
-                    return wrong(words[0].span.clone(), "there is a map already", "");
+                    return wrong(words[0].span.clone(), "the file has a second map", "");
                 }
                 Some("map") if words.len() > 1 => {
                     return wrong(
                         words[1].span.clone(),
-                        "the map begins in the next line",
+                        "the map starts in the next line",
                         "write `map` alone",
                     );
                 }
@@ -132,7 +134,7 @@ impl<'a> Reader<'a> {
         let end = self.source.text.len();
         match drawing {
             None => {
-                wrong(end..end, "there is no map", "write `map`, the rows from north to south, and `end`")
+                wrong(end..end, "the file has no map", "write `map`, the rows from north to south, and `end`")
             }
             Some((at, _)) if inside => wrong(at, "this map has no end", "write `end` in a line of its own"),
             Some((at, rows)) if rows.is_empty() || rows[0].text.is_empty() => {
@@ -175,7 +177,7 @@ impl<'a> Reader<'a> {
             }
             other => wrong(
                 line[0].span.clone(),
-                format!("`{other}` is no statement"),
+                format!("`{other}` is not a statement"),
                 "the statements are map, cell, battery, open, patrol, prefer, empty",
             ),
         }
@@ -215,7 +217,7 @@ fn whole(line: &Line) -> Range<usize> {
 fn cell(line: &Line) -> Result<(char, Legend), Wrong> {
     let mut rest = line[1..].iter().peekable();
     let Some(word) = rest.next() else {
-        return wrong(whole(line), "expected a sign", "write such as `cell ~ slip north south`");
+        return wrong(whole(line), "expected a sign", "write, for example, `cell ~ slip north south`");
     };
     let mut chars = word.text.chars();
     let (Some(sign), None) = (chars.next(), chars.next()) else {
@@ -228,7 +230,7 @@ fn cell(line: &Line) -> Result<(char, Legend), Wrong> {
             let directions: Directions = next.filter_map(|word| direction(word.text)).collect();
             match directions.is_empty() {
                 true => {
-                    wrong(feature.span.clone(), format!("expected directions behind `{}`", feature.text), "")
+                    wrong(feature.span.clone(), format!("expected directions after `{}`", feature.text), "")
                 }
                 false => Ok(directions),
             }
@@ -243,11 +245,11 @@ fn cell(line: &Line) -> Result<(char, Legend), Wrong> {
             "oneway" => legend.cell.one_way = directions()?.iter().next(),
             "item" => match rest.next().map(|word| (word, word.text.chars().collect::<Vec<_>>())) {
                 Some((_, name)) if matches!(name[..], ['A'..='Z']) => legend.item = name.first().copied(),
-                _ => return wrong(feature.span.clone(), "an item is named by a capital letter", ""),
+                _ => return wrong(feature.span.clone(), "the name of an item is a capital letter", ""),
             },
             other => {
                 let help = "a cell is free, wall, charger, start, item X, slip/no/oneway with directions";
-                return wrong(feature.span.clone(), format!("`{other}` is no kind of cell"), help);
+                return wrong(feature.span.clone(), format!("`{other}` is not a kind of cell"), help);
             }
         }
     }
@@ -290,8 +292,8 @@ fn draw(drawing: &[Word], legend: &BTreeMap<char, Legend>) -> Result<World, Wron
             let meaning = legend.get(&sign).cloned().or_else(|| built_in(sign));
             let at = row.span.start + at;
             let Some(meaning) = meaning else {
-                let help = format!("say what it means: `cell {sign} slip north`, for one");
-                return wrong(at..at + sign.len_utf8(), format!("`{sign}` has no meaning"), &help);
+                let help = format!("define it, for example with `cell {sign} slip north`");
+                return wrong(at..at + sign.len_utf8(), format!("`{sign}` is not defined"), &help);
             };
             line.push(meaning);
         }
@@ -330,7 +332,7 @@ fn assemble(rows: Vec<Vec<Legend>>, cols: usize, drawing: &[Word]) -> Result<Wor
     match (world.starts.len(), world.items.len()) {
         (0, _) => wrong(all, "no robot starts in this map", "mark a start with `@`"),
         (n, _) if n > super::MOST_ROBOTS => wrong(all, format!("{n} robots are too many"), ""),
-        (_, 0) => wrong(all, "there is no item in this map", "mark items with capital letters"),
+        (_, 0) => wrong(all, "this map has no item", "mark items with capital letters"),
         _ => Ok(world),
     }
 }
@@ -349,7 +351,7 @@ fn battery(line: &Line) -> Result<Option<u32>, Wrong> {
 
 /// Parses `open A B -> D E charger`.
 fn open(line: &Line, world: &mut World) -> Result<(), Wrong> {
-    let help = "write such as `open A, B -> D, charger`";
+    let help = "write, for example, `open A, B -> D, charger`";
     let Some(arrow) =
         line.iter().position(|word| word.text == "->").filter(|&at| at > 1 && at + 1 < line.len())
     else {
@@ -360,7 +362,7 @@ fn open(line: &Line, world: &mut World) -> Result<(), Wrong> {
         match number {
             Some(number) => Ok(Lock::Item(number)),
             None if word.text == "charger" => Ok(Lock::Charger),
-            None => wrong(word.span.clone(), format!("there is no item `{}` in the map", word.text), ""),
+            None => wrong(word.span.clone(), format!("the map has no item `{}`", word.text), ""),
         }
     };
     let keys = line[1..arrow].iter().map(lock).collect::<Result<Vec<_>, _>>()?;
@@ -387,8 +389,12 @@ fn patrol(line: &Line, world: &World) -> Result<Patrol, Wrong> {
     let (from, to) = (Place { row: *r1, col: *c1 }, Place { row: *r2, col: *c2 });
     let patrol = Patrol { from: from.min(to), to: from.max(to) };
     let message = match () {
-        () if patrol.to.row >= world.rows || from.col.max(to.col) >= world.cols => "this leaves the map",
-        () if (from.row == to.row) == (from.col == to.col) => "a track is straight and has two cells or more",
+        () if patrol.to.row >= world.rows || from.col.max(to.col) >= world.cols => {
+            "this is outside of the map"
+        }
+        () if (from.row == to.row) == (from.col == to.col) => {
+            "a track must be straight and have at least two cells"
+        }
         () if world.places().any(|place| patrol.covers(place) && world.cell(place).wall) => {
             "a wall is on the track"
         }

@@ -48,7 +48,7 @@ fn parse_chain(text: &str, world: &World, statements: &mut Vec<Statement>) -> Re
     match left {
         Some((_, None)) if text.trim().chars().count() > 1 => Ok(()),
         Some((_, None)) => {
-            Err((0, format!("`{}` is compared with nothing: write such as `D>A`", text.trim())))
+            Err((0, format!("`{}` is not compared with anything; write, for example, `D>A`", text.trim())))
         }
         _ => Err((text.trim_end().len(), "expected the name of an item at the end".to_owned())),
     }

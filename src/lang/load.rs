@@ -53,6 +53,6 @@ pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSi
     if given.bounds.text.trim().is_empty() {
         return Ok(checked);
     }
-    let message = "bounds can be given to the unbounded integers of a JANI model only";
+    let message = "bounds can be given only to the unbounded integers of a JANI model";
     Err(Error::from(Diagnostic::new(&given.bounds, 0..given.bounds.text.len(), message)))
 }

@@ -33,13 +33,12 @@ const PROPERTY_WORDS: &[&str] = &["P", "Pmin", "Pmax", "R", "Rmin", "Rmax", "S",
 pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
     let found = match begin.first_word() {
-        Some(word) if PREFERENCE_WORDS.contains(&word) => Some((
-            "this is a preference file, not a model",
-            "give it where preferences are asked for, after the model",
-        )),
+        Some(word) if PREFERENCE_WORDS.contains(&word) => {
+            Some(("this is a preference file, not a model", "the preference file comes after the model"))
+        }
         Some(word) if PROPERTY_WORDS.contains(&word) && begin.second_is_bound() => Some((
             "this is a list of properties, not a model",
-            "it is asked of a model: `meliora reach` takes both",
+            "`meliora reach MODEL --properties FILE` checks it",
         )),
         _ => begin.explicit(),
     };
@@ -54,7 +53,7 @@ pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
     let is_model = begin.first_word().is_some_and(|word| MODEL_WORDS.contains(&word))
         || begin.tokens.first() == Some(&(Token::LeftBrace, "{"));
-    let help = "give it where a model is asked for, before the preferences";
+    let help = "the model comes before the preferences";
     if is_model { Err(begin.refuse("this is a model, not a preference file", help)) } else { Ok(()) }
 }
 

@@ -92,7 +92,7 @@ impl Parser<'_, Places> {
         let place = self.here();
         let formula = self.temporal_formula()?;
         if matches!(formula.kind, FormulaKind::State(_)) {
-            let diagnostic = self.wrong(place, "an objective is a formula of plays, not of one state");
+            let diagnostic = self.wrong(place, "an objective is a formula over paths, not over one state");
             let help = "write `objective NAME = F (condition);`, or another temporal formula";
             self.report(diagnostic.label("expected `F`, `G`, …").help(help));
             return Err(Failed);

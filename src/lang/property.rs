@@ -104,7 +104,7 @@ impl Parser<'_, Places> {
         let (comparison, value) = self.bound(start)?;
         let (strategies, bound) = self.meaning(extreme, comparison, value, start)?;
         if self.peek() != Token::LeftBracket {
-            let diagnostic = self.wrong(self.here(), "the formula of a property stands in brackets");
+            let diagnostic = self.wrong(self.here(), "the formula of a property is written in brackets");
             self.report(diagnostic.label("expected `[`").help("write `P>=1 [ F condition ]`"));
             return Err(Failed);
         }
@@ -143,9 +143,9 @@ impl Parser<'_, Places> {
             }
             "" => Err(self.expected("a property such as `P>=1 [ F … ]`")),
             _ => {
-                let message = "a property says how likely its formula is to hold";
+                let message = "a property needs a bound on the probability of its formula";
                 let help = "write `P>=1 [ … ]` for surely, `P>0 [ … ]` for possibly";
-                self.report(self.wrong(span, message).label("expected `P>=1 [` or the like").help(help));
+                self.report(self.wrong(span, message).label("expected `P>=1 [` or another bound").help(help));
                 Err(Failed)
             }
         }
@@ -167,8 +167,9 @@ impl Parser<'_, Places> {
                     self.report(diagnostic.label("not by `=`").help(help));
                     return Err(Failed);
                 }
-                let message = "a question for the value of a probability is not supported";
-                let reason = "only probabilities 0 and 1 are decided here; nothing is computed with numbers";
+                let message = "questions for the value of a probability are not supported";
+                let reason =
+                    "only comparisons with the probabilities 0 and 1 are decided; no values are computed";
                 let help =
                     "ask `P>=1 […]` (certainly), `P>0 […]` (possibly), or `Pmax>=1 […]` (some strategy)";
                 self.report(self.unsupported(start.to(self.before()), message).note(reason).help(help));

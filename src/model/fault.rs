@@ -49,8 +49,9 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
             diagnostic(program, span(program, id), message, label, Some(help)).into()
         }
         StepError::TooMany => {
-            let what =
-                format!("the synchronised commands can do more than {MOST_WAYS} things in the state {at}");
+            let what = format!(
+                "the synchronised commands have more than {MOST_WAYS} combinations of branches in the state {at}"
+            );
             Limit::Size { what }.into()
         }
     }
@@ -60,7 +61,7 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
 pub fn rounded(program: &Program, id: CommandId, sum: f64, state: &[i64]) -> Diagnostic {
     let at = program.show_state(state);
     let message = format!("the probabilities of {} sum to {sum} in the state {at}", title(program, id));
-    let help = "sums within 1e-6 of 1 are taken for 1; fractions such as 1/3 are exact";
+    let help = "sums within 1e-6 of 1 are treated as 1; fractions such as 1/3 are exact";
     diagnostic(program, span(program, id), message, "not 1".to_owned(), Some(help.to_owned()))
         .severity(Severity::Warning)
 }

@@ -155,7 +155,7 @@ pub enum EvalError {
     #[error("`pow` of integers needs an exponent that is not negative")]
     NegativeExponent,
     /// The operand of `floor`, `ceil` or `round` is not finite or too large for an integer.
-    #[error("the value is no finite number, or too large for an integer")]
+    #[error("the value is not a finite number, or too large for an integer")]
     NotAnInteger,
 }
 

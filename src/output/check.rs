@@ -12,7 +12,7 @@ use crate::model::preference::{ObjectiveSet, Preferences};
 use crate::planning::result::{ClassCount, LevelCounts, LevelsEnd, ObjectiveCounts, Prospects};
 use crate::planning::{AnalysisResult, Kind, Rank};
 
-/// What `check` found, in the order in which JSON has it.
+/// The results of `check`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct CheckFindings {
     /// The model.
@@ -22,22 +22,22 @@ pub struct CheckFindings {
     pub preferences: String,
     /// The name of the engine.
     pub engine: &'static str,
-    /// Which valuations are states.
+    /// The valuations that are states.
     pub scope: Scope,
     /// The name of the safety filter.
     pub safety: &'static str,
-    /// What an empty set of outcomes is worth.
+    /// The value of nothing: the `empty` statement of the preferences.
     pub empty: Option<&'static str>,
-    /// Which part of plays counts; only where it is the whole play.
+    /// The history that objectives judge; present only if it is the whole path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub history: Option<&'static str>,
     /// Sizes of the model.
     pub counts: Option<Counts>,
-    /// One entry an objective, in the order of declaration, as far as decided.
+    /// The decided objectives, in the order of declaration.
     pub objectives: Vec<ObjectiveReport>,
     /// The classes that occur.
     pub classes: Option<Vec<ClassReport>>,
-    /// Sizes of the improvement MDP; none with `--safety prefix`.
+    /// Sizes of the improvement MDP; `None` with `--safety prefix`.
     pub improvement: Option<ImprovementReport>,
     /// Almost-sure improvements.
     pub sasi: Option<LevelsReport>,
@@ -47,7 +47,7 @@ pub struct CheckFindings {
     pub initial: Vec<InitialReport>,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type CheckReport = Envelope<CheckFindings>;
 
 /// The regions of one objective.
@@ -55,23 +55,23 @@ pub type CheckReport = Envelope<CheckFindings>;
 pub struct ObjectiveReport {
     /// Its name.
     pub name: String,
-    /// States of the target; of a temporal objective, those in which it is secured.
+    /// Number of target states; for a temporal objective, of the states in which it is secured.
     pub target: Number,
-    /// How many states its monitor has, where it has one.
+    /// Number of states of its monitor, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observer: Option<u64>,
-    /// States that reach it almost surely under some strategy.
+    /// Number of states from which some strategy achieves it almost surely.
     pub almost_sure: Number,
-    /// States that reach it with positive probability under some strategy.
+    /// Number of states from which some strategy achieves it with positive probability.
     pub positive: Number,
 }
 
 /// One class of states.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ClassReport {
-    /// The most preferred outcomes, in the order of declaration; none for `nothing`.
+    /// The most preferred objectives, in the order of declaration; empty for `nothing`.
     pub most_preferred: Vec<String>,
-    /// How many states have them.
+    /// Number of states in the class.
     pub states: Number,
 }
 
@@ -91,28 +91,28 @@ pub struct ImprovementReport {
 pub struct LevelsReport {
     /// The sizes, strictly decreasing; the last is that of the fixpoint where it is not empty.
     pub levels: Vec<Number>,
-    /// The size of the fixpoint; none where `--max-level` or a limit ended the work before it.
+    /// The size of the fixpoint; `None` if `--max-level` or a limit ended the search before it.
     pub unbounded: Option<Number>,
 }
 
-/// What holds in one initial state.
+/// The results for one initial state.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InitialReport {
     /// Its values by variable.
     pub state: Map<String, Json>,
-    /// The most preferred outcomes it has already.
+    /// The most preferred objectives that are sure there.
     pub most_preferred: Vec<String>,
-    /// How often it improves almost surely.
+    /// Number of improvements that are guaranteed (SASI rank).
     pub sasi_rank: Option<Rank>,
-    /// How often it improves with positive probability.
+    /// Number of improvements that are possible (SPI rank).
     pub spi_rank: Option<Rank>,
-    /// What the permissive SASI strategy allows there.
+    /// The actions that the permissive SASI strategy allows there.
     pub sasi_actions: Option<Vec<String>>,
-    /// What the permissive SPI strategy allows there.
+    /// The actions that the permissive SPI strategy allows there.
     pub spi_actions: Option<Vec<String>>,
 }
 
-/// Seconds by phase; none for a phase that was not finished.
+/// Seconds by phase; `None` for an unfinished phase.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct CheckTime {
     /// Reading the model and the preferences.
@@ -138,7 +138,7 @@ impl Time for CheckTime {
 }
 
 impl CheckReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(
         model: &str,
         preferences: &str,
@@ -166,7 +166,7 @@ impl CheckReport {
 }
 
 impl CheckFindings {
-    /// Adds an objective that is decided, in its place by declaration.
+    /// Adds a decided objective, in the order of declaration.
     pub fn add_objective(&mut self, preferences: &Preferences, counts: &ObjectiveCounts) {
         let position = |name: &str| preferences.objectives.iter().position(|o| o.name == name);
         let new = objective(preferences, counts);
@@ -174,7 +174,7 @@ impl CheckFindings {
         self.objectives.insert(place.unwrap_or(self.objectives.len()), new);
     }
 
-    /// Adds a level that is decided.
+    /// Adds a level.
     pub fn add_level(&mut self, kind: Kind, count: &Count) {
         let levels = match kind {
             Kind::Sasi => &mut self.sasi,
@@ -183,7 +183,7 @@ impl CheckFindings {
         levels.get_or_insert_default().levels.push(count.clone().into());
     }
 
-    /// Takes over all that an analysis knows.
+    /// Copies the results of an analysis.
     pub fn fill(&mut self, preferences: &Preferences, result: &AnalysisResult) {
         self.counts = result.counts.as_ref().map(Counts::from);
         self.objectives = result.objectives.iter().map(|o| objective(preferences, o)).collect();
@@ -201,7 +201,7 @@ impl CheckFindings {
         self.spi = levels(&result.spi);
     }
 
-    /// Takes over what is known of the first initial states.
+    /// Copies the results for the first initial states.
     pub fn set_initial(&mut self, program: &Program, preferences: &Preferences, prospects: &[Prospects]) {
         let one = |p: &Prospects| InitialReport {
             state: json_state(program, &p.state),
@@ -230,7 +230,7 @@ fn names(preferences: &Preferences, set: &ObjectiveSet) -> Vec<String> {
     preferences.names(set).into_iter().map(str::to_owned).collect()
 }
 
-/// The levels of one kind; none where they were not begun.
+/// Returns the levels of one kind, or `None` if they were not started.
 fn levels(counts: &LevelCounts) -> Option<LevelsReport> {
     if counts.levels.is_empty() && counts.end == LevelsEnd::Open {
         return None;

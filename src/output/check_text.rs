@@ -1,4 +1,4 @@
-//! The report of `check` for people.
+//! The report of `check` as text.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use super::text::{self, Grid};
 use super::{Number, Style, ranks};
 use crate::planning::Rank;
 
-/// The whole report.
+/// Renders the whole report.
 pub(super) fn render(report: &CheckReport, style: Style) -> String {
     let mut settings =
         vec![("engine", report.engine), ("scope", report.scope.name()), ("safety", report.safety)];
@@ -47,9 +47,9 @@ fn objectives(report: &CheckReport, style: Style) -> String {
     format!(
         "\n{}\n{}",
         style.bold(if report.history.is_some() {
-            "Objectives, and the states in which plays satisfy them"
+            "Objectives, and the number of states from which paths satisfy them"
         } else {
-            "Objectives, and the states that reach them"
+            "Objectives, and the number of states that reach them"
         }),
         grid.text(style)
     )
@@ -63,7 +63,7 @@ fn classes(report: &CheckReport, style: Style) -> String {
     }
     format!(
         "\n{}\n{}",
-        style.bold("Classes: the most preferred outcomes that can be had for sure"),
+        style.bold("Classes: number of states by most preferred almost-sure objectives"),
         grid.text(style)
     )
 }
@@ -78,7 +78,7 @@ fn improvement(report: &CheckReport, style: Style) -> String {
     format!("\n{}\n{}", style.bold("Improvement MDP"), text::aligned(&numbers))
 }
 
-/// SASI beside SPI, a line for each number of improvements.
+/// Shows the SASI and SPI levels side by side, one line per number of improvements.
 fn levels(report: &CheckReport, style: Style) -> String {
     if report.sasi.is_none() && report.spi.is_none() {
         return String::new();
@@ -100,7 +100,11 @@ fn levels(report: &CheckReport, style: Style) -> String {
         unbounded(report.sasi.is_some(), sasi),
         unbounded(report.spi.is_some(), spi),
     ]);
-    format!("\n{}\n{}", style.bold("States that can improve again and again"), grid.text(style))
+    format!(
+        "\n{}\n{}",
+        style.bold("Levels: number of states that can improve this many times"),
+        grid.text(style)
+    )
 }
 
 fn level_cell(levels: &LevelsReport, level: usize) -> String {
@@ -115,14 +119,14 @@ fn initial(report: &CheckReport, style: Style) -> String {
     let mut out = String::new();
     for initial in &report.initial {
         let _ = write!(out, "\n{}\n", style.bold(&format!("Initial state {}", show_state(&initial.state))));
-        let _ = writeln!(out, "  sure of {}", text::names(&initial.most_preferred));
-        prospect(&mut out, "SASI", "surely", initial.sasi_rank, initial.sasi_actions.as_ref(), style);
-        prospect(&mut out, "SPI ", "possibly", initial.spi_rank, initial.spi_actions.as_ref(), style);
+        let _ = writeln!(out, "  sure: {}", text::names(&initial.most_preferred));
+        prospect(&mut out, "SASI", "guaranteed", initial.sasi_rank, initial.sasi_actions.as_ref(), style);
+        prospect(&mut out, "SPI ", "possible", initial.spi_rank, initial.spi_actions.as_ref(), style);
     }
     if let Some(counts) = &report.counts {
         let listed = Number::from(report.initial.len() as u64);
         if !report.initial.is_empty() && counts.initial > listed {
-            let _ = writeln!(out, "\n  … and {} initial states more", more(&counts.initial, &listed));
+            let _ = writeln!(out, "\n  … and {} more initial states", more(&counts.initial, &listed));
         }
     }
     out
@@ -132,7 +136,7 @@ fn more(all: &Number, listed: &Number) -> String {
     Number(&all.0 - &listed.0).grouped()
 }
 
-/// One line: how often the state improves, and with which actions it starts.
+/// Writes one line: the improvements of a state, and the permitted actions.
 fn prospect(
     out: &mut String,
     name: &str,
@@ -144,7 +148,7 @@ fn prospect(
     let Some(rank) = rank else { return };
     let verdict = ranks::ability(rank, how);
     let verdict = if rank == Rank::Finite(0) { style.dim(&verdict) } else { style.good(&verdict) };
-    let _ = write!(out, "  {name}    {verdict}");
+    let _ = write!(out, "  {name}  {verdict}");
     match actions {
         Some(actions) if !actions.is_empty() => {
             let _ = writeln!(out, "; permitted: {}", style.bold(&actions.join(", ")));

@@ -11,7 +11,7 @@ use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
 
-/// What `compare` found, in the order in which JSON has it.
+/// The results of `compare`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct CompareFindings {
     /// The model.
@@ -19,55 +19,55 @@ pub struct CompareFindings {
     /// The preference file as the user named it.
     #[serde(skip)]
     pub preferences: String,
-    /// Which valuations are states.
+    /// The valuations that are states.
     pub scope: Scope,
     /// The name of the safety filter.
     pub safety: &'static str,
-    /// What an empty set of outcomes is worth.
+    /// The value of nothing: the `empty` statement of the preferences.
     pub empty: Option<&'static str>,
     /// Sizes of the model.
     pub counts: Option<Counts>,
-    /// Whether both engines say the same; none where that is not known.
+    /// True if both engines have the same results; `None` if this is not known.
     pub equal: Option<bool>,
     /// The first difference.
     pub difference: Option<String>,
-    /// How many numbers, classes, levels and ranks were compared.
+    /// Number of compared counts, classes, levels and ranks.
     pub compared: u64,
-    /// The states that were looked up in every region of both; none where there were too many.
+    /// Number of states that were looked up in every region of both; `None` if there were too many.
     pub membership: Option<Number>,
-    /// What each engine took.
+    /// Times and memory of each engine.
     pub engines: Vec<EngineReport>,
-    /// The engine to prefer here, and why.
+    /// The recommended engine, and the reason.
     pub prefer: Option<Preference>,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type CompareReport = Envelope<CompareFindings>;
 
-/// What one engine took.
+/// Times and memory of one engine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EngineReport {
     /// Its name.
     pub engine: &'static str,
     /// Seconds by phase.
     pub time: CheckTime,
-    /// The largest number of diagram nodes alive at once; 0 without diagrams.
+    /// The maximum number of live diagram nodes; 0 without diagrams.
     pub peak_nodes: u64,
-    /// The bytes of its own tables.
+    /// The size of its tables in bytes.
     pub table_bytes: u64,
 }
 
-/// Which engine to use for this input.
+/// The recommended engine for this input.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Preference {
     /// Its name.
     pub engine: &'static str,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
 impl CompareReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(model: &str, preferences: &str, scope: Scope, safety: &'static str) -> Self {
         Envelope::of(CompareFindings {
             model: ModelSummary::of_path(model),
@@ -92,7 +92,7 @@ impl CompareReport {
                     Some(n) => format!(" and the membership of {} states in every region", n.grouped()),
                     None => String::new(),
                 };
-                format!("\n{}: {} numbers{states}\n", style.good("The engines agree"), self.compared)
+                format!("\n{}: {} values{states}\n", style.good("The engines agree"), self.compared)
             }
             (_, Some(difference)) => format!("\n{}: {difference}\n", style.bad("The engines differ")),
             _ => String::new(),
@@ -103,7 +103,7 @@ impl CompareReport {
         if self.engines.is_empty() {
             return String::new();
         }
-        let headings = ["", "build", "outcomes", "improvement", "SASI", "SPI", "all", "tables", "nodes"];
+        let headings = ["", "build", "outcomes", "improvement", "SASI", "SPI", "total", "tables", "nodes"];
         let mut grid = Grid::new(&headings, style);
         let time = |t: Option<f64>| t.map_or_else(|| "–".to_owned(), text::seconds);
         for e in &self.engines {

@@ -1,4 +1,4 @@
-//! What all reports have around what they found: which report it is, whether it is whole, what it took.
+//! The common frame of all reports: schema, completeness, times and memory.
 
 use std::ops::{Deref, DerefMut};
 
@@ -7,17 +7,17 @@ use serde::Serialize;
 use super::report::{Failure, MemoryUse, Report};
 use super::style::Style;
 
-/// What a command found.
+/// The results of a command.
 pub trait Findings: Serialize + Sized {
     /// The name and version of the report, such as `meliora.check/1`.
     const SCHEMA: &'static str;
     /// Seconds by phase.
     type Time: Time;
 
-    /// The report for people.
+    /// Renders the report as text.
     fn text(report: &Envelope<Self>, style: Style) -> String;
 
-    /// Whether the question asked for a yes or a no, and the answer is no.
+    /// Returns whether the question was a yes/no question and the answer is no.
     fn is_no(&self) -> bool {
         false
     }
@@ -25,14 +25,14 @@ pub trait Findings: Serialize + Sized {
 
 /// Seconds by phase.
 pub trait Time: Serialize + Default {
-    /// Those of everything.
+    /// Returns the total seconds.
     fn total(&mut self) -> &mut f64;
 }
 
-/// The seconds of a run.
+/// The seconds of a command.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Total {
-    /// Everything.
+    /// The total.
     pub total: f64,
 }
 
@@ -42,28 +42,28 @@ impl Time for Total {
     }
 }
 
-/// A report, in the order in which JSON has it.
+/// A report, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct Envelope<F: Findings> {
-    /// Which report it is.
+    /// The name and version of the report.
     pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
+    /// False if the work ended early; written only in that case.
     #[serde(skip_serializing_if = "is_true")]
     pub complete: bool,
-    /// What was found.
+    /// The results.
     #[serde(flatten)]
     pub findings: F,
     /// Seconds by phase.
     pub time: F::Time,
-    /// What was used.
+    /// The memory used.
     pub memory: MemoryUse,
-    /// Why the work ended early.
+    /// The reason why the work ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Failure>,
 }
 
 impl<F: Findings> Envelope<F> {
-    /// A report of which nothing else is known.
+    /// Creates a report with these results.
     pub(super) fn of(findings: F) -> Self {
         let (time, memory) = (F::Time::default(), MemoryUse::default());
         Envelope { schema: F::SCHEMA, complete: true, findings, time, memory, error: None }
@@ -104,7 +104,7 @@ impl<F: Findings> Report for Envelope<F> {
     }
 }
 
-/// For `complete`, which is written only where it is false.
+/// Returns true for `complete` fields that are left out of JSON.
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands out references")]
 pub(super) fn is_true(flag: &bool) -> bool {
     *flag

@@ -9,32 +9,32 @@ use super::{Number, Style};
 use crate::engine::Scope;
 use crate::export::explicit::Graph;
 
-/// What `export` wrote state by state.
+/// The explicit model that `export` wrote.
 #[derive(Debug, Clone, Serialize)]
 pub struct ExplicitFindings {
     /// The model.
     pub model: ModelSummary,
-    /// Which valuations are states.
+    /// The valuations that are states.
     pub scope: Scope,
-    /// What is kept of a choice that may weaken.
+    /// The name of the safety filter.
     pub safety: &'static str,
     /// The directory.
     pub directory: String,
-    /// The strategy whose model it is, such as `sasi:progress`; none for the model itself.
+    /// The strategy that induces the model, such as `sasi:progress`; `None` for the model itself.
     pub strategy: Option<String>,
     /// The files in the directory.
     pub files: Vec<String>,
-    /// States that were written.
+    /// Number of written states.
     pub states: Option<Number>,
-    /// Their choices.
+    /// Number of their choices.
     pub choices: Option<Number>,
-    /// Their transitions.
+    /// Number of their transitions.
     pub transitions: Option<Number>,
     /// The labels, each with the number of its states.
     pub labels: Vec<Labelled>,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type ExplicitReport = Envelope<ExplicitFindings>;
 
 /// A label of states.
@@ -42,12 +42,12 @@ pub type ExplicitReport = Envelope<ExplicitFindings>;
 pub struct Labelled {
     /// Its name in the files.
     pub name: String,
-    /// How many states have it.
+    /// Number of states with this label.
     pub states: Number,
 }
 
 impl ExplicitReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(
         model: &str,
         scope: Scope,
@@ -69,7 +69,7 @@ impl ExplicitReport {
         })
     }
 
-    /// Notes what was written.
+    /// Adds the written model and files.
     pub fn set(&mut self, graph: &Graph, files: Vec<String>) {
         let number = |n: usize| Number((n as u64).into());
         self.files = files;
@@ -95,7 +95,7 @@ impl Findings for ExplicitFindings {
         }
         let mut out = text::title(&[&report.model.path], &settings, style);
         if !report.files.is_empty() {
-            out.push_str(&format!("\nWritten to {}: {}\n", report.directory, report.files.join(", ")));
+            out.push_str(&format!("\nwritten to {}: {}\n", report.directory, report.files.join(", ")));
             let mut grid = Grid::new(&["", "number"], style);
             let sizes = [
                 ("states", &report.states),

@@ -10,26 +10,26 @@ use crate::dump::Manifest;
 use crate::engine::Scope;
 use crate::escape;
 
-/// What `export` wrote.
+/// The dump that `export` wrote.
 #[derive(Debug, Clone, Serialize)]
 pub struct ExportFindings {
     /// The model.
     pub model: ModelSummary,
-    /// Which valuations are states.
+    /// The valuations that are states.
     pub scope: Scope,
-    /// What is kept of a choice that may weaken.
+    /// The name of the safety filter.
     pub safety: &'static str,
     /// The directory.
     pub directory: String,
-    /// The regions, in the order of the roots; none before they are written.
+    /// The regions, in the order of the roots; empty until they are written.
     pub regions: Vec<ExportedRegion>,
-    /// How many nodes `regions.dddmp` has.
+    /// Number of nodes in `regions.dddmp`.
     pub nodes: Option<usize>,
-    /// How many nodes `certificate.dddmp` has, if it was written.
+    /// Number of nodes in `certificate.dddmp`, if it was written.
     pub certificate_nodes: Option<usize>,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type ExportReport = Envelope<ExportFindings>;
 
 /// A region in a dump.
@@ -39,14 +39,14 @@ pub struct ExportedRegion {
     pub name: String,
     /// `states` or `choices`.
     pub kind: crate::dump::manifest::RootKind,
-    /// How many members it has.
+    /// Number of members.
     pub count: Number,
-    /// How many inner nodes it has.
+    /// Number of inner nodes.
     pub nodes: usize,
 }
 
 impl ExportReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(model: &str, scope: Scope, safety: &'static str, directory: &str) -> Self {
         Envelope::of(ExportFindings {
             model: ModelSummary::of_path(model),
@@ -59,7 +59,7 @@ impl ExportReport {
         })
     }
 
-    /// Notes what was written.
+    /// Adds the regions that were written.
     pub fn set(&mut self, manifest: &Manifest) {
         let region = |r: &crate::dump::manifest::Root| ExportedRegion {
             name: r.name.clone(),
@@ -87,7 +87,7 @@ impl Findings for ExportFindings {
         if let Some(nodes) = report.nodes {
             out.push_str(&grid.text(style));
             out.push_str(&format!(
-                "\n{nodes} nodes together, written to {}\n",
+                "\n{nodes} nodes in total, written to {}\n",
                 escape::line(&report.directory)
             ));
         }

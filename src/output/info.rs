@@ -12,10 +12,10 @@ use super::text::{self, Grid};
 use crate::engine::Scope;
 use crate::lang::flat::Flat;
 
-/// Names of values shown for one variable.
+/// Maximum number of value names shown for one variable.
 const MOST_NAMES: usize = 6;
 
-/// What `info` found, in the order in which JSON has it.
+/// The results of `info`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct InfoFindings {
     /// The model.
@@ -23,33 +23,33 @@ pub struct InfoFindings {
     /// The name of the engine.
     #[serde(skip)]
     pub engine: &'static str,
-    /// Which valuations are states.
+    /// The valuations that are states.
     #[serde(skip)]
     pub scope: Scope,
     /// Sizes of the model.
     pub counts: Option<Counts>,
-    /// The variables of the diagram from the top; none for the explicit engine.
+    /// The variables of the diagram from the top; `None` for the explicit engine.
     pub order: Option<Vec<String>>,
-    /// Sizes of diagrams; none for the explicit engine.
+    /// Sizes of diagrams; `None` for the explicit engine.
     pub nodes: Option<Nodes>,
-    /// What the order follows from, where it was computed from the model.
+    /// The reason for the order, if it was computed from the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order_reason: Option<String>,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type InfoReport = Envelope<InfoFindings>;
 
 /// Sizes of diagrams.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Nodes {
-    /// Of the transition relations together.
+    /// Nodes of all transition relations together.
     pub transition: u64,
-    /// Of the set of states.
+    /// Nodes of the set of states.
     pub reachable: u64,
 }
 
-/// Seconds by phase; none for a phase that was not finished.
+/// Seconds by phase; `None` for an unfinished phase.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct InfoTime {
     /// Reading the model.
@@ -58,7 +58,7 @@ pub struct InfoTime {
     pub build: Option<f64>,
     /// Counting.
     pub count: Option<f64>,
-    /// Everything.
+    /// The total.
     pub total: f64,
 }
 
@@ -69,7 +69,7 @@ impl Time for InfoTime {
 }
 
 impl InfoReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(model: &str, engine: &'static str, scope: Scope) -> Self {
         Envelope::of(InfoFindings {
             model: ModelSummary::of_path(model),
@@ -115,7 +115,7 @@ impl InfoReport {
     }
 }
 
-/// Words in lines of at most `width` columns, indented.
+/// Breaks words into indented lines of at most `width` columns.
 fn wrapped(words: &[String], width: usize) -> String {
     let (mut out, mut line) = (String::new(), String::new());
     for word in words {
@@ -157,7 +157,7 @@ impl Findings for InfoFindings {
 /// A flat program as text: a report without numbers.
 #[derive(Default, Serialize)]
 pub struct FlatReport {
-    /// The program; none until it was read.
+    /// The program; `None` until it is read.
     #[serde(skip)]
     pub flat: Option<Flat>,
 }
@@ -176,7 +176,7 @@ impl Report for FlatReport {
     }
 }
 
-/// `{idle, busy}`; the rest of many as a number.
+/// Formats names of values as `{idle, busy}`, the first ones only if there are many.
 fn locations(names: &[String]) -> String {
     let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(MOST_NAMES) {

@@ -1,7 +1,7 @@
-//! Results as plain data, and the two ways to write them: JSON for programs, text for people.
+//! Results as plain data, and their two forms: JSON for programs, text for people.
 //!
-//! A report is filled in as the work goes on: what is not known yet is `None` (JSON `null`), so that
-//! a run that hits a limit still says what it found. Nothing here prints.
+//! A report is filled in step by step. Unknown values are `None` (JSON `null`), so a run that hits
+//! a limit still reports its partial results. Nothing in this module prints.
 
 pub mod check;
 pub mod compare;

@@ -1,4 +1,4 @@
-//! Exact counts as they are written: decimal strings in JSON, grouped digits in text.
+//! Exact counts in reports: decimal strings in JSON, grouped digits in text.
 
 use std::fmt;
 
@@ -6,13 +6,13 @@ use serde::{Serialize, Serializer};
 
 use crate::engine::Count;
 
-/// A count of states, choices or transitions: JSON readers lose digits past 2^53, so it is a string
-/// there.
+/// A count of states, choices or transitions. JSON has it as a string, since many readers lose
+/// digits beyond 2^53.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Number(pub Count);
 
 impl Number {
-    /// The number with a comma after every third digit: `1,234,567`.
+    /// Formats the number with a comma after every third digit: `1,234,567`.
     pub fn grouped(&self) -> String {
         group(&self.0.to_string())
     }
@@ -42,7 +42,7 @@ impl Serialize for Number {
     }
 }
 
-/// `digits` with a comma after every third one, from the right.
+/// Inserts a comma after every third digit, from the right.
 pub(super) fn group(digits: &str) -> String {
     let mut text = String::with_capacity(digits.len() * 4 / 3);
     for (index, digit) in digits.chars().enumerate() {

@@ -10,17 +10,17 @@ use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
 
-/// What is known of the properties of a file or of the command line.
+/// The answers to the properties of a file or of the command line.
 #[derive(Debug, Clone, Serialize)]
 pub struct PropertiesFindings {
     /// The model.
     pub model: ModelSummary,
-    /// The property file as the user named it; none for properties of the command line.
+    /// The property file as the user named it; `None` for properties of the command line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// The name of the engine.
     pub engine: &'static str,
-    /// Which valuations are states.
+    /// The valuations that are states.
     pub scope: Scope,
     /// Sizes of the model.
     pub counts: Option<Counts>,
@@ -28,33 +28,33 @@ pub struct PropertiesFindings {
     pub properties: Vec<PropertyAnswer>,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type PropertiesReport = Envelope<PropertiesFindings>;
 
-/// A property with its answer, or why there is none.
+/// A property with its answer, or the reason for no answer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PropertyAnswer {
     /// Its name in the file.
     pub name: Option<String>,
     /// Its text.
     pub property: String,
-    /// Whether it holds in all initial states; none where it was not answered.
+    /// True if it holds in all initial states; `None` if it was not answered.
     pub holds: Option<bool>,
-    /// States from which some strategy reaches the target surely.
+    /// Number of states from which some strategy satisfies the formula surely.
     pub pmax_one: Option<Number>,
-    /// States from which some strategy may reach it.
+    /// Number of states from which some strategy possibly satisfies it.
     pub pmax_positive: Option<Number>,
-    /// States from which every strategy reaches it surely.
+    /// Number of states from which every strategy satisfies it surely.
     pub pmin_one: Option<Number>,
-    /// States from which every strategy may reach it.
+    /// Number of states from which every strategy possibly satisfies it.
     pub pmin_positive: Option<Number>,
-    /// Why it was not answered.
+    /// The reason for no answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
 
 impl PropertyAnswer {
-    /// A property that has no answer yet, or none at all for this reason.
+    /// Creates a property without an answer; `reason` says why it will have none.
     pub fn open(name: Option<String>, property: String, reason: Option<String>) -> Self {
         PropertyAnswer {
             name,
@@ -70,7 +70,7 @@ impl PropertyAnswer {
 }
 
 impl PropertiesReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(model: &str, file: Option<&str>, engine: &'static str, scope: Scope) -> Self {
         Envelope::of(PropertiesFindings {
             model: ModelSummary::of_path(model),
@@ -105,7 +105,7 @@ impl PropertiesReport {
     }
 }
 
-/// The name and the text of a property in one line.
+/// Formats the name and the text of a property in one line.
 fn title(answer: &PropertyAnswer) -> String {
     let text = answer.property.split_whitespace().collect::<Vec<_>>().join(" ");
     answer.name.as_ref().map_or_else(|| text.clone(), |name| format!("\"{name}\": {text}"))

@@ -13,7 +13,7 @@ use crate::escape;
 use crate::model::Program;
 use crate::query::Member;
 
-/// What `query` found.
+/// The results of `query`.
 #[derive(Debug, Clone, Serialize)]
 pub struct QueryFindings {
     /// The directory of the dump.
@@ -23,9 +23,9 @@ pub struct QueryFindings {
     /// The condition of `--where`.
     #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
     pub condition: Option<String>,
-    /// What the region has: `states` or `choices`.
+    /// The kind of the region: `states` or `choices`.
     pub kind: Option<&'static str>,
-    /// How many.
+    /// The number of members.
     pub count: Option<Number>,
     /// The states of `--contains`, and whether they are members.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -33,15 +33,15 @@ pub struct QueryFindings {
     /// The states of `--list`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub states: Option<Rows>,
-    /// Whether the number alone is wanted.
+    /// True if only the number is printed.
     #[serde(skip)]
     pub plain: bool,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type QueryReport = Envelope<QueryFindings>;
 
-/// States of the selection, as many as are asked for: each is spelled out when it is written.
+/// Listed states of the selection. Each is formatted only when it is written.
 #[derive(Debug, Clone)]
 pub struct Rows {
     program: Arc<Program>,
@@ -49,7 +49,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// The states of `program` that were found.
+    /// Creates the list of these members.
     pub fn new(program: &Arc<Program>, members: Vec<Member>) -> Self {
         Rows { program: Arc::clone(program), members: Arc::new(members) }
     }
@@ -70,32 +70,32 @@ impl Serialize for Rows {
 pub struct Listed {
     /// Its values.
     pub state: Map<String, Json>,
-    /// The names of its choices, where the selection has choices.
+    /// The names of its choices, if the selection has choices.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub choices: Option<Vec<String>>,
 }
 
-/// Whether a state is in the selection.
+/// A state with the answer whether it is in the selection.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contained {
     /// Its values.
     pub state: Map<String, Json>,
-    /// The answer.
+    /// True if the state is a member.
     pub contained: bool,
-    /// The names of its choices, where the selection has choices.
+    /// The names of its choices, if the selection has choices.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub choices: Option<Vec<String>>,
 }
 
 impl Listed {
-    /// A member with the values of its variables.
+    /// Returns a member with the values of its variables.
     pub fn of(program: &Program, member: &Member) -> Self {
         Listed { state: json_state(program, &member.state), choices: member.choices.clone() }
     }
 }
 
 impl QueryReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(directory: &str, region: &str, condition: Option<&str>) -> Self {
         Envelope::of(QueryFindings {
             directory: directory.to_owned(),

@@ -1,9 +1,9 @@
-//! What a rank says and promises, in words.
+//! Texts for ranks.
 
 use super::text;
 use crate::planning::{Kind, Rank};
 
-/// `2`, `2+`, `∞`; `?` where it is not known.
+/// Formats a rank as `2`, `2+` or `∞`; `?` if it is not known.
 pub(super) fn mark(rank: Option<Rank>) -> String {
     match rank {
         None => "?".to_owned(),
@@ -13,7 +13,7 @@ pub(super) fn mark(rank: Option<Rank>) -> String {
     }
 }
 
-/// A rank in a table.
+/// Formats a rank for a table.
 pub(super) fn cell(rank: Rank) -> String {
     match rank {
         Rank::Finite(k) => k.to_string(),
@@ -22,18 +22,7 @@ pub(super) fn cell(rank: Rank) -> String {
     }
 }
 
-/// `once`, `2 times`, …
-pub(super) fn times(rank: Rank) -> String {
-    match rank {
-        Rank::Finite(0) => "not".to_owned(),
-        Rank::Finite(1) => "once".to_owned(),
-        Rank::Finite(k) => format!("{k} times"),
-        Rank::AtLeast(k) => format!("{k} times or more"),
-        Rank::Unbounded => "any number of times".to_owned(),
-    }
-}
-
-/// `1 improvement`, `2 improvements`, `any number of improvements`.
+/// Returns `1 improvement`, `2 improvements`, `any number of improvements`.
 pub(super) fn improvements(rank: Rank) -> String {
     match rank {
         Rank::Finite(k) => text::plural(k, "improvement"),
@@ -42,21 +31,20 @@ pub(super) fn improvements(rank: Rank) -> String {
     }
 }
 
-/// Whether a level is about one improvement.
+/// Returns whether a rank is exactly or at least one improvement.
 pub(super) fn is_one(rank: Rank) -> bool {
     matches!(rank, Rank::Finite(1) | Rank::AtLeast(1))
 }
 
-/// `cannot surely improve`, `surely improves 2 times`
+/// Returns `2 improvements are guaranteed`, with a note if the search for levels stopped.
 pub(super) fn ability(rank: Rank, how: &str) -> String {
     match rank {
-        Rank::Finite(0) => format!("cannot {how} improve"),
-        Rank::AtLeast(_) => format!("{how} improves {} (the search ends there)", times(rank)),
-        _ => format!("{how} improves {}", times(rank)),
+        Rank::AtLeast(_) => format!("{} (search stopped)", claim(Some(rank), how)),
+        _ => claim(Some(rank), how),
     }
 }
 
-/// `2 improvements are guaranteed`, `any number of improvements is possible`
+/// Returns `2 improvements are guaranteed`, `any number of improvements is possible`, …
 pub(super) fn claim(rank: Option<Rank>, how: &str) -> String {
     match rank {
         None => format!("it is not known how many improvements are {how}"),
@@ -68,38 +56,43 @@ pub(super) fn claim(rank: Option<Rank>, how: &str) -> String {
     }
 }
 
-/// What both ranks of a state say, in a sentence or two.
+/// Returns both ranks of a state in one or two sentences.
 pub(super) fn both(sasi: Rank, spi: Rank) -> String {
     match (sasi, spi) {
         (_, Rank::Finite(0)) => "No improvement is possible.".to_owned(),
-        (Rank::Finite(0), spi) => {
-            format!("No improvement is sure (SASI). Improves {} possibly (SPI).", times(spi))
+        _ => {
+            let (sasi, spi) = (cell(sasi), cell(spi));
+            format!("Guaranteed improvements (SASI): {sasi}. Possible improvements (SPI): {spi}.")
         }
-        _ => format!("Improves {} surely (SASI), {} possibly (SPI).", times(sasi), times(spi)),
     }
 }
 
-/// Both ranks of a state that starts plays, as one sentence.
+/// Returns both ranks of an initial state as one sentence.
 pub(super) fn verdict(sasi: Option<Rank>, spi: Option<Rank>) -> String {
     let sentence = match (sasi, spi) {
         (Some(Rank::Finite(0)), Some(Rank::Finite(0))) => "no improvement is possible".to_owned(),
         (Some(Rank::Unbounded), Some(Rank::Unbounded)) => claim(sasi, "guaranteed"),
-        _ if sasi == spi => {
+        (Some(Rank::Finite(_)), _) if sasi == spi => {
             let verb = if sasi == Some(Rank::Finite(1)) { "is" } else { "are" };
-            format!("{}, and no more than that {verb} possible", claim(sasi, "guaranteed"))
+            format!("{}, and no more {verb} possible", claim(sasi, "guaranteed"))
         }
         _ => format!("{}, {}", claim(sasi, "guaranteed"), claim(spi, "possible")),
     };
-    let mut letters = sentence.chars();
-    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
-    format!("{first}{}.", letters.as_str())
+    capitalised(&sentence) + "."
 }
 
-/// How a kind is sure of improvements: as an adjective and as an adverb.
-pub(super) fn how(kind: Kind) -> (&'static str, &'static str) {
+/// Returns a text with a capital first letter.
+pub(super) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{}", letters.as_str())
+}
+
+/// Returns the adjective for the improvements of a kind.
+pub(super) fn how(kind: Kind) -> &'static str {
     match kind {
-        Kind::Sasi => ("sure", "surely"),
-        Kind::Spi => ("possible", "possibly"),
+        Kind::Sasi => "guaranteed",
+        Kind::Spi => "possible",
     }
 }
 
@@ -114,8 +107,8 @@ mod tests {
             (Finite(2), Unbounded, "2 improvements are guaranteed, any number of improvements is possible."),
             (Finite(0), Finite(1), "No improvement is guaranteed, one improvement is possible."),
             (Finite(0), Finite(0), "No improvement is possible."),
-            (Finite(1), Finite(1), "One improvement is guaranteed, and no more than that is possible."),
-            (Finite(2), Finite(2), "2 improvements are guaranteed, and no more than that are possible."),
+            (Finite(1), Finite(1), "One improvement is guaranteed, and no more is possible."),
+            (Finite(2), Finite(2), "2 improvements are guaranteed, and no more are possible."),
             (Unbounded, Unbounded, "Any number of improvements is guaranteed."),
         ] {
             assert_eq!(verdict(Some(sasi), Some(spi)), text);

@@ -11,65 +11,65 @@ use super::text::{self, Grid};
 use super::{Number, Style};
 use crate::engine::Scope;
 
-/// What `reach` found, in the order in which JSON has it.
+/// The results of `reach`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct ReachFindings {
     /// The model.
     pub model: ModelSummary,
     /// The name of the engine.
     pub engine: &'static str,
-    /// Which valuations are states.
+    /// The valuations that are states.
     pub scope: Scope,
     /// Sizes of the model.
     pub counts: Option<Counts>,
-    /// The expression that was asked for.
+    /// The target or the property.
     #[serde(skip)]
     pub expression: String,
-    /// States of the target.
+    /// Number of target states.
     pub target: Option<Number>,
-    /// States where some strategy reaches it with probability 1.
+    /// Number of states from which some strategy satisfies it with probability 1.
     pub pmax_one: Option<Number>,
-    /// States where some strategy reaches it with probability > 0.
+    /// Number of states from which some strategy satisfies it with probability > 0.
     pub pmax_positive: Option<Number>,
-    /// States where every strategy reaches it with probability 1.
+    /// Number of states from which every strategy satisfies it with probability 1.
     pub pmin_one: Option<Number>,
-    /// States where every strategy reaches it with probability > 0.
+    /// Number of states from which every strategy satisfies it with probability > 0.
     pub pmin_positive: Option<Number>,
-    /// How many of the initial states lie in each region.
+    /// The share of initial states in each region.
     pub initial: InitialShare,
-    /// The verdict on `--property`: whether it holds in all initial states.
+    /// True if the property of `--property` holds in all initial states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
-    /// The property with its answer, as where several are asked.
+    /// The property with its answer, as for several properties.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub properties: Vec<PropertyAnswer>,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type ReachReport = Envelope<ReachFindings>;
 
-/// How many of the initial states lie in each region.
+/// The share of initial states in each region.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct InitialShare {
-    /// Of `pmax_one`.
+    /// The share in `pmax_one`.
     pub pmax_one: Option<Share>,
-    /// Of `pmax_positive`.
+    /// The share in `pmax_positive`.
     pub pmax_positive: Option<Share>,
-    /// Of `pmin_one`.
+    /// The share in `pmin_one`.
     pub pmin_one: Option<Share>,
-    /// Of `pmin_positive`.
+    /// The share in `pmin_positive`.
     pub pmin_positive: Option<Share>,
 }
 
-/// How many of the initial states.
+/// A share of the initial states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Share {
-    /// All of them.
+    /// All initial states.
     All,
-    /// Some but not all.
+    /// Some initial states, but not all.
     Some,
-    /// None.
+    /// Not a single initial state.
     None,
 }
 
@@ -83,7 +83,7 @@ impl Share {
     }
 }
 
-/// Seconds by phase; none for a phase that was not finished.
+/// Seconds by phase; `None` for an unfinished phase.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct ReachTime {
     /// Reading the model and the target.
@@ -98,7 +98,7 @@ pub struct ReachTime {
     pub pmin_positive: Option<f64>,
     /// The region of that name.
     pub pmin_one: Option<f64>,
-    /// Everything.
+    /// The total.
     pub total: f64,
 }
 
@@ -109,7 +109,7 @@ impl Time for ReachTime {
 }
 
 impl ReachReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(model: &str, engine: &'static str, scope: Scope, expression: &str) -> Self {
         Envelope::of(ReachFindings {
             model: ModelSummary::of_path(model),
@@ -145,15 +145,15 @@ impl Findings for ReachFindings {
         }
         if let Some(target) = &report.target {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));
-            let _ = writeln!(out, "  states of the target  {}", target.grouped());
+            let _ = writeln!(out, "  target states  {}", target.grouped());
             out.push_str(&report.regions(style));
         } else if report.pmax_positive.is_some() {
-            let _ = write!(out, "\n{}\n", style.bold(&format!("Where {}", report.expression)));
+            let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", report.expression)));
             out.push_str(&report.regions(style));
         }
         if let Some(holds) = report.holds {
             let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
-            let _ = write!(out, "\nIn the initial states it {verdict}.\n");
+            let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
         }
         out.push_str(&text::incomplete(report.error.as_ref(), style));
         out.push_str(&report.times(style));
@@ -162,7 +162,7 @@ impl Findings for ReachFindings {
 }
 
 impl ReachReport {
-    /// Lists the property that was asked, with its answer.
+    /// Adds the property with its answer to the list.
     pub fn list_property(&mut self) {
         let mut answer = PropertyAnswer::open(None, self.expression.clone(), None);
         answer.holds = self.holds;

@@ -1,4 +1,4 @@
-//! Why an action is permitted or not, in words.
+//! Texts for the reasons why an action is permitted or not.
 
 use super::{ranks, text};
 use crate::model::Program;
@@ -6,7 +6,7 @@ use crate::model::preference::{ObjectiveSet, Preferences};
 use crate::planning::explain::{Action, Explanation, Successor, Verdict};
 use crate::planning::{Kind, Rank};
 
-/// What the words are about.
+/// The program, the preferences and the kind that a text refers to.
 #[derive(Clone, Copy)]
 pub(super) struct Words<'a> {
     pub(super) program: &'a Program,
@@ -15,17 +15,17 @@ pub(super) struct Words<'a> {
 }
 
 impl Words<'_> {
-    /// The names of a set, in the order of declaration.
+    /// Returns the names of a set, in the order of declaration.
     pub(super) fn names(&self, set: &ObjectiveSet) -> Vec<String> {
         self.preferences.names(set).into_iter().map(str::to_owned).collect()
     }
 
-    /// `A, B`, or `nothing`.
+    /// Formats a set as `A, B`, or `nothing`.
     pub(super) fn list(&self, set: &ObjectiveSet) -> String {
         text::names(&self.names(set))
     }
 
-    /// The values that differ: `r=3,b=7`, or `no change`.
+    /// Formats the values that differ: `r=3,b=7`, or `no change`.
     pub(super) fn changed(&self, from: &[i64], to: &[i64]) -> String {
         let pairs = self.program.variables.iter().zip(from.iter().zip(to));
         let differs = |(v, (x, y)): (&crate::model::Variable, (&i64, &i64))| {
@@ -37,39 +37,39 @@ impl Words<'_> {
         }
     }
 
-    /// Why the action is permitted or not.
+    /// Returns the reason why the action is permitted or not.
     pub(super) fn reason(&self, at: &Explanation, action: &Action) -> String {
         let place = |s: &Successor| self.changed(&at.state, &s.state);
         let to = |index: usize| action.successors.get(index);
         match action.verdict {
-            Verdict::Improves => format!("improves whatever happens: {}", self.gains(action)),
+            Verdict::Improves => format!("always improves: {}", self.gains(action)),
             Verdict::MayImprove => format!("may improve: {}{}", self.gains(action), self.risk(at, action)),
             Verdict::Approaches => format!("comes closer to an improvement{}", self.risk(at, action)),
-            Verdict::Stays => "stays, but makes no progress".to_owned(),
+            Verdict::Stays => "stays in the level, but comes no closer to an improvement".to_owned(),
             Verdict::Weakens(index) => match to(index) {
                 Some(s) => self.weakens(s, action, &place(s)),
                 None => "weakens".to_owned(),
             },
             Verdict::Unsafe(index) => {
-                let place = index.and_then(to).map_or_else(|| "here".to_owned(), place);
+                let place = index.and_then(to).map_or_else(|| "this action".to_owned(), place);
                 let kept = self.list(&at.reference);
-                format!("not kept: from {place} on, it is not sure that {kept} can be kept from weakening")
+                format!("not kept: after {place}, a weakening of {kept} cannot be ruled out")
             }
             Verdict::Strays(index) => match to(index) {
                 Some(s) => self.strays(at, s, action, &place(s)),
-                None => "leaves the states from where it improves".to_owned(),
+                None => "leaves the states of the level".to_owned(),
             },
             Verdict::Hopeless => match at.memory.level {
                 Rank::Finite(1) | Rank::AtLeast(1) => "safe, but no improvement can follow".to_owned(),
-                level => format!("safe, but {} can not follow", ranks::improvements(level)),
+                level => format!("safe, but {} cannot follow", ranks::improvements(level)),
             },
             Verdict::NothingAhead => {
-                format!("safe, but no improvement is {} from here", ranks::how(self.kind).0)
+                format!("safe, but no improvement is {} from here", ranks::how(self.kind))
             }
         }
     }
 
-    /// `B gained in r=2,c=0, C gained in …`; places with the same gain are told together.
+    /// Formats the gains as `B gained` or `B or C gained`, each gain once.
     fn gains(&self, action: &Action) -> String {
         let mut gains: Vec<String> = Vec::new();
         for successor in action.successors.iter().filter(|s| s.goal) {
@@ -91,25 +91,26 @@ impl Words<'_> {
     }
 
     fn strays(&self, at: &Explanation, to: &Successor, action: &Action, place: &str) -> String {
-        let how = if action.successors.len() == 1 { "ends" } else { "may end" };
-        let (sure, level) = (ranks::how(self.kind).0, at.memory.level);
+        let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
+        let (sure, level) = (ranks::how(self.kind), at.memory.level);
         if to.improves {
-            return format!("{how} in {place}: that improves, but what has to follow is not {sure} there");
+            return format!(
+                "{how} to {place}, which improves, but the next improvements are not {sure} there"
+            );
         }
         let verb = if ranks::is_one(level) { "is" } else { "are" };
-        format!("{how} in {place}, where {} {verb} not {sure}", ranks::improvements(level))
+        format!("{how} to {place}, where {} {verb} not {sure}", ranks::improvements(level))
     }
 
-    /// Under SPI a permitted action may lead astray.
+    /// Formats the risk of a permitted action: under SPI it may leave the level.
     fn risk(&self, at: &Explanation, action: &Action) -> String {
         let astray = action.successors.iter().find(|s| !s.dropped && !s.goal && !s.stays);
         let dropped = action.successors.iter().find(|s| s.dropped);
         match (astray, dropped) {
-            (Some(s), _) => format!("; may go astray in {}", self.changed(&at.state, &s.state)),
-            (None, Some(s)) => format!(
-                "; the branch into {}, which weakens, is left out of account",
-                self.changed(&at.state, &s.state)
-            ),
+            (Some(s), _) => format!("; may leave the level in {}", self.changed(&at.state, &s.state)),
+            (None, Some(s)) => {
+                format!("; the branch to {} weakens and is dropped", self.changed(&at.state, &s.state))
+            }
             (None, None) => String::new(),
         }
     }

@@ -1,4 +1,4 @@
-//! What all reports have in common.
+//! The parts that all reports share.
 
 use std::io;
 
@@ -15,22 +15,22 @@ use crate::planning::result::ModelCounts;
 
 /// The result of a command as plain data.
 pub trait Report: Serialize {
-    /// Notes that the work ended early, and why: the report is then incomplete.
+    /// Marks the report as incomplete, with the reason.
     fn fail(&mut self, failure: Failure);
-    /// Notes what the whole run took: seconds and the largest resident set in bytes.
+    /// Adds the seconds of the whole run and the largest resident set in bytes.
     fn finish(&mut self, seconds: f64, peak_rss_bytes: u64);
-    /// The report for people.
+    /// Renders the report as text.
     fn text(&self, style: Style) -> String;
 
-    /// Writes the report for people; at once, unless it is so long that it is better written in pieces.
+    /// Writes the report as text. Long reports are written in pieces.
     ///
     /// # Errors
-    /// Those of writing.
+    /// The output cannot be written.
     fn write(&self, style: Style, out: &mut dyn io::Write) -> io::Result<()> {
         out.write_all(self.text(style).as_bytes())
     }
 
-    /// Whether the question asked for a yes or a no, and the answer is no.
+    /// Returns whether the question was a yes/no question and the answer is no.
     fn is_no(&self) -> bool {
         false
     }
@@ -46,18 +46,18 @@ pub enum FailureKind {
     Resource,
     /// The command line is wrong.
     Usage,
-    /// A mistake of this program.
+    /// A bug in this program.
     Internal,
 }
 
-/// An error as programs read it.
+/// An error in JSON.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Failure {
     /// `meliora.error/1`
     pub schema: &'static str,
     /// The sort of error.
     pub kind: FailureKind,
-    /// What is wrong.
+    /// The message.
     pub message: String,
     /// The file that is wrong.
     pub file: Option<String>,
@@ -65,13 +65,13 @@ pub struct Failure {
     pub line: Option<usize>,
     /// The column in characters, from 1.
     pub column: Option<usize>,
-    /// The limit was the user's interruption.
+    /// True if the user interrupted the work.
     #[serde(skip)]
     pub interrupted: bool,
 }
 
 impl Failure {
-    /// A failure that points nowhere.
+    /// Creates a failure without a place.
     pub fn new(kind: FailureKind, message: impl Into<String>) -> Self {
         let message = message.into();
         let schema = "meliora.error/1";
@@ -110,7 +110,7 @@ impl From<&Error> for Failure {
     }
 }
 
-/// The model that a report speaks of.
+/// The model of a report.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct ModelSummary {
     /// The file as the user named it.
@@ -136,20 +136,20 @@ pub struct VariableSummary {
     pub low: i64,
     /// The largest value.
     pub high: i64,
-    /// How many bits hold it.
+    /// Number of bits of its encoding.
     pub bits: u32,
-    /// The names of its values from `low` on, where they have names.
+    /// The names of its values from `low` on, if they have names.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<String>,
 }
 
 impl ModelSummary {
-    /// A model of which only the path is known yet.
+    /// Creates a summary that knows only the path.
     pub fn of_path(path: &str) -> Self {
         ModelSummary { path: path.to_owned(), ..ModelSummary::default() }
     }
 
-    /// A model that has been read.
+    /// Summarises a model.
     pub fn of(path: &str, program: &Program) -> Self {
         let constant = |name: &String| {
             let value = program.constants.iter().find(|(n, _)| n == name)?.1;
@@ -174,13 +174,13 @@ impl ModelSummary {
         }
     }
 
-    /// The bits of all variables together.
+    /// Returns the number of bits of all variables.
     pub fn bits(&self) -> u64 {
         self.variables.iter().map(|v| u64::from(v.bits)).sum()
     }
 }
 
-/// A value of a constant in JSON; what JSON cannot say (an infinity) is a string.
+/// Converts a value of a constant to JSON. An infinite value becomes a string.
 fn json_value(value: Value) -> Json {
     match value {
         Value::Bool(b) => Json::Bool(b),
@@ -191,7 +191,7 @@ fn json_value(value: Value) -> Json {
     }
 }
 
-/// A state as an object from variables to values.
+/// Converts a state to an object from variables to values.
 pub fn json_state(program: &Program, state: &[i64]) -> Map<String, Json> {
     let value = |v: &crate::model::Variable, x: i64| match (v.ty, v.value_name(x)) {
         (_, Some(name)) => Json::from(name),
@@ -201,27 +201,27 @@ pub fn json_state(program: &Program, state: &[i64]) -> Map<String, Json> {
     program.variables.iter().zip(state).map(|(v, &x)| (v.name.clone(), value(v, x))).collect()
 }
 
-/// `x=1,b=false` for a state in a report.
+/// Formats a state as `x=1,b=false`.
 pub fn show_state(state: &Map<String, Json>) -> String {
     let show = |value: &Json| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     state.iter().map(|(name, value)| format!("{name}={}", show(value))).collect::<Vec<_>>().join(",")
 }
 
-/// How many states, choices and transitions a model has.
+/// The numbers of states, choices and transitions of a model.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// States of the scope, each with what monitors have seen.
+    /// Number of states in the scope; with monitors, of states of the product.
     pub states: Number,
-    /// States of the model without monitors; only where there are some.
+    /// Number of states without monitors, if there are monitors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model_states: Option<Number>,
-    /// Pairs of a state and a choice enabled there.
+    /// Number of pairs of a state and a choice enabled there.
     pub choices: Number,
-    /// Triples (s, a, s').
+    /// Number of triples (s, a, s').
     pub transitions: Number,
-    /// States without an enabled command.
+    /// Number of states without an enabled command.
     pub deadlocks: Number,
-    /// Initial states.
+    /// Number of initial states.
     pub initial: Number,
 }
 
@@ -229,15 +229,15 @@ impl Counts {
     /// Counts the model of an engine.
     ///
     /// # Errors
-    /// A limit of the engine.
+    /// A limit of the engine is hit.
     pub fn of<E: Engine>(engine: &E) -> Result<Self> {
         Ok(Counts::from(&ModelCounts::of(engine)?))
     }
 
-    /// Counts some states, and what may be done there.
+    /// Counts some states with their choices and transitions.
     ///
     /// # Errors
-    /// A limit of the engine.
+    /// A limit of the engine is hit.
     pub fn within<E: Engine>(engine: &E, states: &E::States) -> Result<Self> {
         let choices = engine.choices_in(&engine.all_choices(), states)?;
         let deadlocks = engine.intersection(&engine.deadlock_states(), states)?;
@@ -265,10 +265,10 @@ impl From<&ModelCounts> for Counts {
     }
 }
 
-/// What was used.
+/// The memory used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct MemoryUse {
-    /// The largest number of diagram nodes alive at once; 0 for the explicit engine.
+    /// The maximum number of live diagram nodes; 0 for the explicit engine.
     pub peak_nodes: u64,
     /// The largest resident set of the process, in bytes.
     pub peak_rss_bytes: u64,

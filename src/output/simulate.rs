@@ -15,7 +15,7 @@ use crate::model::preference::Preferences;
 use crate::planning::simulate::{Tally, Trace, Turn, Wait};
 use crate::planning::{Kind, Rank, Scheduler, Setup};
 
-/// What came of the plays, in the order in which JSON has it.
+/// The results of the runs, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct SimulateFindings {
     /// The model.
@@ -25,78 +25,78 @@ pub struct SimulateFindings {
     pub preferences: String,
     /// The name of the engine.
     pub engine: &'static str,
-    /// Which valuations are states.
+    /// The valuations that are states.
     pub scope: Scope,
     /// The name of the safety filter.
     pub safety: &'static str,
-    /// What an empty set of outcomes is worth.
+    /// The value of nothing: the `empty` statement of the preferences.
     pub empty: Option<&'static str>,
     /// `sasi` or `spi`.
     pub kind: Kind,
     /// `permissive` or `progress`.
     pub strategy: Scheduler,
-    /// How many plays from each state.
+    /// Number of runs from each start.
     pub runs: u64,
-    /// A play is given up after so many steps.
+    /// Maximum number of steps of a run.
     pub steps: u64,
     /// The seed.
     pub seed: u64,
-    /// One entry a starting state.
+    /// One entry per start.
     pub plays: Vec<PlaysReport>,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type SimulateReport = Envelope<SimulateFindings>;
 
-/// The plays from one state.
+/// The runs from one state.
 #[derive(Debug, Clone, Serialize)]
 pub struct PlaysReport {
-    /// Where they start.
+    /// The state where they start.
     pub state: Map<String, Json>,
-    /// Its rank: so many improvements are promised, surely or possibly.
+    /// Its rank: the number of guaranteed or possible improvements.
     pub rank: Rank,
-    /// How many plays improved how often.
+    /// The number of runs for each number of improvements.
     pub improvements: Vec<ImprovementsReport>,
-    /// The steps that the first, the second, … improvement took, counted from the start.
+    /// The steps until the first, the second, … improvement, counted from the start.
     pub steps_to: Vec<StepsReport>,
-    /// Plays that ended where the strategy has no improvement left to aim for.
+    /// Number of runs that ended where the strategy aims for no further improvement.
     pub settled: u64,
-    /// Plays that were given up.
+    /// Number of runs that were stopped after the maximum number of steps.
     pub given_up: u64,
-    /// Those among them that had not yet improved as often as the rank says.
+    /// Number of these that had made fewer improvements than the rank says.
     pub undecided: u64,
-    /// Plays that improved less often than the rank says; null where the rank is unbounded.
+    /// Number of runs with fewer improvements than the rank says; null if the rank is unbounded.
     pub fewer_than_rank: Option<u64>,
-    /// Plays with a step that weakens the state before it.
+    /// Number of runs with a step that weakens the state before it.
     pub weakened_step: u64,
-    /// Plays with a step that weakens what the strategy measures against: under `prefix` the state
-    /// where planning started or the last improvement after it, else the state before.
+    /// Number of runs with a step that weakens the reference of the strategy: under `prefix` the
+    /// start or the state after the last improvement, else the state before.
     pub weakened_reference: u64,
-    /// Plays with a state that weakens the state they started in.
+    /// Number of runs with a state that weakens the start.
     pub weakened_start: u64,
-    /// The first play that weakened, or else the first play.
+    /// The first run that weakened, or else the first run.
     pub trace: TraceReport,
 }
 
-/// So many plays improved so often.
+/// The number of runs with one number of improvements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct ImprovementsReport {
-    /// How often.
+    /// The number of improvements.
     pub times: u64,
-    /// How many plays.
+    /// The number of runs.
     pub plays: u64,
 }
 
-/// The steps that an improvement took.
+/// The steps until an improvement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StepsReport {
-    /// In how many plays it came.
+    /// The number of runs with this improvement.
     pub plays: u64,
-    /// The fewest steps.
+    /// The minimum number of steps.
     pub least: u64,
-    /// The average.
+    /// The mean number of steps.
     pub mean: f64,
-    /// The most steps.
+    /// The maximum number of steps.
     pub most: u64,
 }
 
@@ -106,47 +106,47 @@ impl From<&Wait> for StepsReport {
     }
 }
 
-/// A play in full.
+/// One run in full.
 #[derive(Debug, Clone, Serialize)]
 pub struct TraceReport {
-    /// Which play, from 1.
+    /// The number of the run, from 1.
     pub play: u64,
     /// Its steps.
     pub turns: Vec<TurnReport>,
 }
 
-/// A step of a play.
+/// A step of a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct TurnReport {
     /// The action taken.
     pub action: String,
     /// The state entered.
     pub state: Map<String, Json>,
-    /// How likely that was under the action.
+    /// The probability of the successor under the action.
     pub probability: f64,
-    /// The most preferred outcomes of the state entered.
+    /// The most preferred objectives of the state entered.
     pub most_preferred: Vec<String>,
     /// Its rank.
     pub rank: Rank,
-    /// `improving`, `weakening` or `lateral`, against what the strategy measures against.
+    /// `improving`, `weakening` or `lateral`, compared with the reference of the strategy.
     pub change: &'static str,
-    /// Whether the step was an improvement of the play.
+    /// True if the step is counted as an improvement.
     pub improves: bool,
-    /// What is preferred to something had before.
+    /// The objectives that are preferred to one of the state before.
     pub gained: Vec<String>,
-    /// What the state before had that is preferred to something had now.
+    /// The objectives of the state before that are preferred to one of the state entered.
     pub lost: Vec<String>,
-    /// Whether it weakens the state before.
+    /// True if the step weakens the state before.
     pub weakens_step: bool,
-    /// Whether it weakens the state where the play started.
+    /// True if the state entered weakens the start.
     pub weakens_start: bool,
-    /// The values that change, for people.
+    /// The values that change, for the text output.
     #[serde(skip)]
     pub changed: String,
 }
 
 impl PlaysReport {
-    /// The plays that a tally counts.
+    /// Creates the report of a tally.
     pub fn new(program: &Program, preferences: &Preferences, tally: &Tally) -> Self {
         let rank = tally.rank;
         let fewer_than_rank = match rank {
@@ -172,9 +172,9 @@ impl PlaysReport {
 }
 
 impl TraceReport {
-    /// A play from a state.
+    /// Creates the report of a run from a state.
     pub fn new(program: &Program, preferences: &Preferences, start: &[i64], trace: &Trace) -> Self {
-        // The kind matters to no word that is used here.
+        // The kind does not occur in these texts.
         let words = Words { program, preferences, kind: Kind::Sasi };
         let mut before = start;
         let mut turns = Vec::with_capacity(trace.turns.len());
@@ -204,7 +204,7 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
 }
 
 impl SimulateReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(
         model: &str,
         preferences: &str,

@@ -1,4 +1,4 @@
-//! The report of `simulate` for people.
+//! The report of `simulate` as text.
 
 use std::fmt::Write;
 
@@ -11,10 +11,10 @@ use super::strategy_text::columns;
 use super::text::{self, Grid};
 use crate::planning::{Kind, Rank};
 
-/// At most so many steps of the trace are shown.
+/// Maximum number of steps of the trace that are shown.
 const SHOWN: usize = 60;
 
-/// The whole report.
+/// Renders the whole report.
 pub(super) fn render(report: &SimulateReport, style: Style) -> String {
     let kind = format!("{} {}", report.strategy.name(), report.kind);
     let seed = report.seed.to_string();
@@ -35,70 +35,67 @@ pub(super) fn render(report: &SimulateReport, style: Style) -> String {
     out.push_str(&text::incomplete(report.error.as_ref(), style));
     let time = &report.time;
     let phases =
-        [("parse", time.parse), ("build", time.build), ("levels", time.levels), ("plays", time.answer)];
+        [("parse", time.parse), ("build", time.build), ("levels", time.levels), ("runs", time.answer)];
     out.push_str(&text::footer(time.total, &phases, report.memory, style));
     out
 }
 
 fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let runs = group(&report.runs.to_string());
-    let title = format!("{runs} plays from {}", show_state(&plays.state));
+    let title = format!("{runs} runs from {}", show_state(&plays.state));
     let mut out = format!("\n{}\n", style.bold(&title));
     out.push_str(&promise(report, plays, style));
     out.push_str(&distribution(report, plays, style));
     out.push_str(&weakening(report, plays, style));
     if plays.given_up > 0 {
-        let (given_up, steps) = (plural_plays(plays.given_up), group(&report.steps.to_string()));
-        let _ = writeln!(out, "  {given_up} given up after {steps} steps; more steps let them go on.");
+        let (given_up, steps) = (plural_runs(plays.given_up), group(&report.steps.to_string()));
+        let _ = writeln!(out, "  {given_up} stopped after {steps} steps; `--steps` raises this limit.");
     }
     out.push_str(&trace(plays, style));
     out
 }
 
-/// What the rank promises, and whether the plays kept it.
+/// States the rank, and how many runs made that number of improvements.
 fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
-    let (how, adverb) = ranks::how(report.kind);
+    let how = ranks::how(report.kind);
     if plays.rank == Rank::Finite(0) {
-        let nothing = style.dim("There is nothing to play for.");
-        return format!("  No improvement is {how} ({}). {nothing}\n", report.kind);
+        let advice = if report.kind == Kind::Sasi { "; try `--kind spi`" } else { "" };
+        return format!("  No improvement is {how} here ({}){advice}.\n", report.kind);
     }
     let fewer = plays.fewer_than_rank.unwrap_or(plays.undecided);
     let (kept, failed) = (report.runs - fewer, fewer - plays.undecided);
     let mut parts = Vec::new();
     if plays.fewer_than_rank.is_some() {
-        parts.push(
-            style.good(&format!(
-                "{} did",
-                if fewer == 0 { "Every play".to_owned() } else { plural_plays(kept) }
-            )),
-        );
+        parts.push(style.good(&format!(
+            "{} reached this number",
+            if fewer == 0 { "Every run".to_owned() } else { plural_runs(kept) }
+        )));
     }
     if failed > 0 {
-        let text = format!("{} did not", plural_plays(failed));
+        let text = format!("{} did not", plural_runs(failed));
         parts.push(if report.kind == Kind::Sasi { style.warn(&text) } else { text });
     }
     if plays.undecided > 0 {
-        let verb = if plays.undecided == 1 { "was" } else { "were" };
         let steps = group(&report.steps.to_string());
-        parts.push(format!("{} {verb} still under way after {steps} steps", plural_plays(plays.undecided)));
+        parts.push(format!("{} did not finish in {steps} steps", plural_runs(plays.undecided)));
     }
     format!(
-        "  Promised: improves {} {adverb} ({}). {}.\n",
-        ranks::times(plays.rank),
+        "  {} ({}).\n  {}.\n",
+        ranks::capitalised(&ranks::claim(Some(plays.rank), how)),
         report.kind,
         parts.join(", ")
     )
 }
 
 fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
-    let mut grid = Grid::new(&["improvements", "plays", "share"], style);
+    let mut grid = Grid::new(&["improvements", "runs", "share"], style);
     for entry in &plays.improvements {
         let share = 100.0 * entry.plays as f64 / report.runs as f64;
         grid.row(vec![entry.times.to_string(), group(&entry.plays.to_string()), format!("{share:.1} %")]);
     }
     let mut out = format!("\n{}", grid.text(style));
     if !plays.steps_to.is_empty() {
-        let mut grid = Grid::new(&["steps to improvement", "least", "mean", "most", "plays"], style);
+        let mut grid = Grid::new(&["steps to improvement", "min", "mean", "max", "runs"], style);
         for (index, steps) in plays.steps_to.iter().enumerate() {
             grid.row(vec![
                 (index + 1).to_string(),
@@ -116,29 +113,28 @@ fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> S
 
 fn weakening(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let told = |count: u64, what: &str| match count {
-        0 => format!("  {} {what}.\n", style.good("No play ever weakened")),
-        n => format!("  {} {what}.\n", style.warn(&format!("{} weakened", plural_plays(n)))),
+        0 => format!("  {} {what}.\n", style.good("No run weakened")),
+        n => format!("  {} {what}.\n", style.warn(&format!("{} weakened", plural_runs(n)))),
     };
     let mut out = told(plays.weakened_step, "the state of the step before");
     if report.safety == "prefix" {
-        out += &told(plays.weakened_reference, "its last improvement (before the first: the start)");
+        out += &told(plays.weakened_reference, "the state after its last improvement (at first its start)");
     }
-    out + &told(plays.weakened_start, "the state where it started")
+    out + &told(plays.weakened_start, "its start")
 }
 
-fn plural_plays(count: u64) -> String {
-    text::plural(usize::try_from(count).unwrap_or(usize::MAX), "play")
+fn plural_runs(count: u64) -> String {
+    text::plural(usize::try_from(count).unwrap_or(usize::MAX), "run")
 }
 
 fn trace(plays: &PlaysReport, style: Style) -> String {
     let trace = &plays.trace;
-    let mut out = format!("\n  {}\n", style.bold(&format!("Play {} in full", trace.play)));
+    let mut out = format!("\n  {}\n", style.bold(&format!("Run {} in full", trace.play)));
     if trace.turns.is_empty() {
-        out.push_str("    It ends where it begins.\n");
+        out.push_str("    The run ends in its start.\n");
         return out;
     }
-    let mut rows =
-        vec![["step", "action", "to", "chance", "sure of", "rank", ""].map(str::to_owned).to_vec()];
+    let mut rows = vec![["step", "action", "to", "chance", "sure", "rank", ""].map(str::to_owned).to_vec()];
     for (index, turn) in trace.turns.iter().take(SHOWN).enumerate() {
         rows.push(vec![
             (index + 1).to_string(),
@@ -155,12 +151,12 @@ fn trace(plays: &PlaysReport, style: Style) -> String {
         let _ = writeln!(out, "    {line}");
     }
     if let Some(more) = trace.turns.len().checked_sub(SHOWN).filter(|&n| n > 0) {
-        let _ = writeln!(out, "    … and {} more, which the JSON has", text::plural(more, "step"));
+        let _ = writeln!(out, "    … and {} more (`--json` lists all)", text::plural(more, "step"));
     }
     out
 }
 
-/// What a step did.
+/// Returns the remarks on a step.
 fn remark(turn: &TurnReport) -> String {
     let mut remarks = Vec::new();
     if turn.improves {
@@ -168,7 +164,7 @@ fn remark(turn: &TurnReport) -> String {
     }
     if !turn.improves && turn.change == "improving" {
         let gained = text::names(&turn.gained);
-        remarks.push(format!("{gained} gained, but not taken for an improvement: too few could follow"));
+        remarks.push(format!("{gained} gained, but not counted: too few improvements can follow"));
     }
     if turn.weakens_step {
         remarks.push(format!("weakens: {} lost", text::names(&turn.lost)));

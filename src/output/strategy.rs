@@ -14,7 +14,7 @@ use crate::model::preference::{Change, Preferences};
 use crate::planning::explain::{self, Explanation, Verdict};
 use crate::planning::{InducedModel, Kind, Rank};
 
-/// What `strategy` found, in the order in which JSON has it.
+/// The results of `strategy`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct StrategyFindings {
     /// The model.
@@ -24,37 +24,37 @@ pub struct StrategyFindings {
     pub preferences: String,
     /// The name of the engine.
     pub engine: &'static str,
-    /// Which valuations are states.
+    /// The valuations that are states.
     pub scope: Scope,
     /// The name of the safety filter.
     pub safety: &'static str,
-    /// What an empty set of outcomes is worth.
+    /// The value of nothing: the `empty` statement of the preferences.
     pub empty: Option<&'static str>,
     /// `sasi` or `spi`.
     pub kind: Kind,
-    /// With `--rank` or by default: how many states there are; those past the limit are not listed.
+    /// With `--rank` or by default the number of states; those past the limit are not listed.
     pub asked: Option<Number>,
-    /// The states asked for.
+    /// The requested states.
     pub states: Vec<Shown>,
-    /// Text that stands in place of the report for people: DOT.
+    /// The DOT graph, which replaces the text report.
     #[serde(skip)]
     pub drawing: Option<String>,
-    /// Whether the rows were written already: CSV.
+    /// True if CSV rows were already written.
     #[serde(skip)]
     pub streamed: bool,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type StrategyReport = Envelope<StrategyFindings>;
 
-/// A state in the form in which it is shown at the end: there may be millions of them, and this takes a
-/// fraction of what a [`StateReport`] does.
+/// A state in its final form. There may be millions, and this form takes a fraction of the memory
+/// of a [`StateReport`].
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum Shown {
-    /// For programs.
+    /// For the JSON output.
     Json(Box<RawValue>),
-    /// For people.
+    /// For the text output.
     Text(String),
 }
 
@@ -63,20 +63,20 @@ pub enum Shown {
 pub struct StateReport {
     /// Its values by variable.
     pub state: Map<String, Json>,
-    /// The most preferred outcomes it has already.
+    /// The most preferred objectives that are sure there.
     pub most_preferred: Vec<String>,
-    /// How often it improves almost surely.
+    /// Number of guaranteed improvements.
     pub sasi_rank: Rank,
-    /// How often it improves with positive probability.
+    /// Number of possible improvements.
     pub spi_rank: Rank,
-    /// What the progress strategy does there; none at rank 0.
+    /// The action of the progress strategy; `None` at rank 0.
     pub progress_action: Option<String>,
     /// All enabled actions, in the order of the program.
     pub actions: Vec<ActionReport>,
-    /// The most steps that a play under the progress strategy can take from there; none where there
-    /// is no bound, or where it was not searched for.
+    /// The maximum length of a path under the progress strategy; `None` if it is unbounded or was
+    /// not computed.
     pub longest_play: Option<usize>,
-    /// How such a play goes, for people.
+    /// The paths under the progress strategy, for the text output.
     #[serde(skip)]
     pub course: Option<Vec<CourseLine>>,
 }
@@ -86,17 +86,17 @@ pub struct StateReport {
 pub struct ActionReport {
     /// Its name.
     pub name: String,
-    /// Whether it is safe to take.
+    /// True if the safety filter keeps the action.
     pub kept: bool,
-    /// Whether the permissive strategy permits it.
+    /// True if the permissive strategy permits the action.
     pub permitted: bool,
-    /// Whether it comes closer to an improvement with positive probability.
+    /// True if it comes closer to an improvement with positive probability.
     pub progress: bool,
-    /// Why, in one word.
+    /// The reason as one word.
     pub verdict: &'static str,
-    /// Why, in words.
+    /// The reason as text.
     pub reason: String,
-    /// Where it may lead.
+    /// The successors.
     pub successors: Vec<SuccessorReport>,
 }
 
@@ -105,41 +105,41 @@ pub struct ActionReport {
 pub struct SuccessorReport {
     /// Its values by variable.
     pub state: Map<String, Json>,
-    /// How likely it is.
+    /// Its probability.
     pub probability: f64,
-    /// Its most preferred outcomes.
+    /// Its most preferred objectives.
     pub most_preferred: Vec<String>,
     /// `improving`, `weakening` or `lateral`.
     pub change: &'static str,
-    /// What is preferred to something had before.
+    /// The objectives that are preferred to one of the state before.
     pub gained: Vec<String>,
-    /// What was had before and is preferred to something had there.
+    /// The objectives of the state before that are preferred to one of this state.
     pub lost: Vec<String>,
-    /// Its rank, of the kind asked for.
+    /// Its rank, of the requested kind.
     pub rank: Rank,
-    /// Whether `--safety transition` leaves the branch out of account.
+    /// True if `--safety transition` drops the branch.
     pub dropped: bool,
-    /// Whether it is an improvement that the strategy counts on.
+    /// True if it is an improvement that the strategy relies on.
     pub goal: bool,
-    /// The values that change, for people.
+    /// The values that change, for the text output.
     #[serde(skip)]
     pub changed: String,
 }
 
-/// A place in a play, for people.
+/// A node of the induced model, for the text output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CourseLine {
-    /// What differs from the state where the play starts; there, `the start`.
+    /// The values that differ from the start; for the start itself, `start`.
     pub place: String,
-    /// The most preferred outcomes.
+    /// The most preferred objectives.
     pub most_preferred: String,
-    /// The improvements ahead.
+    /// The level: the number of improvements that the strategy aims for.
     pub ahead: String,
-    /// The action, and where it leads.
+    /// The action and its successors.
     pub then: String,
 }
 
-/// Seconds by phase; none for a phase that was not finished.
+/// Seconds by phase; `None` for an unfinished phase.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct PlanTime {
     /// Reading the model, the preferences and the states.
@@ -148,9 +148,9 @@ pub struct PlanTime {
     pub build: Option<f64>,
     /// Outcomes, improvement MDP and levels.
     pub levels: Option<f64>,
-    /// What was asked for: explaining, or playing.
+    /// The explanations, or the simulation.
     pub answer: Option<f64>,
-    /// Everything.
+    /// The total.
     pub total: f64,
 }
 
@@ -184,7 +184,7 @@ pub(super) fn change_word(change: Change) -> &'static str {
 }
 
 impl StateReport {
-    /// What is to be said of a state, whose ranks by SASI and SPI are given.
+    /// Creates the report of a state with its SASI and SPI ranks.
     pub fn new(
         program: &Program,
         preferences: &Preferences,
@@ -205,7 +205,7 @@ impl StateReport {
         }
     }
 
-    /// Adds what can come of a play.
+    /// Adds the paths under the progress strategy.
     pub fn set_course(
         &mut self,
         program: &Program,
@@ -243,7 +243,7 @@ fn action(words: Words<'_>, at: &Explanation, action: &explain::Action) -> Actio
 }
 
 impl StrategyReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(
         model: &str,
         preferences: &str,
@@ -269,11 +269,11 @@ impl StrategyReport {
 }
 
 impl StrategyFindings {
-    /// Adds a state: for people in a style, for programs without.
+    /// Adds a state: as text if there is a style, else as JSON.
     pub fn push(&mut self, state: &StateReport, style: Option<Style>) {
         let shown = match style {
             Some(style) => Shown::Text(strategy_text::one(self.kind, state, style)),
-            // Keys are strings and values plain: this has a form in JSON.
+            // The keys are strings and the values plain, so the conversion cannot fail.
             None => Shown::Json(to_raw_value(state).unwrap_or_default()),
         };
         self.states.push(shown);

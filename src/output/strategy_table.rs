@@ -11,7 +11,7 @@ use crate::model::preference::Preferences;
 use crate::planning::induced_model::Node;
 use crate::planning::{InducedModel, Kind};
 
-/// The line of headings: the variables, then what is said of each action.
+/// Returns the heading: the variables, then the columns for each action.
 pub fn csv_heading(program: &Program) -> String {
     let variables = program.variables.iter().map(|v| v.name.as_str());
     let columns = [
@@ -28,7 +28,7 @@ pub fn csv_heading(program: &Program) -> String {
     line(variables.chain(columns).map(str::to_owned))
 }
 
-/// The lines of a state, one an action.
+/// Returns the lines of a state, one per action.
 pub fn csv_rows(state: &StateReport) -> String {
     let mut text = String::new();
     for action in &state.actions {
@@ -44,7 +44,7 @@ pub fn csv_rows(state: &StateReport) -> String {
     text
 }
 
-/// Cells by commas as RFC 4180 has it, but for the end of the line.
+/// Joins cells with commas as in RFC 4180, except for the end of the line.
 fn line(cells: impl Iterator<Item = String>) -> String {
     let quoted = |cell: String| match cell.contains([',', '"', '\n']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),
@@ -53,10 +53,10 @@ fn line(cells: impl Iterator<Item = String>) -> String {
     cells.map(quoted).collect::<Vec<_>>().join(",") + "\n"
 }
 
-/// The part reachable under a strategy: boxes are states, points are actions.
+/// Draws the states that are reachable under a strategy: boxes are states, points are actions.
 ///
-/// Double boxes are where plays start; the actions of the progress strategy are drawn bold, improvements
-/// green, weakenings red, and what lies past the limit as `…`.
+/// Double boxes are starts. Actions of the progress strategy are bold, improvements green,
+/// weakenings red, and successors past the limit are `…`.
 pub fn dot(
     program: &Program,
     preferences: &Preferences,
@@ -82,7 +82,7 @@ pub fn dot(
     out
 }
 
-/// The actions taken in a state, with their branches.
+/// Draws the permitted actions of a state, with their branches.
 fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
     for (number, (action, next)) in node.at.actions.iter().zip(&node.next).enumerate() {
         if !action.permitted {
@@ -114,7 +114,7 @@ fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
     }
 }
 
-/// A DOT string.
+/// Quotes a string for DOT.
 fn quote(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n"))
 }

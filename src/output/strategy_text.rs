@@ -1,4 +1,4 @@
-//! The report of `strategy` for people.
+//! The report of `strategy` as text.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use super::strategy::{ActionReport, CourseLine, Shown, StateReport, StrategyRepo
 use super::{ranks, text};
 use crate::planning::{self, InducedModel, Kind};
 
-/// The whole report.
+/// Renders the whole report.
 pub(super) fn render(report: &StrategyReport, style: Style) -> String {
     let kind = report.kind.to_string();
     let mut settings = vec![
@@ -35,7 +35,8 @@ pub(super) fn render(report: &StrategyReport, style: Style) -> String {
         if *asked == super::Number::from(0) {
             out.push_str("\nNo state has this rank.\n");
         } else if *asked > listed {
-            let _ = writeln!(out, "\n{} of {} states; a larger limit lists more.", listed, asked.grouped());
+            let _ =
+                writeln!(out, "\n{} of {} states; a larger `--limit` lists more.", listed, asked.grouped());
         }
     }
     out.push_str(&text::incomplete(report.error.as_ref(), style));
@@ -43,25 +44,21 @@ pub(super) fn render(report: &StrategyReport, style: Style) -> String {
     out
 }
 
-/// What the words mean, for those who have not read about it.
+/// Explains the terms of the report.
 fn legend(report: &StrategyReport, style: Style) -> String {
-    let promise = match report.kind {
-        Kind::Sasi => "whatever chance does",
-        Kind::Spi => "with luck",
-    };
     let lines = [
-        "Sure of: objectives that can be reached whatever chance does, without those that another one is",
-        "preferred to. A step improves when something preferred to one of these becomes sure, and weakens",
-        "when it is the other way round. Rank: so many improvements can still be made",
+        "Sure: the objectives that some strategy achieves almost surely, without those",
+        "to which another sure objective is preferred. A step improves if an objective",
+        "that becomes sure is preferred to one that was sure before, and weakens in the",
+        "opposite case. Rank: the number of",
     ];
-    let [first, second, third] = lines;
-    style.dim(&format!("\n{first}\n{second}\n{third} {promise}.\n"))
+    style.dim(&format!("\n{} {} improvements.\n", lines.join("\n"), ranks::how(report.kind)))
 }
 
-/// What is said of a state.
+/// Renders a state.
 pub(super) fn one(kind: Kind, state: &StateReport, style: Style) -> String {
     let mut out = format!("\n{}\n", style.bold(&format!("State {}", show_state(&state.state))));
-    let _ = writeln!(out, "  Sure of {} now.", text::names(&state.most_preferred));
+    let _ = writeln!(out, "  Sure: {}", text::names(&state.most_preferred));
     let _ = writeln!(out, "  {}", ranks::both(state.sasi_rank, state.spi_rank));
     for action in &state.actions {
         let pick = state.progress_action.as_deref() == Some(action.name.as_str());
@@ -75,7 +72,7 @@ pub(super) fn one(kind: Kind, state: &StateReport, style: Style) -> String {
 
 fn action_text(kind: Kind, action: &ActionReport, pick: bool, style: Style) -> String {
     let verdict = match (action.permitted, pick) {
-        (true, true) => style.good("permitted, and the progress strategy's pick"),
+        (true, true) => style.good("permitted, and chosen by the progress strategy"),
         (true, false) => style.good("permitted"),
         (false, _) => style.dim("not permitted"),
     };
@@ -84,7 +81,7 @@ fn action_text(kind: Kind, action: &ActionReport, pick: bool, style: Style) -> S
         vec![
             format!("{}", Probability(s.probability)),
             s.changed.clone(),
-            format!("sure of {}", text::names(&s.most_preferred)),
+            format!("sure: {}", text::names(&s.most_preferred)),
             change(s),
             format!("{kind} rank {}", ranks::cell(s.rank)),
         ]
@@ -96,7 +93,7 @@ fn action_text(kind: Kind, action: &ActionReport, pick: bool, style: Style) -> S
     out
 }
 
-/// What a step is, and what it gains or loses.
+/// Describes a step, with its gains and losses.
 fn change(s: &SuccessorReport) -> String {
     let mut text = s.change.to_owned();
     if s.change != "lateral" {
@@ -108,7 +105,7 @@ fn change(s: &SuccessorReport) -> String {
         }
     }
     if s.dropped {
-        text.push_str(" (left out of account)");
+        text.push_str(" (dropped)");
     }
     text
 }
@@ -126,7 +123,7 @@ impl std::fmt::Display for Probability {
     }
 }
 
-/// Cells below each other, two blanks between columns.
+/// Aligns cells in columns, with two blanks between them.
 pub(super) fn columns(rows: &[Vec<String>]) -> Vec<String> {
     let count = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |c: usize| rows.iter().filter_map(|r| r.get(c)).map(|x| x.chars().count()).max().unwrap_or(0);
@@ -138,12 +135,12 @@ pub(super) fn columns(rows: &[Vec<String>]) -> Vec<String> {
     rows.iter().map(line).collect()
 }
 
-/// How plays under a strategy go, a line a place.
+/// Returns the paths under a strategy, one line per node.
 pub(super) fn course(words: Words<'_>, course: &InducedModel) -> Vec<CourseLine> {
     let Some(start) = course.nodes.first() else { return Vec::new() };
     let line = |(index, node): (usize, &planning::induced_model::Node)| CourseLine {
         place: match index {
-            0 => "the start".to_owned(),
+            0 => "start".to_owned(),
             _ => words.changed(&start.at.state, &node.at.state),
         },
         most_preferred: words.list(&node.at.most_preferred),
@@ -153,7 +150,7 @@ pub(super) fn course(words: Words<'_>, course: &InducedModel) -> Vec<CourseLine>
     course.nodes.iter().enumerate().map(line).collect()
 }
 
-/// `W to 3, 4 (B gained) or 5 (C gained)`
+/// Formats the actions and successors as `W to 3, 4 (B gained) or 5 (C gained)`.
 fn then(words: Words<'_>, node: &planning::induced_model::Node) -> String {
     let mut played = Vec::new();
     for (action, next) in node.at.actions.iter().zip(&node.next) {
@@ -174,15 +171,15 @@ fn then(words: Words<'_>, node: &planning::induced_model::Node) -> String {
     }
     match (played.is_empty(), node.at.pick) {
         (false, _) => played.join("; "),
-        (true, None) => "the end".to_owned(),
+        (true, None) => "end".to_owned(),
         (true, Some(_)) => "…".to_owned(),
     }
 }
 
 fn course_text(course: &[CourseLine], longest: Option<usize>, style: Style) -> String {
-    let title = "How a play goes that always takes the pick";
+    let title = "Paths under the progress strategy";
     let mut out = format!("\n  {}\n", style.bold(title));
-    let mut rows = vec![["", "where", "sure of", "ahead", "then"].map(str::to_owned).to_vec()];
+    let mut rows = vec![["", "state", "sure", "level", "next"].map(str::to_owned).to_vec()];
     for (index, line) in course.iter().enumerate() {
         rows.push(vec![
             (index + 1).to_string(),
@@ -197,7 +194,7 @@ fn course_text(course: &[CourseLine], longest: Option<usize>, style: Style) -> S
         let _ = writeln!(out, "    {line}");
     }
     if let Some(steps) = longest {
-        let _ = writeln!(out, "    Every such play is over after {} at most.", text::plural(steps, "step"));
+        let _ = writeln!(out, "    Every such path ends after at most {}.", text::plural(steps, "step"));
     }
     out
 }

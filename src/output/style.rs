@@ -1,39 +1,39 @@
 //! Colours and width of text for people.
 
-/// How text is laid out.
+/// The layout of text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
-    /// Whether escape sequences are written.
+    /// True if escape sequences are written.
     pub color: bool,
-    /// Columns to fit into; `None` where the text goes to no terminal.
+    /// Maximum number of columns; `None` if the output is not a terminal.
     pub width: Option<u16>,
 }
 
 impl Style {
-    /// No colours, any width.
+    /// A style without colours and without a maximum width.
     pub const PLAIN: Style = Style { color: false, width: None };
 
-    /// A heading.
+    /// Formats a heading.
     pub fn bold(self, text: &str) -> String {
         self.paint("1", text)
     }
 
-    /// What is less important.
+    /// Formats less important text.
     pub fn dim(self, text: &str) -> String {
         self.paint("2", text)
     }
 
-    /// What went well.
+    /// Formats a success.
     pub fn good(self, text: &str) -> String {
         self.paint("32", text)
     }
 
-    /// What needs attention.
+    /// Formats a warning.
     pub fn warn(self, text: &str) -> String {
         self.paint("1;33", text)
     }
 
-    /// What went wrong.
+    /// Formats a failure.
     pub fn bad(self, text: &str) -> String {
         self.paint("1;31", text)
     }

@@ -16,7 +16,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// A table with these headings.
+    /// Creates a table with these headings.
     pub(super) fn new(headings: &[&str], style: Style) -> Self {
         let mut table = Table::new();
         table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
@@ -32,7 +32,7 @@ impl Grid {
         self.table.add_row(cells);
     }
 
-    /// The lines, indented, the heading dimmed.
+    /// Renders the lines, indented, with a dimmed heading.
     pub(super) fn text(mut self, style: Style) -> String {
         for index in 0..self.columns {
             if let Some(column) = self.table.column_mut(index) {
@@ -52,14 +52,14 @@ impl Grid {
     }
 }
 
-/// The line that names what was asked: the inputs and the settings that decide the answer.
+/// Renders the inputs, and the settings that decide the results.
 pub(super) fn title(inputs: &[&str], settings: &[(&str, &str)], style: Style) -> String {
     let settings = settings.iter().map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>();
     let inputs = escape::line(&inputs.join(" with ")).into_owned();
     format!("{}\n{}\n", style.bold(&inputs), style.dim(&settings.join(" · ")))
 }
 
-/// Type, variables and constants of the model, then its sizes.
+/// Renders type, variables, constants and sizes of the model.
 pub(super) fn model(model: &ModelSummary, counts: Option<&Counts>, style: Style) -> String {
     let mut text = format!("\n{}\n", style.bold("Model"));
     if let Some(kind) = model.kind {
@@ -90,7 +90,7 @@ fn bits(model: &ModelSummary) -> String {
     plural(usize::try_from(model.bits()).unwrap_or(usize::MAX), "bit")
 }
 
-/// Names and numbers, the numbers aligned on the right.
+/// Renders names and numbers, the numbers aligned on the right.
 pub(super) fn aligned(numbers: &[(&str, &Number)]) -> String {
     let texts: Vec<String> = numbers.iter().map(|(_, n)| n.grouped()).collect();
     let names = numbers.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
@@ -102,13 +102,13 @@ pub(super) fn aligned(numbers: &[(&str, &Number)]) -> String {
     text
 }
 
-/// `1 variable`, `7 variables`.
+/// Returns `1 variable`, `7 variables`.
 pub(super) fn plural(count: usize, noun: &str) -> String {
     let s = if count == 1 { "" } else { "s" };
     format!("{} {noun}{s}", group(&count.to_string()))
 }
 
-/// A set of names: `{A, B}`, or `nothing`.
+/// Formats a set of names as `A, B`, or `nothing`.
 pub(super) fn names(names: &[String]) -> String {
     match names {
         [] => "nothing".to_owned(),
@@ -117,7 +117,7 @@ pub(super) fn names(names: &[String]) -> String {
     }
 }
 
-/// The closing line: seconds by phase, nodes and memory.
+/// Renders the last lines: seconds by phase, nodes and memory.
 pub(super) fn footer(total: f64, phases: &[(&str, Option<f64>)], memory: MemoryUse, style: Style) -> String {
     let phases: Vec<String> =
         phases.iter().filter_map(|(name, time)| time.map(|t| format!("{name} {}", seconds(t)))).collect();
@@ -139,7 +139,7 @@ pub(super) fn footer(total: f64, phases: &[(&str, Option<f64>)], memory: MemoryU
     text
 }
 
-/// Seconds with as many digits as matter.
+/// Formats seconds with the digits that matter.
 pub(super) fn seconds(seconds: f64) -> String {
     if seconds < 0.000_95 {
         format!("{:.0} µs", seconds * 1e6)
@@ -152,7 +152,7 @@ pub(super) fn seconds(seconds: f64) -> String {
     }
 }
 
-/// Bytes in the largest unit that leaves a number of one or more.
+/// Formats bytes in the largest unit in which the number is at least one.
 pub(super) fn bytes(bytes: u64) -> String {
     let mut value = bytes as f64;
     for unit in ["B", "KiB", "MiB", "GiB"] {
@@ -164,10 +164,12 @@ pub(super) fn bytes(bytes: u64) -> String {
     format!("{value:.1} TiB")
 }
 
-/// What a report says where the work ended early.
+/// Returns the note for work that ended early.
 pub(super) fn incomplete(failure: Option<&Failure>, style: Style) -> String {
     match failure {
-        Some(_) => format!("\n{}\n", style.warn("Incomplete: this is what was known when the work ended.")),
+        Some(_) => {
+            format!("\n{}\n", style.warn("Incomplete: these are the partial results when the work stopped."))
+        }
         None => String::new(),
     }
 }

@@ -12,44 +12,44 @@ use super::text;
 use crate::certify::Verdict;
 use crate::model::Program;
 
-/// What `verify` found.
+/// The results of `verify`.
 #[derive(Debug, Clone, Serialize)]
 pub struct VerifyFindings {
     /// The directory of the dump.
     pub directory: String,
-    /// Whether all conditions hold; none where that is not known.
+    /// True if all conditions hold; `None` if this is not known.
     pub accepted: Option<bool>,
-    /// The regions that were found to be right.
+    /// The regions that were found correct.
     pub checked: Vec<CheckedRegion>,
-    /// The first condition that does not hold.
+    /// The first violated condition.
     pub violation: Option<Violated>,
 }
 
-/// The report with what it took.
+/// The report with times and memory.
 pub type VerifyReport = Envelope<VerifyFindings>;
 
-/// A region that was found to be right.
+/// A region that was found correct.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct CheckedRegion {
     /// Its name.
     pub region: String,
-    /// Whether it was shown to have no state too many.
+    /// True if the region was shown to contain no wrong state.
     pub inside: bool,
-    /// Whether it was shown to have no state too few.
+    /// True if the region was shown to miss no state.
     pub outside: bool,
 }
 
-/// A condition that does not hold.
+/// A violated condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Violated {
     /// The condition.
     pub condition: String,
-    /// A state for which it fails.
+    /// A state that violates it.
     pub state: Option<Map<String, Json>>,
 }
 
 impl VerifyReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without results.
     pub fn new(directory: &str) -> Self {
         Envelope::of(VerifyFindings {
             directory: directory.to_owned(),
@@ -59,7 +59,7 @@ impl VerifyReport {
         })
     }
 
-    /// Notes the verdict.
+    /// Adds the verdict.
     pub fn set(&mut self, program: &Program, verdict: &Verdict) {
         let region = |c: &crate::certify::Checked| CheckedRegion {
             region: c.region.clone(),
@@ -83,15 +83,20 @@ impl Findings for VerifyFindings {
         let mut out = String::new();
         for checked in &report.checked {
             let halves = match (checked.inside, checked.outside) {
-                (true, true) => "no state too many, none too few",
-                (true, false) => "no state too many",
-                (false, true) => "no state too few (whether it has too many was not checked)",
+                (true, true) => "no wrong states, no missing states",
+                (true, false) => "no wrong states",
+                (false, true) => "no missing states (wrong ones not checked)",
                 (false, false) => "not checked",
             };
             let _ = writeln!(out, "{:<32} {halves}", checked.region);
         }
         if let Some(violation) = &report.violation {
-            let _ = writeln!(out, "\n{}: this does not hold: {}", style.bad("refused"), violation.condition);
+            let _ = writeln!(
+                out,
+                "\n{}: this condition is violated: {}",
+                style.bad("refused"),
+                violation.condition
+            );
             if let Some(state) = &violation.state {
                 let _ = writeln!(out, "  for example in the state {}", show_state(state));
             }

@@ -43,7 +43,7 @@ impl Plane {
             };
             let name = part.trim();
             let Some(variable) = program.variable(name) else {
-                return Err(wrong(format!("there is no variable `{name}`")));
+                return Err(wrong(format!("unknown variable `{name}`")));
             };
             if program.variables[variable.index()].ty == Type::Bool {
                 return Err(wrong(format!("`{name}` is a Boolean, not an integer")));
@@ -60,7 +60,7 @@ impl Plane {
         };
         match plane.cells(program) {
             cells if cells > MOST_CELLS => {
-                let message = format!("this plane has {cells} cells, too many to draw: {MOST_CELLS} at most");
+                let message = format!("this plane has {cells} cells; at most {MOST_CELLS} can be drawn");
                 Err(Diagnostic::new(&source, 0..text.len(), message).into())
             }
             _ => Ok(plane),

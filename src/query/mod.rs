@@ -59,7 +59,7 @@ impl Archive {
         let order =
             order.ok_or_else(|| wrong(&name, "the names of the bits are not those of the variables"))?;
         let all = dump.manifest.regions.root("reachable");
-        let all = all.ok_or_else(|| wrong(&name, "there is no region `reachable`"))?;
+        let all = all.ok_or_else(|| wrong(&name, "the region `reachable` is missing"))?;
         let engine = SymbolicEngine::with_states(program, order, settings, &dump.regions, edge(all))?;
         Ok(Archive { name, dump, engine, condition })
     }
@@ -174,7 +174,8 @@ impl Archive {
     /// Returns all enabled choices; a dump with strategies contains them.
     fn enabled(&self) -> Result<ChoiceSet> {
         let root = self.dump.manifest.regions.root("choices");
-        let root = root.ok_or_else(|| wrong(&self.name, "there is no region `choices`, which this needs"))?;
+        let root =
+            root.ok_or_else(|| wrong(&self.name, "the region `choices` is missing, which this query needs"))?;
         match self.load(root)? {
             Selected::Choices(c) => Ok(c),
             Selected::States(_) => Err(wrong(&self.name, "`choices` is a set of states")),
@@ -250,7 +251,8 @@ fn wrong(file: &str, message: &str) -> Error {
 fn lower(program: &mut Program, text: &str) -> Result<ExprId> {
     let source = SourceFile::new("the condition", text);
     if let Some(at) = text.find('"') {
-        let diagnostic = Diagnostic::new(&source, at..text.len(), "a dump knows no labels of the model");
+        let diagnostic =
+            Diagnostic::new(&source, at..text.len(), "a dump does not contain the labels of the model");
         return Err(diagnostic.help("name a region instead, such as `initial` or `deadlock`").into());
     }
     let tree = lang::parse_expression(&source)?;

@@ -18,7 +18,7 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
     let mut constants = Vec::new();
     for (constant, json) in &manifest.constants {
         let Some(value) = value(json) else {
-            let message = format!("the constant `{constant}` has the value {json}, which is none");
+            let message = format!("the constant `{constant}` has the invalid value {json}");
             return Err(Error::Dump { file: name.to_owned(), line: 0, message });
         };
         constants.push((constant.clone(), value));

@@ -85,7 +85,7 @@ impl Parser<'_> {
         let end = text.find(|c: char| c.is_whitespace() || "&|!()".contains(c)).unwrap_or(text.len());
         let (name, span) = (&text[..end], self.at..self.at + end);
         if name.is_empty() {
-            let diagnostic = self.wrong(self.rest(), "the name of a region was expected");
+            let diagnostic = self.wrong(self.rest(), "expected the name of a region");
             return Err(diagnostic.label("such as `sasi:1`").help(JOINED).into());
         }
         self.at += end;
@@ -99,11 +99,11 @@ impl Parser<'_> {
     /// Reports an unexpected token where `&`, `|` or the end was expected.
     fn no_operator(&self) -> Diagnostic {
         let help = match self.peek() {
-            Some('-' | '\\') => "`a & !b` is what `a` has and `b` has not",
-            Some(')') => "there is a bracket too many",
+            Some('-' | '\\') => "`a & !b` contains the members of `a` that are not in `b`",
+            Some(')') => "this bracket was not opened",
             _ => JOINED,
         };
-        self.wrong(self.rest(), "the expression has ended here").label("expected `&` or `|`").help(help)
+        self.wrong(self.rest(), "the expression ends before this").label("expected `&` or `|`").help(help)
     }
 
     /// Returns the name that stands for a level past the last one: the fixpoint, which is often
@@ -114,7 +114,7 @@ impl Parser<'_> {
 
     fn unknown(&self, name: &str, span: Range<usize>) -> Diagnostic {
         let help = format!("the dump has {}", self.names.join(", "));
-        self.wrong(span, format!("there is no region `{name}`")).help(help)
+        self.wrong(span, format!("unknown region `{name}`")).help(help)
     }
 
     fn eat(&mut self, token: char) -> bool {

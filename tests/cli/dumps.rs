@@ -121,12 +121,12 @@ fn wrong_questions_point_at_their_place() {
     let scratch = Scratch::new(&[]);
     let dump = export(&scratch, "toy", "");
     for (arguments, word) in [
-        (vec!["sasi:0"], "no region `sasi:0`"),
+        (vec!["sasi:0"], "unknown region `sasi:0`"),
         (vec!["sasi:1 &"], "name of a region"),
         (vec!["(sasi:1"], "not closed"),
-        (vec!["sasi:1 sasi:1"], "has ended"),
+        (vec!["sasi:1 sasi:1"], "the expression ends before this"),
         (vec!["sasi:1", "--where", "y = 1"], "y"),
-        (vec!["sasi:1", "--where", "\"goal\""], "no labels"),
+        (vec!["sasi:1", "--where", "\"goal\""], "does not contain the labels"),
         (vec!["sasi:1", "--contains", "s=99"], "range"),
     ] {
         let found = query(&dump, &arguments).expect(3);

@@ -212,7 +212,7 @@ fn what_is_there_is_looked_at_before_the_work_and_no_half_is_left() {
         Finished::of(meliora().args(all).args(more))
     };
     run("-", &["--format", "drn"]).expect(2);
-    for (place, word) in [("file", "no directory"), ("no/such/place", "no folder")] {
+    for (place, word) in [("file", "not a directory"), ("no/such/place", "does not exist")] {
         let refused = run(&out(place), &["--format", "drn"]).expect(3);
         assert!(refused.stderr.contains(word), "{}", refused.stderr);
     }

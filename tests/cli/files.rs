@@ -100,12 +100,12 @@ fn inputs_read_only_files_and_directories_are_refused_by_the_name_that_was_given
     fs::hard_link(scratch.path("m.pref"), scratch.path("hard")).unwrap();
     fs::set_permissions(scratch.path("fixed"), Permissions::from_mode(0o444)).unwrap();
     for (out, status, word) in [
-        ("m.prism", 2, "an input of the same run"),
-        ("link", 2, "an input of the same run"),
-        ("hard", 2, "an input of the same run"),
+        ("m.prism", 2, "an input of this run"),
+        ("link", 2, "an input of this run"),
+        ("hard", 2, "an input of this run"),
         ("fixed", 3, "read-only"),
         ("", 3, "directory"),
-        ("no/such/page", 3, "no folder"),
+        ("no/such/page", 3, "does not exist"),
         ("m.prism/page", 3, "directory"),
     ] {
         let out = scratch.show(out);

@@ -44,7 +44,7 @@ fn without_a_plane_there_are_no_maps_but_all_the_rest() {
     let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("page.html"));
     run(&format!("report {m} {p} --out {out}")).expect(0);
     let page = fs::read_to_string(&out).unwrap();
-    assert!(page.contains("<code>grid</code>, ROW,COLUMN") && !page.contains("id=\"data\""));
+    assert!(page.contains("<code>--grid ROW,COLUMN</code>") && !page.contains("id=\"data\""));
     run(&format!("report {m} {p} --format svg --picture sasi")).expect(2);
 }
 
@@ -65,10 +65,10 @@ fn maps_are_over_the_first_two_integers_where_no_names_suggest_better_ones() {
 #[test]
 fn the_play_shown_keeps_what_is_promised() {
     let page = run(ROBOT).expect(0).stdout;
-    assert!(page.contains("It keeps what is guaranteed: 2 improvements."), "{page}");
+    assert!(page.contains("All guaranteed improvements happen: 2 improvements."), "{page}");
     let lucky = run(&format!("{ROBOT} --kind spi --strategy permissive")).expect(0).stdout;
     assert!(
-        lucky.contains("It is cut off here after 500 steps") || lucky.contains("none made all"),
+        lucky.contains("The run is cut off after 500 steps") || lucky.contains("No simulated run made all"),
         "{lucky}"
     );
 }
@@ -112,7 +112,7 @@ fn what_cannot_be_drawn_is_refused_by_name() {
         ("--format md --picture sasi", 2, "`--picture`"),
         ("--format dot --picture spi", 2, "preference order"),
         ("--json", 2, "--out"),
-        ("--grid r,z", 3, "no variable `z`"),
+        ("--grid r,z", 3, "unknown variable `z`"),
         ("--grid r,d", 3, "Boolean"),
         ("--grid r,r", 3, "twice"),
         ("--at r=9", 3, "range"),

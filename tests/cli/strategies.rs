@@ -75,10 +75,10 @@ fn the_reasons_are_told() {
         run(&text).expect(0).stdout
     };
     assert!(of("action").contains("may weaken: Bronze lost in s=3"), "{}", of("action"));
-    assert!(of("transition").contains("ends in s=1, where 1 improvement is not sure"));
+    assert!(of("transition").contains("leads to s=1, where 1 improvement is not guaranteed"));
     let trader = "models/lateral_prefix.prism models/lateral_prefix.pref";
     let action = run(&format!("strategy {trader}")).expect(0).stdout;
-    assert!(action.contains("stays, but makes no progress"), "{action}");
+    assert!(action.contains("stays in the level, but comes no closer to an improvement"), "{action}");
     let unsafe_swap = run(&format!("strategy {trader} --scope all --safety prefix --at good=3")).expect(0);
     assert!(unsafe_swap.stdout.contains("No improvement is possible."), "{}", unsafe_swap.stdout);
 }

@@ -205,10 +205,10 @@ fn info_shows_observers() {
 #[test]
 fn history_state_takes_reachabilities_alone_and_is_said_once() {
     for (text, word) in [
-        ("objective A = G x=0;\nhistory = state;\n", "takes reachabilities"),
+        ("objective A = G x=0;\nhistory = state;\n", "accepts only reachability formulas"),
         ("objective A = F x=0;\nhistory = state;\nhistory = play;\n", "given twice"),
         ("objective A = F x=0;\nhistory = past;\n", "`state` or `play`"),
-        ("objective A = x=0;\n", "a formula of plays"),
+        ("objective A = x=0;\n", "a formula over paths"),
         ("objective A = (x=0) U (G x=3);\n", "neither co-safe"),
     ] {
         let scratch = Scratch::new(&[("m.prism", MODEL), ("p.pref", text)]);

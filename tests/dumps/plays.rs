@@ -52,8 +52,8 @@ fn a_region_in_the_place_of_another_is_refused() {
     for (name, by, word) in [
         ("secured:Patrol:1", "reachable", "choices that stay"),
         ("secured:Patrol:1", "class:nothing", "strategy"),
-        ("secured:West:1", "reachable", "always asked"),
-        ("secured:Rest:1", "secured:Patrol:1", "always asked"),
+        ("secured:West:1", "reachable", "must always hold"),
+        ("secured:Rest:1", "secured:Patrol:1", "must always hold"),
         ("secured:Rest:1", "sasi:unbounded", "strategy"),
         ("strategy:secured:Patrol:1", "choices", "choices that stay"),
         ("target:West", "almost-sure:West", "is secured"),

@@ -460,14 +460,14 @@ fn expect_words(found: &str, words: &[&str]) {
 #[test]
 fn what_is_written_otherwise_elsewhere_is_told_with_what_to_write() {
     expect_words(&with_commands("[] x=0 -> (x':=1);"), &["given by `=`", "(x'=1)"]);
-    expect_words(&with_commands("[] x=0 -> (x'=1),(b'=true);"), &["`,` joins no updates", "write `&`"]);
+    expect_words(&with_commands("[] x=0 -> (x'=1),(b'=true);"), &["`,` cannot join updates", "write `&`"]);
     expect_words(&with_commands("[] x=0 -> (x'=if b then 1 else 2);"), &["`condition ? value : other`"]);
 }
 
 #[test]
 fn an_operator_with_nothing_behind_it_is_told_as_such() {
     let read = |text: &str| rendered(parse_preferences(&SourceFile::new("p.pref", text)));
-    expect_words(&read("objective A = F<=10;"), &["nothing stands behind `F<=10`", "`F<=10 (condition)`"]);
-    expect_words(&read("objective A = G;"), &["nothing stands behind `G`"]);
+    expect_words(&read("objective A = F<=10;"), &["`F<=10` has no operand", "`F<=10 (condition)`"]);
+    expect_words(&read("objective A = G;"), &["`G` has no operand"]);
     expect_words(&read("objective A = P>=1 [ F x=1 ];"), &["within the brackets of a property"]);
 }

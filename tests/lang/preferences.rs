@@ -55,7 +55,7 @@ fn several_errors_are_told_at_once() {
         "declared here first",
         "unknown name `y`",
         "must be of type `bool`",
-        "no objective `Z`",
+        "unknown objective `Z`",
         "the objectives are `A`, `B`",
         "p.pref:4:12",
     ] {
@@ -74,8 +74,8 @@ fn a_contradiction_shows_its_cycle() {
 
 #[test]
 fn a_file_without_objectives_is_refused() {
-    assert!(errors("").contains("there is no objective"));
-    assert!(errors("empty = gain;").contains("there is no objective"));
+    assert!(errors("").contains("the file declares no objective"));
+    assert!(errors("empty = gain;").contains("the file declares no objective"));
 }
 
 #[test]

@@ -157,7 +157,7 @@ fn a_planning_can_be_looked_at() {
             (json["schema"].as_str(), json["empty"].as_str()),
             (Some("meliora.check/1"), Some("bottom"))
         );
-        assert!(report.text(Style { color: false, width: None }).contains("surely"));
+        assert!(report.text(Style { color: false, width: None }).contains("one improvement is guaranteed"));
         assert!(planning.draw(Drawing::Svg(Picture::Hasse), None).unwrap().starts_with("<svg"));
         assert!(planning.draw(Drawing::Dot, None).unwrap().starts_with("digraph"));
         let map = planning.draw(Drawing::Svg(Picture::Sasi), Some("s"));

@@ -1,5 +1,5 @@
-//! The file of a sweep: a header and a row an instance, in the order of the instances; whole after
-//! each row.
+//! The file of a sweep: a header and one row per instance, in the order of the instances. The file
+//! is complete after each row.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,28 +12,29 @@ use super::super::load;
 pub(crate) struct CsvFile {
     target: Target,
     header: String,
-    /// By the position of the instance.
+    /// The rows by the position of their instance.
     rows: BTreeMap<usize, String>,
 }
 
 impl CsvFile {
-    /// A file that will be written anew.
+    /// Creates a file that will be written anew.
     ///
     /// # Errors
-    /// It cannot be written, or is what the sweep reads.
+    /// The file cannot be written, or is an input of the sweep.
     pub(crate) fn new(path: &Path, inputs: &[&Path], header: &[String]) -> Result<Self, Error> {
         let target = Target::new(path, inputs)?;
         if target.is_stdout() {
-            let message = "`--csv` needs a file: standard output has the table, or the JSON object";
+            let message = "`--csv` needs a file: standard output is used for the table or the JSON object";
             return Err(Error::Usage(message.to_owned()));
         }
         Ok(CsvFile { target, header: header.join(","), rows: BTreeMap::new() })
     }
 
-    /// Takes over the rows that are there; `instances` are the beginnings of rows by their positions.
+    /// Keeps the rows of the existing file. `instances` are the positions of the instances with the
+    /// beginnings of their rows.
     ///
     /// # Errors
-    /// The file is that of another sweep.
+    /// The file belongs to another sweep.
     pub(crate) fn resume(&mut self, instances: &[(usize, String)]) -> Result<(), Error> {
         if !self.target.is_taken() {
             return Ok(());
@@ -49,11 +50,13 @@ impl CsvFile {
                 (0, _) => {
                     let message = "this is not the header of this sweep";
                     let diagnostic = Diagnostic::new(&source, span, message);
-                    return Err(diagnostic.help("leave `--resume` out to begin anew").into());
+                    return Err(diagnostic
+                        .help("leave out `--resume` to start again and overwrite the file")
+                        .into());
                 }
                 (_, Some((position, _))) => drop(self.rows.insert(*position, row.to_owned())),
                 (_, None) => {
-                    let message = "this is no row of this sweep";
+                    let message = "this row does not belong to this sweep";
                     return Err(Diagnostic::new(&source, span, message).into());
                 }
             }
@@ -61,15 +64,15 @@ impl CsvFile {
         Ok(())
     }
 
-    /// Whether an instance has its row.
+    /// Returns whether an instance has its row.
     pub(crate) fn has(&self, position: usize) -> bool {
         self.rows.contains_key(&position)
     }
 
-    /// Adds a row, and writes the file.
+    /// Adds a row and writes the file.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub(crate) fn add(&mut self, position: usize, cells: &[String]) -> Result<(), Error> {
         self.rows.insert(position, cells.join(","));
         self.write()
@@ -78,7 +81,7 @@ impl CsvFile {
     /// Writes the whole file.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub(crate) fn write(&self) -> Result<(), Error> {
         let mut text = self.header.clone() + "\n";
         for row in self.rows.values() {
@@ -89,7 +92,7 @@ impl CsvFile {
     }
 }
 
-/// Whether a row is that of an instance: its first cells are the values of the constants.
+/// Returns whether a row belongs to an instance: its first cells are the values of the constants.
 fn begins(row: &str, start: &str) -> bool {
     row.strip_prefix(start).is_some_and(|rest| rest.starts_with(',') || start.is_empty())
 }

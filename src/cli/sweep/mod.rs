@@ -1,7 +1,7 @@
-//! Sweeps: one command for every combination of values of constants, a row an instance.
+//! Sweeps: one run per combination of values of constants, one row per instance.
 //!
-//! Each instance is a process of its own, the same command line with `--instance` behind it; so a
-//! limit, a fault or the memory of one touches no other.
+//! Each instance is a process of its own: the same command line with `--instance` appended. A
+//! limit, an error or the memory of one instance does not affect the others.
 
 mod file;
 mod process;
@@ -25,44 +25,44 @@ use ranges::Range;
 use row::Ended;
 pub(super) use row::Job;
 
-/// How often the order to stop is looked for.
+/// The interval between checks for an interruption.
 const TICK: Duration = Duration::from_millis(100);
 
-/// What is done with a sweep.
+/// The options for sweeps.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Sweeps (constants with ranges or lists: -c N=1:5, N=0:2:10, N={2,4,8})")]
 pub(super) struct SweepArgs {
-    /// Write a row for each instance into this file, which is whole after each
+    /// Write one row per instance to this file, which is complete after each row
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 
-    /// Leave out the instances that have a row in the file already
+    /// Skip the instances that already have a row in the file
     #[arg(long, requires = "csv")]
     resume: bool,
 
-    /// Run so many instances side by side, sharing --memory
+    /// Run this number of instances in parallel, sharing --memory
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
-    /// Run every N-th instance only, beginning with the I-th
+    /// Run every N-th instance only, starting with the I-th
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<(usize, usize)>,
 }
 
-/// `I/N` with I from 1 to N.
+/// Reads `I/N` with I from 1 to N.
 fn shard(text: &str) -> Result<(usize, usize), String> {
     let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     numbers
         .filter(|&(i, n): &(usize, usize)| 1 <= i && i <= n)
-        .ok_or_else(|| "such as 1/4, from 1/4 to 4/4".to_owned())
+        .ok_or_else(|| "expected I/N with I from 1 to N, such as 1/4".to_owned())
 }
 
 impl SweepArgs {
-    /// Runs the sweep that the arguments ask for; none where they ask for one instance. `inputs` are what
-    /// is read beside the model.
+    /// Runs the sweep that the arguments ask for; returns `None` if they ask for one instance.
+    /// `inputs` are the files that are read in addition to the model.
     ///
     /// # Errors
-    /// A range is wrong; the file cannot be written or is that of another sweep.
+    /// A range is wrong; the file cannot be written or belongs to another sweep.
     pub(super) fn run(
         &self,
         model: &ModelArgs,
@@ -79,8 +79,7 @@ impl SweepArgs {
             return Ok(None);
         }
         if model.model.as_os_str() == "-" {
-            let message =
-                "a sweep reads the model once an instance: it needs a file in place of standard input";
+            let message = "a sweep reads the model once per instance; give a file instead of standard input";
             return Err(Error::Usage(message.to_owned()));
         }
         terminal::set_color(shown.color);
@@ -128,7 +127,7 @@ impl Sweep {
     fn run(mut self, shown: &ShownArgs) -> Result<Status, Error> {
         let pool = Arc::new(Pool::default());
         let stop = Arc::clone(&pool);
-        // Without a handler Ctrl-C still ends the process, and the file is whole all the same.
+        // Without a handler Ctrl-C still ends the process, and the file is complete anyway.
         let _ = ctrlc::set_handler(move || stop.stop());
         let outcomes = pool.run(self.jobs, self.instances.iter().map(|i| self.arguments(i)).collect());
         let mut runs: Vec<(usize, Json)> = Vec::new();
@@ -161,7 +160,7 @@ impl Sweep {
         Ok(status(&ends))
     }
 
-    /// The command line for one instance: what stands last is what is run.
+    /// Returns the command line for one instance: the last options decide.
     fn arguments(&self, instance: &Instance) -> Vec<std::ffi::OsString> {
         let mut arguments: Vec<_> = std::env::args_os().skip(1).collect();
         let jobs = self.jobs.to_string();
@@ -175,7 +174,7 @@ impl Sweep {
         named.collect::<Vec<_>>().join(",")
     }
 
-    /// Writes a row into the file, and shows it.
+    /// Writes a row to the file, and shows it.
     fn note(&mut self, index: usize, report: &Json, ended: Ended, shown: &ShownArgs) -> Result<(), Error> {
         let instance = &self.instances[index];
         let found = self.kind.cells(report, ended);
@@ -189,7 +188,8 @@ impl Sweep {
         Ok(())
     }
 
-    /// The columns that people see: those whose names do not depend on the number of levels.
+    /// Returns the columns for the text output: those whose names do not depend on the number of
+    /// levels.
     fn shown_columns(&self) -> Vec<(usize, String)> {
         let hidden = |name: &str| {
             matches!(name, "peak_rss_bytes" | "choices")
@@ -245,7 +245,7 @@ impl Sweep {
     }
 }
 
-/// A number or a truth value as JSON has it.
+/// Converts a number or a truth value to JSON.
 fn value(text: &str) -> Json {
     let number =
         || text.parse::<i64>().map(Json::from).ok().or_else(|| text.parse::<f64>().ok().map(Json::from));
@@ -256,7 +256,7 @@ fn value(text: &str) -> Json {
     }
 }
 
-/// Seconds with three digits behind the point.
+/// Formats seconds with three decimals.
 fn brief(cell: &str) -> String {
     match cell.parse::<f64>() {
         Ok(x) if cell.contains('.') => format!("{x:.3}"),
@@ -264,7 +264,8 @@ fn brief(cell: &str) -> String {
     }
 }
 
-/// A limit or a fault ends its row only; where no row came to its end, that is how the sweep ends.
+/// Returns the status of the sweep. A limit or an error ends only its row; if no row is complete,
+/// it decides the status.
 fn status(ends: &[(Ended, Option<String>)]) -> Status {
     let ended = |wanted: Ended| ends.iter().any(|(e, _)| *e == wanted);
     match () {

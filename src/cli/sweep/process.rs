@@ -1,4 +1,4 @@
-//! Instances as processes of their own: what ends one of them ends no other.
+//! Instances as processes, so that an instance that fails does not end the others.
 
 use std::ffi::OsString;
 use std::io::Read;
@@ -12,17 +12,17 @@ use serde_json::Value as Json;
 use super::super::watch::lock;
 use super::row::Ended;
 
-/// What came of one instance.
+/// The result of one instance.
 pub(crate) struct Outcome {
-    /// Its position among the instances that are run.
+    /// The position among the instances that are run.
     pub(crate) index: usize,
-    /// The report, or the error.
+    /// The report or the error.
     pub(crate) report: Json,
-    /// None where it was interrupted.
+    /// The end of the instance; `None` if it was interrupted.
     pub(crate) ended: Option<Ended>,
 }
 
-/// The processes that are running, and the order to stop.
+/// The running processes, and the request to stop.
 #[derive(Default)]
 pub(crate) struct Pool {
     running: Mutex<Vec<(usize, Child)>>,
@@ -30,7 +30,7 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    /// Ends what is running; nothing more is started.
+    /// Ends the running processes and starts no more.
     pub(crate) fn stop(&self) {
         self.stopped.store(true, Ordering::Relaxed);
         for (_, child) in lock(&self.running).iter_mut() {
@@ -42,7 +42,7 @@ impl Pool {
         self.stopped.load(Ordering::Relaxed)
     }
 
-    /// Runs the command line once for each of the constants, `jobs` at a time.
+    /// Runs the command line once per instance, at most `jobs` at a time.
     pub(crate) fn run(self: &Arc<Self>, jobs: usize, arguments: Vec<Vec<OsString>>) -> Receiver<Outcome> {
         let (sender, outcomes) = channel();
         let next = Arc::new(AtomicUsize::new(0));
@@ -81,7 +81,7 @@ impl Pool {
         }
     }
 
-    /// What a process writes, and how it ends.
+    /// Runs a process. Returns its output and its exit status.
     fn output(&self, index: usize, arguments: &[OsString]) -> std::io::Result<(String, Option<i32>)> {
         let program = std::env::current_exe()?;
         let mut child =

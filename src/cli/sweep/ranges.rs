@@ -1,18 +1,18 @@
-//! `-c K=4,N=2:2:10,p={0.1,0.5}`: values, ranges and lists of values for constants.
+//! Values, ranges and lists of values for constants: `-c K=4,N=2:2:10,p={0.1,0.5}`.
 
 use meliora::error::Error;
 
-/// A sweep of more instances is a mistake.
+/// Maximum number of instances; more are taken for a mistake.
 const MOST_INSTANCES: usize = 1_000_000;
-/// Digits after the point that ranges are counted with.
+/// Maximum number of digits after the decimal point of a range.
 const MOST_DIGITS: usize = 15;
 
-/// A constant with the values that it takes one after the other, as they are written.
+/// A constant with its values, as they are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Range {
     pub(crate) name: String,
     pub(crate) values: Vec<String>,
-    /// It is a range or a list, not one value.
+    /// True for a range or a list.
     pub(crate) varies: bool,
 }
 
@@ -34,10 +34,10 @@ pub(crate) fn parts(text: &str) -> Vec<&str> {
     parts
 }
 
-/// All constants of a list.
+/// Reads all constants of a list.
 ///
 /// # Errors
-/// A range without values, or too many values.
+/// A range has no values or too many.
 pub(crate) fn parse(text: &str) -> Result<Vec<Range>, Error> {
     if text.trim().is_empty() {
         return Ok(Vec::new());
@@ -64,7 +64,7 @@ fn range(part: &str) -> Result<Range, Error> {
     };
     let values = steps(low, step, high).ok_or_else(|| wrong(part, "a range has the form 1:5 or 0:2:10"))?;
     if values.is_empty() {
-        return Err(wrong(part, "the range has no value"));
+        return Err(wrong(part, "the range is empty"));
     }
     Ok(Range { name, values, varies: true })
 }
@@ -73,8 +73,8 @@ fn wrong(part: &str, reason: &str) -> Error {
     Error::Usage(format!("`--const {part}`: {reason}"))
 }
 
-/// low, low + step, … up to high, counted in decimals, so that 0.1:0.1:0.3 has 0.3 in it; none for what
-/// is no range, or one with too many values.
+/// Returns low, low + step, … up to high, computed in decimals so that 0.1:0.1:0.3 includes 0.3.
+/// Returns `None` if this is not a range or has too many values.
 fn steps(low: &str, step: &str, high: &str) -> Option<Vec<String>> {
     let digits = [low, step, high].map(|t| t.split_once('.').map_or(0, |(_, d)| d.len()));
     let digits = digits.into_iter().max().filter(|&d| d <= MOST_DIGITS)?;
@@ -108,14 +108,14 @@ fn shown(value: i128, digits: usize) -> String {
     let (whole, rest) = (value.abs() / unit, value.abs() % unit);
     let fraction = format!("{rest:0digits$}");
     let fraction = fraction.trim_end_matches('0');
-    // A value without a fraction stays a real one.
+    // A value without a fraction stays a real number.
     format!("{sign}{whole}.{}", if fraction.is_empty() { "0" } else { fraction })
 }
 
-/// Every combination of values, the last constant fastest.
+/// Returns every combination of values; the last constant varies fastest.
 ///
 /// # Errors
-/// There are too many.
+/// There are more than [`MOST_INSTANCES`].
 pub(crate) fn instances(ranges: &[Range]) -> Result<Vec<Vec<String>>, Error> {
     let count = ranges.iter().try_fold(1usize, |n, r| n.checked_mul(r.values.len()));
     if count.is_none_or(|n| n > MOST_INSTANCES) {

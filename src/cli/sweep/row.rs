@@ -1,24 +1,24 @@
-//! One row of a sweep: what of a report goes into the table and the file.
+//! One row of a sweep: the values of a report for the table and the file.
 
 use serde_json::Value as Json;
 
-/// Levels with a column of their own, where `--max-level` does not say how many there can be. The
-/// header must not depend on what is found, so that files of several shards fit together.
+/// Number of levels with a column if `--max-level` does not say how many there can be. The header
+/// must not depend on the results, so that the files of several shards fit together.
 const LEVELS: usize = 16;
 
-/// How an instance ended.
+/// The end of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ended {
     Done,
     /// Done, and the answer is no.
     No,
-    /// A limit was hit; what was known by then is in the row.
+    /// A limit was hit; the row has the partial results.
     Limit,
     Error,
 }
 
 impl Ended {
-    /// The status in the file.
+    /// Returns the status in the file.
     pub(crate) fn word(self) -> &'static str {
         match self {
             Ended::Done | Ended::No => "done",
@@ -28,7 +28,7 @@ impl Ended {
     }
 }
 
-/// Which report the rows are made from.
+/// The command whose reports become rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Job {
     Check { levels: usize },
@@ -37,12 +37,12 @@ pub(crate) enum Job {
 }
 
 impl Job {
-    /// Rows of `check`, with columns for as many levels as there can be.
+    /// Returns the job for `check`, with columns for as many levels as there can be.
     pub(crate) fn check(max_level: Option<usize>) -> Self {
         Job::Check { levels: max_level.unwrap_or(LEVELS).min(LEVELS) }
     }
 
-    /// The names of the columns after those of the constants.
+    /// Returns the names of the columns after those of the constants.
     pub(crate) fn columns(self) -> Vec<String> {
         let mut names: Vec<String> = ["states", "choices", "transitions"].map(str::to_owned).to_vec();
         match self {
@@ -67,7 +67,7 @@ impl Job {
         names
     }
 
-    /// The cells of a report, empty for what is not known.
+    /// Returns the cells of a report; unknown values are empty.
     pub(crate) fn cells(self, report: &Json, ended: Ended) -> Vec<String> {
         let counts = &report["counts"];
         let mut cells: Vec<String> = ["states", "choices", "transitions"].map(|k| cell(&counts[k])).to_vec();

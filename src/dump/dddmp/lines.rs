@@ -52,7 +52,7 @@ impl<'a, R: BufRead> Lines<'a, R> {
         if self.advance()? {
             Ok(())
         } else {
-            Err(self.wrong(format!("the file ends where {what} was expected")))
+            Err(self.wrong(format!("expected {what}, found the end of the file")))
         }
     }
 

@@ -24,7 +24,7 @@ pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
     lines.expect("the terminal `1 T 1 0 0`")?;
     if lines.words().ne(super::TERMINAL.split(|&b| b == b' ')) {
         return Err(
-            lines.wrong(format!("`{}` where the terminal `1 T 1 0 0` was expected", shown(lines.line())))
+            lines.wrong(format!("expected the terminal `1 T 1 0 0`, found `{}`", shown(lines.line())))
         );
     }
     for id in 2..=header.nodes {
@@ -35,7 +35,7 @@ pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
     lines.expect("`.end`")?;
     if lines.words().ne([super::END]) {
         return Err(lines.wrong(format!(
-            "`{}` where `.end` was expected after {} nodes",
+            "found `{}` instead of `.end` after {} nodes",
             shown(lines.line()),
             header.nodes
         )));
@@ -52,19 +52,19 @@ pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
 /// Reads and checks one line with a node.
 fn node<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, id: i64) -> Result<Node> {
     if lines.words().eq([super::END]) {
-        return Err(lines.wrong(format!("the nodes end before node {id}, which `.nnodes` promises")));
+        return Err(lines.wrong(format!("the nodes end before node {id}, but `.nnodes` says more")));
     }
     let mut columns = [0i64; 5];
     let mut words = lines.words();
     for column in &mut columns {
         let Some(word) = words.next() else {
             return Err(
-                lines.wrong(format!("node {id}: five numbers were expected in `{}`", shown(lines.line())))
+                lines.wrong(format!("node {id}: expected five numbers, found `{}`", shown(lines.line())))
             );
         };
         let Some(value) = number(word) else {
             return Err(
-                lines.wrong(format!("node {id}: `{}` is no number of a node or variable", shown(word)))
+                lines.wrong(format!("node {id}: `{}` is not the number of a node or variable", shown(word)))
             );
         };
         *column = value;
@@ -74,7 +74,7 @@ fn node<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, id: i64) -> Result<
     }
     let [own, variable, index, then, otherwise] = columns;
     if own != id {
-        return Err(lines.wrong(format!("node {own} where node {id} was expected")));
+        return Err(lines.wrong(format!("expected node {id}, found node {own}")));
     }
     let level = level(lines, diagram, variable, index)?;
     let node = Node { level, then: arc(lines, id, then)?, otherwise: arc(lines, id, otherwise)? };
@@ -82,7 +82,9 @@ fn node<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, id: i64) -> Result<
         return Err(lines.wrong(format!("node {id}: a complemented then arc ({then})")));
     }
     if node.then == node.otherwise {
-        return Err(lines.wrong(format!("node {id}: both arcs are {then}; such a node is left out")));
+        return Err(
+            lines.wrong(format!("node {id}: both arcs are {then}; a reduced diagram has no such node"))
+        );
     }
     for child in [node.then, node.otherwise] {
         if diagram.level(child) <= level {
@@ -100,7 +102,7 @@ fn level<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, variable: i64, ind
         Ok(level) if (level as usize) < width && variable == index => Ok(level),
         Ok(level) if (level as usize) < width => Err(lines
             .wrong(format!("variable {variable} has the index {index}; both are the same in this format"))),
-        _ => Err(lines.wrong(format!("there is no variable {variable}: the file has {width}"))),
+        _ => Err(lines.wrong(format!("unknown variable {variable}: the file has {width} variables"))),
     }
 }
 
@@ -142,7 +144,7 @@ impl Header {
             header.line(lines)?;
         }
         if let Some(missing) = REQUIRED.iter().find(|k| !header.seen.iter().any(|s| s == *k)) {
-            return Err(lines.wrong(format!("there is no `{missing}` before `.nodes`")));
+            return Err(lines.wrong(format!("`{missing}` is missing before `.nodes`")));
         }
         header.consistent(lines)?;
         Ok(header)
@@ -153,7 +155,7 @@ impl Header {
         let Some(key) = words.next() else { return Ok(()) };
         let key = String::from_utf8_lossy(key).into_owned();
         if self.seen.contains(&key) {
-            return Err(lines.wrong(format!("`{}` is there twice", shown(key.as_bytes()))));
+            return Err(lines.wrong(format!("`{}` occurs twice", shown(key.as_bytes()))));
         }
         match key.as_str() {
             ".ver" => fixed(lines, &mut words, "DDDMP-2.0")?,
@@ -169,7 +171,7 @@ impl Header {
             ".rootids" => self.roots = roots(lines, &mut words)?,
             _ => {
                 return Err(
-                    lines.wrong(format!("`{}` is no header line of this format", shown(key.as_bytes())))
+                    lines.wrong(format!("`{}` is not a header line of this format", shown(key.as_bytes())))
                 );
             }
         }
@@ -205,12 +207,12 @@ impl Header {
         }
         if self.root_count.is_some_and(|n| n != self.roots.len()) {
             return Err(lines.wrong(format!(
-                "`.rootids` has {} numbers, not as many as `.nroots` says",
+                "`.rootids` has {} numbers, but `.nroots` says otherwise",
                 self.roots.len()
             )));
         }
         if let Some(root) = self.roots.iter().find(|r| r.id() as i64 > self.nodes) {
-            return Err(lines.wrong(format!("the root {} is no node of the file", root.number())));
+            return Err(lines.wrong(format!("the root {} is not a node of the file", root.number())));
         }
         Ok(())
     }
@@ -230,7 +232,7 @@ fn count<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>, most: usize) ->
     let value = words.next().and_then(number).and_then(|n| usize::try_from(n).ok());
     match value {
         Some(n) if n <= most && words.next().is_none() => Ok(n),
-        _ => Err(lines.wrong(format!("`{}`: a number up to {most} was expected", shown(lines.line())))),
+        _ => Err(lines.wrong(format!("expected a number up to {most}, found `{}`", shown(lines.line())))),
     }
 }
 
@@ -238,16 +240,14 @@ fn names<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<Vec<S
     let mut names = Vec::new();
     for word in words {
         let Ok(name) = std::str::from_utf8(word) else {
-            return Err(lines.wrong(format!("`{}` is no name of a variable", shown(word))));
+            return Err(lines.wrong(format!("`{}` is not the name of a variable", shown(word))));
         };
         names.push(name.to_owned());
     }
     let mut sorted: Vec<&String> = names.iter().collect();
     sorted.sort_unstable();
     match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => {
-            Err(lines.wrong(format!("the variable `{}` is there twice", shown(pair[0].as_bytes()))))
-        }
+        Some(pair) => Err(lines.wrong(format!("the variable `{}` occurs twice", shown(pair[0].as_bytes())))),
         None => Ok(names),
     }
 }
@@ -259,7 +259,7 @@ fn identity<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<us
     for (expected, word) in words.enumerate() {
         if number(word) != Some(expected as i64) {
             return Err(lines.wrong(format!(
-                "`{}` where {expected} was expected: variables are numbered in order",
+                "found `{}` instead of {expected}: variables are numbered in order",
                 shown(word)
             )));
         }
@@ -271,7 +271,7 @@ fn identity<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<us
 fn roots<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<Vec<Edge>> {
     let root = |word: &[u8]| {
         let edge = number(word).and_then(Edge::new);
-        edge.ok_or_else(|| lines.wrong(format!("`{}` is no number of a node", shown(word))))
+        edge.ok_or_else(|| lines.wrong(format!("`{}` is not the number of a node", shown(word))))
     };
     words.map(root).collect()
 }

@@ -66,7 +66,7 @@ pub(super) fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
             let sizes = program.variables.iter().map(|v| BigUint::from(width(v)) + 1u32);
             let states: BigUint = sizes.product();
             let what = format!(
-                "the scope `all` has {states} states, too many for {} bytes of the explicit engine",
+                "the scope `all` has {states} states, too many for the {} bytes of the explicit engine",
                 settings.memory
             );
             Err(Limit::Memory { what }.into())

@@ -55,7 +55,7 @@ impl Layout {
         };
         if words > MOST_WORDS {
             let bits: u32 = sizes.iter().sum();
-            let what = format!("states of {bits} bits for the explicit engine, which takes 2048");
+            let what = format!("states of {bits} bits; the explicit engine supports at most 2048");
             return Err(Limit::Size { what }.into());
         }
         // A variable with one value may be placed after the last bit of a word; its weight is not

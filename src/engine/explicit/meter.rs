@@ -62,7 +62,7 @@ impl Meter {
     pub(super) fn full(&self) -> Limit {
         let states = self.states.load(Ordering::Relaxed);
         let what = format!(
-            "the arrays of the explicit engine would pass {} bytes, with {states} states reached so far",
+            "the arrays of the explicit engine would exceed {} bytes, with {states} states reached so far",
             self.limit
         );
         Limit::Memory { what }

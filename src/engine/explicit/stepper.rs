@@ -298,7 +298,8 @@ pub(super) fn sum<const W: usize>(a: &[u64; W], b: &[u64; W]) -> [u64; W] {
 }
 
 fn too_many(count: usize) -> Broken {
-    let what =
-        format!("a state with {count} successors by synchronised commands; {MOST_SUCCESSORS} are taken");
+    let what = format!(
+        "a state with {count} successors by synchronised commands; at most {MOST_SUCCESSORS} are supported"
+    );
     Broken::Limit(Limit::Size { what })
 }

@@ -65,7 +65,7 @@ pub(super) fn build(
 
 fn check_width(bits: usize) -> Result<()> {
     if bits > MOST_BITS {
-        let what = format!("states of {bits} bits for the symbolic engine, which takes {MOST_BITS}");
+        let what = format!("states of {bits} bits; the symbolic engine supports at most {MOST_BITS}");
         return Err(Limit::Size { what }.into());
     }
     Ok(())

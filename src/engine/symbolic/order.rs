@@ -60,7 +60,7 @@ impl Order {
             Order::Text(source) => parse(program, source),
             Order::Bits(bits) if is_whole(program, bits) => Ok(bits.clone()),
             Order::Bits(_) => {
-                Err(Error::Usage("the order does not have every bit of the model once".to_owned()))
+                Err(Error::Usage("the order must contain every bit of the model exactly once".to_owned()))
             }
         }
     }
@@ -107,13 +107,13 @@ pub fn from_structure(program: &Program) -> Ordered {
         return Ordered { bits: beside_monitors(program, bits), why };
     }
     if let Some(variables) = module_copies::by_roles(program) {
-        let why = "copies of a module whose clocks advance together: the clocks side by side";
+        let why = "copies of a module whose clocks advance together: the clocks next to each other";
         return Ordered { bits: by_variables(program, &variables), why: why.to_owned() };
     }
     match grid_world::by_positions(program) {
         Some(order) if !order.why.is_empty() => order,
         Some(Ordered { bits, .. }) if bits != declared(program) => {
-            Ordered { bits, why: "flags above what moves".to_owned() }
+            Ordered { bits, why: "flags above the variables that move".to_owned() }
         }
         _ => Ordered { bits: declared(program), why: "as declared".to_owned() },
     }
@@ -230,13 +230,19 @@ pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Vec<Bit>> {
             break;
         }
         match named(program, name) {
-            None => errors.push(wrong(source, span, format!("`{name}` is no variable or bit of the model"))),
+            None => {
+                errors.push(wrong(source, span, format!("`{name}` is not a variable or bit of the model")))
+            }
             Some(bits) => {
                 for bit in bits {
                     if seen.insert(bit) {
                         order.push(bit);
                     } else {
-                        errors.push(wrong(source, span.clone(), format!("`{name}` is in the order twice")));
+                        errors.push(wrong(
+                            source,
+                            span.clone(),
+                            format!("`{name}` occurs twice in the order"),
+                        ));
                         break;
                     }
                 }

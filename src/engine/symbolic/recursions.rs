@@ -85,7 +85,7 @@ impl Store {
         parts: &[Part],
         most: Budget,
     ) -> Result<Option<Removed>> {
-        let how = (Direction::Backward, Some("losing states"));
+        let how = (Direction::Backward, Some("attractor removal"));
         self.walk(how, most.steps, |walk| walk.remove_attractor(new, parts, &mut Known::new(most.cases)))
     }
 

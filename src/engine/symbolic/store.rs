@@ -72,7 +72,7 @@ impl Store {
         let left = memory.saturating_sub(cache_entries * BYTES_PER_ENTRY);
         let capacity = (left / BYTES_PER_NODE).min(MOST_NODES);
         if capacity < 2 * width as u64 + 16 {
-            let what = format!("{memory} bytes hold no node table for {width} bits");
+            let what = format!("{memory} bytes are too few for a node table over {width} bits");
             return Err(Limit::Memory { what }.into());
         }
         let threads = u64::from(threads).min(capacity / NODES_PER_THREAD).max(1) as u32;

@@ -199,14 +199,14 @@ fn resolve<'a>(
         }
         match copies.get(at.base.name.as_str()) {
             Some(&next) => at = next,
-            None => return lowerer.fail(at.base.span, format!("there is no module `{}`", at.base.name)),
+            None => return lowerer.fail(at.base.span, format!("unknown module `{}`", at.base.name)),
         }
     }
     let name = &copy.name.name;
     let message = if copies.len() < MOST_RENAMINGS {
         format!("the module `{name}` is a copy of itself")
     } else {
-        format!("`{name}` is a copy of a copy, and so on, more than {MOST_RENAMINGS} times")
+        format!("`{name}` is a copy of a copy in more than {MOST_RENAMINGS} steps")
     };
     lowerer.fail(copy.base.span, message)
 }

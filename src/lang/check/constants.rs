@@ -47,7 +47,7 @@ fn given_value(
     };
     let constant = &constants[index];
     if constant.is_defined {
-        let diagnostic = at(format!("the constant `{name}` has its value in the model already"));
+        let diagnostic = at(format!("the constant `{name}` already has a value in the model"));
         return Err(Box::new(with_undefined(diagnostic, constants)));
     }
     match (constant.ty, binding.value) {
@@ -129,7 +129,7 @@ fn wanted(constant: &ConstDef<Span>) -> Wanted<'_> {
 fn with_undefined(diagnostic: Diagnostic, constants: &[Wanted<'_>]) -> Diagnostic {
     let names: Vec<_> = constants.iter().filter(|c| !c.is_defined).map(|c| c.name).collect();
     match names.as_slice() {
-        [] => diagnostic.help("the model has no undefined constant: leave it out"),
+        [] => diagnostic.help("the model has no undefined constants; leave this out"),
         names => diagnostic.help(format!("the undefined constants are {}", names.join(", "))),
     }
 }

@@ -61,8 +61,7 @@ impl Lowerer<'_> {
             .wrong(definition.span, format!("the {kind} `{}` depends on itself", definition.name))
             .note(names.join(" -> "));
         for &d in &cycle[1..] {
-            diagnostic =
-                diagnostic.related(self.scope.definitions[d as usize].span.range(), "by way of this");
+            diagnostic = diagnostic.related(self.scope.definitions[d as usize].span.range(), "through this");
         }
         self.report(diagnostic);
     }

@@ -124,7 +124,8 @@ impl<'a> Lowerer<'a> {
                     .wrong(span, format!("type error: {what} must be of type `{wanted}`"))
                     .label(format!("of type `{found}`"));
                 if (found, wanted) == (Type::Real, Type::Int) {
-                    diagnostic = diagnostic.help("`floor`, `ceil` and `round` make integers; `/` never does");
+                    diagnostic =
+                        diagnostic.help("`floor`, `ceil` and `round` return integers; `/` never does");
                 }
                 self.report(diagnostic);
                 None
@@ -146,12 +147,12 @@ impl<'a> Lowerer<'a> {
             None => {
                 let mut diagnostic = self
                     .wrong(span, format!("unknown name `{name}`"))
-                    .label("no variable, constant or formula");
+                    .label("not a variable, constant or formula");
                 if self.labels.as_ref().is_some_and(|labels| labels.contains_key(name)) {
                     diagnostic =
-                        diagnostic.help(format!("there is a label of this name: write `\"{name}\"`"));
+                        diagnostic.help(format!("there is a label with this name: write `\"{name}\"`"));
                 } else if let Some(similar) = self.scope.similar(name) {
-                    diagnostic = diagnostic.help(format!("there is `{similar}`"));
+                    diagnostic = diagnostic.help(format!("did you mean `{similar}`?"));
                 }
                 self.report(diagnostic);
                 None

@@ -142,7 +142,7 @@ impl<'a> Lowerer<'a> {
         let (name, _) = self.scope.rename(&assignment.variable.name, instance.env);
         let span = assignment.variable.span;
         let Some(Symbol::Variable(variable, ty)) = self.scope.symbol(name) else {
-            let known = if self.scope.symbol(name).is_some() { "is no variable" } else { "is unknown" };
+            let known = if self.scope.symbol(name).is_some() { "is not a variable" } else { "is unknown" };
             return self.fail(span, format!("`{name}` cannot be updated: it {known}"));
         };
         let declared = &parts.variables[variable.index()];
@@ -152,15 +152,15 @@ impl<'a> Lowerer<'a> {
                 let message = format!("the module `{}` cannot update `{name}`", instance.name.name);
                 let diagnostic =
                     self.wrong(span, message).label(format!("a variable of the module `{owner}`"));
-                self.report(diagnostic.help("only its own module updates a variable; or make it `global`"));
+                self.report(
+                    diagnostic.help("only its own module can update a variable, unless it is `global`"),
+                );
                 return None;
             }
             None if labelled => {
                 let message = format!("a command with an action cannot update the global variable `{name}`");
                 let diagnostic = self.wrong(span, message).label("global");
-                self.report(
-                    diagnostic.help("leave the action out, `[]`, or give the variable to one module"),
-                );
+                self.report(diagnostic.help("remove the action, `[]`, or move the variable into one module"));
                 return None;
             }
             _ => {}

@@ -214,7 +214,7 @@ impl Lowerer<'_> {
                 let diagnostic = self.wrong(at, "the function `multi` is not supported");
                 let diagnostic =
                     diagnostic.severity(crate::error::Severity::Unsupported).label("not supported");
-                self.report(diagnostic.note("`multi` joins properties and has no place in a model"));
+                self.report(diagnostic.note("`multi` combines properties and cannot occur in a model"));
                 return None;
             }
             _ => {
@@ -230,7 +230,7 @@ impl Lowerer<'_> {
                 "floor" | "ceil" | "round" => "1 argument",
                 _ => "2 arguments",
             };
-            return self.fail(span, format!("`{name}` takes {takes}, not {}", args.len()));
+            return self.fail(span, format!("`{name}` needs {takes}, not {}", args.len()));
         }
         let what = format!("an argument of `{name}`");
         match name {

@@ -91,10 +91,10 @@ impl Goals for Plain<'_> {
         match objective.formula.reachability() {
             Some(target) => Ok(Goal::Reach(lower_part(self.program, source, *target)?)),
             None => {
-                let message = "`history = state` takes reachabilities, `F condition`, alone";
+                let message = "`history = state` accepts only reachability formulas, `F condition`";
                 let diagnostic = Diagnostic::new(source, objective.formula.span.range(), message);
-                let help = "`history = play;` judges whole plays, and takes temporal formulas";
-                Err(diagnostic.label("no `F condition`").help(help).into())
+                let help = "`history = play;` judges whole paths and accepts temporal formulas";
+                Err(diagnostic.label("not of the form `F condition`").help(help).into())
             }
         }
     }
@@ -167,7 +167,7 @@ impl<'a> Checker<'a> {
 
     fn expect_some(&mut self, tree: &pref::Preferences) {
         if tree.objectives.is_empty() {
-            let diagnostic = Diagnostic::new(self.source, 0..0, "there is no objective");
+            let diagnostic = Diagnostic::new(self.source, 0..0, "the file declares no objective");
             self.report(diagnostic.help("write `objective NAME = F (condition);`"));
         }
     }
@@ -232,7 +232,7 @@ impl<'a> Checker<'a> {
                 // shown.
                 None if self.diagnostics.len() >= MAX_ERRORS => {}
                 None => {
-                    let message = format!("there is no objective `{name}`");
+                    let message = format!("unknown objective `{name}`");
                     let diagnostic =
                         Diagnostic::new(self.source, span.range(), message).label("not declared");
                     let diagnostic = diagnostic.help(format!("the objectives are {}", self.names()));
@@ -271,7 +271,7 @@ fn contradiction(
     let strict = found.statements.first().map_or(0..0, place);
     let mut diagnostic = Diagnostic::new(source, strict.clone(), message)
         .label(format!("`{first}` cannot be strictly better than itself"))
-        .help("take one of these statements out, or make all of them `>=` or `~`");
+        .help("remove one of these statements, or change all of them to `>=` or `~`");
     for span in found.statements.iter().map(place) {
         if span != strict && !diagnostic.related.iter().any(|(other, _)| *other == span) {
             diagnostic = diagnostic.related(span, "together with this");

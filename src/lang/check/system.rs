@@ -74,11 +74,11 @@ impl<'a> Lowerer<'a> {
         let mut met: AHashMap<&str, Span> = AHashMap::new();
         for (name, span) in seen {
             if !known.contains(name) {
-                self.fail::<()>(span, format!("there is no module `{name}`"));
+                self.fail::<()>(span, format!("unknown module `{name}`"));
             } else if let Some(first) = met.insert(name, span) {
                 let diagnostic =
                     self.wrong(span, format!("the module `{name}` occurs twice in the composition"));
-                self.report(diagnostic.related(first.range(), "it occurs here first"));
+                self.report(diagnostic.related(first.range(), "first occurrence"));
             }
         }
         for module in &parts.modules {
@@ -237,7 +237,7 @@ impl<'a> Composition<'_, 'a> {
     fn known(&self, names: &[Ident], lowerer: &mut Lowerer<'a>) -> Option<BTreeSet<usize>> {
         let look_up = |name: &Ident| match self.actions.get(&name.name) {
             Some(action) => Some(action),
-            None => lowerer.fail(name.span, format!("there is no action `{}`", name.name)),
+            None => lowerer.fail(name.span, format!("unknown action `{}`", name.name)),
         };
         let all: Vec<_> = names.iter().map(look_up).collect();
         all.into_iter().collect()
@@ -251,7 +251,7 @@ impl<'a> Composition<'_, 'a> {
         let mut all: Vec<(usize, usize)> = Vec::new();
         for (old, new) in renames {
             let Some(from) = self.actions.get(&old.name) else {
-                lowerer.fail::<()>(old.span, format!("there is no action `{}`", old.name));
+                lowerer.fail::<()>(old.span, format!("unknown action `{}`", old.name));
                 return None;
             };
             if all.iter().any(|(f, _)| *f == from) {

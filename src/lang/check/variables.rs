@@ -50,7 +50,7 @@ impl<'a> Lowerer<'a> {
             return self.fail(span, format!("the range {low}..{high} of `{name}` is empty"));
         }
         if low < -MAX_BOUND || high > MAX_BOUND {
-            return self.fail(span, format!("the range {low}..{high} of `{name}` passes 2^53"));
+            return self.fail(span, format!("the range {low}..{high} of `{name}` exceeds 2^53"));
         }
         Some(())
     }
@@ -78,7 +78,7 @@ impl<'a> Lowerer<'a> {
             return Some(if parts.init.is_some() { None } else { Some(low) });
         };
         if let Some(block) = parts.init {
-            let message = "a variable cannot have an initial value beside `init … endinit`";
+            let message = "a variable cannot have an initial value together with `init … endinit`";
             let diagnostic = self.wrong(init, message);
             self.report(diagnostic.related(block.range(), "the initial states are given here"));
             return None;

@@ -202,7 +202,7 @@ fn both(program: &mut Program, left: &[Branch], right: &[Branch]) -> Branches {
 
 fn too_many() -> crate::error::Error {
     let what = format!(
-        "modules that write the same variables, as one module of PRISM's language: more than {MOST_COMMANDS} commands"
+        "the modules that write the same variables merge into one with more than {MOST_COMMANDS} commands"
     );
     Limit::Size { what }.into()
 }

@@ -318,7 +318,7 @@ impl Meaning for Reader<'_> {
             Some(_) => Err(wrong("a number of steps must be an integer").into()),
             None => Err(wrong("a bound on the number of steps must be a constant")
                 .label("depends on the state")
-                .help("constants of the model, and arithmetic on them, are fine")
+                .help("constants of the model and arithmetic on them are allowed")
                 .into()),
         }
     }

@@ -55,7 +55,7 @@ impl<M: Maker> Parser<'_, M> {
         }
         if operators > MOST_OPERATORS {
             let message = format!("a formula of {operators} operators, more than {MOST_OPERATORS}");
-            let help = "give names to what holds in one state with `formula` or `label` in the model";
+            let help = "give names to state formulas with `formula` or `label` in the model";
             self.report(self.wrong(formula.span, message).label("too large").help(help));
             return Err(Failed);
         }
@@ -121,8 +121,8 @@ impl<M: Maker> Parser<'_, M> {
         if matches!(self.peek(), Token::Semicolon | Token::End | Token::RightParen | Token::RightBracket) {
             let operator = start.to(self.before());
             let text = self.text(operator);
-            let diagnostic = self.wrong(operator, format!("nothing stands behind `{text}` that is to hold"));
-            self.report(diagnostic.label("of which states?").help(format!("write `{text} (condition)`")));
+            let diagnostic = self.wrong(operator, format!("`{text}` has no operand"));
+            self.report(diagnostic.label("expected a condition").help(format!("write `{text} (condition)`")));
             return Err(Failed);
         }
         let operand = Box::new(self.nested(operand)?);
@@ -242,7 +242,7 @@ impl<M: Maker> Parser<'_, M> {
         }
         let text = self.text(start.to(self.before()));
         let message = format!("`{word}` can be read in more than one way here");
-        let help = format!("put brackets around what belongs together, such as `({text})`");
+        let help = format!("put brackets around the parts that belong together, such as `({text})`");
         self.report(self.wrong(start, message).label("needs brackets").help(help));
         Err(Failed)
     }
@@ -284,7 +284,7 @@ impl<M: Maker> Parser<'_, M> {
         if matches!(word, "X" | "W" | "R") {
             let span = start.to(self.before());
             let message = format!("`{word}` with a bound on the number of steps is not supported");
-            self.report(self.unsupported(span, message).help("`F`, `G` and `U` take such bounds"));
+            self.report(self.unsupported(span, message).help("`F`, `G` and `U` accept such bounds"));
             return Err(Failed);
         }
         Ok(steps)

@@ -87,7 +87,7 @@ impl<M: Maker> Parser<'_, M> {
         };
         let span = self.before().to(self.here());
         if self.before().end() == self.here().start() {
-            let diagnostic = self.wrong(span, format!("`{}` is no operator", self.text(span)));
+            let diagnostic = self.wrong(span, format!("`{}` is not an operator", self.text(span)));
             self.report(diagnostic.label(format!("write `{ours}`")));
             self.advance();
         }
@@ -195,7 +195,7 @@ impl<M: Maker> Parser<'_, M> {
                 ) =>
             {
                 let message = format!("the operator `{word}` of properties cannot stand in an expression");
-                let help = "a target or an objective is what stands within the brackets of a property";
+                let help = "a target or an objective is only the formula within the brackets of a property";
                 self.report(self.wrong(span, message).help(help));
                 return Err(Failed);
             }
@@ -206,7 +206,7 @@ impl<M: Maker> Parser<'_, M> {
                 ) =>
             {
                 let message = format!("the temporal operator `{word}` cannot stand in an expression");
-                let help = "properties, `P>=1 [ … ]`, take temporal formulas, and so do objectives";
+                let help = "temporal formulas are allowed in properties, `P>=1 [ … ]`, and in objectives";
                 self.report(self.wrong(span, message).help(help));
                 return Err(Failed);
             }

@@ -186,7 +186,7 @@ impl<'a, M: Maker> Parser<'a, M> {
             let span = self.here();
             let name = self.text(span);
             let help = format!("write `\"{name}\"`");
-            self.report(self.wrong(span, "the name of a label stands in double quotes").help(help));
+            self.report(self.wrong(span, "the name of a label is written in double quotes").help(help));
             return Err(Failed);
         }
         let name = self.quoted()?;

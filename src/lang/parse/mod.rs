@@ -262,7 +262,7 @@ impl<'a, M> Parser<'a, M> {
         if words.contains(&found) {
             return None;
         }
-        let diagnostic = self.wrong(span, format!("`{found}` is no keyword"));
+        let diagnostic = self.wrong(span, format!("`{found}` is not a keyword"));
         self.report(diagnostic.label(format!("did you mean `{meant}`?")));
         Some(meant)
     }
@@ -300,8 +300,8 @@ impl<'a, M> Parser<'a, M> {
         let span = self.expect(Token::Quoted)?;
         let name = self.text(span).trim_matches('"').to_owned();
         if !super::token::is_identifier(&name) {
-            let help = "letters, digits and `_`, and no digit first";
-            self.report(self.wrong(span, format!("\"{name}\" is no name")).help(help));
+            let help = "a name has letters, digits and `_`, and does not start with a digit";
+            self.report(self.wrong(span, format!("\"{name}\" is not a name")).help(help));
             return Err(Failed);
         }
         Ok(Ident { name, span })
@@ -335,8 +335,8 @@ impl<'a, M> Parser<'a, M> {
             "and" | "AND" => "conjunction is written `&`",
             "or" | "OR" => "disjunction is written `|`",
             "not" | "NOT" => "negation is written `!`",
-            "U" | "W" => "temporal formulas stand in properties, `P>=1 [ … ]`, and in objectives",
-            "'" => "`x'` is the new value of `x`: it stands in updates alone, `(x'=…)` after `->`",
+            "U" | "W" => "temporal formulas are allowed in properties, `P>=1 [ … ]`, and in objectives",
+            "'" => "`x'` is the new value of `x`; it is allowed only in updates, `(x'=…)` after `->`",
             ":" if self.peek_at(1) == Token::Eq => "a new value is given by `=`, as in `(x'=1)`",
             _ if self.text(self.before()) == "if" => "a choice is written `condition ? value : other`",
             _ => return None,
@@ -347,7 +347,7 @@ impl<'a, M> Parser<'a, M> {
     pub(crate) fn expected(&mut self, what: &str) -> Failed {
         let span = self.here();
         let diagnostic = match self.peek() {
-            Token::End => self.wrong(span, format!("the text ends where {what} was expected")),
+            Token::End => self.wrong(span, format!("expected {what}, found the end of the text")),
             Token::Wrong => self.nonsense(span),
             _ => {
                 let found = self.text(span);
@@ -373,11 +373,11 @@ impl<'a, M> Parser<'a, M> {
             Some('#') if line.matches('#').count() > 1 => {
                 self.wrong(span, "the PRISM preprocessor (`#…#`) is not supported")
             }
-            Some('#') => self.wrong(span, "`#` begins no comment").help("comments begin with `//`"),
+            Some('#') => self.wrong(span, "`#` does not start a comment").help("comments start with `//`"),
             Some('%') => {
-                self.wrong(span, "`%` means nothing here").help("the remainder is written `mod(a, b)`")
+                self.wrong(span, "`%` is not an operator").help("the remainder is written `mod(a, b)`")
             }
-            _ => self.wrong(span, format!("`{text}` means nothing here")),
+            _ => self.wrong(span, format!("unexpected `{text}`")),
         }
     }
 

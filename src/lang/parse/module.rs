@@ -114,7 +114,7 @@ impl<M: Maker> Parser<'_, M> {
             branches.push(self.branch()?);
         }
         if self.peek() == Token::Comma {
-            let diagnostic = self.wrong(self.here(), "`,` joins no updates").label("write `&`");
+            let diagnostic = self.wrong(self.here(), "`,` cannot join updates").label("write `&`");
             self.report(diagnostic.help("several updates are written `(x'=1) & (y'=2)`"));
             return Err(Failed);
         }
@@ -186,7 +186,7 @@ impl<M: Maker> Parser<'_, M> {
     fn assignment(&mut self) -> Parsed<Assignment<M::Expr>> {
         if self.peek() == Token::Word && self.peek_at(1) == Token::Prime {
             let name = self.text(self.here());
-            let diagnostic = self.wrong(self.here(), "an update stands in brackets");
+            let diagnostic = self.wrong(self.here(), "an update is written in brackets");
             self.report(diagnostic.label("expected `(`").help(format!("write `({name}'=…)`")));
             return Err(Failed);
         }

@@ -1,4 +1,4 @@
-//! Tables with bars: sizes that are compared.
+//! Tables with bars that compare sizes.
 
 use maud::{Markup, html};
 
@@ -11,7 +11,7 @@ fn whole(check: &CheckReport) -> Number {
     check.counts.as_ref().map(|c| c.states.clone()).unwrap_or_default()
 }
 
-/// A number of states with its share of all.
+/// Renders a number of states with its share of all states.
 fn cell(part: &Number, whole: &Number, class: &str) -> Markup {
     let percent = percent(part, whole);
     html! {
@@ -22,14 +22,14 @@ fn cell(part: &Number, whole: &Number, class: &str) -> Markup {
     }
 }
 
-/// The objectives with the states that reach them.
+/// Renders the objectives with the sizes of their regions.
 pub(super) fn objectives(check: &CheckReport) -> Markup {
     let whole = whole(check);
     html! {
         table {
             thead { tr {
                 th { "objective" } th.n { "target" }
-                th colspan="2" { "reached almost surely from" } th colspan="2" { "possibly from" }
+                th colspan="2" { "almost sure in" } th colspan="2" { "possible in" }
             } }
             tbody { @for o in &check.objectives { tr {
                 th { (o.name) } td.n { (o.target.grouped()) }
@@ -40,12 +40,12 @@ pub(super) fn objectives(check: &CheckReport) -> Markup {
     }
 }
 
-/// The classes with their states.
+/// Renders the classes with their sizes.
 pub(super) fn classes(check: &CheckReport) -> Markup {
     let whole = whole(check);
     html! {
         table {
-            thead { tr { th { "sure of" } th colspan="2" { "states" } } }
+            thead { tr { th { "sure" } th colspan="2" { "states" } } }
             tbody { @for class in check.classes.iter().flatten() { tr {
                 th { (text::names(&class.most_preferred)) }
                 (cell(&class.states, &whole, "plain"))
@@ -54,7 +54,7 @@ pub(super) fn classes(check: &CheckReport) -> Markup {
     }
 }
 
-/// SASI beside SPI, a line for each number of improvements.
+/// Renders the SASI and SPI levels side by side, one line per number of improvements.
 pub(super) fn levels(check: &CheckReport) -> Markup {
     let none = LevelsReport::default();
     let (sasi, spi) = (check.sasi.as_ref().unwrap_or(&none), check.spi.as_ref().unwrap_or(&none));
@@ -90,7 +90,7 @@ fn level(states: Option<Number>, whole: &Number, class: &str) -> Markup {
     }
 }
 
-/// How large the model and the improvement MDP are.
+/// Renders the sizes of the model and the improvement MDP.
 pub(super) fn sizes(check: &CheckReport) -> Markup {
     let mut rows: Vec<(&str, String)> = Vec::new();
     if let Some(counts) = &check.counts {
@@ -110,7 +110,7 @@ pub(super) fn sizes(check: &CheckReport) -> Markup {
     html! { table { tbody { @for (name, number) in rows { tr { th { (name) } td.n { (number) } } } } } }
 }
 
-/// Which phase took how long.
+/// Renders the time of each phase.
 pub(super) fn times(check: &CheckReport) -> Markup {
     let time = &check.time;
     let phases = [
@@ -129,10 +129,10 @@ pub(super) fn times(check: &CheckReport) -> Markup {
             td.bar { span.plain style=(format!("width:{:.2}%", 100.0 * seconds / most)) {} }
         } } } } }
         p.hint {
-            (text::seconds(time.total)) " in all"
+            (text::seconds(time.total)) " in total"
             @if check.memory.peak_nodes > 0 { ", " (Number::from(check.memory.peak_nodes).grouped()) " nodes" }
             @if check.memory.peak_rss_bytes > 0 {
-                ", " (text::bytes(check.memory.peak_rss_bytes)) " of memory at most"
+                ", " (text::bytes(check.memory.peak_rss_bytes)) " of memory"
             }
         }
     }

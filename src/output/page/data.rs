@@ -1,4 +1,4 @@
-//! What the page's script reads: the diagram of the regions, and what its roots are.
+//! The data of the page's script: the diagram of the regions, and the meaning of its roots.
 
 use serde_json::{Value as Json, json};
 
@@ -9,7 +9,7 @@ use crate::model::value::Type;
 use crate::planning::Rank;
 use crate::projections::{Ladder, Projections};
 
-/// The data as JSON that may stand in an HTML script element.
+/// Returns the data as JSON for an HTML script element.
 pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
     let projections = paint.projections;
     let classes: Vec<Json> =
@@ -38,7 +38,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": play,
     });
-    // No text may end the script element.
+    // A `<` in a text must not end the script element.
     data.to_string().replace('<', "\\u003c")
 }
 
@@ -51,7 +51,7 @@ fn variables(projections: &Projections) -> Vec<Json> {
     all
 }
 
-/// Three numbers a node: its level, where it is true, where it is false.
+/// Returns three numbers per node: its level, and the arcs for true and for false.
 fn nodes(projections: &Projections) -> Vec<i64> {
     let three = |n: &crate::dump::Node| {
         [i64::from(n.level), i64::from(n.then.number()), i64::from(n.otherwise.number())]

@@ -1,12 +1,12 @@
 'use strict';
-// Evaluates decision diagrams: three numbers a node (level, where true, where false), the node numbered
-// n + 2 at position n; an arc is the number of a node, negative where complemented; 1 is the terminal.
+// Evaluates decision diagrams. A node has three numbers: its level, and the arcs for true and for false. Node n + 2
+// is at position n. An arc is the number of a node, negative if complemented; 1 is the terminal.
 
 /** A diagram over `width` bits. */
 function Diagram(nodes, width) {
   const node = Int32Array.from(nodes);
 
-  /** Whether some assignment that fits the pattern (0, 1, or 2 for open, a level each) satisfies it. */
+  /** Returns whether some assignment that matches the pattern (per level 0, 1, or 2 for any) satisfies it. */
   function meets(edge, pattern) {
     for (;;) {
       const id = Math.abs(edge);
@@ -19,7 +19,7 @@ function Diagram(nodes, width) {
     }
   }
 
-  // When a function was last seen: a search has a number, so that nothing needs to be cleared.
+  // The search that last visited an arc: searches are numbered, so that nothing needs to be cleared.
   const seen = new Int32Array(2 * (nodes.length / 3 + 2));
   let number = 0;
 
@@ -45,14 +45,14 @@ function Diagram(nodes, width) {
     return false;
   }
 
-  /** The pattern of a view: a value a variable, null where any will do. */
+  /** Returns the pattern of a view: one value per variable, null for any value. */
   function pattern(variables, view) {
     const bits = new Uint8Array(width).fill(2);
     variables.forEach((variable, index) => {
       const value = view[index];
       if (value === null) return;
       const offset = value - variable.low;
-      // Not by shifts: these would cut values at 32 bits.
+      // Shifts would cut values at 32 bits.
       variable.levels.forEach((level, k) => { bits[level] = Math.floor(offset / 2 ** k) % 2; });
     });
     return bits;

@@ -1,4 +1,4 @@
-//! The preference order as a drawing: what is preferred stands above.
+//! The preference order as a drawing, the most preferred objectives on top.
 
 use std::fmt::Write;
 
@@ -9,27 +9,27 @@ use super::{letters, map};
 use crate::model::hasse::Hasse;
 use crate::model::preference::{Empty, Preorder};
 
-/// An order with what its nodes say.
+/// An order with the texts of its nodes.
 pub(super) struct Order {
     pub(super) hasse: Hasse,
     /// The names of each group.
     pub(super) labels: Vec<String>,
-    /// What stands below the names.
+    /// The notes below the names.
     pub(super) notes: Vec<Option<String>>,
-    /// Whether achieving nothing stands below everything.
+    /// True if achieving nothing is below every objective.
     pub(super) bottom: bool,
 }
 
-/// The height of the box that stands for nothing.
+/// The height of the box for `nothing`.
 const BOTTOM: f64 = 0.6 * HEIGHT;
-/// The sizes of names and of notes, as the style sheet has them; notes are not bold.
+/// The font sizes of names and notes, as in the style sheet; notes are not bold.
 const NAME: f64 = 16.0;
 const NOTE: f64 = 0.92 * 11.0;
-/// What a box has beside its text.
+/// The horizontal padding of a box.
 const BESIDE: f64 = 20.0;
 
 impl Order {
-    /// An order with the names of its objectives and a note for each group of them.
+    /// Creates an order with the names of its objectives and a note for each group.
     pub(super) fn new(
         preorder: &Preorder,
         empty: Empty,
@@ -54,7 +54,7 @@ impl Order {
         label.max(note).max(40.0) + BESIDE
     }
 
-    /// The groups, and last what stands for nothing, in layers.
+    /// Returns the groups in layers, with the node for `nothing` last.
     fn layered(&self) -> Layered {
         let (mut rows, mut arcs) = (self.hasse.layers(), self.hasse.covers.clone());
         let mut widths: Vec<f64> = (0..self.labels.len()).map(|group| self.width(group)).collect();
@@ -67,7 +67,7 @@ impl Order {
     }
 }
 
-/// The drawing, as a part of a page or `alone`; a sentence where it would be too large.
+/// Draws the order, as a part of a page or `alone`. An order that is too large becomes a sentence.
 pub(super) fn svg(order: &Order, alone: bool) -> Markup {
     let layered = order.layered();
     let Some(drawing) = layered.draw() else { return too_large(order, alone) };
@@ -75,7 +75,7 @@ pub(super) fn svg(order: &Order, alone: bool) -> Markup {
     let groups = order.labels.len();
     html! {
         svg.hasse xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width:.0} {height:.0}"))
-            role="img" aria-label="The preference order: what is preferred stands above"
+            role="img" aria-label="The preference order, the most preferred objectives on top"
             style=(format!("max-width:{:.0}px", width * 1.25)) {
             @if alone { (map::style()) (map::paper(width as usize + 1, height as usize + 1)) }
             @for (corners, &(_, low)) in drawing.arcs.iter().zip(&layered.arcs) {
@@ -92,15 +92,14 @@ pub(super) fn svg(order: &Order, alone: bool) -> Markup {
 }
 
 fn too_large(order: &Order, alone: bool) -> Markup {
-    let text =
-        format!("An order of {} objectives like this one is too large to be drawn here.", order.labels.len());
+    let text = format!("This order of {} objectives is too large to draw.", order.labels.len());
     html! {
         @if alone {
             svg.hasse xmlns="http://www.w3.org/2000/svg" viewBox="0 0 640 40" {
                 (map::style()) (map::paper(640, 40)) text.small x="4" y="24" { (text) }
             }
         } @else {
-            p { (text) " The format " code { "dot" } " is for programs that draw graphs." }
+            p { (text) " Use " code { "--format dot" } " and a program that draws graphs." }
         }
     }
 }
@@ -131,7 +130,7 @@ fn box_of(
     }
 }
 
-/// The order in the language DOT: an arc from each group to those right below it.
+/// Returns the order in the DOT language: an arc from each group to those directly below it.
 pub(super) fn dot(order: &Order) -> String {
     let mut out = String::from("digraph preferences {\n  rankdir=TB;\n  node [shape=box, style=rounded];\n");
     out.push_str("  edge [arrowhead=none];\n");

@@ -71,7 +71,7 @@ fn header(content: &Content<'_>) -> Markup {
     }
 }
 
-/// What holds in the initial states, first of all.
+/// Renders the verdict on the initial states.
 fn verdict(content: &Content<'_>) -> Markup {
     let initial = &content.check.initial;
     let more = content.check.counts.as_ref().map(|c| c.initial.grouped()).unwrap_or_default();
@@ -80,7 +80,7 @@ fn verdict(content: &Content<'_>) -> Markup {
             @for (index, state) in initial.iter().enumerate() {
                 @if index < 3 { (card(state)) }
             }
-            @if initial.len() > 3 { p.hint { "… and more: " (more) " initial states in all." } }
+            @if initial.len() > 3 { p.hint { "… " (more) " initial states in total." } }
         }
     }
 }
@@ -94,7 +94,7 @@ fn card(initial: &InitialReport) -> Markup {
                 (figure("possible", "possible", initial.spi_rank, initial.spi_actions.as_ref()))
                 div.figure {
                     span.number.text { (text::names(&initial.most_preferred)) }
-                    span.label { "is sure at the start" }
+                    span.label { "sure in the initial state" }
                 }
             }
             p.hint { "In the initial state " (values(&show_state(&initial.state))) }
@@ -102,7 +102,7 @@ fn card(initial: &InitialReport) -> Markup {
     }
 }
 
-/// Values of variables, which a narrow page may break after commas.
+/// Renders values of variables; a narrow page may break them after commas.
 fn values(text: &str) -> Markup {
     html! {
         code { @for value in text.split_inclusive(',') { (value) wbr; } }
@@ -114,7 +114,7 @@ fn figure(label: &str, class: &str, rank: Option<Rank>, actions: Option<&Vec<Str
         div.figure {
             span.number.(class) { (ranks::mark(rank)) }
             span.label { "improvements " (label) }
-            @if let Some(begin) = words::begin(actions) { span.begin { "begin with " b { (begin) } } }
+            @if let Some(begin) = words::begin(actions) { span.begin { "permitted: " b { (begin) } } }
         }
     }
 }
@@ -130,12 +130,12 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
     let others: Vec<(usize, &Variable)> = others.collect();
     html! {
         section #maps {
-            h2 { "Where" }
+            h2 { "Maps" }
             @if !others.is_empty() && !projections.projected {
                 form.controls autocomplete="off" {
                     @for (index, variable) in &others { (control(variable, opening[*index], projections.at[*index])) }
                     div.buttons {
-                        button #to-start type="button" { "as at the start" }
+                        button #to-start type="button" { "values of the start" }
                         button #to-any type="button" { "any values" }
                     }
                 }
@@ -146,20 +146,20 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
             }
             p.hint { (key(content, paint)) }
-            div #cell.card.detail aria-live="polite" { "Choose a cell, by mouse or by the arrow keys, to see what holds there." }
+            div #cell.card.detail aria-live="polite" { "Select a cell with the mouse or the arrow keys to see its results." }
         }
     }
 }
 
-/// Numbers in cells are to be read: a map of many columns gets more room.
+/// Returns the minimum width of a map: many columns need more room for readable numbers.
 fn least_width(projections: &Projections) -> usize {
     (projections.columns().len() * 3 / 2).clamp(19, 36)
 }
 
-/// What the signs in the maps mean.
+/// Explains the signs in the maps.
 fn key(content: &Content<'_>, paint: &Paint<'_>) -> String {
     let mut key =
-        String::from("Triangles point where a permitted action leads; the ring is where planning starts");
+        String::from("Triangles show the directions of permitted actions; the ring marks the start");
     let shown: Vec<usize> = paint.cells.iter().flatten().flat_map(|found| found.targets.clone()).collect();
     let names = content.preferences.objectives.iter().map(|o| o.name.as_str());
     let letters = paint::letters(content).unwrap_or_default();
@@ -172,7 +172,7 @@ fn key(content: &Content<'_>, paint: &Paint<'_>) -> String {
         }
     }
     if paint.cells.iter().flatten().any(|found| found.letters.iter().any(|l| l == "◆")) {
-        key.push_str("; ◆ marks targets, which the cell names when it is chosen");
+        key.push_str("; ◆ marks targets, which are listed for the selected cell");
     }
     key + "."
 }
@@ -181,22 +181,20 @@ fn view_sentence(paint: &Paint<'_>) -> String {
     let (projections, view) = (paint.projections, &paint.opening);
     let values = map::view_text(projections, view);
     let pale = match paint.cells.iter().flatten().any(|found| found.elsewhere) {
-        true => " In pale cells no play has these values: the most that others allow.",
+        true => " Faded cells are unreachable with these values; they show the best over all others.",
         false => "",
     };
     match (projections.projected, values.is_empty(), view.iter().any(Option::is_none)) {
         (_, true, _) => String::new(),
         (true, ..) => {
-            format!(
-                "For {values}: the most that some value allows. The regions are too large for sliders here."
-            )
+            format!("For {values}: each cell shows the best of these. The regions are too large for sliders.")
         }
-        (_, _, true) => format!("For {values}: the most that some value allows.{pale}"),
+        (_, _, true) => format!("For {values}: each cell shows the best of these.{pale}"),
         _ => format!("For {values}.{pale}"),
     }
 }
 
-/// A slider, or a choice of two, with a box for any value.
+/// Renders a slider or a choice between false and true, with a box for any value.
 fn control(variable: &Variable, value: Option<i64>, at: i64) -> Markup {
     let id = format!("var-{}", variable.name);
     let shown = value.unwrap_or(at);
@@ -220,45 +218,45 @@ fn control(variable: &Variable, value: Option<i64>, at: i64) -> Markup {
 
 fn no_maps() -> Markup {
     html! {
-        section #maps { h2 { "Where" } p.hint {
-            "No one or two integer variables of this model span a map of a size that can be drawn: "
-            "the option " code { "grid" } ", ROW,COLUMN, names those to draw over."
+        section #maps { h2 { "Maps" } p.hint {
+            "No map can be drawn: the model needs one or two integer variables of suitable range. "
+            "The option " code { "--grid ROW,COLUMN" } " selects them."
         } }
     }
 }
 
-/// Buttons to step through the play; only the script can make use of them.
+/// Renders buttons to step through the run; the script shows them.
 fn stepper() -> Markup {
     html! {
             div.stepper hidden {
-            b { "Play" }
-            button type="button" data-step="first" title="to the start" aria-label="to the start of the play" { "start" }
-            button type="button" data-step="back" title="a step back" aria-label="a step back" { "←" }
+            b { "Run" }
+            button type="button" data-step="first" title="to the start" aria-label="to the start of the run" { "start" }
+            button type="button" data-step="back" title="one step back" aria-label="one step back" { "←" }
             output #step aria-live="polite" { "start" }
-            button type="button" data-step="on" title="a step on" aria-label="a step on" { "→" }
-            button type="button" data-step="last" title="to the end" aria-label="to the end of the play" { "end" }
+            button type="button" data-step="on" title="one step forward" aria-label="one step forward" { "→" }
+            button type="button" data-step="last" title="to the end" aria-label="to the end of the run" { "end" }
         }
     }
 }
 
-/// A play, step by step.
+/// Renders a run, step by step.
 fn played(play: &Play) -> Markup {
     let turns = &play.trace.turns;
     html! {
         section #play {
-            h2 { "A play" }
+            h2 { "A run" }
             p.hint {
-                "Play " (play.trace.play) " with seed " (play.seed) " under the " (play.scheduler.name()) " "
-                (play.kind) " strategy, which takes "
+                "Run " (play.trace.play) " with seed " (play.seed) " under the " (play.scheduler.name()) " "
+                (play.kind) " strategy, which selects "
                 @match play.scheduler {
-                    Scheduler::Permissive => "each permitted action as likely as the others. ",
+                    Scheduler::Permissive => "each permitted action with the same probability. ",
                     Scheduler::Progress => "the first permitted action that comes closer to an improvement. ",
                 }
                 b { (words::outcome(play)) }
             }
             div.scroll.tall { table.turns {
                 thead { tr {
-                    th.n { "step" } th { "action" } th { "to" } th { "chance" } th { "sure of" } th { "ahead" } th {}
+                    th.n { "step" } th { "action" } th { "to" } th { "chance" } th { "sure" } th { "rank" } th {}
                 } }
                 tbody {
                     tr data-turn="0" { td.n { "0" } td { "start" } td {} td {} td {} td {} td {} }
@@ -288,18 +286,18 @@ fn turn_row(step: usize, turn: &TurnReport) -> Markup {
 fn preferences(content: &Content<'_>) -> Markup {
     let empty = match content.preferences.empty {
         Empty::Bottom => {
-            "Achieving nothing stands below everything: to gain a first objective improves, to lose the last one weakens."
+            "Achieving nothing is worse than every objective: gaining a first objective improves, losing the last one weakens."
         }
-        Empty::Gain => "To gain a first objective improves; to lose the last one does not weaken.",
-        Empty::Incomparable => "Achieving nothing compares with nothing.",
+        Empty::Gain => "Gaining a first objective improves; losing the last one does not weaken.",
+        Empty::Incomparable => "Achieving nothing is incomparable to every objective.",
     };
     html! {
         section #preferences {
-            h2 { "What is preferred to what" }
+            h2 { "Preference order" }
             (hasse::svg(&content.order(), false))
             p.hint {
-                "What is preferred stands above; objectives in one box are equally good; those without a way up "
-                "or down between them do not compare. " (empty)
+                "The most preferred objectives are on top. Objectives in one box are equally good; objectives "
+                "without a path up or down between them are incomparable. " (empty)
             }
         }
     }
@@ -308,12 +306,12 @@ fn preferences(content: &Content<'_>) -> Markup {
 fn tables(content: &Content<'_>) -> Markup {
     let check = content.check;
     html! {
-        section #levels { h2 { "How often states can improve" } div.scroll { (bars::levels(check)) } }
+        section #levels { h2 { "States by number of improvements" } div.scroll { (bars::levels(check)) } }
         section #objectives { h2 { "Objectives" } div.scroll { (bars::objectives(check)) } }
         div.columns {
             section #classes {
                 h2 { "Classes" }
-                p.hint { "States by the most preferred objectives that are sure there." }
+                p.hint { "States by their most preferred almost-sure objectives." }
                 div.scroll { (bars::classes(check)) }
             }
             div {
@@ -329,7 +327,7 @@ fn footer(content: &Content<'_>) -> Markup {
         footer { p.hint {
             "Meliora " (env!("CARGO_PKG_VERSION")) " · " code { (content.check.model.path) } " · "
             code { (content.check.preferences) }
-            " · Shares and bars are of all states of the scope."
+            " · Shares and bars refer to all states of the scope."
         } }
     }
 }

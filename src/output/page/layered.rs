@@ -1,31 +1,32 @@
-//! Layered drawings of acyclic graphs: nodes in rows, each arc from a row to a lower one. An arc that
-//! passes a row goes straight down through a gap of its own there, so it crosses no node but its ends.
+//! Layered drawings of acyclic graphs: nodes in rows, each arc from a row to a lower one. An arc
+//! that passes a row runs straight down through its own gap there, so it crosses no other node.
 //!
 //! After Sugiyama, Tagawa and Toda, "Methods for visual understanding of hierarchical system
-//! structures" (1981): a bend in each row passed, an order in which arcs cross little, then places.
+//! structures" (1981): add a bend in each row that an arc passes, order the rows to reduce
+//! crossings, then compute positions.
 
-/// The height of a node, and of the room between two rows.
+/// The height of a node, and the distance between two rows.
 pub(super) const HEIGHT: f64 = 44.0;
 const BETWEEN_ROWS: f64 = 52.0;
-/// The least distance of two nodes, and that of an arc to what is beside it.
+/// The minimum distance between two nodes, and between an arc and its neighbours.
 const BETWEEN_NODES: f64 = 18.0;
 const BESIDE_ARCS: f64 = 12.0;
-/// Around the whole.
+/// The margin around the drawing.
 const MARGIN: f64 = 2.0;
-/// Larger drawings would help nobody, and take long to make.
+/// Maximum number of nodes and bends; larger drawings are unreadable and slow to compute.
 const MOST_ITEMS: usize = 10_000;
 
-/// A graph to be drawn.
+/// A graph to draw.
 pub(super) struct Layered {
     /// The width of each node.
     pub(super) widths: Vec<f64>,
     /// The row of each node, from the top.
     pub(super) rows: Vec<usize>,
-    /// From a node to one in a lower row.
+    /// The arcs, each from a node to one in a lower row.
     pub(super) arcs: Vec<(usize, usize)>,
 }
 
-/// Where everything is.
+/// The positions in a drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Drawing {
     /// The upper left corner of each node.
@@ -48,7 +49,7 @@ struct Items {
 }
 
 impl Layered {
-    /// The drawing; none where it would be too large to be of use.
+    /// Draws the graph; returns `None` if it is too large.
     pub(super) fn draw(&self) -> Option<Drawing> {
         let bends: usize = self.arcs.iter().map(|&(high, low)| self.rows[low] - self.rows[high] - 1).sum();
         if self.widths.len() + bends > MOST_ITEMS {
@@ -144,7 +145,7 @@ impl Items {
         }
     }
 
-    /// The middle of each item: as near to those of its neighbours as the order in its row allows.
+    /// Returns the middle of each item, as close to its neighbours as the order in its row allows.
     fn middles(&self) -> Vec<f64> {
         let mut middles = vec![0.0; self.widths.len()];
         let neighbours: Vec<Vec<usize>> =
@@ -162,8 +163,8 @@ impl Items {
         middles
     }
 
-    /// The middles of a row in its order and far enough from each other, with the least sum of squared
-    /// distances to those wished for: what stands in another's way forms a block with it.
+    /// Returns the middles of a row in its order, with the minimum distances and the least sum of
+    /// squared distances to the wishes. Items that would overlap form a block.
     fn apart(&self, row: &[usize], wishes: &[f64]) -> Vec<f64> {
         let mut offsets = Vec::with_capacity(row.len());
         let mut offset = 0.0;
@@ -175,7 +176,7 @@ impl Items {
             }
             offsets.push(offset);
         }
-        // Blocks: the sum of their members' wishes, less their offsets, and how many they are.
+        // The blocks: the sum of the wishes minus the offsets of the members, and their number.
         let mut blocks: Vec<(f64, usize)> = Vec::new();
         for (wish, offset) in wishes.iter().zip(&offsets) {
             let (mut sum, mut count) = (wish - offset, 1);
@@ -201,7 +202,7 @@ mod tests {
     use super::*;
     use crate::random::Draw;
 
-    /// Whether a straight line passes through the inside of a rectangle (Liang and Barsky).
+    /// Returns whether a straight line passes through the inside of a rectangle (Liang and Barsky).
     fn passes(line: [(f64, f64); 2], corner: (f64, f64), width: f64) -> bool {
         let [(x, y), (x2, y2)] = line;
         let (dx, dy) = (x2 - x, y2 - y);
@@ -235,7 +236,7 @@ mod tests {
         for (arc, ends) in drawing.arcs.iter().zip(&graph.arcs) {
             for line in arc.windows(2) {
                 for (node, (&corner, &width)) in nodes() {
-                    // Ends are touched at their edges, so not even they are passed through.
+                    // An arc only touches the edges of its end nodes.
                     assert!(!passes([line[0], line[1]], corner, width), "{ends:?} passes {node}: {line:?}");
                 }
             }

@@ -1,9 +1,10 @@
-//! How wide a text is, for drawings that are made without the fonts that show them.
+//! Estimates the width of texts, for drawings that are made without fonts.
 
-/// Names longer than this are shortened where they are drawn.
+/// Maximum number of characters of a drawn name; longer ones are shortened.
 const LONGEST: usize = 30;
 
-/// The width of a text in units of its size, in bold type of the widest of the usual fonts without serifs.
+/// Returns the width of a text in units of its font size, for bold type of the widest of the usual
+/// sans-serif fonts.
 pub(super) fn width(text: &str) -> f64 {
     text.chars().map(letter).sum()
 }
@@ -19,7 +20,7 @@ fn letter(c: char) -> f64 {
     }
 }
 
-/// The text itself, or its beginning and its end where it is too long to be drawn.
+/// Returns the text, or its beginning and its end if it is too long.
 pub(super) fn shortened(text: &str) -> String {
     let letters: Vec<char> = text.chars().collect();
     if letters.len() <= LONGEST {

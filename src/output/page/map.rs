@@ -1,5 +1,5 @@
-//! Heat maps over the plane. The page's script changes colours, numbers and arrows of these drawings when
-//! a slider moves; as they stand they show the opening view.
+//! Heat maps over the plane. They show the opening view; the page's script changes colours, numbers
+//! and arrows when a slider moves.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -8,17 +8,17 @@ use super::{Content, Picture, palette};
 use crate::engine::Scope;
 use crate::projections::{Projections, View};
 
-/// With more columns than this, numbers and arrows in the cells would be too small to be seen.
+/// Maximum number of columns for readable numbers and arrows in the cells.
 const READABLE: usize = 24;
-/// With more columns than this, the letters of targets would be too small beside numbers of the usual size.
+/// Maximum number of columns for letters of targets next to numbers of the usual size.
 const ROOMY: usize = 12;
 
-/// What a drawing on its own needs to look like one in the page.
+/// Returns the style of a separate drawing, so that it looks as in the page.
 pub(super) fn style() -> Markup {
     html! { style { (PreEscaped(include_str!("picture.css"))) } }
 }
 
-/// A map as a drawing on its own, with a title and a legend.
+/// Renders a map as a separate drawing, with a title and a legend.
 pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Picture) -> Markup {
     let paint = Paint::new(content, projections);
     let legend = paint.legend(picture);
@@ -48,12 +48,12 @@ pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Pic
     }
 }
 
-/// What a drawing on its own lies on, so that it reads on dark pages too.
+/// Renders the background of a separate drawing, so that it is readable on dark pages.
 pub(super) fn paper(width: usize, height: usize) -> Markup {
     html! { rect.paper width=(width) height=(height) {} }
 }
 
-/// A list broken at its commas into lines of about so many letters.
+/// Breaks a list at its commas into lines of about `width` characters.
 fn lines(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for part in text.split_inclusive(", ") {
@@ -65,7 +65,7 @@ fn lines(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// A map as a part of the page.
+/// Renders a map as a part of the page.
 pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup {
     let projections = paint.projections;
     let (width, height) = size(projections);
@@ -86,10 +86,10 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
                     li { span.swatch style=(format!("background:{}", palette::hex(color))) {} (label) }
                 }
                 @if content.check.scope == Scope::Reachable {
-                    li.wall-key { span.swatch.wall {} "never reached" }
-                    @if !projections.projected { li.pale hidden[!pale] { span.swatch.pale {} "pale: not with these values" } }
+                    li.wall-key { span.swatch.wall {} "unreachable" }
+                    @if !projections.projected { li.pale hidden[!pale] { span.swatch.pale {} "faded: unreachable with these values" } }
                 }
-                @if picture == Picture::Classes { li.several { span.swatch.several {} "several" } }
+                @if picture == Picture::Classes { li.several { span.swatch.several {} "several classes" } }
             }
         }
     }
@@ -97,9 +97,9 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
 
 fn hint(picture: Picture) -> &'static str {
     match picture {
-        Picture::Sasi => "SASI rank: so often a play surely moves on to something preferred",
-        Picture::Spi => "SPI rank: so often it can, with luck",
-        Picture::Classes | Picture::Hasse => "the most preferred objectives that are certain",
+        Picture::Sasi => "SASI rank: number of guaranteed improvements",
+        Picture::Spi => "SPI rank: number of possible improvements",
+        Picture::Classes | Picture::Hasse => "the most preferred objectives that are almost sure",
     }
 }
 
@@ -112,18 +112,18 @@ fn is_large(projections: &Projections) -> bool {
     projections.columns().len() > READABLE
 }
 
-/// How large the numbers of rows and columns are: pictures with many cells are shown smaller.
+/// Returns the font size of row and column numbers: pictures with many cells are shown smaller.
 fn letters(projections: &Projections) -> usize {
     let cells = if projections.plane.row.is_some() { projections.columns().len() } else { 0 };
     (13 * cells / 10).max(16)
 }
 
-/// Room for the numbers of rows.
+/// Returns the width of the row numbers.
 fn left(projections: &Projections) -> usize {
     2 * letters(projections) + 12
 }
 
-/// `b=8, d=false`, or `any b, any d`.
+/// Formats a view: `b=8, d=false`, or `any b, any d`.
 pub(super) fn view_text(projections: &Projections, view: &View) -> String {
     let inside = |index| {
         projections.plane.row.is_some_and(|r| r.index() == index) || projections.plane.column.index() == index
@@ -142,11 +142,11 @@ pub(super) fn view_text(projections: &Projections, view: &View) -> String {
     view.iter().enumerate().filter_map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// The cells with the numbers of their rows and columns.
+/// Renders the cells with the numbers of their rows and columns.
 fn cells(picture: Picture, paint: &Paint<'_>) -> Markup {
     let projections = paint.projections;
     let ring = SIDE / 2 - 3;
-    // In a picture of many small cells a ring of one cell would not be seen.
+    // In a picture of many small cells, a ring around one cell would be invisible.
     let many = projections.columns().len().min(SIDE * projections.rows().len() / 2);
     html! {
         defs { pattern #wall width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)" {
@@ -161,14 +161,14 @@ fn cells(picture: Picture, paint: &Paint<'_>) -> Markup {
         }
         @if let Some((i, j)) = start(projections) {
             @let (x, y) = (left(projections) + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
-            circle.start cx=(x) cy=(y) r=(ring.max(many)) { title { "where planning starts" } }
+            circle.start cx=(x) cy=(y) r=(ring.max(many)) { title { "start" } }
         }
         rect.chosen width=(SIDE) height=(SIDE) visibility="hidden" {}
         circle.token r=((ring - 3).max(many)) visibility="hidden" {}
     }
 }
 
-/// Where the state that is shown first stands.
+/// Returns the cell of the state that is shown first.
 fn start(projections: &Projections) -> Option<(usize, usize)> {
     let value = |variable: crate::model::VarId| projections.at[variable.index()];
     let row = projections.plane.row.map_or(0, value);
@@ -182,7 +182,7 @@ fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
     let name = |v: crate::model::VarId| projections.variables[v.index()].name.as_str();
     let font = format!("font-size:{size}px");
     let anchored = |anchor: &str| format!("{font};text-anchor:{anchor}");
-    // About twelve numbers are enough.
+    // About twelve numbers per axis are enough.
     let (down, along) = (rows.len().div_ceil(12), columns.len().div_ceil(12));
     html! {
         @if let Some(row) = projections.plane.row {
@@ -225,7 +225,7 @@ fn cell(picture: Picture, paint: &Paint<'_>, (x, y): (usize, usize), found: &Fou
     }
 }
 
-/// A letter in a corner, where no arrow points.
+/// Renders a letter in a corner, away from the arrows.
 fn corner_letter(corner: usize, letter: &str, top: usize) -> Markup {
     let (class, x) = match corner % 2 {
         _ if letter == "◆" => ("target sign", 2),
@@ -236,7 +236,7 @@ fn corner_letter(corner: usize, letter: &str, top: usize) -> Markup {
     html! { text class=(class) x=(x) y=(y) { (letter) } }
 }
 
-/// Long texts are smaller.
+/// Returns the class for the font size: long texts are smaller.
 fn size_class(text: &str) -> &'static str {
     match text.chars().count() {
         0..=3 => "value",

@@ -11,10 +11,10 @@ use crate::escape;
 use crate::model::hasse::Hasse;
 use crate::projections::Projections;
 
-/// More columns than this make a map that no screen shows.
+/// Maximum number of columns of a map; wider ones fit no screen.
 const WIDEST: usize = 64;
 
-/// The whole report.
+/// Renders the whole report.
 pub(super) fn render(content: &Content<'_>) -> String {
     let check = content.check;
     let mut out = format!("# {} with {}\n\n", plain(&check.model.path), plain(&check.preferences));
@@ -25,7 +25,7 @@ pub(super) fn render(content: &Content<'_>) -> String {
         let _ = writeln!(out, "At `{}`, {}.", show_state(&initial.state), words::sure(initial));
         for (name, actions) in [("SASI", &initial.sasi_actions), ("SPI", &initial.spi_actions)] {
             if let Some(begin) = words::begin(actions.as_ref()) {
-                let _ = writeln!(out, "{name} begins with {begin}.");
+                let _ = writeln!(out, "{name} permits {begin}.");
             }
         }
         out.push('\n');
@@ -40,7 +40,7 @@ pub(super) fn render(content: &Content<'_>) -> String {
     out
 }
 
-/// A text in which nothing is markup.
+/// Escapes a text, so that Markdown shows it as it is.
 fn plain(text: &str) -> String {
     let mut out = String::new();
     for c in escape::line(text).chars() {
@@ -52,7 +52,7 @@ fn plain(text: &str) -> String {
     out
 }
 
-/// A table of these rows; the first one is the heading, the first column text, the others numbers.
+/// Renders a table. The first row is the heading; the first column is text, the others are numbers.
 fn table(rows: &[Vec<String>]) -> String {
     let mut out = String::new();
     for (index, row) in rows.iter().enumerate() {
@@ -70,7 +70,7 @@ fn heading(cells: &[&str]) -> Vec<Vec<String>> {
     vec![cells.iter().map(|&cell| cell.to_owned()).collect()]
 }
 
-/// SASI ranks by cells.
+/// Renders a map of the SASI ranks.
 fn map(projections: &Projections) -> String {
     let (rows, columns) = (projections.rows(), projections.columns());
     if columns.len() > WIDEST {
@@ -95,7 +95,7 @@ fn map(projections: &Projections) -> String {
     }
     out.push_str("```\n\n");
     if others {
-        out.push_str("Where no state has these values, the most that other values allow.\n\n");
+        out.push_str("Cells that are unreachable with these values show the best over all others.\n\n");
     }
     out
 }
@@ -124,14 +124,14 @@ fn objectives(check: &CheckReport) -> String {
 }
 
 fn classes(check: &CheckReport) -> String {
-    let mut rows = heading(&["sure of", "states"]);
+    let mut rows = heading(&["sure", "states"]);
     for class in check.classes.iter().flatten() {
         rows.push(vec![text::names(&class.most_preferred), class.states.grouped()]);
     }
     format!("## Classes\n\n{}", table(&rows))
 }
 
-/// What stands right above what.
+/// Renders the direct preferences between groups.
 fn order(content: &Content<'_>) -> String {
     let hasse = Hasse::new(&content.preferences.order);
     let name = |group: usize| {
@@ -148,7 +148,7 @@ fn order(content: &Content<'_>) -> String {
     }
     let alone = (0..hasse.groups.len()).filter(|g| hasse.covers.iter().all(|(h, l)| h != g && l != g));
     for group in alone {
-        let _ = writeln!(out, "- {} compares with nothing", name(group));
+        let _ = writeln!(out, "- {} is incomparable to all others", name(group));
     }
     let _ = writeln!(out, "- empty = {}", content.preferences.empty);
     out

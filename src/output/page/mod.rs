@@ -1,7 +1,8 @@
-//! The report that one looks at: a page of its own, single pictures, or Markdown.
+//! The report as a page, as single pictures, or as Markdown.
 //!
-//! The page is one file that loads nothing: the regions are in it as a decision diagram, which its own
-//! script evaluates when a slider moves. Everything but the sliders is there without the script.
+//! The page is one file that loads nothing else. It contains the regions as a decision diagram, and
+//! its script evaluates them when a slider moves. Without the script everything but the sliders
+//! works.
 
 mod bars;
 mod data;
@@ -26,38 +27,38 @@ use crate::planning::simulate::PlayEnd;
 use crate::planning::{Kind, Scheduler};
 use crate::projections::Projections;
 
-/// All that a page shows.
+/// The contents of a page.
 pub struct Content<'a> {
-    /// What `check` found.
+    /// The results of `check`.
     pub check: &'a CheckReport,
     /// The model.
     pub program: &'a Program,
     /// The preferences.
     pub preferences: &'a Preferences,
-    /// The regions over a plane; none where no plane was named or guessed.
+    /// The regions over a plane, if one was selected or guessed.
     pub projections: Option<&'a Projections>,
-    /// A play; none where there is nothing to play for.
+    /// A run; `None` if nothing can be improved.
     pub play: Option<&'a Play>,
 }
 
-/// A simulated play.
+/// A simulated run.
 #[derive(Debug, Clone)]
 pub struct Play {
-    /// Under which strategies.
+    /// The kind of improvements.
     pub kind: Kind,
-    /// Which of the two.
+    /// The strategy of that kind.
     pub scheduler: Scheduler,
-    /// What the random draws started from.
+    /// The seed of the random numbers.
     pub seed: u64,
-    /// The play in words.
+    /// The run as text.
     pub trace: TraceReport,
-    /// The states it visits, the first one first.
+    /// The visited states, starting with the first.
     pub states: Vec<State>,
-    /// How it ended.
+    /// The end of the run.
     pub end: PlayEnd,
 }
 
-/// A picture of its own.
+/// A single picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Picture {
     /// The preference order.
@@ -71,10 +72,10 @@ pub enum Picture {
 }
 
 impl Picture {
-    /// The maps, in the order in which a page has them.
+    /// The maps in the order of the page.
     const MAPS: [Picture; 3] = [Picture::Sasi, Picture::Spi, Picture::Classes];
 
-    /// The name on the command line and in the page.
+    /// Returns the name on the command line and in the page.
     pub fn name(self) -> &'static str {
         match self {
             Picture::Hasse => "hasse",
@@ -86,26 +87,26 @@ impl Picture {
 
     fn title(self) -> &'static str {
         match self {
-            Picture::Hasse => "What is preferred to what",
+            Picture::Hasse => "Preference order",
             Picture::Sasi => "Guaranteed improvements",
             Picture::Spi => "Possible improvements",
-            Picture::Classes => "What is sure already",
+            Picture::Classes => "Most preferred objectives",
         }
     }
 }
 
 impl Content<'_> {
-    /// The page.
+    /// Renders the page.
     pub fn html(&self) -> String {
         html::page(self)
     }
 
-    /// The report as Markdown.
+    /// Renders the report as Markdown.
     pub fn markdown(&self) -> String {
         markdown::render(self)
     }
 
-    /// A picture as SVG; none where it needs a plane and there is none.
+    /// Renders a picture as SVG; returns `None` if it needs a plane and there is none.
     pub fn svg(&self, picture: Picture) -> Option<String> {
         let drawn = match picture {
             Picture::Hasse => hasse::svg(&self.order(), true),
@@ -114,12 +115,12 @@ impl Content<'_> {
         Some(drawn.into_string())
     }
 
-    /// The preference order in the language DOT.
+    /// Renders the preference order in the DOT language.
     pub fn dot(&self) -> String {
         hasse::dot(&self.order())
     }
 
-    /// The preference order with the names and sizes that its picture shows.
+    /// Returns the preference order with the names and sizes in its picture.
     fn order(&self) -> hasse::Order {
         let sure = |i: &usize| self.check.objectives.get(*i).map(|o| o.almost_sure.clone());
         let note = |group: &[usize]| {
@@ -131,7 +132,7 @@ impl Content<'_> {
     }
 }
 
-/// A preference order without a model as a picture: the Hasse diagram, as SVG.
+/// Renders the Hasse diagram of a preference order without a model, as SVG.
 pub fn order_svg(preferences: &Outline) -> String {
     let names: Vec<&str> = preferences.objectives.iter().map(|(name, _)| name.as_str()).collect();
     let order = hasse::Order::new(&preferences.order, preferences.empty, &names, |_| None);

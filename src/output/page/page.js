@@ -13,7 +13,7 @@
 
   const show = (variable, value) => (variable.bool ? String(value !== 0) : String(value));
 
-  /** Rank 2, 2+ or ∞ of a ladder. */
+  /** Returns the rank of a ladder: 2, 2+ or ∞. */
   function rank(ladder, pattern) {
     if (ladder.unbounded !== null && diagram.meets(ladder.unbounded, pattern)) {
       return { text: '∞', color: ladder.unboundedColor };
@@ -47,7 +47,7 @@
     return [...new Set(permitted(ladder, pattern).map((choice) => choice.arrow))].join('');
   }
 
-  /** The pattern of a cell in which the other variables may have any values. */
+  /** Returns the pattern of a cell in which the other variables have any values. */
   function anywhere(row, column) {
     const open = variables.map(() => null);
     if (data.row !== null) open[data.row] = row;
@@ -55,7 +55,7 @@
     return diagram.pattern(variables, open);
   }
 
-  // The maps have the same cells in the same order, so each is looked up once for all.
+  // The maps have the same cells in the same order, so one lookup serves all maps.
   const places = maps[0].cells.map((cell, index) => ({
     row: Number(cell.dataset.row),
     column: Number(cell.dataset.col),
@@ -67,7 +67,7 @@
     const open = isOpen();
     for (const place of places) {
       const here = diagram.pattern(variables, placed(place.row, place.column));
-      // Where no state has these values, the cell is pale and speaks of all others.
+      // If no state has these values, the cell is faded and shows the best over all others.
       const elsewhere = !diagram.meets(data.scope, here);
       const pattern = elsewhere ? place.anywhere : here;
       if (elsewhere && !diagram.meets(data.scope, pattern)) {
@@ -85,7 +85,7 @@
     drawPlay();
   }
 
-  /** Shows what was found; small cells have a colour and nothing else. */
+  /** Shows the results of a cell; small cells have only a colour. */
   function paint(place, map, found, path, elsewhere) {
     const cell = place.parts[map];
     cell.dataset.value = elsewhere ? '' : found.text;
@@ -105,15 +105,15 @@
     }
   }
 
-  /** What a cell says to those who do not see it. */
+  /** Returns the text of a cell for screen readers. */
   function spoken({ row, column }, map, found, elsewhere) {
     const place = (data.row === null ? '' : variables[data.row].name + '=' + row + ', ') + variables[data.column].name + '=' + column;
-    if (found.text === '') return place + ': never reached';
-    const what = map === 2 ? 'sure of ' + found.found.map((c) => c.name).join(' or ') : found.text + (map === 0 ? ' guaranteed' : ' possible');
-    return place + ': ' + what + (elsewhere ? ' at most, with other values' : '');
+    if (found.text === '') return place + ': unreachable';
+    const what = map === 2 ? 'sure: ' + found.found.map((c) => c.name).join(' or ') : found.text + (map === 0 ? ' guaranteed' : ' possible');
+    return place + ': ' + what + (elsewhere ? ' at best, with other values' : '');
   }
 
-  /** The upper left corner of a cell in its drawing. */
+  /** Returns the upper left corner of a cell in its drawing. */
   function corner(map, row, column) {
     const cell = map.cells.find((c) => Number(c.dataset.row) === row && Number(c.dataset.col) === column);
     return cell ? cell.getAttribute('transform').match(/[\d.]+/g).map(Number) : null;
@@ -137,8 +137,8 @@
     const all = others.every(([, i]) => view[i] === null) && variables.length > 3;
     const pale = places.some((place) => place.parts[0].classList.contains('elsewhere'));
     document.querySelectorAll('.legend .pale').forEach((key) => { key.hidden = !pale; });
-    line.textContent = 'For ' + (all ? 'any values of the other variables' : texts.join(', ')) + (open ? ': the most that some value allows.' : '.')
-      + (pale ? ' In pale cells no play has these values: the most that others allow.' : '');
+    line.textContent = 'For ' + (all ? 'any values of the other variables' : texts.join(', ')) + (open ? ': each cell shows the best of these.' : '.')
+      + (pale ? ' Faded cells are unreachable with these values; they show the best over all others.' : '');
     line.dataset.open = open;
   }
 
@@ -161,13 +161,13 @@
     };
     const beyond = anywhere(chosen.row, chosen.column);
     if (!diagram.meets(data.scope, beyond)) {
-      line('state', 'never: no play comes here');
+      line('state', 'unreachable');
     } else if (!diagram.meets(data.scope, pattern)) {
-      line('state', 'no play comes here with these values');
-      line('with others', rank(sasi, beyond).text + ' guaranteed and ' + rank(spi, beyond).text + ' possible at most');
+      line('state', 'unreachable with these values');
+      line('other values', 'at best ' + rank(sasi, beyond).text + ' guaranteed and ' + rank(spi, beyond).text + ' possible');
     } else {
       const sure = classOf(pattern);
-      line('sure of', sure.found.map((c) => c.name).join(' / '));
+      line('sure', sure.found.map((c) => c.name).join(' / '));
       describeRank(line, 'guaranteed', sasi, pattern, open);
       describeRank(line, 'possible', spi, pattern, open);
       const here = data.objectives.filter((_, i) => diagram.meets(data.targets[i], pattern));
@@ -179,7 +179,7 @@
   function describeRank(line, name, ladder, pattern, open) {
     const names = [...new Set(permitted(ladder, pattern).map((choice) => choice.name))];
     const actions = names.length && !open ? '; permitted: ' + names.join(', ') : '';
-    line(name, rank(ladder, pattern).text + (open ? ' at most' : '') + actions);
+    line(name, rank(ladder, pattern).text + (open ? ' at best' : '') + actions);
   }
 
   // Sliders and boxes.
@@ -223,7 +223,7 @@
     remember();
   }
 
-  // In each map one cell can be reached by the tabulator, the others from there by the arrow keys.
+  // In each map the tab key reaches one cell, and the arrow keys the others.
   function goTo(index, map) {
     places.forEach((place, i) => place.parts[map].setAttribute('tabindex', i === index ? 0 : -1));
   }
@@ -261,7 +261,7 @@
     });
   });
 
-  // The play.
+  // The run.
   const rows = [...document.querySelectorAll('.turns tr[data-turn]')];
   const last = data.play.length - 1;
 
@@ -280,7 +280,7 @@
       if (now) box.scrollTop = row.offsetTop - box.clientHeight / 2;
     }
     const label = document.getElementById('step');
-    if (label) label.textContent = step === null ? 'not begun' : step === 0 ? 'start' : 'step ' + step + ' of ' + last;
+    if (label) label.textContent = step === null ? 'not started' : step === 0 ? 'start' : 'step ' + step + ' of ' + last;
     for (const map of maps) {
       const state = step === null ? null : data.play[step];
       const place = state && corner(map, data.row === null ? 0 : state[data.row], state[data.column]);
@@ -300,7 +300,7 @@
     for (const row of rows) row.addEventListener('click', () => go(Number(row.dataset.turn)));
   }
 
-  // The address remembers the view, so that a link leads to it: #b=8&d=false&cell=2,3 or #step=4.
+  // The address contains the view, so that a link opens it: #b=8&d=false&cell=2,3 or #step=4.
   function remember() {
     const parts = step !== null ? ['step=' + step] : controls.map(({ index }) => {
       const variable = variables[index];
@@ -310,7 +310,7 @@
     try {
       history.replaceState(null, '', '#' + parts.join('&'));
     } catch {
-      // Some viewers of files allow no history: then there is no link.
+      // Some viewers of local files do not allow this.
     }
   }
 

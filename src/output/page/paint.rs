@@ -1,4 +1,4 @@
-//! What cells look like: their colours and words, looked up once for all maps.
+//! The colours and texts of cells, computed once for all maps.
 
 use super::palette::{self, Rgb};
 use super::{Content, Picture};
@@ -9,20 +9,20 @@ use crate::projections::{Cell, Direction, Ladder, Projections, View};
 
 /// The side of a cell.
 pub(super) const SIDE: usize = 40;
-/// Texts with more letters do not fit into a cell.
+/// Maximum number of characters of a text in a cell.
 const LONGEST: usize = 8;
 
-/// The opening view of projections with the colours and words for it.
+/// The opening view of projections with its colours and texts.
 pub(super) struct Paint<'a> {
     pub(super) projections: &'a Projections,
     /// The names of the classes.
     pub(super) names: Vec<String>,
-    /// Their names in cells.
+    /// The texts of the classes in cells.
     pub(super) marks: Vec<String>,
-    /// For each class its place by size, the largest first; none for that of those sure of nothing.
+    /// The rank of each class by size, the largest first; `None` for the class `nothing`.
     places: Vec<Option<usize>>,
     greatest: [usize; 2],
-    /// What is shown first.
+    /// The opening view.
     pub(super) opening: View,
     /// The cells, row by row from the top.
     pub(super) cells: Vec<Vec<Found>>,
@@ -32,17 +32,18 @@ pub(super) struct Paint<'a> {
 pub(super) struct Found {
     pub(super) row: i64,
     pub(super) column: i64,
-    /// What holds there; none where there is no state whatever values the other variables have.
+    /// The results there; `None` if no values of the other variables give a state.
     cell: Option<Cell>,
-    /// Whether no state has the values of the view there: then the cell speaks of other values.
+    /// True if no state has the values of the view there: then the cell shows the best over all
+    /// other values.
     pub(super) elsewhere: bool,
-    /// The objectives whose target can be there.
+    /// The objectives whose targets have states there.
     pub(super) targets: Vec<usize>,
-    /// What stands for them, a letter a corner.
+    /// Their letters, one per corner.
     pub(super) letters: Vec<String>,
 }
 
-/// How a cell is drawn.
+/// The colours and the text of a cell.
 pub(super) struct Look {
     pub(super) fill: String,
     pub(super) ink: &'static str,
@@ -55,7 +56,7 @@ impl<'a> Paint<'a> {
             let names = content.preferences.names(class);
             text::names(&names.into_iter().map(str::to_owned).collect::<Vec<_>>())
         };
-        // The fixpoint has a colour of its own.
+        // The fixpoint has its own colour.
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
         let opening = projections.opening();
         Paint {
@@ -69,18 +70,18 @@ impl<'a> Paint<'a> {
         }
     }
 
-    /// The greatest finite rank.
+    /// Returns the greatest finite rank.
     pub(super) fn most(&self, picture: Picture) -> usize {
         self.greatest[usize::from(picture == Picture::Spi)]
     }
 
-    /// Colour and ink of a class.
+    /// Returns the background and text colour of a class.
     pub(super) fn class(&self, index: usize) -> (Rgb, &'static str) {
         let color = palette::class(self.places[index]);
         (color, palette::ink(color))
     }
 
-    /// Colour, ink and text of a cell.
+    /// Returns the colours and the text of a cell.
     pub(super) fn look(&self, picture: Picture, found: &Found) -> Look {
         let look = |(color, ink): (Rgb, _), text| Look { fill: palette::hex(color), ink, text };
         let plain = |fill: &str, ink, text: &str| Look { fill: fill.to_owned(), ink, text: text.to_owned() };
@@ -97,7 +98,7 @@ impl<'a> Paint<'a> {
         look((color, palette::ink(color)), ranks::mark(Some(rank)))
     }
 
-    /// The arrows of the permitted choices in a cell, where no variable is open.
+    /// Returns the arrows of the permitted choices in a cell; empty if a variable has any value.
     pub(super) fn arrows(&self, picture: Picture, found: &Found) -> String {
         let view = self.projections.view(&self.opening, found.row, found.column);
         let mut path = String::new();
@@ -114,7 +115,7 @@ impl<'a> Paint<'a> {
         path
     }
 
-    /// What colours mean, those that occur.
+    /// Returns the meaning of the colours that occur.
     pub(super) fn legend(&self, picture: Picture) -> Vec<(Rgb, String)> {
         if picture == Picture::Classes {
             let label = |index: usize| match self.marks[index].parse::<usize>() {
@@ -131,7 +132,7 @@ impl<'a> Paint<'a> {
             ranks[last] = Rank::AtLeast(last);
         }
         if ladder.unbounded.is_some() {
-            // The last level is the fixpoint: no state has its number as its rank.
+            // The last level is the fixpoint, so no state has its number as its rank.
             ranks[last] = Rank::Unbounded;
         }
         let name = |rank| match rank {
@@ -146,7 +147,7 @@ fn ladder(projections: &Projections, picture: Picture) -> &Ladder {
     if picture == Picture::Spi { &projections.spi } else { &projections.sasi }
 }
 
-/// The cells of a view.
+/// Returns the cells of a view.
 fn found(content: &Content<'_>, projections: &Projections, view: &View) -> Vec<Vec<Found>> {
     let open: View = vec![None; projections.variables.len()];
     let everywhere = everywhere(projections);
@@ -173,7 +174,7 @@ fn found(content: &Content<'_>, projections: &Projections, view: &View) -> Vec<V
         .collect()
 }
 
-/// For each objective the letter that stands for it; none where two begin with the same one.
+/// Returns the first letter of each objective; `None` if two objectives share it.
 pub(super) fn letters(content: &Content<'_>) -> Option<Vec<String>> {
     let first = |name: &String| name.chars().next().map(String::from).unwrap_or_default();
     let letters: Vec<String> = content.preferences.objectives.iter().map(|o| first(&o.name)).collect();
@@ -181,7 +182,7 @@ pub(super) fn letters(content: &Content<'_>) -> Option<Vec<String>> {
     distinct.then_some(letters)
 }
 
-/// Of at most four targets their letters; else one sign for all.
+/// Returns the letters of at most four targets, else one sign for all.
 fn corner_letters(letters: &Option<Vec<String>>, targets: &[usize]) -> Vec<String> {
     match letters {
         _ if targets.is_empty() => Vec::new(),
@@ -190,7 +191,7 @@ fn corner_letters(letters: &Option<Vec<String>>, targets: &[usize]) -> Vec<Strin
     }
 }
 
-/// What classes are called in cells: by their names or, where these would not fit, by numbers.
+/// Returns the texts of the classes in cells: their names or, if one is too long, numbers.
 fn marks(content: &Content<'_>, projections: &Projections) -> Vec<String> {
     let name = |class: &ObjectiveSet| match class.is_empty() {
         true => "–".to_owned(),
@@ -207,7 +208,7 @@ fn marks(content: &Content<'_>, projections: &Projections) -> Vec<String> {
     names.iter().enumerate().map(number).collect()
 }
 
-/// The classes by size, so that the strongest colours go to the largest.
+/// Ranks the classes by size, so that the strongest colours go to the largest.
 fn places(content: &Content<'_>, projections: &Projections) -> Vec<Option<usize>> {
     let sizes = content.check.classes.as_deref().unwrap_or_default();
     let size = |class: usize| sizes.get(class).map(|c| c.states.clone());
@@ -217,7 +218,8 @@ fn places(content: &Content<'_>, projections: &Projections) -> Vec<Option<usize>
     (0..projections.classes.len()).map(|c| order.iter().position(|&o| o == c)).collect()
 }
 
-/// For each objective whether its target can be in all four corners of the plane: then it is not a place.
+/// Returns for each objective whether its target has states in all four corners of the plane: such
+/// a target is not shown.
 fn everywhere(projections: &Projections) -> Vec<bool> {
     let open: View = vec![None; projections.variables.len()];
     let (rows, columns) = (projections.rows(), projections.columns());
@@ -228,7 +230,8 @@ fn everywhere(projections: &Projections) -> Vec<bool> {
     (0..projections.targets.len()).map(|i| found.iter().all(|here| here.contains(&i))).collect()
 }
 
-/// A triangle at the edge of a cell, on the side to which the choice leads; none where it leads nowhere.
+/// Returns a triangle at the edge of a cell, on the side to which the choice leads; empty if it
+/// leads nowhere.
 pub(super) fn arrow(choice: &Direction, rows_up: bool) -> String {
     let (dx, dy) = (f64::from(choice.column), f64::from(choice.row) * if rows_up { -1.0 } else { 1.0 });
     let length = dx.hypot(dy);

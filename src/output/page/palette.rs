@@ -1,18 +1,18 @@
-//! Colours that can be told apart by everyone, on screens and in print.
+//! Colours that everyone can distinguish, on screens and in print.
 
 use crate::planning::Rank;
 
 /// A colour: red, green, blue.
 pub(super) type Rgb = [u8; 3];
 
-/// From one improvement to five: green to blue, after ColorBrewer's YlGnBu, which grows darker step by
-/// step, so that it reads in grey as well. The same number has the same colour in every picture.
+/// Colours for one to five improvements: green to blue, after ColorBrewer's YlGnBu, which grows
+/// darker step by step and is also readable in grey. A number has the same colour in every picture.
 const LADDER: [Rgb; 5] = [[190, 230, 200], [46, 152, 184], [34, 112, 176], [36, 74, 150], [44, 45, 125]];
-/// No improvement, and the class of those sure of nothing.
+/// The colour for no improvement, and for the class `nothing`.
 const NONE: Rgb = [243, 241, 233];
-/// Any number of improvements.
+/// The colour for any number of improvements.
 const UNBOUNDED: Rgb = [8, 18, 66];
-/// For classes: the colours of Okabe and Ito, which people with any colour vision can tell apart.
+/// The colours of classes, from Okabe and Ito, which people with any colour vision can distinguish.
 const CLASSES: [Rgb; 8] = [
     [230, 159, 0],
     [86, 180, 233],
@@ -24,7 +24,7 @@ const CLASSES: [Rgb; 8] = [
     [140, 140, 140],
 ];
 
-/// The colour of a rank where `most` is the greatest finite one.
+/// Returns the colour of a rank; `most` is the greatest finite one.
 pub(super) fn rank(rank: Rank, most: usize) -> Rgb {
     let (last, deepest) = (LADDER.len(), LADDER[LADDER.len() - 1]);
     match rank {
@@ -38,11 +38,11 @@ pub(super) fn rank(rank: Rank, most: usize) -> Rgb {
     }
 }
 
-/// The colour of a class by its position; none for the class of those sure of nothing.
+/// Returns the colour of a class by its position; `None` stands for the class `nothing`.
 pub(super) fn class(position: Option<usize>) -> Rgb {
     let Some(position) = position else { return NONE };
     let base = CLASSES[position % CLASSES.len()];
-    // More classes than colours come round again, paler and paler.
+    // With more classes than colours, the colours repeat, first paler and then darker.
     match position / CLASSES.len() {
         0 => base,
         1 => mix(base, [255, 255, 255], 0.55),
@@ -55,7 +55,7 @@ fn mix(from: Rgb, to: Rgb, share: f64) -> Rgb {
     [one(0), one(1), one(2)]
 }
 
-/// Black or white, whichever reads better on a colour.
+/// Returns black or white, whichever is more readable on a colour.
 pub(super) fn ink(on: Rgb) -> &'static str {
     let [r, g, b] = on.map(f64::from);
     if 0.299 * r + 0.587 * g + 0.114 * b > 140.0 { "#1a1a1a" } else { "#ffffff" }

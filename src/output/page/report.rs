@@ -1,4 +1,4 @@
-//! The report of `meliora report`: what `check` found, and what was written of it.
+//! The report of `meliora report`: the results of `check`, and the written file.
 
 use std::fmt::Write;
 
@@ -10,24 +10,24 @@ use super::super::{CheckReport, Style, text};
 use super::words;
 use crate::escape;
 
-/// What `report` did.
+/// The results of `report`.
 #[derive(Debug, Clone, Serialize)]
 pub struct PageReport {
     /// `meliora.report/1`
     pub schema: &'static str,
-    /// Whether the work ran to its end; written only where it did not.
+    /// False if the work ended early; written only in that case.
     #[serde(skip_serializing_if = "is_true")]
     pub complete: bool,
-    /// What was written; none where the work ended before.
+    /// The written file; `None` if the work ended before.
     pub written: Option<Written>,
-    /// What `check` found.
+    /// The results of `check`.
     pub check: CheckReport,
-    /// What was used.
+    /// The memory used.
     pub memory: MemoryUse,
-    /// Text that goes to stdout where no file was asked for.
+    /// The text for stdout if no file was named.
     #[serde(skip)]
     pub drawing: Option<String>,
-    /// Why the work ended early.
+    /// The reason why the work ended early.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Failure>,
 }
@@ -35,22 +35,22 @@ pub struct PageReport {
 /// A file that was written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Written {
-    /// Where.
+    /// The path.
     pub path: String,
     /// `html`, `svg`, `dot` or `md`.
     pub format: &'static str,
-    /// How long it is.
+    /// The size in bytes.
     pub bytes: u64,
-    /// The variables of the plane, rows first; empty where there is none.
+    /// The variables of the plane, rows first; empty if there is none.
     pub grid: Vec<String>,
-    /// The nodes of the regions in it.
+    /// Number of diagram nodes in the file.
     pub nodes: u64,
-    /// Whether the sets had to be projected onto the plane, which leaves no sliders.
+    /// True if the sets were projected onto the plane, which leaves no sliders.
     pub projected: bool,
 }
 
 impl PageReport {
-    /// A report of which nothing but the question is known.
+    /// Creates a report without a written file.
     pub fn new(check: CheckReport) -> Self {
         PageReport {
             schema: "meliora.report/1",
@@ -92,10 +92,10 @@ impl Report for PageReport {
             let _ = write!(out, "\n{}: {}", style.good("written"), escape::line(&written.path));
             if !written.grid.is_empty() {
                 let _ = write!(out, ", with maps over {}", written.grid.join(" × "));
-                let _ = write!(out, " out of {} nodes", text::group(&written.nodes.to_string()));
+                let _ = write!(out, " ({} diagram nodes)", text::group(&written.nodes.to_string()));
             }
             if written.projected {
-                let _ = write!(out, " (without sliders: more nodes than were allowed)");
+                let _ = write!(out, ", without sliders: the diagrams exceed `--nodes`");
             }
             out.push('\n');
         }

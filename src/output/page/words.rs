@@ -1,4 +1,4 @@
-//! Verdicts in words.
+//! Texts for verdicts and counts.
 
 use super::super::Number;
 use super::super::check::InitialReport;
@@ -7,7 +7,7 @@ use super::Play;
 use crate::planning::Kind;
 use crate::planning::simulate::PlayEnd;
 
-/// A count for a picture: `624`, `1.2 million`, `3.6e16`.
+/// Formats a count for a picture: `624`, `1.2 million`, `3.6e16`.
 pub(super) fn short(n: &Number) -> String {
     let digits = n.to_string();
     match digits.len() {
@@ -17,18 +17,18 @@ pub(super) fn short(n: &Number) -> String {
     }
 }
 
-/// The nearest floating-point number; for shares and lengths only.
+/// Returns the nearest floating-point number; for shares and lengths only.
 pub(super) fn real(n: &Number) -> f64 {
     n.to_string().parse().unwrap_or(f64::INFINITY)
 }
 
-/// Which share of a whole, in per cent; 0 of nothing.
+/// Returns the share of a whole in percent; 0 if the whole is 0.
 pub(super) fn percent(part: &Number, whole: &Number) -> f64 {
     let whole = real(whole);
     if whole > 0.0 { (100.0 * real(part) / whole).min(100.0) } else { 0.0 }
 }
 
-/// A share as text that tells a little from nothing.
+/// Formats a share, so that small shares differ from 0.
 pub(super) fn share(percent: f64) -> String {
     match percent {
         0.0 => "0 %".to_owned(),
@@ -37,34 +37,34 @@ pub(super) fn share(percent: f64) -> String {
     }
 }
 
-/// One sentence for an initial state.
+/// Returns one sentence for an initial state.
 pub(super) fn verdict(initial: &InitialReport) -> String {
     ranks::verdict(initial.sasi_rank, initial.spi_rank)
 }
 
-/// How a play ended.
+/// Describes the end of a run.
 pub(super) fn outcome(play: &Play) -> String {
     let improved = play.trace.turns.iter().filter(|turn| turn.improves).count();
     let often = text::plural(improved, "improvement");
     let steps = text::plural(play.trace.turns.len(), "step");
     match (play.end, play.kind) {
-        (PlayEnd::Kept, Kind::Sasi) => format!("It keeps what is guaranteed: {often}."),
+        (PlayEnd::Kept, Kind::Sasi) => format!("All guaranteed improvements happen: {often}."),
         (PlayEnd::Kept, Kind::Spi) => {
-            format!("It has the luck that makes everything possible happen: {often}.")
+            format!("A lucky run: every possible improvement happens ({often}).")
         }
-        (PlayEnd::CutOff, _) => format!("It is cut off here after {steps}, with {often} so far; it goes on."),
-        (PlayEnd::Failed, _) => format!(
-            "Of the plays tried, none made all the improvements that are possible; this one has {often}."
-        ),
+        (PlayEnd::CutOff, _) => format!("The run is cut off after {steps}, with {often} so far."),
+        (PlayEnd::Failed, _) => {
+            format!("No simulated run made all possible improvements; this one has {often}.")
+        }
     }
 }
 
-/// What is known to be sure: `sure of A, B`.
+/// Formats the sure objectives: `sure: A, B`.
 pub(super) fn sure(initial: &InitialReport) -> String {
-    format!("sure of {}", text::names(&initial.most_preferred))
+    format!("sure: {}", text::names(&initial.most_preferred))
 }
 
-/// `Begin with N`, or none where there is nothing to begin.
+/// Formats the permitted actions, or returns `None` if there are none.
 pub(super) fn begin(actions: Option<&Vec<String>>) -> Option<String> {
     let actions = actions.filter(|a| !a.is_empty())?;
     Some(actions.join(", "))

@@ -183,7 +183,7 @@ fn actions_that_no_vector_has_never_happen_unless_there_are_no_vectors() {
     document["system"]["syncs"] = json!([]);
     let bound = load(&document).unwrap();
     assert_eq!(next(&bound.program, &[0]), [0]);
-    assert!(bound.warnings[0].message.contains("stands in no synchronisation vector"));
+    assert!(bound.warnings[0].message.contains("occurs in no synchronisation vector"));
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn names_that_the_modelling_language_does_not_know_are_changed_and_told() {
     document["variables"][0]["name"] = json!("a.b");
     let checked = load(&document).unwrap();
     assert_eq!(checked.program.variables[0].name, "a_b");
-    assert!(checked.warnings[0].message.contains("`a.b` is called `a_b` here"));
+    assert!(checked.warnings[0].message.contains("`a.b` is renamed to `a_b`"));
 }
 
 #[test]

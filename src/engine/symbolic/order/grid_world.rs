@@ -112,7 +112,7 @@ impl<'p> World<'p> {
         let names = |list: &[VarId]| list.iter().map(name).collect::<Vec<_>>().join(" and ");
         let mut why = Vec::new();
         if !roles.ticking.is_empty() {
-            why.push(format!("{} on top, since every step moves it", names(&roles.ticking)));
+            why.push(format!("{} on top, since every step changes it", names(&roles.ticking)));
         }
         for group in groups.iter().filter(|g| g.len() > 1) {
             why.push(format!("{} bit by bit, since guards test them together", names(group)));

@@ -137,7 +137,7 @@ impl<'a> Lowering<'a> {
         let first = automaton.locations.iter().position(|l| l.name.name == automaton.initial[0].name);
         for initial in &automaton.initial {
             if !automaton.locations.iter().any(|l| l.name.name == initial.name) {
-                self.lowerer.fail::<()>(initial.span, format!("there is no location `{}`", initial.name));
+                self.lowerer.fail::<()>(initial.span, format!("unknown location `{}`", initial.name));
             }
         }
         if count == 1 {
@@ -210,7 +210,8 @@ impl<'a> Lowering<'a> {
             let message = format!("the variable `{name}` has no bounds");
             let diagnostic = self.lowerer.wrong(ty.span, message).severity(Severity::Unsupported);
             let by = self.bounds_by;
-            let help = format!("give bounds with `{by} {name}=0..7`, say; states outside are errors");
+            let help =
+                format!("give bounds, for example `{by} {name}=0..7`; values outside of them are errors");
             self.lowerer.report(diagnostic.label("unbounded integers are not supported").help(help));
             return None;
         };
@@ -316,7 +317,7 @@ impl<'a> Lowering<'a> {
     pub(super) fn at(&mut self, instance: usize, location: &Ident) -> Option<Option<ExprId>> {
         let Some(position) = self.position(instance, location) else {
             let name = self.instances[instance].automaton.name.name.clone();
-            let message = format!("there is no location `{}` in `{name}`", location.name);
+            let message = format!("unknown location `{}` in `{name}`", location.name);
             return self.lowerer.fail(location.span, message);
         };
         let Some(variable) = self.instances[instance].location else { return Some(None) };

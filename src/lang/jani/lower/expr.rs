@@ -104,9 +104,11 @@ impl<'a> Lowering<'a> {
                     return None;
                 }
                 if pending == Some(false) {
-                    diagnostic = diagnostic.label("declared below: a constant may use those before it");
+                    diagnostic = diagnostic.label(
+                        "declared below; a constant can only use constants that are declared before it",
+                    );
                 } else if let Some(similar) = self.similar(name, place.instance) {
-                    diagnostic = diagnostic.help(format!("there is `{similar}`"));
+                    diagnostic = diagnostic.help(format!("did you mean `{similar}`?"));
                 }
                 self.lowerer.report(diagnostic);
                 None
@@ -187,12 +189,12 @@ impl<'a> Lowering<'a> {
         let arguments: Vec<_> = arguments.iter().map(|a| (self.expr(a, place), a.span)).collect();
         let own = place.instance.and_then(|i| self.instances[i].level.functions.get(name.name.as_str()));
         let Some(&index) = own.or_else(|| self.globals.functions.get(name.name.as_str())) else {
-            return self.lowerer.fail(name.span, format!("there is no function `{}`", name.name));
+            return self.lowerer.fail(name.span, format!("unknown function `{}`", name.name));
         };
         let (function, instance) = (self.functions[index].function, self.functions[index].instance);
         if arguments.len() != function.parameters.len() {
             let (takes, has) = (function.parameters.len(), arguments.len());
-            return self.lowerer.fail(span, format!("`{}` takes {takes} arguments, not {has}", name.name));
+            return self.lowerer.fail(span, format!("`{}` needs {takes} arguments, not {has}", name.name));
         }
         let mut given = Vec::new();
         for ((id, at), (parameter, ty)) in arguments.into_iter().zip(&function.parameters) {

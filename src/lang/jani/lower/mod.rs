@@ -257,7 +257,7 @@ impl Lowering<'_> {
         let changed =
             self.names.changed.iter().chain(&self.modules.changed).chain(&self.actions.names.changed);
         for (name, new) in changed {
-            let message = format!("`{name}` is called `{new}` here: it is no name of the modelling language");
+            let message = format!("`{name}` is renamed to `{new}`: it is not a name in PRISM's language");
             self.warnings.push(self.lowerer.wrong(Span::default(), message).severity(Severity::Warning));
         }
     }

@@ -53,7 +53,7 @@ impl<'a> Lowering<'a> {
             match known.get(element.name.as_str()) {
                 Some(automaton) => elements.push(*automaton),
                 None => {
-                    let message = format!("there is no automaton `{}`", element.name);
+                    let message = format!("unknown automaton `{}`", element.name);
                     self.lowerer.fail::<()>(element.span, message);
                 }
             }
@@ -109,7 +109,7 @@ impl<'a> Lowering<'a> {
         for vector in model.system.vectors.iter().flatten() {
             if vector.actions.len() != self.instances.len() {
                 let (has, needs) = (vector.actions.len(), self.instances.len());
-                let message = format!("this vector has {has} places, and the system {needs} elements");
+                let message = format!("this vector has {has} places, but the system has {needs} elements");
                 self.lowerer.fail::<()>(vector.span, message);
                 continue;
             }
@@ -117,7 +117,7 @@ impl<'a> Lowering<'a> {
             let members: Vec<(usize, &'a str)> =
                 named.filter_map(|(i, a)| a.as_ref().map(|a| (i, a.name.as_str()))).collect();
             if members.is_empty() {
-                self.lowerer.fail::<()>(vector.span, "this vector moves no automaton");
+                self.lowerer.fail::<()>(vector.span, "this vector has no action of any automaton");
                 continue;
             }
             let groups = self.groups(&members)?;
@@ -307,7 +307,7 @@ impl<'a> Lowering<'a> {
                     && !free.contains(&action.name.as_str())
                     && told.insert((index, action.name.as_str()))
                 {
-                    let message = format!("the action `{}` stands in no synchronisation vector", action.name);
+                    let message = format!("the action `{}` occurs in no synchronisation vector", action.name);
                     let diagnostic = self.lowerer.wrong(action.span, message);
                     let label = format!("edges of `{}` with it never happen", instance.name);
                     self.warnings.push(diagnostic.severity(crate::error::Severity::Warning).label(label));
@@ -316,7 +316,7 @@ impl<'a> Lowering<'a> {
         }
         for action in unknown {
             if !declared.contains(action.name.as_str()) {
-                self.lowerer.fail::<()>(action.span, format!("there is no action `{}`", action.name));
+                self.lowerer.fail::<()>(action.span, format!("unknown action `{}`", action.name));
             }
         }
     }

@@ -36,7 +36,7 @@ impl<'a> Reader<'a> {
             edges: edges?,
         };
         if automaton.locations.is_empty() || automaton.initial.is_empty() {
-            let message = "an automaton needs a location to begin in";
+            let message = "an automaton needs an initial location";
             return self.fail(automaton.name.span, message);
         }
         Some(automaton)

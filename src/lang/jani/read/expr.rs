@@ -125,7 +125,7 @@ impl<'a> Reader<'a> {
                 Some(feature) => {
                     self.unsupported(op.span, format!("the operator \"{name}\" ({feature}) is not supported"))
                 }
-                None => self.fail(op.span, format!("there is no operator \"{name}\" in expressions")),
+                None => self.fail(op.span, format!("unknown operator \"{name}\" in an expression")),
             },
         }
     }
@@ -137,7 +137,7 @@ impl<'a> Reader<'a> {
         let value = match name.name.as_str() {
             "e" => std::f64::consts::E,
             "π" => std::f64::consts::PI,
-            _ => return self.fail(name.span, format!("there is no constant \"{}\"", name.name)),
+            _ => return self.fail(name.span, format!("unknown constant \"{}\"", name.name)),
         };
         Some(ExprKind::Literal(value::Value::Real(value)))
     }

@@ -95,10 +95,10 @@ impl<'a> Reader<'a> {
                     self.wrong(kind.span, format!("models of type `{}` are not supported", kind.name));
                 let diagnostic =
                     diagnostic.severity(crate::error::Severity::Unsupported).label("not supported");
-                self.report(diagnostic.help("the types `mdp` and `dtmc` are"));
+                self.report(diagnostic.help("the types `mdp` and `dtmc` are supported"));
                 None
             }
-            name => self.fail(kind.span, format!("there is no model type \"{name}\"")),
+            name => self.fail(kind.span, format!("unknown model type \"{name}\"")),
         }
     }
 
@@ -197,7 +197,7 @@ impl<'a> Reader<'a> {
             }
             "array" => self.unsupported(name.span, "arrays are not supported"),
             "datatype" | "option" => self.unsupported(name.span, "datatypes are not supported"),
-            other => self.fail(name.span, format!("there is no type of kind \"{other}\"")),
+            other => self.fail(name.span, format!("unknown kind of type \"{other}\"")),
         }
     }
 
@@ -208,7 +208,7 @@ impl<'a> Reader<'a> {
             "real" => Some(Type::Real),
             "clock" => self.unsupported(name.span, "clocks are not supported"),
             "continuous" => self.unsupported(name.span, "continuous variables are not supported"),
-            other => self.fail(name.span, format!("there is no type \"{other}\"")),
+            other => self.fail(name.span, format!("unknown type \"{other}\"")),
         }
     }
 

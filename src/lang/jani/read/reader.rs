@@ -56,7 +56,7 @@ impl<'a> Reader<'a> {
     /// Returns the whole document.
     pub(super) fn document(&mut self) -> Option<Node<'a>> {
         if self.source.text.len() > MOST_BYTES {
-            let message = format!("the document has more than {} MiB", MOST_BYTES >> 20);
+            let message = format!("the document is larger than {} MiB", MOST_BYTES >> 20);
             return self.fail(Span::new(0, 1), message);
         }
         match json::document(&self.source.text) {
@@ -102,7 +102,7 @@ impl<'a> Reader<'a> {
     }
 
     fn malformed<T>(&mut self, Malformed { at, message }: Malformed) -> Option<T> {
-        let diagnostic = self.wrong(at, format!("this is no JSON: {message}"));
+        let diagnostic = self.wrong(at, format!("this is not JSON: {message}"));
         self.report(diagnostic);
         None
     }
