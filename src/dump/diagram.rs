@@ -98,7 +98,7 @@ impl Diagram {
         }
     }
 
-    /// Whether all arcs lead to nodes that are there, those of a node to earlier ones on deeper levels.
+    /// Returns true if all arcs lead to nodes of the diagram, and those of a node to earlier nodes on deeper levels.
     pub fn is_ordered(&self) -> bool {
         let nodes = self.nodes.iter().enumerate();
         let inner = nodes.flat_map(|(index, node)| [(index, node, node.then), (index, node, node.otherwise)]);

@@ -267,7 +267,7 @@ impl File {
         self.roots.iter().find(|r| r.name == name)
     }
 
-    /// Whether the roots are those of the diagram, each with a name of its own, and the diagram is one.
+    /// Checks that the roots are those of the diagram, that their names differ, and that arcs are in order.
     fn check(&self, diagram: &Diagram) -> Result<(), String> {
         self.check_names(&self.path)?;
         if !diagram.is_ordered() {
