@@ -39,6 +39,48 @@ fn ranks_are_not_infinite() {
     refuse_for(&SAFETIES, &faults);
 }
 
+/// Makes level 2 the fixpoint as well, with the choices that stay in it and no layers.
+fn repeated(draft: &mut Draft, kind: &str, class: &str) {
+    let fixpoint = format!("{kind}:unbounded");
+    draft.remove(|name| name.contains(&fixpoint));
+    draft.rename(&format!("{kind}:3"), &fixpoint);
+    for name in draft.names().iter().filter(|name| name.starts_with(&format!("{fixpoint}@"))) {
+        draft.set(&format!("strategy:{name}"), [].into());
+    }
+    let staying = &draft.choices("wait", 0) | &draft.choices("again", 3);
+    for name in [fixpoint.clone(), fixpoint + class] {
+        draft.set(&name, draft.get(&format!("{kind}:2")));
+        draft.set(&format!("strategy:{name}"), staying.clone());
+        draft.rounds(&name, &[]);
+    }
+}
+
+#[test]
+fn the_last_level_is_not_a_fixpoint() {
+    let faults = [
+        Fault {
+            condition: "each state of `sasi:unbounded` is in one of its layers",
+            forge: |d| repeated(d, "sasi", ""),
+        },
+        Fault {
+            condition: "each state of `spi:unbounded` is in one of its layers",
+            forge: |d| repeated(d, "spi", ""),
+        },
+    ];
+    refuse_for(&WITHOUT_CLASSES, &faults);
+    let faults = [
+        Fault {
+            condition: "each state of `sasi:unbounded@L` is in one of its layers",
+            forge: |d| repeated(d, "sasi", "@L"),
+        },
+        Fault {
+            condition: "each state of `spi:unbounded@L` is in one of its layers",
+            forge: |d| repeated(d, "spi", "@L"),
+        },
+    ];
+    refuse_for(&WITH_CLASSES, &faults);
+}
+
 /// Takes level 2 out of the regions. In the certificate it becomes the level after the last one.
 fn leave_out(draft: &mut Draft, kind: &str) {
     let (level, strategy) = (format!("{kind}:2"), format!("strategy:{kind}:2"));
