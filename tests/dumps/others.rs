@@ -37,17 +37,16 @@ pub(super) fn case(model: &str, preferences: &str, scope: Scope, safety: Safety)
 /// The set of states of the dump is not closed under the steps of the model, and says nothing of where they lead.
 #[test]
 fn states_that_only_the_model_reaches_are_missed() {
-    let model = |last: u8| {
+    let model = |kind: &str, last: u8| {
         let steps = format!("[] s=0 -> (s'=1); [] s=1 -> (s'={last}); [] s=2 -> (s'=2);");
-        format!("mdp module m s:[0..2] init 0; {steps} endmodule")
+        format!("{kind} module m s:[0..2] init 0; {steps} endmodule")
     };
-    for preferences in [
-        "objective A = F s=1; objective B = F s=2; prefer B > A;",
-        "objective A = F (s=1 & F s=2); objective B = G F s=1; prefer B > A;",
-    ] {
+    let reached = "objective A = F s=1; objective B = F s=2; prefer B > A;";
+    let temporal = "objective A = F (s=1 & F s=2); objective B = G F s=1; prefer B > A;";
+    for (kind, preferences) in [("mdp", reached), ("mdp", temporal), ("dtmc", reached), ("dtmc", temporal)] {
         for safety in SAFETIES {
-            let truth = case(&model(2), preferences, Scope::Reachable, safety);
-            let other = case(&model(1), preferences, Scope::Reachable, safety);
+            let truth = case(&model(kind, 2), preferences, Scope::Reachable, safety);
+            let other = case(&model(kind, 1), preferences, Scope::Reachable, safety);
             let forged = under_the_manifest_of(&truth.dump, &other.dump);
             let violation = truth.verify(&forged).unwrap().violation.expect("a false dump was accepted");
             assert_eq!(violation.condition, "each successor of a state of `reachable` is in it");

@@ -1,4 +1,4 @@
-//! A dump as explicit sets of valuations, to be forged set by set and written again as diagrams.
+//! A dump as explicit sets of valuations, which tests edit and write again as diagrams.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use meliora::dump::{Diagram, Dump, Edge, Manifest};
 
 use crate::forger::sealed;
 
-/// The members of a set: for a state its values in the order of the manifest, for a choice its number first.
+/// The members of a set. A state is its values in the order of the manifest; a choice has its number before them.
 pub(super) type Members = BTreeSet<Vec<i64>>;
 
 /// A set of a dump.
@@ -20,7 +20,7 @@ struct Set {
 
 /// A dump that can be edited.
 pub(super) struct Draft {
-    /// All but its files is written as it is.
+    /// Written unchanged, except for the files.
     pub(super) manifest: Manifest,
     sets: BTreeMap<String, Set>,
 }
@@ -110,7 +110,7 @@ impl Draft {
         self.get("reachable").into_iter().filter(|state| first.contains(&state[0])).collect()
     }
 
-    /// The states of the dump that are not in this set.
+    /// The states of the dump outside of this set.
     pub(super) fn others(&self, than: &Members) -> Members {
         &self.get("reachable") - than
     }
@@ -122,7 +122,7 @@ impl Draft {
         self.get("choices").into_iter().filter(named).collect()
     }
 
-    /// Replaces a set, or adds one: its name says of what it is a set, and in which file.
+    /// Replaces or adds a set. Its kind and its file follow from its name.
     pub(super) fn set(&mut self, name: &str, members: Members) {
         let is_proof = ["layers:", "refuted:", "safe:"].iter().any(|start| name.starts_with(start));
         let kind = if name == "choices" || name.starts_with("strategy:") {
@@ -148,7 +148,7 @@ impl Draft {
         self.set(to, more);
     }
 
-    /// Removes all sets whose names are chosen.
+    /// Removes all sets with these names.
     pub(super) fn remove(&mut self, chosen: impl Fn(&str) -> bool) {
         self.sets.retain(|name, _| !chosen(name));
     }
@@ -177,7 +177,7 @@ impl Draft {
         }
     }
 
-    /// The dump, with sizes, counts and hashes that agree.
+    /// Writes the dump with sizes, counts and hashes that agree.
     pub(super) fn dump(&self) -> Dump {
         let mut manifest = self.manifest.clone();
         let certificate = manifest.certificate.as_mut().unwrap();

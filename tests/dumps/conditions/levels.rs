@@ -5,8 +5,8 @@ use meliora::planning::Safety;
 use super::draft::{Draft, Members};
 use super::{Fault, HISTORIES, SAFETIES, cases, refuse};
 
-/// Two improvements in a row, each by a coin: from 0 and 3 to 1 or 2, and from these to 7 or 8. What is certain are
-/// 4, and from 1 and 2 also 5 and 6.
+/// Two improvements in a row, each by chance: from 0 and 3 to 1 or 2, and from these to 7 or 8. Certain are only 4
+/// from states 0 and 3, 5 from state 1, and 6 from state 2.
 pub(super) const MODEL: &str = "mdp module m s:[0..8] init 0;
       [wait] s=0 -> (s'=3); [again] s=3 -> (s'=0); [toss] s=3 -> 0.5:(s'=1) + 0.5:(s'=2);
       [sure] s=0 | s=3 -> (s'=4); [sure] s=1 -> (s'=5); [sure] s=2 -> (s'=6);
@@ -15,7 +15,7 @@ pub(super) const MODEL: &str = "mdp module m s:[0..8] init 0;
 pub(super) const PREFERENCES: &str = "objective L = F s=4; objective M = F s=5; objective N = F s=6;
     objective H = F s=7; objective I = F s=8; prefer H, I > M, N > L;";
 
-/// Where levels are in the regions, and where they are in the certificate, each with a class.
+/// Without `prefix` there is one arena; with it, each class has its own, with levels in the certificate.
 const WITHOUT_CLASSES: [Safety; 2] = [Safety::Action, Safety::Transition];
 const WITH_CLASSES: [Safety; 1] = [Safety::Prefix];
 
@@ -23,7 +23,7 @@ fn refuse_for(safeties: &[Safety], faults: &[Fault]) {
     refuse(&cases(MODEL, PREFERENCES, &HISTORIES, safeties), faults);
 }
 
-/// Renames all sets of level 2, and removes those of its successor and those of the old end.
+/// Makes level 2 the fixpoint, and removes the sets that show that level 3 is empty.
 fn unbounded(draft: &mut Draft, kind: &str) {
     let gone = [format!("{kind}:unbounded"), format!("{kind}:3")];
     draft.remove(|name| gone.iter().any(|gone| name.contains(gone)));
@@ -39,7 +39,49 @@ fn ranks_are_not_infinite() {
     refuse_for(&SAFETIES, &faults);
 }
 
-/// Takes level 2 out of the regions; in the certificate it is what holds all that win the level after the last.
+/// Makes level 2 the fixpoint as well, with the choices that stay in it and no layers.
+fn repeated(draft: &mut Draft, kind: &str, class: &str) {
+    let fixpoint = format!("{kind}:unbounded");
+    draft.remove(|name| name.contains(&fixpoint));
+    draft.rename(&format!("{kind}:3"), &fixpoint);
+    for name in draft.names().iter().filter(|name| name.starts_with(&format!("{fixpoint}@"))) {
+        draft.set(&format!("strategy:{name}"), [].into());
+    }
+    let staying = &draft.choices("wait", 0) | &draft.choices("again", 3);
+    for name in [fixpoint.clone(), fixpoint + class] {
+        draft.set(&name, draft.get(&format!("{kind}:2")));
+        draft.set(&format!("strategy:{name}"), staying.clone());
+        draft.rounds(&name, &[]);
+    }
+}
+
+#[test]
+fn the_last_level_is_not_a_fixpoint() {
+    let faults = [
+        Fault {
+            condition: "each state of `sasi:unbounded` is in one of its layers",
+            forge: |d| repeated(d, "sasi", ""),
+        },
+        Fault {
+            condition: "each state of `spi:unbounded` is in one of its layers",
+            forge: |d| repeated(d, "spi", ""),
+        },
+    ];
+    refuse_for(&WITHOUT_CLASSES, &faults);
+    let faults = [
+        Fault {
+            condition: "each state of `sasi:unbounded@L` is in one of its layers",
+            forge: |d| repeated(d, "sasi", "@L"),
+        },
+        Fault {
+            condition: "each state of `spi:unbounded@L` is in one of its layers",
+            forge: |d| repeated(d, "spi", "@L"),
+        },
+    ];
+    refuse_for(&WITH_CLASSES, &faults);
+}
+
+/// Takes level 2 out of the regions. In the certificate it becomes the level after the last one.
 fn leave_out(draft: &mut Draft, kind: &str) {
     let (level, strategy) = (format!("{kind}:2"), format!("strategy:{kind}:2"));
     let (layers, next) = (format!("layers:{kind}:2"), format!("{kind}:3"));
@@ -47,7 +89,7 @@ fn leave_out(draft: &mut Draft, kind: &str) {
     draft.remove(|name| name.contains(&next));
 }
 
-/// The same, where the level against the class of state 0 is empty and its states are lost in these rounds.
+/// The same, and makes the level with the class of state 0 empty, with these rounds.
 fn leave_out_of_the_class(draft: &mut Draft, kind: &str, rounds: &[&Members]) {
     leave_out(draft, kind);
     draft.set(&format!("{kind}:2@L"), [].into());
@@ -153,7 +195,7 @@ fn strategies_are_permissive() {
     refuse_for(&WITH_CLASSES, &faults);
 }
 
-/// A choice that is permitted is said not to be.
+/// Takes a permitted choice out of both strategies.
 fn not_again(draft: &mut Draft, kind: &str) {
     let again = draft.choices("again", 3);
     draft.take(&format!("strategy:{kind}:2@L"), &again);
@@ -175,14 +217,14 @@ fn strategies_of_empty_levels_are_empty() {
     refuse_for(&SAFETIES, &faults);
 }
 
-/// State 1 is said to have two improvements before it; it has no layers to a goal edge of level 2.
+/// Adds state 1 to level 2; it has no path to a goal edge of level 2.
 fn too_large_level_2(draft: &mut Draft) {
     draft.add("sasi:2", &draft.states(&[1]));
     draft.rounds("sasi:2", &[&(&draft.get("sasi:1") - &draft.get("sasi:2"))]);
     draft.rounds("sasi:3", &[&draft.get("sasi:2")]);
 }
 
-/// State 4, which is never left, is said to have an improvement before it.
+/// Adds state 4, which is never left, to level 1.
 fn too_large_level_1(draft: &mut Draft) {
     draft.add("spi:1", &draft.states(&[4]));
     let ahead = [draft.choices("sure", 0), draft.choices("sure", 3), draft.choices("stay", 4)];
@@ -209,7 +251,7 @@ fn levels_are_not_too_large() {
     refuse_for(&WITHOUT_CLASSES, &faults);
 }
 
-/// The best states, where nothing is left to improve, are said to win the second level against the lowest class.
+/// A state without an improvement is said to win level 2 with the lowest class.
 #[test]
 fn levels_are_not_too_large_in_a_class() {
     let faults = [
@@ -236,7 +278,7 @@ fn levels_are_not_too_large_in_a_class() {
     refuse_for(&WITH_CLASSES, &faults);
 }
 
-/// A third level that is empty is not one; the search ended before it.
+/// Adds a level 3 that is empty.
 fn one_more(draft: &mut Draft, kind: &str) {
     for name in draft.names() {
         if let Some(class) = name.strip_prefix(&format!("{kind}:3@")) {
@@ -264,7 +306,7 @@ fn no_level_is_empty() {
     refuse_for(&SAFETIES, &faults);
 }
 
-/// Round after round something improves on the last, until all is lost.
+/// Each step around the ring improves or ends in state 3.
 pub(super) const RING: &str = "mdp module m s:[0..3] init 0;
       [go] s=0 -> 0.5:(s'=1) + 0.5:(s'=3); [go] s=1 -> 0.5:(s'=2) + 0.5:(s'=3); [go] s=2 -> 0.5:(s'=0) + 0.5:(s'=3);
       [stay] true -> true;
@@ -274,7 +316,7 @@ pub(super) const RING_PREFERENCES: &str =
     objective B1 = G F s=1; objective C = G F s=2; objective C1 = G F s=2; objective Z = G F s=3;
     prefer B > A1; prefer C > B1; prefer A > C1;";
 
-/// The fixpoint is there twice: as the level with a number that it is, and with the next one.
+/// The fixpoint is level 1; here it is level 2 as well.
 #[test]
 fn no_level_is_there_twice() {
     let forge = |d: &mut Draft| {
@@ -286,6 +328,22 @@ fn no_level_is_there_twice() {
     };
     let condition = "`spi:2` has a state, and fewer than the level below";
     refuse(&cases(RING, RING_PREFERENCES, &["history = play;"], &SAFETIES), &[Fault { condition, forge }]);
+}
+
+/// The other conditions imply this one, which is reported first.
+#[test]
+fn levels_decrease() {
+    let faults = [
+        Fault {
+            condition: "each state of `sasi:2` is in the level below",
+            forge: |d| d.add("sasi:2", &d.states(&[4])),
+        },
+        Fault {
+            condition: "each state of `spi:2` is in the level below",
+            forge: |d| d.add("spi:2", &d.states(&[4])),
+        },
+    ];
+    refuse_for(&SAFETIES, &faults);
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! Each condition of `verify` alone: dumps that are right but for one fault. All that follows from the fault is
-//! forged with it, so that a checker without the condition would accept the dump.
+//! Tests in which one condition of `verify` fails alone. Each dump has one fault. All sets that follow from the
+//! fault are forged with it, so that a checker without the condition would accept the dump.
 
 mod draft;
 mod levels;
@@ -18,7 +18,7 @@ use crate::verify::{Case, SAFETIES};
 use draft::Draft;
 
 const SCOPES: [Scope; 2] = [Scope::Reachable, Scope::All];
-/// Objectives of the present state on, and over whole plays.
+/// Objectives are judged from the present state on, or over whole paths.
 const HISTORIES: [&str; 2] = ["history = state;", "history = play;"];
 
 /// A fault, and the condition that it violates.
@@ -27,7 +27,7 @@ struct Fault {
     forge: fn(&mut Draft),
 }
 
-/// The honest dumps of a model for each history, scope and safety of these.
+/// Makes the honest dumps of a model for each of these histories, each scope and each of these safety modes.
 fn cases(model: &str, preferences: &str, histories: &[&str], safeties: &[Safety]) -> Vec<(String, Case)> {
     let mut all = Vec::new();
     for history in histories {
@@ -41,7 +41,7 @@ fn cases(model: &str, preferences: &str, histories: &[&str], safeties: &[Safety]
     all
 }
 
-/// The honest dump is accepted as it is and as the draft writes it; with each fault it is refused.
+/// Checks that the honest dumps are accepted, also as the draft writes them, and refused with each fault.
 fn refuse(cases: &[(String, Case)], faults: &[Fault]) {
     for (options, case) in cases {
         accepted(case, &case.dump, options);

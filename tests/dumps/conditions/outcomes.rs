@@ -1,11 +1,12 @@
 //! Targets, positive and almost-sure regions, classes.
 //!
-//! A is never among the most preferred, since B is sure everywhere: what the dump says of A has no other effect.
+//! B is almost sure everywhere and preferred to A, so that A decides no class: a fault in its sets has no effect on
+//! classes and levels.
 
 use super::draft::Draft;
 use super::{Fault, HISTORIES, SAFETIES, cases, refuse};
 
-/// State 1 is the target and 2 a trap; from 3 only a coin leads to either.
+/// State 1 is the target and state 2 a trap. The only choice of state 3 leads to either by chance.
 const MODEL: &str = "mdp module m s:[0..3] init 0;
       [go] s=0 -> (s'=1); [risk] s=0 -> 0.5:(s'=1) + 0.5:(s'=2); [detour] s=0 -> (s'=3);
       [toss] s=3 -> 0.5:(s'=1) + 0.5:(s'=2); [stay] s=1 | s=2 -> true;
@@ -23,7 +24,7 @@ fn each_condition_on_targets_is_needed() {
     );
 }
 
-/// No state can reach the target.
+/// Makes the positive region empty.
 fn unreachable(draft: &mut Draft) {
     draft.set("positive:A", [].into());
     draft.layers("positive:A", &[]);
@@ -62,7 +63,7 @@ fn each_condition_on_positive_regions_is_needed() {
     refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
 }
 
-/// Only the target is said to reach the target almost surely; the others are lost in these rounds.
+/// Makes the almost-sure region the target alone.
 fn only_the_target(draft: &mut Draft) {
     let target = draft.get("target:A");
     draft.layers("almost-sure:A", &[&target]);
@@ -111,7 +112,20 @@ fn each_condition_on_almost_sure_regions_is_needed() {
     refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
 }
 
-/// A set of the certificate that has no state, or one twice, proves the same, but is not the one that is written.
+/// The other conditions imply this one, which is reported first.
+#[test]
+fn an_almost_sure_region_without_its_target_is_refused() {
+    let condition = "each state of the target is in `almost-sure:A`";
+    let forge = |d: &mut Draft| {
+        d.set("almost-sure:A", [].into());
+        d.set("strategy:almost-sure:A", [].into());
+        d.layers("almost-sure:A", &[]);
+        d.rounds("almost-sure:A", &[&d.get("reachable")]);
+    };
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &[Fault { condition, forge }]);
+}
+
+/// An empty layer or round, or a state that is lost twice, proves nothing false, but `export` never writes it.
 #[test]
 fn layers_and_rounds_have_states_and_rounds_are_disjoint() {
     let faults = [

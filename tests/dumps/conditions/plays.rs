@@ -1,6 +1,6 @@
-//! Where what an objective over whole plays asks can be kept to.
+//! The secured regions of temporal objectives.
 //!
-//! As for the other outcomes, A is never among the most preferred.
+//! B is almost sure everywhere and preferred to A, so that A decides no class.
 
 use meliora::planning::Safety;
 
@@ -9,9 +9,9 @@ use super::{Fault, SAFETIES, cases, refuse};
 
 const HISTORY: &[&str] = &["history = play;"];
 
-/// A state that is left at once, and one that is kept.
+/// State 0 is left at once, and state 1 is never left.
 const LEFT: &str = "mdp module m s:[0..1] init 0; [go] true -> (s'=1); endmodule";
-/// The same, but the first state can be kept, too.
+/// The same, but a choice stays in state 0.
 const CHOSEN: &str =
     "mdp module m s:[0..1] init 0; [stay] s=0 -> true; [go] s=0 -> (s'=1); [end] s=1 -> true; endmodule";
 
@@ -21,7 +21,7 @@ fn refuse_for(model: &str, formula: &str, faults: &[Fault]) {
     refuse(&cases(model, &preferences, HISTORY, safeties), faults);
 }
 
-/// The region, with layers towards its one mark, and the rounds in which the other states are lost.
+/// Replaces the secured region, the layers towards its only mark, and the rounds of the other states.
 fn secure(draft: &mut Draft, region: &Members, layers: &[&Members], rounds: &[&Members]) {
     draft.set("secured:A:1", region.clone());
     draft.set("target:A", region.clone());
@@ -29,7 +29,7 @@ fn secure(draft: &mut Draft, region: &Members, layers: &[&Members], rounds: &[&M
     draft.rounds("secured:A:1", rounds);
 }
 
-/// The region of the target is reached from these layers, and from there alone.
+/// Makes the positive and the almost-sure region the union of these layers.
 fn reach(draft: &mut Draft, layers: &[&Members], strategy: Members) {
     let all = layers.iter().fold(Members::new(), |all, layer| &all | layer);
     draft.rounds("almost-sure:A", &[&draft.others(&all)]);
@@ -43,7 +43,7 @@ fn reach(draft: &mut Draft, layers: &[&Members], strategy: Members) {
     draft.set("strategy:almost-sure:A", strategy);
 }
 
-/// Nothing is secured.
+/// Makes the secured region and all that follows from it empty.
 fn nothing(draft: &mut Draft, rounds: &[&Members]) {
     secure(draft, &Members::new(), &[], rounds);
     draft.set("strategy:secured:A:1", [].into());

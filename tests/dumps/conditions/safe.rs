@@ -1,17 +1,17 @@
-//! Under `prefix`, where a class need never be weakened.
+//! The safe regions of `prefix`: where some strategy never weakens a class.
 
 use meliora::planning::Safety;
 
 use super::draft::Draft;
 use super::{Fault, HISTORIES, cases, refuse};
 
-/// Whatever is chosen in state 0, one of two outcomes is lost, and a lesser one takes its place.
+/// Both choices of state 0 weaken its class: each loses one of two objectives, and a lesser one takes its place.
 pub(super) const MODEL: &str =
     "mdp module m s:[0..2] init 0; [a] s=0 -> (s'=1); [c] s=0 -> (s'=2); [stay] s>0 -> true; endmodule";
 pub(super) const PREFERENCES: &str = "objective A = F s=1; objective X = F s=1;
     objective C = F s=2; objective Y = F s=2; prefer A > Y; prefer C > X;";
 
-/// No state is safe for the class of state 1, and so there is nothing to win.
+/// Makes the safe region of the class of state 1 empty, with all of its levels.
 fn nowhere(draft: &mut Draft) {
     draft.set("safe:A+X", [].into());
     draft.remove(|name| name.contains("@A+X"));
@@ -53,7 +53,7 @@ fn each_condition_on_safe_regions_is_needed() {
     refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]), &faults);
 }
 
-/// The class of state 0 has no state from where it need not be weakened: it has no levels of its own.
+/// The class of state 0 has no safe state, and so no levels.
 #[test]
 fn a_class_that_is_never_safe_is_accepted() {
     for (options, case) in cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]) {

@@ -1,4 +1,4 @@
-//! The states of the scope, what is enabled there, and that all other sets are among them.
+//! The states of the scope and their choices; all other sets are subsets of them.
 
 use meliora::engine::Scope;
 use meliora::planning::Safety;
@@ -6,11 +6,11 @@ use meliora::planning::Safety;
 use super::draft::{Draft, Members};
 use super::{Fault, HISTORIES, SAFETIES, case, cases, refuse, refused};
 
-/// State 2 has steps to state 1 alone, and none leads to it; 3 is no value, and 1 a deadlock.
+/// State 2 has a step to state 1 and no predecessor; state 1 is a deadlock. Two bits also encode 3, which is not a
+/// value.
 const MODEL: &str = "mdp module m s:[0..2] init 0; [go] s=0 -> (s'=1); [on] s=2 -> (s'=1); endmodule";
 const PREFERENCES: &str = "objective A = F s=1; objective B = F s>=0; prefer B > A;";
 
-/// What is said of states and of what is enabled there.
 #[test]
 fn each_condition_on_what_the_model_says_is_needed() {
     let faults = [
@@ -31,7 +31,7 @@ fn each_condition_on_what_the_model_says_is_needed() {
     refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
 }
 
-/// The dump of the states that can be reached, said to be of all.
+/// The dump of the scope `reachable` under a manifest that says `all`.
 #[test]
 fn all_valuations_are_in_the_scope_all() {
     let condition = "`reachable` has all valuations, as the scope `all` says";
@@ -45,7 +45,7 @@ fn all_valuations_are_in_the_scope_all() {
     }
 }
 
-/// Takes states with their choices out of all sets.
+/// Takes states and their choices out of all sets.
 fn forget(draft: &mut Draft, gone: &Members) {
     assert!(!gone.is_empty());
     for name in draft.names() {
@@ -62,7 +62,7 @@ fn forget(draft: &mut Draft, gone: &Members) {
     }
 }
 
-/// A state in which planning may begin, and to which no step leads, is left out.
+/// A state in which paths may begin, and which has no predecessor, is left out.
 #[test]
 fn states_in_which_plays_begin_are_not_left_out() {
     let condition = "each state in which plays begin is in `reachable`";
@@ -76,7 +76,7 @@ fn states_in_which_plays_begin_are_not_left_out() {
     }
 }
 
-/// The dump of all valuations, said to be of those that can be reached.
+/// The dump of the scope `all` under a manifest that says `reachable`.
 #[test]
 fn states_that_cannot_be_reached_are_refused() {
     let condition = "each state of `reachable` is in one of its layers";
@@ -90,13 +90,13 @@ fn states_that_cannot_be_reached_are_refused() {
     }
 }
 
-/// A pattern of bits that is no value.
+/// Bit patterns that are not values.
 fn no_values(draft: &Draft) -> Members {
     draft.states(&[0]).iter().map(|state| [&[3], &state[1..]].concat()).collect()
 }
 
-/// What is said of the level after the last one is that it holds all states that win it: more do no harm, if they
-/// are states at all.
+/// The set for the level after the last one may be any that contains all states that win it, but only states of the
+/// scope.
 #[test]
 fn all_sets_are_within_the_scope() {
     let faults = [

@@ -1,4 +1,4 @@
-//! What a verdict lists, what is accepted, and what is asked of the files as such.
+//! The regions that a verdict lists, searches that were cut, and the form of the files.
 
 use std::fs;
 
@@ -18,7 +18,7 @@ fn all_cases(model: &str, preferences: &str) -> Vec<(String, Case)> {
     cases(model, preferences, &HISTORIES, &SAFETIES)
 }
 
-/// All regions, and under `prefix` where each class need never be weakened.
+/// All regions of the manifest, and the safe regions of `prefix`.
 #[test]
 fn a_verdict_lists_each_region_once() {
     let ring = cases(levels::RING, levels::RING_PREFERENCES, &["history = play;"], &SAFETIES);
@@ -39,7 +39,7 @@ fn a_verdict_lists_each_region_once() {
     }
 }
 
-/// The second level is there, but was not looked for.
+/// The search ends after level 1, and the model has a level 2.
 #[test]
 fn a_search_that_was_cut_is_accepted() {
     for history in HISTORIES {
@@ -109,7 +109,7 @@ fn sets_that_no_check_asks_for_are_refused() {
     refuse(&all_cases(levels::MODEL, levels::PREFERENCES), &faults);
 }
 
-/// A number past those of the model's choices, where the count is of those that the model has.
+/// The count is that of the choices that the model has.
 #[test]
 fn choices_that_the_model_does_not_have_are_refused() {
     for (options, case) in all_cases(levels::MODEL, levels::PREFERENCES) {
@@ -127,6 +127,35 @@ fn choices_that_the_model_does_not_have_are_refused() {
 }
 
 #[test]
+fn sets_that_a_check_needs_are_missed() {
+    let faults = [
+        Fault { condition: "the dump has the region `reachable`", forge: |d| d.remove(|n| n == "reachable") },
+        Fault {
+            condition: "the dump has `sasi:unbounded`, a set of states, which this check needs",
+            forge: |d| d.remove(|name| name == "sasi:unbounded"),
+        },
+        Fault {
+            condition: "the dump has `strategy:spi:1`, a set of choices, which this check needs",
+            forge: |d| d.remove(|name| name == "strategy:spi:1"),
+        },
+    ];
+    refuse(&all_cases(levels::MODEL, levels::PREFERENCES), &faults);
+}
+
+#[test]
+fn the_order_of_the_bits_has_each_bit_once() {
+    let case = one_case();
+    let mut dump = case.dump.clone();
+    let order = &mut dump.manifest.encoding.order;
+    order[0] = order[1].clone();
+    let variables: Vec<String> = dump.manifest.variables().cloned().collect();
+    for certificate in [false, true] {
+        file(&mut dump, certificate).1.variables.clone_from(&variables);
+    }
+    refused(&case, &dump, "the order of the bits is one of the model's bits", "order");
+}
+
+#[test]
 fn a_dump_without_a_certificate_is_refused() {
     let case = one_case();
     let refused = |change: fn(&mut Dump)| {
@@ -138,7 +167,7 @@ fn a_dump_without_a_certificate_is_refused() {
     refused(|dump| dump.manifest.certificate = None);
 }
 
-/// A dump that was not read from files, and does not fit its manifest.
+/// A dump that was not read from files may not fit its manifest.
 #[test]
 fn a_dump_in_memory_fits_its_manifest() {
     let case = one_case();
@@ -150,7 +179,7 @@ fn a_dump_in_memory_fits_its_manifest() {
     }
 }
 
-/// The first of two regions with one name is what readers find; the second is the right one.
+/// Two sets have the same name. Readers find the first one; the second one is right.
 #[test]
 fn a_name_that_is_there_twice_is_refused() {
     let case = one_case();
@@ -166,8 +195,8 @@ fn a_name_that_is_there_twice_is_refused() {
     }
 }
 
-/// Readers that follow the arcs of the first region find states in it, and a checker that takes the nodes one after
-/// the other finds none, as is right.
+/// Readers that follow the arcs find states in the set; a checker that goes through the nodes in order finds none,
+/// which is right.
 #[test]
 fn a_diagram_whose_arcs_lead_to_later_nodes_is_refused() {
     let case = one_case();
