@@ -307,7 +307,8 @@ pub trait Engine:
     fn singleton(&self, state: &[i64]) -> Result<Self::States>;
     /// s ∈ X
     fn contains(&self, x: &Self::States, state: &[i64]) -> bool;
-    /// (s,a) ∈ C
+    /// (s,a) ∈ C, for a choice that [`crate::model::Program::choices`] lists for s. For any other
+    /// choice an engine may answer either way.
     fn contains_choice(&self, c: &Self::Choices, state: &[i64], choice: &Choice) -> bool;
 
     /// What was used so far.
