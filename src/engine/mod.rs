@@ -376,7 +376,7 @@ pub trait Engine:
     fn singleton(&self, state: &[i64]) -> Result<Self::States>;
     /// Returns whether s ∈ X.
     fn contains(&self, x: &Self::States, state: &[i64]) -> bool;
-    /// Returns whether (s,a) ∈ C.
+    /// Returns whether (s,a) ∈ C, for a choice that the program lists for the state.
     fn contains_choice(&self, c: &Self::Choices, state: &[i64], choice: &Choice) -> bool;
 
     /// Returns the resources used so far.

@@ -241,10 +241,11 @@ impl<E: Engine> Analysis<E> {
             Kind::Sasi => (&mut self.sasi, &mut self.result.sasi),
             Kind::Spi => (&mut self.spi, &mut self.result.spi),
         };
-        // Only complete levels are shared with strategies.
-        let Some(levels) = Arc::get_mut(levels) else { return Ok(()) };
-        while levels.advance(&*self.engine, classes, improvement, self.options.max_level)? {
-            count_levels(&*self.engine, levels, counts, listener)?;
+        // Levels that strategies share are complete, but not always counted.
+        if let Some(levels) = Arc::get_mut(levels) {
+            while levels.advance(&*self.engine, classes, improvement, self.options.max_level)? {
+                count_levels(&*self.engine, levels, counts, listener)?;
+            }
         }
         count_levels(&*self.engine, levels, counts, listener)?;
         counts.end = match &levels.end {

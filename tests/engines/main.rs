@@ -4,8 +4,10 @@
 mod common;
 mod depth;
 mod explicit;
+mod faults;
 mod interruption;
 mod lasso;
+mod membership;
 mod order;
 mod stopping;
 mod temporal;

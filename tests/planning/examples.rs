@@ -13,7 +13,7 @@ fn above(pairs: &[(usize, usize)]) -> Vec<Statement> {
 }
 
 /// The paper's Example 1.
-fn toy() -> Case {
+pub(crate) fn toy() -> Case {
     let from_start = vec![vec![1, 5], vec![2, 3], vec![3, 4]];
     let mdp = Mdp::new(vec![from_start, vec![], vec![], vec![], vec![], vec![vec![1]]]);
     Case { mdp, targets: vec![vec![1, 5], vec![2, 4], vec![3]], statements: above(&[(1, 0), (2, 0)]) }
@@ -39,7 +39,7 @@ fn the_toy_has_one_improvement_by_b_or_c() {
 
 /// Each of three states may wait, or try the next one, which improves on it, around a circle; a try may
 /// also end in a sink. (Without waiting, no state would be safe against the one before it.)
-fn circle(sink: &[usize]) -> Case {
+pub(crate) fn circle(sink: &[usize]) -> Case {
     let mdp = Mdp::new(vec![
         vec![vec![0], vec![1, 3]],
         vec![vec![1], vec![2, 3]],

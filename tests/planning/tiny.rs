@@ -1,6 +1,8 @@
 //! An engine of plain vectors, each operator word by word as the trait states it.
 
-use meliora::engine::{Algebra, Count, EdgeLabels, Engine, Settings, Usage};
+use std::sync::Arc;
+
+use meliora::engine::{Algebra, Count, EdgeLabels, Engine, ProgressSink, Settings, Usage};
 use meliora::error::Result;
 use meliora::model::State;
 use meliora::model::expr::{ExprId, ExprPool};
@@ -47,6 +49,11 @@ impl Tiny {
         Tiny { mdp, targets, names, settings: Settings::default() }
     }
 
+    /// Sets who can cancel the work: at fixpoints, and when states are counted.
+    pub(crate) fn with_sink(self, sink: Arc<dyn ProgressSink>) -> Self {
+        Tiny { settings: Settings { sink, ..self.settings }, ..self }
+    }
+
     pub(crate) fn target(&self, objective: usize) -> ExprId {
         self.names[objective]
     }
@@ -82,6 +89,9 @@ impl Algebra<Bits> for Tiny {
         x == y
     }
     fn count(&self, x: &Bits) -> Result<Count> {
+        if let Some(limit) = self.settings.sink.stop() {
+            return Err(limit.into());
+        }
         Ok(Count::from(x.iter().filter(|&&b| b).count()))
     }
 }

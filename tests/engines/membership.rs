@@ -1,0 +1,120 @@
+//! States and choices that a model does not have are in no set.
+
+use std::sync::Arc;
+
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::{Algebra, Engine, Scope, Settings};
+use meliora::error::SourceFile;
+use meliora::lang;
+use meliora::model::step::Choice;
+use meliora::model::{CommandId, Program};
+
+const SCOPES: [Scope; 2] = [Scope::All, Scope::Reachable];
+
+fn program(text: &str) -> Arc<Program> {
+    let none = SourceFile::new("constants", "");
+    Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
+}
+
+fn settings(scope: Scope) -> Settings {
+    Settings { scope, memory: 16 << 20, ..Settings::default() }
+}
+
+/// All pairs of small values, as states of a model whose x is 1 to 3 and whose y is -1 to 1.
+fn check_states<E: Engine>(engine: &E) {
+    let all = engine.all_states();
+    let check = |state: &[i64], exists: bool| {
+        assert_eq!(engine.contains(&all, state), exists, "{state:?}");
+        assert_eq!(!engine.is_empty(&engine.singleton(state).unwrap()), exists, "{state:?}");
+    };
+    for x in -2..7 {
+        for y in -5..6 {
+            check(&[x, y], (1..=3).contains(&x) && (-1..=1).contains(&y));
+        }
+    }
+    check(&[i64::MIN, i64::MAX], false);
+}
+
+#[test]
+fn values_outside_of_their_ranges_are_no_state() {
+    let program = program(
+        "mdp module m x : [1..3] init 1; y : [-1..1] init 0;\n\
+         [] x<3 -> (x'=x+1); [] y<1 -> (y'=y+1); [] y>-1 -> (y'=y-1); endmodule",
+    );
+    for scope in SCOPES {
+        check_states(&ExplicitEngine::new(program.clone(), settings(scope)).unwrap());
+        check_states(&SymbolicEngine::new(program.clone(), settings(scope)).unwrap());
+    }
+}
+
+#[test]
+fn of_many_valuations_those_that_are_not_reached_are_no_state() {
+    // The sum of x and y is always even.
+    let program = program(
+        "mdp module m x : [0..599] init 0; y : [0..599] init 0;\n\
+         [] x<599 & y<599 -> (x'=x+1) & (y'=y+1); [] x>0 & y<599 -> (x'=x-1) & (y'=y+1);\n\
+         [] x<598 -> (x'=x+2); [] x=0 & y=0 -> (x'=599) & (y'=1); endmodule",
+    );
+    let engine = ExplicitEngine::new(program, settings(Scope::Reachable)).unwrap();
+    let all = engine.all_states();
+    assert_eq!(engine.count(&all).unwrap(), 180_000u32.into());
+    for x in 0..600 {
+        for y in 0..600 {
+            assert_eq!(engine.contains(&all, &[x, y]), (x + y) % 2 == 0, "x={x}, y={y}");
+        }
+    }
+}
+
+fn combination(synchronisation: usize, commands: &[u32]) -> Choice {
+    Choice::Combination { synchronisation, commands: commands.iter().map(|&c| CommandId(c)).collect() }
+}
+
+/// For each choice whether the states 0, 1 and 2 have it, as the explicit engine says.
+fn check_choices(text: &str, expected: &[(Choice, [bool; 3])]) {
+    let program = program(text);
+    for scope in SCOPES {
+        let engine = ExplicitEngine::new(program.clone(), settings(scope)).unwrap();
+        for (choice, states) in expected {
+            let found = [0, 1, 2].map(|x| engine.contains_choice(&engine.all_choices(), &[x], choice));
+            assert_eq!(found, *states, "{choice:?}");
+        }
+        assert!(!engine.contains_choice(&engine.all_choices(), &[3], &expected[0].0));
+    }
+}
+
+#[test]
+fn a_state_has_its_own_choices_and_no_other() {
+    let text = "mdp module m x : [0..2] init 0; [a] x=0 -> (x'=1); [b] x<2 -> (x'=2); endmodule\n\
+        module n [b] true -> true; [b] x=1 -> true; endmodule";
+    let none = [false; 3];
+    check_choices(
+        text,
+        &[
+            (combination(0, &[0]), [true, false, false]),
+            (combination(1, &[1, 2]), [true, true, false]),
+            (combination(1, &[1, 3]), [false, true, false]),
+            (Choice::Deadlock, [false, false, true]),
+            // A command of another action, too many commands, too few, numbers that are too large.
+            (combination(0, &[1]), none),
+            (combination(0, &[0, 2]), none),
+            (combination(1, &[1]), none),
+            (combination(2, &[0]), none),
+            (combination(0, &[9]), none),
+            (Choice::Uniform, none),
+        ],
+    );
+}
+
+#[test]
+fn a_state_of_a_chain_has_one_choice_and_none_by_command() {
+    check_choices(
+        "dtmc module m x : [0..2] init 0; [a] x=0 -> (x'=1); [b] x<2 -> (x'=2); endmodule",
+        &[
+            (Choice::Uniform, [true, true, false]),
+            (Choice::Deadlock, [false, false, true]),
+            (combination(0, &[0]), [false; 3]),
+            (combination(1, &[1]), [false; 3]),
+        ],
+    );
+}
