@@ -355,7 +355,11 @@ fn open(line: &Line, world: &mut World) -> Result<(), Wrong> {
     let Some(arrow) =
         line.iter().position(|word| word.text == "->").filter(|&at| at > 1 && at + 1 < line.len())
     else {
-        return wrong(whole(line), "expected items, `->`, and what they make available", help);
+        return wrong(
+            whole(line),
+            "expected items, `->`, and the items or chargers that they make available",
+            help,
+        );
     };
     let lock = |word: &Word| {
         let number = world.items.iter().position(|item| item.name.to_string() == word.text);

@@ -166,8 +166,7 @@ impl Sketch {
         candidates.sort_unstable();
         while self.world.patrols.len() < count {
             let Some(from) = draw.take(&mut candidates) else {
-                let message =
-                    format!("there is no room for {count} moving obstacles; use a larger grid or fewer");
+                let message = format!("no room for {count} moving obstacles; use a larger grid or fewer");
                 return Err(Error::Usage(message));
             };
             let along = if draw.below(2) == 0 { Direction::North } else { Direction::East };
@@ -232,9 +231,7 @@ impl Sketch {
     ) -> Result<()> {
         for _ in 0..count {
             let Some(place) = draw.take(free) else {
-                return Err(Error::Usage(format!(
-                    "there is no room for {count} {what}; use a larger grid or fewer"
-                )));
+                return Err(Error::Usage(format!("no room for {count} {what}; use a larger grid or fewer")));
             };
             let at = self.world.index(place);
             set(&mut self.world.cells[at], draw);

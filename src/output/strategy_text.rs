@@ -72,7 +72,7 @@ pub(super) fn one(kind: Kind, state: &StateReport, style: Style) -> String {
 
 fn action_text(kind: Kind, action: &ActionReport, pick: bool, style: Style) -> String {
     let verdict = match (action.permitted, pick) {
-        (true, true) => style.good("permitted, and chosen by the progress strategy"),
+        (true, true) => style.good("permitted, progress action"),
         (true, false) => style.good("permitted"),
         (false, _) => style.dim("not permitted"),
     };

@@ -218,7 +218,7 @@ fn what_is_there_is_looked_at_before_the_work_and_no_half_is_left() {
     }
     run(&out("dump"), &[]).expect(0);
     let refused = run(&out("dump"), &["--format", "drn"]).expect(3);
-    assert!(refused.stderr.contains("holds a dump"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("contains a dump"), "{}", refused.stderr);
     run(&out("new"), &["--format", "explicit"]).expect(0);
     let names = |place: &str| {
         let entries = std::fs::read_dir(scratch.path(place)).unwrap();
