@@ -348,6 +348,6 @@ fn levels_decrease() {
 
 #[test]
 fn a_search_that_was_not_cut_is_not_said_to_be() {
-    let condition = "the search for levels was cut after 3";
+    let condition = "the search for levels stopped at the maximum level 3";
     refuse_for(&SAFETIES, &[Fault { condition, forge: |d| d.manifest.max_level = Some(3) }]);
 }

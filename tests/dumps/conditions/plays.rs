@@ -63,7 +63,7 @@ fn a_region_that_is_left_is_refused() {
 
 #[test]
 fn a_region_without_what_is_always_asked_is_refused() {
-    let condition = "each state of `secured:A:1` satisfies what is always asked there";
+    let condition = "each state of `secured:A:1` satisfies the conditions that must always hold there";
     let forge = |d: &mut Draft| {
         let all = d.get("reachable");
         secure(d, &all, &[], &[]);
@@ -106,7 +106,7 @@ fn a_strategy_that_leaves_its_region_is_refused() {
 fn a_region_that_is_too_small_is_refused() {
     let faults = [
         Fault {
-            condition: "what stays in round 0 of `secured:A:1` misses something that is asked again and again",
+            condition: "paths that stay in round 0 of `secured:A:1` violate a condition that must hold infinitely often",
             forge: |d| nothing(d, &[&d.get("reachable")]),
         },
         Fault {

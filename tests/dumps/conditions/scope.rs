@@ -34,7 +34,7 @@ fn each_condition_on_what_the_model_says_is_needed() {
 /// The dump of the scope `reachable` under a manifest that says `all`.
 #[test]
 fn all_valuations_are_in_the_scope_all() {
-    let condition = "`reachable` has all valuations, as the scope `all` says";
+    let condition = "`reachable` contains all valuations, as the scope `all` requires";
     for safety in SAFETIES {
         let [reachable, all] = [Scope::Reachable, Scope::All]
             .map(|scope| case(MODEL, &format!("{PREFERENCES} history = state;"), scope, safety));
@@ -65,7 +65,7 @@ fn forget(draft: &mut Draft, gone: &Members) {
 /// A state in which paths may begin, and which has no predecessor, is left out.
 #[test]
 fn states_in_which_plays_begin_are_not_left_out() {
-    let condition = "each state in which plays begin is in `reachable`";
+    let condition = "each state in which paths start is in `reachable`";
     for safety in SAFETIES {
         let preferences = format!("{PREFERENCES} history = play;");
         let case = case(MODEL, &preferences, Scope::All, safety);

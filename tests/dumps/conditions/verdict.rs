@@ -94,15 +94,15 @@ fn file(dump: &mut Dump, certificate: bool) -> (&mut File, &mut Diagram) {
 fn sets_that_no_check_asks_for_are_refused() {
     let faults = [
         Fault {
-            condition: "`sasi:9` is a set that a dump with these options has",
+            condition: "`sasi:9` belongs to a dump with these options",
             forge: |d| d.set("sasi:9", d.get("reachable")),
         },
         Fault {
-            condition: "`strategy:spi:9` is a set that a dump with these options has",
+            condition: "`strategy:spi:9` belongs to a dump with these options",
             forge: |d| d.set("strategy:spi:9", [].into()),
         },
         Fault {
-            condition: "`safe:nobody` is a set that a dump with these options has",
+            condition: "`safe:nobody` belongs to a dump with these options",
             forge: |d| d.set("safe:nobody", [].into()),
         },
     ];
@@ -152,7 +152,7 @@ fn the_order_of_the_bits_has_each_bit_once() {
     for certificate in [false, true] {
         file(&mut dump, certificate).1.variables.clone_from(&variables);
     }
-    refused(&case, &dump, "the order of the bits is one of the model's bits", "order");
+    refused(&case, &dump, "the order contains exactly the bits of the model", "order");
 }
 
 #[test]
