@@ -168,7 +168,7 @@ impl Task<'_> {
     }
 
     fn initial_states<const W: usize>(&self) -> Result<Index> {
-        let mut index = Index::new(W, self.meter)?;
+        let mut index = Index::new(W, self.meter);
         let start = match (self.settings.scope, &self.program.monitors) {
             (Scope::All, Some(monitors)) => monitors.fresh,
             _ => self.program.initial,

@@ -3,27 +3,25 @@
 use std::hash::{BuildHasher, Hasher};
 
 use ahash::RandomState;
+use hashbrown::HashTable;
 
 use super::meter::{Array, Charge, Meter};
 use crate::error::{Limit, Result};
 
 /// A number that no state has.
 pub(super) const NOBODY: u32 = u32::MAX;
-/// Maximum number of states: the index keeps a quarter of its slots free.
+/// Maximum number of states: a number is 32 bits, and [`NOBODY`] is none.
 const MOST_STATES: usize = 3 << 30;
+/// Bytes of the table for each slot: a number and a control byte.
+const SLOT: usize = 5;
 
-/// Codes in the order in which they were reached, with an open-addressing hash index.
-///
-/// A slot contains the number of a state and, in the bits above, a tag from its hash. A probe of a
-/// slot with another code therefore rarely reads the stored code.
+/// Codes in the order in which they were reached, with a hash table of their numbers.
 #[derive(Debug)]
 pub(super) struct Index {
     /// All codes, one after the other.
     codes: Array<u64>,
     words: usize,
-    slots: Vec<u32>,
-    /// Mask of the low bits of a slot, which contain the number; also the mask of slot positions.
-    mask: u32,
+    numbers: HashTable<u32>,
     hasher: RandomState,
     meter: Meter,
     charge: Charge,
@@ -31,18 +29,16 @@ pub(super) struct Index {
 
 impl Index {
     /// Creates an empty index for codes of `words` words.
-    pub(super) fn new(words: usize, meter: &Meter) -> Result<Self> {
-        let size = 1usize << 10;
-        Ok(Index {
+    pub(super) fn new(words: usize, meter: &Meter) -> Self {
+        Index {
             codes: Array::new(meter),
             words,
-            slots: vec![NOBODY; size],
-            mask: size as u32 - 1,
+            numbers: HashTable::new(),
             // Fixed seeds: results do not depend on them, and run times should not either.
             hasher: RandomState::with_seeds(0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344),
             meter: meter.clone(),
-            charge: meter.charge(size * 4)?,
-        })
+            charge: meter.note(0),
+        }
     }
 
     /// Returns the number of states.
@@ -63,30 +59,18 @@ impl Index {
     /// The memory limit or the maximum number of states is reached.
     #[inline]
     pub(super) fn intern<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
-        let hash = self.hash(code);
-        let (slot, found) = self.probe::<W>(code, hash);
-        if found != NOBODY {
-            return Ok(found);
+        let hash = hash(&self.hasher, code);
+        let same = |&id: &u32| self.codes[id as usize * W..][..W] == code[..];
+        match self.numbers.find(hash, same) {
+            Some(&id) => Ok(id),
+            None => self.insert(code, hash),
         }
-        self.insert(code, hash, slot)
     }
 
     /// Returns the number of a code, if the code is known.
     pub(super) fn find(&self, code: &[u64]) -> Option<u32> {
-        let hash = self.hash(code);
-        let tag = self.tag(hash);
-        let mut slot = hash as u32 & self.mask;
-        loop {
-            let entry = self.slots[slot as usize];
-            if entry == NOBODY {
-                return None;
-            }
-            let id = entry & self.mask;
-            if entry & !self.mask == tag && self.code(id as usize) == code {
-                return Some(id);
-            }
-            slot = (slot + 1) & self.mask;
-        }
+        let same = |&id: &u32| self.code(id as usize) == code;
+        self.numbers.find(hash(&self.hasher, code), same).copied()
     }
 
     /// Frees unused capacity.
@@ -94,75 +78,45 @@ impl Index {
         self.codes.shrink();
     }
 
-    /// Returns the slot for a code, and the code's number or [`NOBODY`].
-    #[inline]
-    fn probe<const W: usize>(&self, code: &[u64; W], hash: u64) -> (u32, u32) {
-        let tag = self.tag(hash);
-        let mut slot = hash as u32 & self.mask;
-        loop {
-            let entry = self.slots[slot as usize];
-            if entry == NOBODY {
-                return (slot, NOBODY);
-            }
-            if entry & !self.mask == tag {
-                let id = entry & self.mask;
-                let from = id as usize * W;
-                if self.codes[from..from + W] == code[..] {
-                    return (slot, id);
-                }
-            }
-            slot = (slot + 1) & self.mask;
-        }
-    }
-
-    #[inline]
-    fn hash(&self, code: &[u64]) -> u64 {
-        let mut hasher = self.hasher.build_hasher();
-        for &word in code {
-            hasher.write_u64(word);
-        }
-        hasher.finish()
-    }
-
-    #[inline]
-    fn tag(&self, hash: u64) -> u32 {
-        (hash >> 32) as u32 & !self.mask
-    }
-
-    fn insert(&mut self, code: &[u64], hash: u64, slot: u32) -> Result<u32> {
+    fn insert(&mut self, code: &[u64], hash: u64) -> Result<u32> {
         let id = self.len();
         if id >= MOST_STATES {
             return Err(Limit::States(id as u64).into());
         }
-        self.codes.extend(code)?;
-        self.slots[slot as usize] = id as u32 | self.tag(hash);
-        if (id + 1) * 4 > self.slots.len() * 3 {
-            self.meter.reached(id + 1);
+        if self.numbers.len() == self.numbers.capacity() {
+            self.meter.reached(id);
             self.grow()?;
         }
+        self.codes.extend(code)?;
+        let Index { codes, words, numbers, hasher, .. } = self;
+        numbers.insert_unique(hash, id as u32, rehash(hasher, codes, *words));
         Ok(id as u32)
     }
 
-    /// Doubles the slots; both tables exist while entries move.
+    /// Doubles the table; the old and the new one exist while numbers move.
     fn grow(&mut self) -> Result<()> {
-        let size = self.slots.len() * 2;
-        let charge = self.meter.charge(size * 4)?;
-        let mut slots = Vec::new();
-        slots.try_reserve_exact(size).map_err(|_| self.meter.full())?;
-        slots.resize(size, NOBODY);
-        self.mask = (size - 1) as u32;
-        for id in 0..self.len() {
-            let hash = self.hash(self.code(id));
-            let mut slot = hash as u32 & self.mask;
-            while slots[slot as usize] != NOBODY {
-                slot = (slot + 1) & self.mask;
-            }
-            slots[slot as usize] = id as u32 | self.tag(hash);
-        }
-        self.slots = slots;
+        let more = self.numbers.len().max(1 << 9);
+        let slots = ((self.numbers.len() + more) * 8 / 7).next_power_of_two();
+        let charge = self.meter.charge(slots * SLOT)?;
+        let Index { codes, words, numbers, hasher, .. } = self;
+        numbers.try_reserve(more, rehash(hasher, codes, *words)).map_err(|_| self.meter.full())?;
         self.charge = charge;
         Ok(())
     }
+}
+
+#[inline]
+fn hash(hasher: &RandomState, code: &[u64]) -> u64 {
+    let mut hasher = hasher.build_hasher();
+    for &word in code {
+        hasher.write_u64(word);
+    }
+    hasher.finish()
+}
+
+/// Returns the hash of a number: that of its code.
+fn rehash<'a>(hasher: &'a RandomState, codes: &'a [u64], words: usize) -> impl Fn(&u32) -> u64 + 'a {
+    move |&id| hash(hasher, &codes[id as usize * words..][..words])
 }
 
 #[cfg(test)]
@@ -172,7 +126,7 @@ mod tests {
     #[test]
     fn every_code_keeps_its_number_while_the_index_grows() {
         let meter = Meter::new(1 << 30);
-        let mut index = Index::new(2, &meter).unwrap();
+        let mut index = Index::new(2, &meter);
         let code = |i: u64| [i.wrapping_mul(0x9e37_79b9_7f4a_7c15), i % 7];
         for i in 0..20_000u64 {
             assert_eq!(index.intern::<2>(&code(i)).unwrap(), i as u32);
