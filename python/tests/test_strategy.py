@@ -22,7 +22,7 @@ def test_a_strategy_says_what_to_do_and_why(found: meliora.Analysis, robot: meli
     assert (why.state, why.most_preferred, why.rank, why.progress_action) == (start, (), 2, "N")
     north, south = why.actions
     assert (north.name, north.kept, north.permitted, north.progress, north.verdict) == ("N", True, True, True, "approaches")
-    assert south.verdict == "strays" and "2 improvements are not sure" in south.reason
+    assert south.verdict == "strays" and "2 improvements are not guaranteed" in south.reason
     there = north.successors[0]
     assert (there.state, there.probability, there.rank) == (robot.state(r=3, b=7), 1.0, 2)
     assert (there.change, there.gained, there.lost, there.dropped, there.goal) == ("lateral", (), (), False, False)
