@@ -1,4 +1,4 @@
-//! Files that come from elsewhere: dumps and their proofs, and text of strangers.
+//! Files from other sources: dumps with their proofs, and untrusted text.
 
 mod conditions;
 #[path = "../common/entry.rs"]

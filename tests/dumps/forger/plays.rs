@@ -1,4 +1,4 @@
-//! The forger over objectives that speak of whole plays.
+//! The forger applied to dumps of objectives over whole paths.
 
 use std::collections::BTreeMap;
 
