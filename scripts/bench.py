@@ -29,7 +29,7 @@ import harness
 import plots
 
 ENGINES = ("symbolic", "explicit")
-# A point that has taken so many seconds is not measured once more: long runs vary little.
+# A point that has taken this many seconds is not measured again: long runs vary little.
 ENOUGH = 10.0
 RESULTS = ("counts", "objectives", "classes", "improvement", "sasi", "spi", "initial")
 
@@ -47,7 +47,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Point:
-    """What one engine did on one member."""
+    """The runs of one engine on one member."""
 
     member: Member
     engine: str
@@ -173,7 +173,7 @@ def write_csv(path: Path, points: list[Point], meliora: str) -> None:
 
 
 def write_markdown(path: Path, points: list[Point], given: argparse.Namespace, meliora: str) -> None:
-    """The table of docs/benchmarks.md: a row a member, a column an engine, and from where on which engine is ahead."""
+    """Writes the table of docs/benchmarks.md: one row per member, one column per engine, and which is ahead."""
     rows: dict[Member, dict[str, Point]] = {}
     for point in points:
         rows.setdefault(point.member, {})[point.engine] = point
@@ -190,7 +190,7 @@ def write_markdown(path: Path, points: list[Point], given: argparse.Namespace, m
 
 
 def cell(point: Point | None, given: argparse.Namespace) -> str:
-    """What one engine did on one member, in a few words."""
+    """Returns the table cell for one engine on one member."""
     if point is None:
         return "–"
     if point.status == "done":

@@ -71,7 +71,7 @@ def arguments() -> argparse.Namespace:
 
 
 def instances(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator[Instance]:
-    """What is measured: the corpus first, then the grid worlds."""
+    """Yields the measured instances: the corpus first, then the grid worlds."""
     if given.corpus is not None:
         listed = given.corpus if given.corpus.is_file() else given.corpus / "perf.json"
         for entry in harness.read_json(listed):
@@ -124,7 +124,7 @@ def cell(found: Runs, peer: str, phase: str, timeout: float) -> str:
 
 
 def show(name: str, found: Runs, timeout: float) -> bool:
-    """Prints what was measured on an instance; says whether the counts agree."""
+    """Prints the measurements on an instance; returns whether the counts agree."""
     ours = found["meliora"][0]
     print(f"\n{name}  ({ours.counts.get('states', '?')} states)")
     agree = True

@@ -47,7 +47,7 @@ class Tool(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called in tables."""
+        """The name of the tool in tables."""
         ...
 
     def measure(self, instance: Instance, timeout: float) -> Measurement:

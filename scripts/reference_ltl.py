@@ -1,4 +1,4 @@
-"""Temporal formulas for the reference: two readings of them, neither by the observers of the Rust program.
+"""Temporal formulas for the reference: two readings of them, neither by the monitors of the Rust program.
 
 `holds` is the definition of linear temporal logic on ultimately periodic words. `observer` learns from it alone
 how many beginnings of a word must be told apart: a beginning is known by which of many endings satisfy the formula.
@@ -78,8 +78,8 @@ def atoms(f):
 
 
 def leaves(f):
-    """The parts with an observer each: what `&` and `|` join; together where that is as small."""
-    lost = {"and": "U", "or": "R"}.get(f[0])  # a conjunction of what is safe, a disjunction of what is co-safe
+    """Splits f at `&` and `|`, one monitor per part; a safe conjunction or co-safe disjunction stays whole."""
+    lost = {"and": "U", "or": "R"}.get(f[0])  # a conjunction without U is safe, a disjunction without R is co-safe
     if lost is None or all(g[0] != lost for g in parts(f)):
         return [f]
     return [leaf for g in operands(f[0], f) for leaf in leaves(g)]
@@ -90,7 +90,7 @@ def operands(kind, f):
 
 
 def holds(f, word, back):
-    """Where f holds on the letters of a word that goes on at the position `back` after its last one."""
+    """Returns for each letter whether f holds there; after its last letter the word continues at `back`."""
     kind, size = f[0], len(word)
     if kind in ("true", "false"):
         return [kind == "true"] * size

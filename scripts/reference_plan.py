@@ -209,7 +209,7 @@ class Levels:
 
 
 def reached(space, formula):
-    """What is said of an objective `F condition`, and where it is almost sure."""
+    """Returns the report on an objective `F condition`, and the states where it is almost sure."""
     target = space.where(space.model.compile(target_of(formula)))
     return {"target": str(len(target))}, Game([[t for _, t in ms] for ms in space.moves]).almost_surely(target)
 

@@ -31,7 +31,7 @@ def tell(phase: str, seconds: float, **counts: int) -> None:
 
 
 def single(stormpy: Any, threads: int) -> Any:
-    """An environment whose decision diagrams use so many threads."""
+    """Returns an environment whose decision diagrams use this number of threads."""
     environment = stormpy.Environment()
     environment.dd().sylvan().number_of_threads = threads
     return environment
