@@ -27,7 +27,7 @@ def parse(text):
 
 
 def read(tokens):
-    """F, G and X take all that follows; operators bind as in PRISM."""
+    """F, G and X apply to all that follows; operators bind as in PRISM."""
     if not is_temporal(tokens):
         return ("is", " ".join(tokens), True)
     depth, places = 0, []
@@ -113,7 +113,7 @@ def holds(f, word, back):
 
 
 def observer(f):
-    """`(atoms, steps)`: for each state, the first one first, where each letter leads."""
+    """Returns `(atoms, steps)`: for each state, initial state first, the successor by each letter."""
     names = atoms(f)
     if len(names) > 3:
         raise InputError(f"{len(names)} conditions in one leaf are too many to learn from all short words")
@@ -139,7 +139,7 @@ def observer(f):
 
 class Search:
     """The automaton of a formula. Its states are `(runs, None)`, all runs at once, and `(runs, (seen, due))`: all runs
-    from one state, those of them that did not put off the until `due` since the last breakpoint."""
+    from one state, those of them that did not postpone the until `due` since the last breakpoint."""
 
     def __init__(self, f):
         self.start = (frozenset([frozenset([f])]), None)
@@ -167,7 +167,7 @@ class Search:
         return (after, (frozenset(kept), due)), False
 
     def moves(self, run, letter):
-        """What a set of formulas may ask of the next state, with the untils that are put off."""
+        """The possible obligations of a set of formulas on the next state, with the postponed untils."""
         key = (run, tuple(letter[name] for name in self.names))
         if key not in self.known:
             self.known[key] = both(*(expanded(f, letter) for f in run))

@@ -161,7 +161,7 @@ pub fn preferences(text: &str) {
     seen(lang::load_preferences(&source(text), &mut program()));
 }
 
-/// Whatever stands in an argument: a state, an expression, a property, constants, a region of a dump.
+/// Text that an argument may contain: a state, an expression, a property, constants, a region of a dump.
 pub fn arguments(text: &str) {
     let source = source(text);
     let mut program = program();

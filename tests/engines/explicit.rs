@@ -1,4 +1,4 @@
-//! The explicit engine against a reference by the book, on random programs.
+//! The explicit engine compared with a reference implementation, on random programs.
 
 use std::sync::Arc;
 

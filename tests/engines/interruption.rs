@@ -1,4 +1,4 @@
-//! The order to stop reaches the loops: after it is given, few questions more are asked.
+//! Cancellation reaches the inner loops: after it, the progress sink is asked only a few more times.
 
 use std::fmt::Write;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Every error of the front end, as people see it. One snapshot a theme.
+//! Every error of the front end, as users see it. One snapshot per theme.
 
 use meliora::error::{Error, SourceFile, render};
 use meliora::lang::{

@@ -73,7 +73,7 @@ pub(crate) struct Graph {
     targets: Vec<Vec<usize>>,
     statements: Vec<Statement>,
     scope: Scope,
-    /// A node is two variables: its number by this base.
+    /// A node is encoded in two variables, the digits of its number to this base.
     base: usize,
 }
 

@@ -1,4 +1,4 @@
-//! One corner of the format a test: what the documents mean, state by state.
+//! Special cases of the format, one per test: the meaning of the documents, state by state.
 
 use meliora::model::{Program, State};
 use serde_json::{Value as Json, json};
