@@ -161,7 +161,7 @@ fn check(program: Program, preferences: &Arc<Preferences>, ranks: &mut Ranks) {
                     let course =
                         InducedModel::unfold(&mut book, std::slice::from_ref(&start), scheduler, 10_000)
                             .unwrap();
-                    // `transition` promises what the real system, which the induced model follows, need not keep.
+                    // The induced model follows the real system, which need not keep the guarantee of `transition`.
                     if safety != Safety::Transition {
                         check_course(kind, &course, book.rank(&start), &format!("{kind} {safety} {start:?}"));
                     }
