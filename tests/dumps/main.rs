@@ -4,8 +4,8 @@ mod conditions;
 #[path = "../common/entry.rs"]
 mod entry;
 mod files;
-mod forger;
 mod hostile;
+mod mutation;
 mod others;
 mod plays;
 #[allow(unreachable_pub, reason = "what tests of engines share, too")]

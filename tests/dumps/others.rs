@@ -11,7 +11,7 @@ use meliora::model::preference::Preferences;
 use meliora::planning::Safety;
 use proptest::prelude::*;
 
-use crate::forger::same_regions;
+use crate::mutation::same_regions;
 use crate::verify::{Case, SAFETIES};
 
 /// The files of a dump under the manifest of another one.

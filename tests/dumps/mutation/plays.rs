@@ -1,4 +1,4 @@
-//! The forger applied to dumps of objectives over whole paths.
+//! Mutation tests of dumps of objectives over whole paths.
 
 use std::collections::BTreeMap;
 

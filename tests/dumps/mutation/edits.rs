@@ -1,4 +1,4 @@
-//! The edits of the forger.
+//! The edits of the mutation tests.
 
 use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, Manifest, Node, directory};

@@ -1,6 +1,7 @@
-//! A forger who knows the format: sizes, counts and hashes are corrected after every edit, so that only
-//! the contents of the dump are false. An edited dump that `verify` accepts must be harmless: equal to the
-//! dump that `export` writes for the options it names, except for parts without meaning (`docs/dumps.md`).
+//! Mutation tests: edited dumps that must be refused. Sizes, counts and hashes are corrected after every
+//! edit, so that only the contents of the dump are false. An edited dump that `verify` accepts must be
+//! harmless: equal to the dump that `export` writes for the options it names, except for parts without
+//! meaning (`docs/dumps.md`).
 
 mod edits;
 mod plays;
