@@ -10,7 +10,7 @@ use meliora::engine::{Algebra, Engine, Scope};
 
 use common::Case;
 
-/// An operation of an engine that was just built: nothing is in its caches but what building left.
+/// An operation of an engine that was just built: its caches contain only entries from building.
 fn fresh<T>(c: &mut Criterion, case: &Case, name: &str, states: u64, work: impl Fn(&SymbolicEngine) -> T) {
     let mut group = c.benchmark_group(name);
     group.throughput(Throughput::Elements(states));
@@ -31,7 +31,7 @@ fn operations(c: &mut Criterion) {
         let states = case.announce();
         let mut group = c.benchmark_group("encoding");
         group.throughput(Throughput::Elements(states));
-        // In the scope `all` there is nothing to explore: what is left is to encode and to check.
+        // In the scope `all` nothing is explored: the model is only encoded and checked.
         group.bench_function(BenchmarkId::from_parameter(&case.name), |b| {
             b.iter_with_large_drop(|| case.symbolic_in(Scope::All));
         });

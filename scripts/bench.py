@@ -29,7 +29,7 @@ import harness
 import plots
 
 ENGINES = ("symbolic", "explicit")
-# A point that has taken so many seconds is not measured once more: long runs vary little.
+# A point that has taken this many seconds is not measured again: long runs vary little.
 ENOUGH = 10.0
 RESULTS = ("counts", "objectives", "classes", "improvement", "sasi", "spi", "initial")
 
@@ -47,7 +47,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Point:
-    """What one engine did on one member."""
+    """The runs of one engine on one member."""
 
     member: Member
     engine: str
@@ -70,7 +70,7 @@ class Point:
 
 
 def peak(run: harness.Finished) -> int:
-    """The largest resident set: what Meliora says, since the system counts what the process was forked from."""
+    """The peak memory, from the report of Meliora: the system's number includes the process it was forked from."""
     memory = (harness.json_object(run.stdout) or {}).get("memory") or {}
     return int(memory.get("peak_rss_bytes") or run.peak_bytes)
 
@@ -138,7 +138,7 @@ def sweep(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator[Poi
 
 
 def differences(points: list[Point]) -> list[str]:
-    """Members on which the engines do not report the same."""
+    """Returns the members on which the engines report different results."""
     found: dict[Member, list[Point]] = {}
     for point in points:
         if point.status == "done":
@@ -160,7 +160,7 @@ def show(point: Point) -> None:
 
 
 def write_csv(path: Path, points: list[Point], meliora: str) -> None:
-    """One row a run."""
+    """Writes one row per run."""
     about = [harness.machine(), harness.version(meliora)]
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
@@ -173,7 +173,7 @@ def write_csv(path: Path, points: list[Point], meliora: str) -> None:
 
 
 def write_markdown(path: Path, points: list[Point], given: argparse.Namespace, meliora: str) -> None:
-    """The table of docs/benchmarks.md: a row a member, a column an engine, and from where on which engine is ahead."""
+    """Writes the table of docs/benchmarks.md: one row per member, one column per engine, and which is ahead."""
     rows: dict[Member, dict[str, Point]] = {}
     for point in points:
         rows.setdefault(point.member, {})[point.engine] = point
@@ -190,7 +190,7 @@ def write_markdown(path: Path, points: list[Point], given: argparse.Namespace, m
 
 
 def cell(point: Point | None, given: argparse.Namespace) -> str:
-    """What one engine did on one member, in a few words."""
+    """Returns the table cell for one engine on one member."""
     if point is None:
         return "–"
     if point.status == "done":
@@ -201,12 +201,12 @@ def cell(point: Point | None, given: argparse.Namespace) -> str:
 
 
 def done(point: Point | None) -> Point | None:
-    """The point, if the engine came to an end there."""
+    """Returns the point if the engine finished there."""
     return point if point is not None and point.status == "done" else None
 
 
 def ahead(rows: dict[Member, dict[str, Point]]) -> list[str]:
-    """For each series a sentence: from how many states on the symbolic engine is never slower."""
+    """Returns a sentence per series: the number of states from which on the symbolic engine is never slower."""
     said = []
     for series in dict.fromkeys(member.series for member in rows):
         first: int | None = None
@@ -223,7 +223,7 @@ def ahead(rows: dict[Member, dict[str, Point]]) -> list[str]:
 
 
 def draw(path: Path, points: list[Point]) -> None:
-    """The crossover plot, of the points that were done."""
+    """Draws the crossover plot of the finished points."""
     panels: dict[str, dict[str, list[tuple[float, float]]]] = {"seconds": {}, "MiB": {}}
     for point in points:
         if point.status == "done" and point.states:

@@ -71,7 +71,7 @@ def arguments() -> argparse.Namespace:
 
 
 def instances(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator[Instance]:
-    """What is measured: the corpus first, then the grid worlds."""
+    """Yields the measured instances: the corpus first, then the grid worlds."""
     if given.corpus is not None:
         listed = given.corpus if given.corpus.is_file() else given.corpus / "perf.json"
         for entry in harness.read_json(listed):
@@ -90,7 +90,7 @@ def measure(instance: Instance, tools: list[Tool], runs: int, timeout: float) ->
 
 
 def repeated(tool: Tool, instance: Instance, runs: int, timeout: float) -> Iterator[Measurement]:
-    """In a row, because the first run after another tool's may pay for memory that the system has to clear."""
+    """Runs a tool several times in a row: the first run after another tool may include clearing memory."""
     for _ in range(runs):
         run = tool.measure(instance, timeout)
         yield run
@@ -105,13 +105,13 @@ def median(runs: list[Measurement], phase: str) -> float | None:
 
 
 def ratio(found: Runs, peer: str, phase: str) -> float | None:
-    """How many times longer the peer takes; nothing where one of the two did not finish."""
+    """Returns the time of the peer divided by that of Meliora; None if one of the two did not finish."""
     ours, theirs = median(found["meliora"], phase), median(found[peer], phase)
     return theirs / ours if ours and theirs else None
 
 
 def cell(found: Runs, peer: str, phase: str, timeout: float) -> str:
-    """A ratio as text; for the phase in which the peer was stopped, the least that it can be."""
+    """Returns a ratio as text; for the phase in which the peer was stopped, a lower bound."""
     known = ratio(found, peer, phase)
     if known is not None:
         return f"{known:.2f}"
@@ -124,7 +124,7 @@ def cell(found: Runs, peer: str, phase: str, timeout: float) -> str:
 
 
 def show(name: str, found: Runs, timeout: float) -> bool:
-    """Prints what was measured on an instance; says whether the counts agree."""
+    """Prints the measurements on an instance; returns whether the counts agree."""
     ours = found["meliora"][0]
     print(f"\n{name}  ({ours.counts.get('states', '?')} states)")
     agree = True
@@ -163,7 +163,7 @@ def summary(measured: dict[str, Runs], tools: list[Tool]) -> None:
 
 
 def write_csv(path: Path, measured: dict[str, Runs], meliora: str, threads: int) -> None:
-    """One row a run, in unrounded seconds."""
+    """Writes one row per run, in unrounded seconds."""
     about = [harness.machine(), harness.version(meliora), threads]
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
@@ -177,7 +177,7 @@ def write_csv(path: Path, measured: dict[str, Runs], meliora: str, threads: int)
 
 
 def place(runs: list[Measurement], phase: str, timeout: float) -> float | None:
-    """Where a tool stands in the plot: who was stopped, at the time limit; who failed, nowhere."""
+    """Returns the position of a tool in the plot: the time limit if it was stopped, None if it failed."""
     return median(runs, phase) or (timeout if runs[0].status == "stopped" else None)
 
 

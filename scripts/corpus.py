@@ -46,7 +46,7 @@ TARGET_COUNTS = {
 
 @dataclass(frozen=True)
 class Question:
-    """One target of one instance, and what the answers should be."""
+    """One target of one instance, and the expected answers."""
 
     instance: str
     model: Path
@@ -78,7 +78,7 @@ def questions(oracle: Path) -> Iterator[Question]:
 
 
 def ask(question: Question, given: argparse.Namespace) -> list[Difference]:
-    """Runs one question; the differences, none if all is well."""
+    """Runs one question and returns the differences."""
     finished = probes.reach(given, question.model, question.constants, question.target)
     report = harness.json_object(finished.stdout)
     if finished.status != 0 or report is None:
@@ -108,12 +108,12 @@ def table(differences: list[Difference]) -> None:
 
 
 def matches(given: argparse.Namespace, question: Question) -> bool:
-    """Whether --filter lets the question through."""
+    """Returns whether the question matches --filter."""
     return bool(re.search(given.filter, question.instance) or re.search(given.filter, str(question.model)))
 
 
 def run_oracle(given: argparse.Namespace, oracle: Path) -> bool:
-    """Asks everything and prints the differences; whether there are none."""
+    """Asks all questions and prints the differences; returns whether there are none."""
     asked = [question for question in questions(oracle) if matches(given, question)]
     if not asked:
         harness.stop("no instance matches --filter")

@@ -47,7 +47,7 @@ def meliora(given: argparse.Namespace, command: str, *more: str) -> dict[str, An
 
 
 def for_storm(folder: Path) -> tuple[Path, Path]:
-    """PRISM's .tra and .lab in Storm's words: the kind in place of the sizes, labels by name."""
+    """PRISM's .tra and .lab in Storm's format: the kind in place of the sizes, labels by name."""
     sizes, *lines = (folder / "model.tra").read_text().splitlines()
     kind = "mdp" if len(sizes.split()) == 3 else "dtmc"
     transitions = folder / "storm.tra"
@@ -66,12 +66,12 @@ def for_storm(folder: Path) -> tuple[Path, Path]:
 
 
 def sizes(model: Any) -> dict[str, int]:
-    """What Storm counts."""
+    """Returns the counts of Storm."""
     return {"states": model.nr_states, "choices": model.nr_choices, "transitions": model.nr_transitions}
 
 
 def same(name: str, expected: dict[str, int], found: dict[str, int]) -> bool:
-    """Prints the sizes; whether they are the same."""
+    """Prints the sizes; returns whether they are the same."""
     print(f"{name:6} " + ", ".join(f"{count} {key}" for key, count in found.items()))
     for key, count in found.items():
         if expected[key] != count:
@@ -80,7 +80,7 @@ def same(name: str, expected: dict[str, int], found: dict[str, int]) -> bool:
 
 
 def keeps_promise(stormpy: Any, kind: str, chain: Any) -> bool:
-    """Whether each initial state of a rank improves as its strategy promises."""
+    """Returns whether each initial state of a rank improves as its strategy guarantees."""
     if "improved" not in chain.labeling.get_labels():
         print("chain  has no improvement, and no state of a rank promises one")
         return not any(f"{kind}_rank_{k}" in chain.labeling.get_labels() for k in ("1", "2", "unbounded"))

@@ -1,4 +1,4 @@
-"""What the scripts share: running a program, finding Meliora, naming the machine, making grid worlds."""
+"""Helpers shared by the scripts: running a program, finding Meliora, naming the machine, making grid worlds."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def find_meliora(named: str | None) -> str:
 
 
 def version(meliora: str) -> str:
-    """What `meliora --version` says, with the commit of the checkout that the script is in."""
+    """The output of `meliora --version`, with the commit of the checkout that the script is in."""
     said = run([meliora, "--version"], 10.0).stdout.strip() or "unknown"
     try:
         commit = run(["git", "-C", str(ROOT), "describe", "--always", "--dirty"], 10.0).stdout.strip()
@@ -112,7 +112,7 @@ def _processor() -> str:
 
 
 def json_object(text: str) -> dict[str, Any] | None:
-    """The JSON object that a program wrote, or nothing where it did not get that far."""
+    """Returns the JSON object that a program wrote; None if it wrote none."""
     try:
         read = json.loads(text)
     except json.JSONDecodeError:
@@ -121,7 +121,7 @@ def json_object(text: str) -> dict[str, Any] | None:
 
 
 def complaint(finished: Finished) -> str:
-    """Why a run failed, in one line."""
+    """Returns the reason for the failure of a run, in one line."""
     if finished.timed_out:
         return f"stopped after {finished.seconds:.0f} s"
     read = json_object(finished.stdout) or {}

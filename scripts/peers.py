@@ -47,7 +47,7 @@ class Tool(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called in tables."""
+        """The name of the tool in tables."""
         ...
 
     def measure(self, instance: Instance, timeout: float) -> Measurement:
@@ -175,7 +175,7 @@ def installed(meliora: str, names: list[str], threads: int, prism: Path | None) 
 
 
 def disagreement(ours: Measurement, theirs: Measurement) -> str:
-    """The counts that differ, or the empty string. Peers count in floating point: exact up to 2^53 only."""
+    """Returns the counts that differ, or the empty string. Peers count in floating point: exact up to 2^53 only."""
     pairs = [(name, ours.counts[name], theirs.counts[name]) for name in COUNTS if name in ours.counts and name in theirs.counts]
     wrong = [(name, a, b) for name, a, b in pairs if a != b and (min(a, b) < 2**53 or abs(a - b) > a * 1e-9)]
     return ", ".join(f"{name} {a} against {b}" for name, a, b in wrong)

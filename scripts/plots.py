@@ -34,7 +34,7 @@ def _save(figure: Any, path: Path) -> None:
 
 
 def scatter(path: Path, panels: Mapping[str, Mapping[str, Points]], floor: float, ceiling: float) -> None:
-    """Seconds of Meliora (across) against seconds of a peer (up), one panel a phase; above the line Meliora is faster."""
+    """Seconds of Meliora (across) against seconds of a peer (up), one panel per phase; above the line Meliora is faster."""
     pyplot = _pyplot()
     figure, axes = pyplot.subplots(1, len(panels), figsize=(5 * len(panels), 5), squeeze=False)
     ends = [floor / 1.5, ceiling * 1.5]
@@ -50,7 +50,7 @@ def scatter(path: Path, panels: Mapping[str, Mapping[str, Points]], floor: float
 
 
 def crossover(path: Path, panels: Mapping[str, Mapping[str, Points]], title: str) -> None:
-    """States (across) against a quantity (up), one panel a quantity; both axes logarithmic.
+    """States (across) against a quantity (up), one panel per quantity; both axes logarithmic.
 
     A line is named `engine, series`: its style says which engine, its colour which series.
     """

@@ -46,7 +46,7 @@ class Verdict:
 
 
 def answer(given: argparse.Namespace, model: Path) -> Answer:
-    """What Meliora makes of a probe, in the words of answers.json."""
+    """Returns the answer of Meliora to a probe, in the format of answers.json."""
     finished = reach(given, model, "", "true")
     report = harness.json_object(finished.stdout)
     if finished.status == 0 and report is not None:
@@ -55,7 +55,7 @@ def answer(given: argparse.Namespace, model: Path) -> Answer:
 
 
 def majority(values: list[Any]) -> tuple[Any, bool]:
-    """The most frequent value, and whether it is more frequent than any other."""
+    """Returns the most frequent value, and whether it is more frequent than any other."""
     ranked = Counter(values).most_common(2)
     return ranked[0][0], len(ranked) == 1 or ranked[0][1] > ranked[1][1]
 
@@ -90,7 +90,7 @@ def words(said: Answer) -> str:
 
 
 def show(verdict: Verdict) -> None:
-    """A line for a probe, and what everyone says where there is anything to say."""
+    """Prints a line for a probe, and the answers of all tools if there is a difference."""
     word = "AGAINST THE MAJORITY" if verdict.against else "peers are split" if verdict.split else "as the peers"
     on = ", ".join(verdict.against or verdict.split)
     print(f"{verdict.probe:28} {word}" + (f" ({on})" if on else ""))
@@ -100,7 +100,7 @@ def show(verdict: Verdict) -> None:
 
 
 def run_probes(given: argparse.Namespace) -> bool:
-    """Runs all probes; whether Meliora stands nowhere against the majority."""
+    """Runs all probes; returns whether Meliora always agrees with the majority."""
     peers: dict[str, dict[str, Answer]] = harness.read_json(given.folder / "answers.json")
     names = [name for name in peers if re.search(given.filter, name)]
     if not names:

@@ -80,7 +80,7 @@ class Runner:
 
 
 def run_expectations(paths, fill=False, limit=200_000):
-    """0 when every line that could be run holds, 1 otherwise."""
+    """Returns 0 if every line that could be run holds, else 1."""
     passed, failed, skipped = 0, 0, 0
     for path in paths:
         with open(path, encoding="utf-8") as file:

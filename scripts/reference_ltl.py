@@ -1,4 +1,4 @@
-"""Temporal formulas for the reference: two readings of them, neither by the observers of the Rust program.
+"""Temporal formulas for the reference: two readings of them, neither by the monitors of the Rust program.
 
 `holds` is the definition of linear temporal logic on ultimately periodic words. `observer` learns from it alone
 how many beginnings of a word must be told apart: a beginning is known by which of many endings satisfy the formula.
@@ -27,7 +27,7 @@ def parse(text):
 
 
 def read(tokens):
-    """F, G and X take all that follows; operators bind as in PRISM."""
+    """F, G and X apply to all that follows; operators bind as in PRISM."""
     if not is_temporal(tokens):
         return ("is", " ".join(tokens), True)
     depth, places = 0, []
@@ -78,8 +78,8 @@ def atoms(f):
 
 
 def leaves(f):
-    """The parts with an observer each: what `&` and `|` join; together where that is as small."""
-    lost = {"and": "U", "or": "R"}.get(f[0])  # a conjunction of what is safe, a disjunction of what is co-safe
+    """Splits f at `&` and `|`, one monitor per part; a safe conjunction or co-safe disjunction stays whole."""
+    lost = {"and": "U", "or": "R"}.get(f[0])  # a conjunction without U is safe, a disjunction without R is co-safe
     if lost is None or all(g[0] != lost for g in parts(f)):
         return [f]
     return [leaf for g in operands(f[0], f) for leaf in leaves(g)]
@@ -90,7 +90,7 @@ def operands(kind, f):
 
 
 def holds(f, word, back):
-    """Where f holds on the letters of a word that goes on at the position `back` after its last one."""
+    """Returns for each letter whether f holds there; after its last letter the word continues at `back`."""
     kind, size = f[0], len(word)
     if kind in ("true", "false"):
         return [kind == "true"] * size
@@ -113,7 +113,7 @@ def holds(f, word, back):
 
 
 def observer(f):
-    """`(atoms, steps)`: for each state, the first one first, where each letter leads."""
+    """Returns `(atoms, steps)`: for each state, initial state first, the successor by each letter."""
     names = atoms(f)
     if len(names) > 3:
         raise InputError(f"{len(names)} conditions in one leaf are too many to learn from all short words")
@@ -139,7 +139,7 @@ def observer(f):
 
 class Search:
     """The automaton of a formula. Its states are `(runs, None)`, all runs at once, and `(runs, (seen, due))`: all runs
-    from one state, those of them that did not put off the until `due` since the last breakpoint."""
+    from one state, those of them that did not postpone the until `due` since the last breakpoint."""
 
     def __init__(self, f):
         self.start = (frozenset([frozenset([f])]), None)
@@ -167,7 +167,7 @@ class Search:
         return (after, (frozenset(kept), due)), False
 
     def moves(self, run, letter):
-        """What a set of formulas may ask of the next state, with the untils that are put off."""
+        """The possible obligations of a set of formulas on the next state, with the postponed untils."""
         key = (run, tuple(letter[name] for name in self.names))
         if key not in self.known:
             self.known[key] = both(*(expanded(f, letter) for f in run))

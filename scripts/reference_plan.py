@@ -52,7 +52,7 @@ class Space:
 
 
 class Game:
-    """Moves without names, and where each successor set comes from."""
+    """The choices of each state as successor sets, and for each state the choices that lead to it."""
 
     def __init__(self, moves):
         self.moves = moves
@@ -91,7 +91,7 @@ class Game:
 
 
 class Order:
-    """Classes compared, with the value of an empty one."""
+    """The comparison of classes, with the value of nothing."""
 
     def __init__(self, strict, empty):
         self.strict, self.empty = strict, empty
@@ -198,7 +198,7 @@ class Levels:
         return "unbounded" if state in self.fixpoint else rank
 
     def permitted(self, state):
-        """Of an unbounded state the level meant is the fixpoint's (the one after the last, the same set)."""
+        """For an unbounded state the level is the fixpoint's (the one after the last, the same set)."""
         rank = self.rank(state)
         if rank == "unbounded":
             return self.permitted_at(state, len(self.sets) + 1)
@@ -209,7 +209,7 @@ class Levels:
 
 
 def reached(space, formula):
-    """What is said of an objective `F condition`, and where it is almost sure."""
+    """Returns the report on an objective `F condition`, and the states where it is almost sure."""
     target = space.where(space.model.compile(target_of(formula)))
     return {"target": str(len(target))}, Game([[t for _, t in ms] for ms in space.moves]).almost_surely(target)
 

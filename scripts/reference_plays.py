@@ -1,4 +1,4 @@
-"""Whole plays in the reference: observers beside the model, and where formulas are satisfied almost surely."""
+"""Whole paths in the reference: the model with monitors, and the states that satisfy formulas almost surely."""
 
 import math
 
@@ -6,10 +6,10 @@ from reference_ltl import Search, atoms, leaves, negated, observer, parse
 
 
 class Watched:
-    """A model beside the observers of some formulas: each reads the states as they are left.
+    """A model together with the monitors of some formulas: each reads the states as they are left.
 
-    A state is that of the model with the states of the observers behind it, so that conditions of the model are
-    conditions on it. In every state of the scope that the model has, observers are fresh.
+    A state is that of the model followed by the states of the monitors, so that conditions of the model are
+    conditions on it. In every state of the scope that the model has, monitors are in their initial state.
     """
 
     def __init__(self, model, formulas):
@@ -41,9 +41,9 @@ class Watched:
 
 
 class Play:
-    """The plays of a space from some states on, each beside the automaton of a formula that a strategy runs.
+    """The paths of a space from some states on, each with the automaton of a formula that a strategy runs.
 
-    The formula is satisfied almost surely from `won`: where breakpoints come again and again almost surely, which is
+    The formula is satisfied almost surely from `won`. From there infinitely many breakpoints occur almost surely:
     nu Y. mu X. { n : a move inside Y meets X, or is inside Y and n is at a breakpoint }.
     """
 
@@ -67,7 +67,7 @@ class Play:
         return self.number.setdefault(node, len(self.number))
 
     def expand(self, space, state, run):
-        """A guess takes no step of the play."""
+        """A guess takes no step of the path."""
         own = [frozenset([self.node((state, guess))]) for guess in self.search.guesses(run)]
         read = self.search.read(run, self.letters[state])
         if read:
@@ -95,7 +95,7 @@ class Play:
 
 
 def satisfied(space, formula):
-    """What is said of an objective over whole plays, and where it is almost sure."""
+    """Returns the report on an objective over whole paths, and the states where it is almost sure."""
     watched = space.model
     fresh = [n for n, s in enumerate(space.states) if s == watched.fresh(s[: watched.width])]
     play = Play(space, space.initial if space.scope == "reachable" else fresh, parse(formula))

@@ -26,19 +26,19 @@ KIND = re.compile(r"(?<![\w\"])(mdp|nondeterministic|dtmc|probabilistic)\b(?!\")
 
 
 def tell(phase: str, seconds: float, **counts: int) -> None:
-    """Writes what a phase took and found."""
+    """Writes the time and the results of a phase."""
     print(json.dumps({"phase": phase, "seconds": seconds, "counts": counts}), flush=True)
 
 
 def single(stormpy: Any, threads: int) -> Any:
-    """An environment whose decision diagrams use so many threads."""
+    """Returns an environment whose decision diagrams use this number of threads."""
     environment = stormpy.Environment()
     environment.dd().sylvan().number_of_threads = threads
     return environment
 
 
 def parse(stormpy: Any, model: str) -> Any:
-    """The program, with its type moved to the front where it stands elsewhere; or a JANI model."""
+    """Returns the program, with its type moved to the front if necessary; or a JANI model."""
     if model.endswith(".jani"):
         return stormpy.parse_jani_model(model)[0]
     text = COMMENT.sub("", Path(model).read_text(encoding="utf-8", errors="replace"))
@@ -66,7 +66,7 @@ def build(stormpy: Any, engine: str, threads: int, model: str, constants: str, t
 
 
 def answer(stormpy: Any, engine: str, threads: int, model: str, constants: str, target: str) -> None:
-    """Builds the model and asks the questions, and tells what each took."""
+    """Builds the model, asks the questions and writes the time of each step."""
     start = time.perf_counter()
     built, questions = build(stormpy, engine, threads, model, constants, target)
     tell("build", time.perf_counter() - start, states=built.nr_states)

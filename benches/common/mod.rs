@@ -1,4 +1,4 @@
-//! What is measured: the families of `models/` at sizes that take milliseconds, and a grid world.
+//! The measured cases: the families of `models/` at sizes that take milliseconds, and a grid world.
 
 #![allow(dead_code, unreachable_pub, reason = "each bench file uses a part")]
 
@@ -66,12 +66,12 @@ impl Case {
         Arc::new(ExplicitEngine::new(self.program.clone(), self.settings()).unwrap())
     }
 
-    /// An analysis of which nothing is computed yet.
+    /// An analysis with nothing computed yet.
     pub fn analysis<E: Engine>(&self, engine: &Arc<E>) -> Analysis<E> {
         Analysis::new(engine, &self.preferences, Options::default())
     }
 
-    /// How many states there are. Prints this, and what memory each engine takes for everything.
+    /// Returns the number of states. Prints it, and the memory that each engine needs for everything.
     pub fn announce(&self) -> u64 {
         let (symbolic, explicit) = (self.symbolic(), self.explicit());
         self.analysis(&symbolic).run(&mut |_| ()).unwrap();
@@ -105,7 +105,7 @@ pub fn gridworld(side: usize, items: usize) -> Case {
     Case::new(name, world.model, world.preferences, "", Scope::Reachable)
 }
 
-/// Short runs: most of what is measured takes milliseconds and varies little.
+/// Short runs: most cases take milliseconds and vary little.
 pub fn config() -> Criterion {
     Criterion::default()
         .sample_size(10)

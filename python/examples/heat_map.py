@@ -21,7 +21,7 @@ found = model.check(models / "robot5x5.pref", safety="transition")
 figure, axes = plt.subplots(1, 2, layout="constrained")
 for axis, battery in zip(axes, (8, 4)):
     ranks = found.sasi.to_numpy("r", "c", {"b": battery})
-    # NaN, where there is no state, stays blank; an unbounded rank would be drawn as one more than the highest.
+    # Cells without a state (NaN) stay blank; an unbounded rank would be drawn as one more than the highest.
     ranks = np.where(np.isinf(ranks), len(found.sasi) + 1, ranks)
     image = axis.imshow(ranks, origin="lower", vmin=0, vmax=len(found.sasi))
     axis.set(title=f"battery {battery}", xlabel="c", ylabel="r")

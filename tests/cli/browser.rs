@@ -1,5 +1,5 @@
-//! The page in a browser: Chromium opens it, moves a slider, steps through the play; what the cells then
-//! show is compared with `meliora query`. Skipped, with a message, where there is no Chromium.
+//! The page in a browser: Chromium opens it, moves a slider and steps through the run. The values of the
+//! cells are compared with `meliora query`. Without Chromium the test prints a message and is skipped.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ fn chromium() -> Option<PathBuf> {
     given.or(found)
 }
 
-/// What Chromium writes to stdout for these arguments.
+/// Returns the output of Chromium on stdout for these arguments.
 fn browse(browser: &Path, scratch: &Scratch, arguments: &[&str]) -> String {
     let log = scratch.path("browser.out");
     let mut child = Command::new(browser)
@@ -53,7 +53,7 @@ fn cells(dom: &str, map: &str) -> Cells {
     parts.map(|p| ((number(p, "data-row"), number(p, "data-col")), attribute(p, "data-value"))).collect()
 }
 
-/// What `query` says of the ranks in the cells where a condition holds.
+/// Returns the ranks that `query` lists, for the cells in which a condition holds.
 fn queried(dump: &str, kind: &str, levels: usize, condition: &str) -> Cells {
     let mut cells = Cells::new();
     let mut note = |region: &str, value: &str| {
@@ -106,7 +106,7 @@ fn a_page_shows_in_a_browser_what_query_says() {
     assert_ne!(sasi, cells(&linked, "sasi"), "the slider changes the picture");
     assert!(dom.contains("r=2,c=1,b=3"), "a click describes the cell");
 
-    // The play, at its second step.
+    // The run, at its second step.
     let play = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#step=2")]);
     assert!(play.contains("step 2 of") && play.contains("data-turn=\"2\" class=\"now\""));
 

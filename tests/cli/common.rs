@@ -1,4 +1,4 @@
-//! What the tests of the command share.
+//! Helpers shared by the tests of the command.
 
 #![allow(dead_code, unreachable_pub, reason = "each test file uses a part")]
 
@@ -20,7 +20,7 @@ pub fn run(arguments: &str) -> Finished {
     Finished::of(meliora().args(arguments.split_whitespace()))
 }
 
-/// What a run left.
+/// The exit status and the output of a finished run.
 #[derive(Debug)]
 pub struct Finished {
     pub status: i32,

@@ -1,4 +1,4 @@
-//! Both engines say the same of every model that comes with the program.
+//! Both engines report the same results for every model in `models/`.
 
 use crate::common::run;
 

@@ -21,7 +21,7 @@ fn count(dump: &str, region: &str) -> String {
     query(dump, &[region, "--count"]).expect(0).stdout.trim().to_owned()
 }
 
-/// What `check` says of each region, by the region's name.
+/// Returns the size of each region in the report of `check`, by the region's name.
 fn expected(report: &Value) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     let mut add = |name: String, count: &Value| {

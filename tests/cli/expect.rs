@@ -1,4 +1,4 @@
-//! Runs the `// EXPECT:` lines beside the models, under both engines and two variable orders.
+//! Runs the `// EXPECT:` lines of the model files under both engines and two variable orders.
 //!
 //! `models/README.md` describes the lines: `command option=value …: path=value …`.
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::common::{Finished, Scratch, meliora};
 
-/// One expectation: a command, its options, and what is to be found in the JSON.
+/// One expectation: a command, its options, and the values required in its JSON output.
 #[derive(Debug)]
 struct Expectation {
     line: usize,
@@ -57,8 +57,8 @@ fn models() -> Vec<PathBuf> {
     models
 }
 
-/// The expectations of a file; a comment line that is indented by four or more goes on with the one
-/// before.
+/// Returns the expectations of a file. A comment line that is indented by four or more columns continues
+/// the line before.
 fn expectations(text: &str) -> Vec<Expectation> {
     let mut joined: Vec<(usize, String)> = Vec::new();
     let mut open = false;
@@ -124,7 +124,7 @@ fn words(text: &str) -> Vec<String> {
     words
 }
 
-/// What of an expectation does not hold.
+/// Returns a message for each fact of an expectation that does not hold.
 fn failures_of(path: &Path, expectation: &Expectation, extra: &[&str]) -> Vec<String> {
     let finished = run(path, expectation, extra);
     let at = format!("{}:{} [{}]", path.display(), expectation.line, extra.join(" "));
@@ -189,7 +189,7 @@ fn run(path: &Path, expectation: &Expectation, extra: &[&str]) -> Finished {
     Finished::of(&mut command)
 }
 
-/// A preference file with another worth of achieving nothing.
+/// A preference file with another value of nothing (the `empty` statement).
 fn with_empty(text: &str, empty: &str) -> String {
     let kept = text.lines().filter(|l| !l.trim_start().starts_with("empty"));
     format!("{}\nempty = {empty};\n", kept.collect::<Vec<_>>().join("\n"))

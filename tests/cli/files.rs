@@ -1,5 +1,5 @@
-//! What becomes of files: what is there already, what is no regular file, and what is left where the work
-//! ends half way.
+//! Output files: paths that already exist, paths that are not regular files, and the files left over when
+//! the work ends early.
 
 use std::fs::{self, Permissions};
 use std::io::Read;

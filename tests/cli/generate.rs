@@ -11,7 +11,7 @@ fn map(text: &str) -> Result<Generated, Error> {
     from_map(&SourceFile::new("world.map", text), &Choices::default())
 }
 
-/// What a map's mistake looks like.
+/// Returns the rendered error message for a map with a mistake.
 fn complaint(text: &str) -> String {
     match map(text) {
         Err(Error::Input(diagnostics)) => render(&diagnostics, false),

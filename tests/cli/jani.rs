@@ -1,4 +1,4 @@
-//! A model with most of the format, beside the same in PRISM's language, under both engines.
+//! A JANI model with most of the format, compared with its PRISM version under both engines.
 
 use serde_json::{Value as Json, json};
 

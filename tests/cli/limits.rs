@@ -1,4 +1,4 @@
-//! Where the work ends early: the exit status, what is said, what is printed, and what is left behind.
+//! Work that ends early: the exit status, the messages, the printed results, and the files left over.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, Command, Stdio};
@@ -12,7 +12,7 @@ fn hard() -> Scratch {
     Scratch::new(&[("m.prism", &LONG.replace("const int N;", "const int N=4000;")), ("m.pref", LONG_PREFS)])
 }
 
-/// A run that was started, with what it says on stderr.
+/// A started run with its output on stderr.
 struct Running {
     child: Child,
     err: BufReader<ChildStderr>,
@@ -117,7 +117,7 @@ fn the_time_limit_ends_every_command_with_4_and_what_is_known() {
     }
 }
 
-/// Whether a report that is cut short says nothing that the full one does not say.
+/// Returns true if a partial report agrees with the full one wherever it has a value.
 fn agrees(part: &Value, whole: &Value) -> bool {
     match (part, whole) {
         (Value::Null, _) => true,
@@ -285,7 +285,7 @@ fn a_model_that_is_too_large_to_read_is_a_limit_that_is_named() {
     assert!(finished.stderr.contains("--memory"), "{}", finished.stderr);
     let memory = finished.json()["memory"]["peak_rss_bytes"].as_u64().unwrap() >> 20;
     assert!(memory < 8 + 64 + 16, "{memory} MiB");
-    // The list of so many commands grows by tens of MiB at once, for which there is no room.
+    // The list of 950,000 commands grows by tens of MiB at once, which exceeds the limit.
     let text = format!("mdp module m x:[0..9];\n{}endmodule", "[]x=1->(x'=2);\n".repeat(950_000));
     let scratch = Scratch::new(&[("m.prism", &text)]);
     let (status, err) = limited("-v 750000", &format!("info {}", scratch.show("m.prism")));

@@ -1,4 +1,4 @@
-//! The command as its users meet it: what it prints, where, and with which status.
+//! The command line as users see it: standard output, standard error and exit statuses.
 
 mod browser;
 mod common;

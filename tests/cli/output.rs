@@ -1,4 +1,4 @@
-//! What stands where: stdout for results, stderr for the rest, colours where they are wanted.
+//! Output streams: results on stdout, everything else on stderr, colours on request and on terminals.
 
 use std::io::Read;
 use std::process::{Command, Stdio};

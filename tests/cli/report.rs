@@ -1,4 +1,4 @@
-//! The page and the pictures: what is in them.
+//! The contents of the report page and of the pictures.
 
 use std::fs;
 

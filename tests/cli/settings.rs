@@ -22,7 +22,7 @@ const SETTINGS: &[&str] = &[
 /// Parts of a report that are about the work and not about the answer.
 const ABOUT_THE_WORK: &[&str] = &["time", "memory", "engine", "order", "nodes"];
 
-/// An answer without what is about the work.
+/// Returns the report of a command without the fields about the work, such as times and memory.
 fn answer(command: &str, options: &[&str]) -> Map<String, Value> {
     let mut run = meliora();
     run.args(command.split(' ')).args(options).args(["--json", "--quiet"]);

@@ -1,4 +1,4 @@
-//! Strategies and plays, as tables, graphs and reasons: the paper's text on its robot.
+//! Strategies and runs as tables, graphs and reasons; the paper's text on its robot.
 
 use serde_json::{Value, json};
 
@@ -159,7 +159,7 @@ fn wrong_states_are_shown_where_they_are_wrong() {
     run(&format!("strategy {files} --rank 1 --at x=1")).expect(2);
 }
 
-/// A report without what may differ from run to run.
+/// Returns a report without the fields that may differ from run to run.
 fn lasting(arguments: &str) -> Value {
     let mut report = run(arguments).expect(0).json();
     let object = report.as_object_mut().unwrap();

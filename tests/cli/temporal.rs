@@ -119,7 +119,7 @@ fn corridor(memory: bool) -> String {
 fn history_play_is_memory_written_by_hand() {
     let by_hand = "objective A = F (a | x=0); objective B = F (b | x=4); objective C = F (x=5);\nprefer B > A; prefer A > C;\n";
     let whole = "objective A = F x=0; objective B = F x=4; objective C = F x=5;\nprefer B > A; prefer A > C;\nhistory = play;\n";
-    // What was reached once stays so: C too.
+    // An objective that was reached once stays achieved, C too.
     let scratch = Scratch::new(&[
         ("plain.prism", &corridor(false)),
         ("memory.prism", &corridor(true)),

@@ -1,4 +1,4 @@
-//! Every operation of an engine against the same one by the book.
+//! Compares every operation of an engine with the reference implementation.
 
 use meliora::engine::{EdgeLabels, Engine};
 use meliora::model::Program;

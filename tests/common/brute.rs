@@ -1,4 +1,4 @@
-//! The engine interface by the book: sets as ordered sets of numbers, nested fixpoints.
+//! A reference implementation of the engine interface: sets as ordered sets of numbers, nested fixpoints.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,7 +18,7 @@ pub struct Pair {
     pub successors: Set,
 }
 
-/// All states of a scope in the order of their values, all their choices, nothing clever.
+/// All states of a scope in the order of their values, with all their choices.
 pub struct Brute {
     pub states: Vec<State>,
     pub pairs: Vec<Pair>,

@@ -1,4 +1,4 @@
-//! What tests of engines share.
+//! Helpers shared by the tests of the engines.
 
 #![allow(dead_code, unreachable_pub, reason = "each test file uses a part")]
 

@@ -1,7 +1,7 @@
-//! The places where text of strangers comes in. Each takes any bytes and never panics, whatever they
-//! are; what is accepted must survive being written and read again.
+//! The entry points for untrusted text. Each accepts arbitrary bytes and never panics. Accepted input must
+//! survive being written and read again.
 //!
-//! The fuzz targets in `fuzz/` and the tests in `tests/dumps/hostile.rs` are about these.
+//! The fuzz targets in `fuzz/` and the tests in `tests/dumps/hostile.rs` call these functions.
 
 #![allow(dead_code, unreachable_pub, reason = "each user takes a part")]
 
@@ -41,7 +41,7 @@ pub fn program() -> Program {
     lang::load(&source(MODEL), &source("")).unwrap().program
 }
 
-/// Errors must be printable; what they point at may lie anywhere in the text.
+/// Returns the value, or checks that the error can be printed wherever in the text it points.
 fn seen<T>(result: Result<T, Error>) -> Option<T> {
     match result {
         Ok(value) => Some(value),
@@ -101,7 +101,7 @@ pub fn jani(text: &str) {
     }
 }
 
-/// How many ways a step can go at most, over all combinations of commands.
+/// Returns an upper bound on the number of outcomes of a step, over all combinations of commands.
 fn branching(program: &Program) -> f64 {
     let branches = |c: &meliora::model::CommandId| program.commands[c.index()].branches.len() as f64;
     let factor = |f: &Vec<meliora::model::CommandId>| f.iter().map(branches).sum::<f64>();
@@ -161,7 +161,7 @@ pub fn preferences(text: &str) {
     seen(lang::load_preferences(&source(text), &mut program()));
 }
 
-/// Whatever stands in an argument: a state, an expression, a property, constants, a region of a dump.
+/// Text that an argument may contain: a state, an expression, a property, constants, a region of a dump.
 pub fn arguments(text: &str) {
     let source = source(text);
     let mut program = program();
@@ -210,7 +210,7 @@ pub fn diagram(bytes: &[u8]) {
     assert_eq!(again.roots, diagram.roots);
 }
 
-/// A manifest, by itself and beside the diagram that the manifest of [`MODEL`] belongs to.
+/// Reads a manifest, alone and together with the diagram of the dump of [`MODEL`].
 pub fn manifest(text: &str) {
     let Some(manifest) = seen(Manifest::parse("fuzz", text)) else { return };
     assert_eq!(Manifest::parse("again", &manifest.text()).ok(), Some(manifest.clone()));

@@ -27,7 +27,7 @@ struct Builder<'a> {
     source: Source<'a>,
     pool: ExprPool,
     variables: Vec<Variable>,
-    /// Whether updates and probabilities may go wrong.
+    /// True if updates may leave their range and probabilities may be wrong.
     faulty: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The text of dumps: what is written is read, and nothing else gets through.
+//! The text of dumps: a written dump can be read again, and malformed text is refused.
 
 use std::fs;
 
@@ -276,7 +276,7 @@ proptest! {
             text[at] = b" \n-.0123456789T\xff"[byte as usize % 16];
         }
         if let Ok(read) = dddmp::read("a.dddmp", &text[..]) {
-            // What is accepted is well formed: evaluation ends.
+            // An accepted diagram is well formed: evaluation ends.
             for &root in &read.roots {
                 read.count(root, 0);
             }

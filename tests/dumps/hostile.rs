@@ -1,4 +1,4 @@
-//! Text of strangers: whatever it is, there is an answer or an error, soon and in little memory.
+//! Untrusted text: any text gives a result or an error, quickly and in little memory.
 
 use std::fmt::Write;
 

@@ -1,11 +1,11 @@
-//! Files that come from elsewhere: dumps and their proofs, and text of strangers.
+//! Files from other sources: dumps with their proofs, and untrusted text.
 
 mod conditions;
 #[path = "../common/entry.rs"]
 mod entry;
 mod files;
-mod forger;
 mod hostile;
+mod mutation;
 mod others;
 mod plays;
 #[allow(unreachable_pub, reason = "what tests of engines share, too")]

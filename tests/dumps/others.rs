@@ -11,7 +11,7 @@ use meliora::model::preference::Preferences;
 use meliora::planning::Safety;
 use proptest::prelude::*;
 
-use crate::forger::same_regions;
+use crate::mutation::same_regions;
 use crate::verify::{Case, SAFETIES};
 
 /// The files of a dump under the manifest of another one.
@@ -91,14 +91,14 @@ fn text(table: &Table) -> String {
     text + "endmodule"
 }
 
-/// What a model turns into that is similar: mostly one that says less of where its steps lead.
+/// A change that gives a similar model, mostly one with fewer successors.
 #[derive(Debug, Clone)]
 enum Change {
-    /// No step leads to the state; what has no other successor stays where it is.
+    /// The state is removed from all successors; a choice without another successor gets a self-loop.
     Avoid(usize),
-    /// One choice has a successor more or less.
+    /// One choice has one successor more or less.
     Toggle(usize, usize, usize),
-    /// One choice is not there.
+    /// One choice is removed.
     Drop(usize, usize),
 }
 
@@ -144,7 +144,7 @@ fn change() -> impl Strategy<Value = Change> {
     ]
 }
 
-/// Three objectives that ask for states of two sets, reached or, over whole plays, reached or kept to.
+/// Three objectives over two sets of states; over whole paths, the third visits its set infinitely often.
 fn preferences(targets: &[BTreeSet<usize>; 2], whole_plays: bool, empty: &str) -> String {
     let among = |set: &BTreeSet<usize>| {
         set.iter().map(|s| format!(" | s={s}")).fold("false".to_owned(), |text, next| text + &next)
@@ -163,7 +163,7 @@ fn preferences(targets: &[BTreeSet<usize>; 2], whole_plays: bool, empty: &str) -
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// What is accepted is what the true model gives.
+    /// An accepted dump has the regions of the true model.
     #[test]
     fn a_dump_of_a_similar_model_is_refused_unless_it_says_the_same(
         table in table(),

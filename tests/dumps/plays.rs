@@ -1,4 +1,4 @@
-//! Dumps of objectives over whole plays.
+//! Dumps of objectives over whole paths.
 
 use std::fs;
 
@@ -45,7 +45,7 @@ fn every_dump_of_whole_plays_is_accepted() {
     }
 }
 
-/// What holds of a dump has not less to it where the whole play counts.
+/// Checks that a swapped region is refused in dumps of objectives over whole paths too.
 #[test]
 fn a_region_in_the_place_of_another_is_refused() {
     let case = case("patrol", "N=2", &preferences_of("patrol"), Scope::Reachable, Safety::Action);

@@ -1,4 +1,4 @@
-//! The checker accepts every dump that is written, and refuses what was changed in one.
+//! The checker accepts every written dump and refuses changed ones.
 
 use std::fs;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use meliora::planning::{Analysis, Options, Safety};
 const HASHES: (&str, &str) = ("m", "p");
 pub(super) const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
 
-/// A dump with what it was made from.
+/// A dump with the model and the preferences that it was made from.
 pub(super) struct Case {
     program: Arc<Program>,
     preferences: Arc<Preferences>,

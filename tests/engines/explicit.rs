@@ -1,4 +1,4 @@
-//! The explicit engine against a reference by the book, on random programs.
+//! The explicit engine compared with a reference implementation, on random programs.
 
 use std::sync::Arc;
 
@@ -98,7 +98,7 @@ proptest! {
     }
 }
 
-/// A token among `places` flags: it goes on, or back to the first.
+/// A token among `places` flags: it moves to the next flag or back to the first.
 fn token(places: usize) -> String {
     let mut text = String::from("mdp module m x0 : bool init true;\n");
     for place in 1..places {

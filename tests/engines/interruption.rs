@@ -1,4 +1,4 @@
-//! The order to stop reaches the loops: after it is given, few questions more are asked.
+//! Cancellation reaches the inner loops: after it, the progress sink is asked only a few more times.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -98,7 +98,7 @@ fn the_explicit_engine_asks_while_it_compiles_commands() {
     let program = Arc::new(lang::load(&many(5_000), &none()).unwrap().program);
     let counting = StopAt::new(usize::MAX);
     let settings = Settings { memory: 1, sink: counting.clone(), ..Settings::default() };
-    // There is no room for a state: all questions are about the preparation.
+    // The memory limit does not allow a single state: all questions come from the preparation.
     assert!(ExplicitEngine::new(program.clone(), settings).is_err());
     assert!(counting.asked() >= 10, "{} questions", counting.asked());
 }

@@ -57,7 +57,7 @@ fn formula() -> impl Strategy<Value = Formula> {
 struct Lasso {
     letters: Vec<(bool, bool)>,
     back: usize,
-    /// Whether a last state that only leads to itself is a deadlock.
+    /// True if a last state that only leads to itself is a deadlock.
     stuck: bool,
 }
 
@@ -86,7 +86,7 @@ impl Lasso {
         lang::load(&SourceFile::new("lasso.prism", text), &SourceFile::new("--const", "")).unwrap().program
     }
 
-    /// Whether a formula holds from each step on: the definition.
+    /// Returns for each step whether a formula holds from there on, by the definition of LTL.
     fn meaning(&self, f: &Formula) -> Vec<bool> {
         let n = self.letters.len();
         let each = |f: &dyn Fn(usize) -> bool| (0..n).map(f).collect::<Vec<bool>>();
@@ -122,7 +122,7 @@ impl Lasso {
             "U<=1" => self.until(&a, &b, Some((0, 1))),
             "U[1,2]" => self.until(&a, &b, Some((1, 2))),
             "R" => not(self.until(&not(a), &not(b), None)),
-            // a W b is a U b, or a for ever.
+            // a W b is (a U b) or G a.
             "W" => {
                 let (until, ever) = (self.until(&a, &b, None), not(self.until(&always, &not(a), None)));
                 each(&|i| until[i] || ever[i])
@@ -131,7 +131,7 @@ impl Lasso {
         }
     }
 
-    /// a U b, where b must hold after so many steps at least and at most.
+    /// Computes a U b; `steps` bounds the number of steps to b from below and above.
     fn until(&self, a: &[bool], b: &[bool], steps: Option<(usize, usize)>) -> Vec<bool> {
         let (least, most) = steps.unwrap_or((0, usize::MAX));
         let holds = |start: usize| {
@@ -207,7 +207,8 @@ impl Observed for ExplicitEngine {
     }
 }
 
-/// Whether an objective is among the most preferred ones at the start, when planning looks at whole plays.
+/// Returns for both engines whether an objective over whole paths is among the most preferred ones at the
+/// start.
 fn achievable(mut program: Program, formula: &str) -> Option<[bool; 2]> {
     let text = format!("objective A = X ({formula}); history = play;\n");
     let preferences =

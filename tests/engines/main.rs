@@ -1,4 +1,4 @@
-//! The engines against a reference by the book, their orders, and whether they stop when told to.
+//! The engines compared with a reference implementation, their variable orders, and cancellation.
 
 #[path = "../common/engines.rs"]
 mod common;

@@ -41,7 +41,7 @@ impl ProgressSink for Patience {
     }
 }
 
-/// How long a way is, and how many go side by side.
+/// The length of a way, and the number of ways next to each other.
 type Size = (usize, usize);
 
 const LARGE: Size = (20, 1000);
@@ -119,7 +119,7 @@ fn no_fixpoint_of_the_symbolic_engine_goes_on() {
     no_fixpoint_goes_on(SMALL, symbolic);
 }
 
-/// From the building of the engine to random plays; what of it was finished.
+/// Does all work from building the engine to random runs; returns the parts that were finished.
 fn everything<E: Engine>(
     (program, preferences): &(Arc<Program>, Arc<Preferences>),
     build: Build<E>,
@@ -174,7 +174,7 @@ fn the_symbolic_engine_obeys_each_answer() {
     each_answer_is_obeyed(SMALL, symbolic, ["reachable states", "backward reachability"]);
 }
 
-/// An analysis that was stopped goes on where it was, and ends with the same result.
+/// A stopped analysis continues where it was, and ends with the same result.
 fn the_rest_can_be_done_later<E: Engine>(size: Size, build: Build<E>) {
     let (program, preferences) = ways(size);
     let sink = Patience::new(u64::MAX);

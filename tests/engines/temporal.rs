@@ -42,7 +42,7 @@ fn formula() -> impl Strategy<Value = String> {
     })
 }
 
-/// Whether the plays that visit all of a set again and again, and nothing else, satisfy a condition.
+/// Returns true if the paths that visit exactly the states of a set infinitely often satisfy a condition.
 fn holds(condition: &Condition, marked: &dyn Fn(meliora::model::expr::ExprId) -> Set, within: &Set) -> bool {
     match condition {
         Condition::Constant(value) => *value,
@@ -53,7 +53,7 @@ fn holds(condition: &Condition, marked: &dyn Fn(meliora::model::expr::ExprId) ->
     }
 }
 
-/// Whether plays can stay in a set and visit all of it again and again, almost surely.
+/// Returns true if paths can stay in a set and visit all of it infinitely often, almost surely.
 fn is_end_component(brute: &Brute, set: &Set) -> bool {
     let staying = brute.choices_in(&brute.every_successor_in(set), set);
     set.iter().all(|&state| {

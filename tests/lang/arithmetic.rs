@@ -10,7 +10,7 @@ use meliora::lang;
 use meliora::model::Program;
 use meliora::model::value::Value;
 
-/// The value of a constant, or what is said of it and the text that is pointed at.
+/// Returns the value of a constant, or the error message and the text that it points at.
 fn constant(ty: &str, expression: &str) -> Result<Value, (String, String)> {
     let source = SourceFile::new("m", format!("mdp const {ty} k = {expression}; module m x:bool; endmodule"));
     match lang::load(&source, &SourceFile::new("c", "")) {
@@ -111,7 +111,7 @@ fn program(text: &str) -> Arc<Program> {
     Arc::new(lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program)
 }
 
-/// What each engine says of a model: its first message, or nothing where all is well.
+/// Returns the first error message of each engine for a model; none if the engine accepts it.
 fn said(text: &str) -> [Option<String>; 2] {
     let program = program(text);
     let settings = Settings { scope: Scope::All, memory: 64 << 20, ..Settings::default() };

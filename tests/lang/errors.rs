@@ -1,4 +1,4 @@
-//! Every error of the front end, as people see it. One snapshot a theme.
+//! Every error of the front end, as users see it. One snapshot per theme.
 
 use meliora::error::{Error, SourceFile, render};
 use meliora::lang::{
@@ -13,12 +13,12 @@ fn rendered<T>(result: Result<T, Error>) -> String {
     }
 }
 
-/// The cases of a theme one after the other, each below what it was made from.
+/// Returns the outputs for the cases of a theme, one after the other.
 fn all(cases: &[&str], run: impl Fn(&str) -> String) -> String {
     cases.iter().map(|case| format!("{}\n", run(case))).collect()
 }
 
-/// Compares with what is kept, without the source text in the file's head.
+/// Compares with the stored snapshot, without the source expression in the file's head.
 fn snapshot(name: &str, text: impl AsRef<str>) {
     let mut settings = insta::Settings::clone_current();
     settings.set_omit_expression(true);
@@ -450,7 +450,7 @@ fn labels_and_names_that_were_taken_for_each_other() {
     snapshot("labels_and_names", all(&["done", "\"low\"", "\"x\" = 1"], target));
 }
 
-/// What is said of a text, and what helps, as far as both must hold these words.
+/// Requires these words in an error message with its help.
 fn expect_words(found: &str, words: &[&str]) {
     for word in words {
         assert!(found.contains(word), "`{word}` in: {found}");

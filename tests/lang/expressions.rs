@@ -12,7 +12,7 @@ use meliora::model::value::{EvalError, Type, Value};
 use meliora::model::{ModelKind, Program, VarId, Variable};
 use proptest::prelude::*;
 
-/// What an expression is built from; the types are made right when it is lowered.
+/// The tree of an expression; its types are corrected when it is lowered.
 #[derive(Debug, Clone)]
 enum Tree {
     Int(i64),
@@ -240,7 +240,7 @@ proptest! {
         let e = lowering.lower(&tree);
         let condition = lowering.as_bool(e);
         let states = all_states(&lowering.variables);
-        // Whether it is positive, and whether it is what it is in some state.
+        // The condition itself, and comparisons of `e` with its values in two states.
         let mut questions = vec![condition];
         for state in [&states[0], &states[states.len() / 2 + 1]] {
             if let Ok(value) = lowering.pool.eval(e, state) {
@@ -276,7 +276,7 @@ proptest! {
         let evaluated = lowering.pool.eval(e, state);
         let mut folding = Lowering::new(Some(state.clone()));
         let folded = folding.lower(&tree);
-        // What has no value stays an operation, and fails for the same reason.
+        // An expression without a value stays an operation, and fails for the same reason.
         prop_assert_eq!(folding.pool.literal(folded), evaluated.ok(), "in {:?}", state);
         prop_assert_eq!(folding.pool.eval(folded, &[]), evaluated, "in {:?}", state);
     }

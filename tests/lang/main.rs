@@ -1,4 +1,4 @@
-//! The languages: what is accepted, what it means, and what is said of mistakes.
+//! The languages: accepted text, its meaning, and the error messages.
 
 mod arithmetic;
 #[path = "../common/brute.rs"]

@@ -1,4 +1,4 @@
-//! What models mean once they are flat: precedence, renaming, constants, composition.
+//! The meaning of models once they are flat: precedence, renaming, constants, composition.
 
 use std::sync::Arc;
 
@@ -291,7 +291,7 @@ fn actions_may_be_called_like_operators_of_properties() {
     assert_eq!(program.actions, ["E", "W", "S"]);
 }
 
-/// What can happen in every state that can be reached: the labels with the states that they lead to.
+/// Returns for every reachable state the labels with the states that they lead to.
 fn behaviour(text: &str) -> Vec<(State, Vec<String>)> {
     let program = Arc::new(program(text));
     let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default()).expect("it is small");

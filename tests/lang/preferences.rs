@@ -1,4 +1,4 @@
-//! Preference files over a program: what they mean, and what is wrong with them.
+//! Preference files over a program: their meaning and their errors.
 
 use meliora::error::{Error, SourceFile, render};
 use meliora::lang;

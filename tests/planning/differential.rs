@@ -41,7 +41,7 @@ impl Reference {
     }
 }
 
-/// One analysis by an engine, and what it must have found.
+/// One analysis by an engine, and the expected results.
 struct Check<'a, E: Engine> {
     world: &'a World,
     reference: &'a Reference,
@@ -212,7 +212,7 @@ fn set(x: &[bool]) -> Set {
     (0..x.len()).filter(|&s| x[s]).collect()
 }
 
-/// All safeties and all worths of nothing, on one engine.
+/// All safeties and all values of nothing, on one engine.
 fn check<E: Engine>(engine: &Arc<E>, world: &World, reference: &Reference) {
     for empty in EMPTIES {
         let literal = Literal::new(&reference.case, empty);

@@ -1,4 +1,4 @@
-//! The owners for those who embed the library.
+//! The owning types for programs that embed the library.
 
 use std::sync::Arc;
 

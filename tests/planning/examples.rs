@@ -1,4 +1,4 @@
-//! Small models with a point.
+//! Small models, each of which shows one property of the planning algorithms.
 
 use meliora::model::preference::{Empty, Relation, Statement};
 use meliora::planning::result::LevelsEnd;

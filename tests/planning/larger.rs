@@ -1,5 +1,5 @@
 //! Both engines on random grid worlds of thousands of states, robots and batteries among them: large
-//! enough for every way that the symbolic engine may take to a result, which is seen to be taken.
+//! enough that the symbolic engine uses each of its algorithms, which the tests check.
 
 use std::sync::Arc;
 

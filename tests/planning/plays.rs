@@ -1,4 +1,4 @@
-//! Plays under a strategy keep on random models what it promises.
+//! Runs under a strategy keep its guarantees on random models.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -58,7 +58,7 @@ fn edges(course: &InducedModel) -> Vec<Vec<(usize, bool)>> {
     course.nodes.iter().map(of).collect()
 }
 
-/// The fewest improvements on the way from node 0 to each node; none where there is no way.
+/// Returns the fewest improvements on a path from node 0 to each node; none for unreachable nodes.
 fn fewest(edges: &[Vec<(usize, bool)>]) -> Vec<Option<usize>> {
     let mut found = vec![None; edges.len()];
     found[0] = Some(0);
@@ -75,7 +75,7 @@ fn fewest(edges: &[Vec<(usize, bool)>]) -> Vec<Option<usize>> {
     found
 }
 
-/// Whether some way from node 0 has so many improvements.
+/// Returns true if some path from node 0 has at least `times` improvements.
 fn can_improve(edges: &[Vec<(usize, bool)>], times: usize) -> bool {
     let mut seen = BTreeSet::from([(0, 0)]);
     let mut queue = VecDeque::from([(0, 0)]);
@@ -93,8 +93,8 @@ fn can_improve(edges: &[Vec<(usize, bool)>], times: usize) -> bool {
     false
 }
 
-/// The Markov chain of a play keeps its promise: under SASI it almost surely comes to an end, and
-/// every end lies behind at least rank improvements; under SPI so many are possible.
+/// Checks the guarantee on the induced Markov chain. Under SASI it almost surely comes to an end, and
+/// every path to an end has at least `rank` improvements; under SPI `rank` improvements are possible.
 fn check_course(kind: Kind, course: &InducedModel, rank: Rank, label: &str) {
     assert!(course.complete);
     let edges = edges(course);
@@ -161,7 +161,7 @@ fn check(program: Program, preferences: &Arc<Preferences>, ranks: &mut Ranks) {
                     let course =
                         InducedModel::unfold(&mut book, std::slice::from_ref(&start), scheduler, 10_000)
                             .unwrap();
-                    // `transition` promises what the real system, which the course follows, need not keep.
+                    // The induced model follows the real system, which need not keep the guarantee of `transition`.
                     if safety != Safety::Transition {
                         check_course(kind, &course, book.rank(&start), &format!("{kind} {safety} {start:?}"));
                     }
@@ -172,7 +172,7 @@ fn check(program: Program, preferences: &Arc<Preferences>, ranks: &mut Ranks) {
     }
 }
 
-/// How many starting states had which rank: a promise of nothing is easily kept.
+/// The numbers of starting states of rank 0, 1, and 2 or more. Rank 0 guarantees nothing.
 #[derive(Debug, Default)]
 struct Ranks(BTreeMap<(&'static str, &'static str), [usize; 3]>);
 
@@ -242,7 +242,7 @@ fn plays_on_random_models_keep_their_promise() {
 
 #[test]
 fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
-    // From 1 the play must go on to 2, where A can not be reached any more.
+    // From 1 the path must continue to 2, where A can not be reached any more.
     let text = "mdp module m x : [0..2] init 0; [stay] x=0 -> true; [go] x=0 -> 0.5: true + 0.5: (x'=1);\n\
         [on] x=1 -> (x'=2); endmodule";
     let none = SourceFile::new("constants", "");

@@ -1,4 +1,4 @@
-//! Facts about the preorder, the maximal sets and what a step is.
+//! Properties of the preorder, of the maximal sets and of steps.
 
 use meliora::model::preference::{
     Change, Comparison, Empty, History, ObjectiveSet, Preferences, Preorder, Relation, Statement,

@@ -35,7 +35,7 @@ pub(crate) fn bottom_components(chain: &[Vec<usize>], s: usize, absorbing: &Set)
     bottoms
 }
 
-/// All ways to fix one choice a state.
+/// All ways to fix one choice per state.
 fn memoryless(mdp: &Mdp) -> Vec<Vec<Vec<usize>>> {
     let mut chains: Vec<Vec<Vec<usize>>> = vec![Vec::new()];
     for choices in &mdp.0 {

@@ -27,7 +27,7 @@ fn state(index: usize) -> State {
     ((place / 5, place % 5), b, [8, 4, 2, 1].map(|bit| bits & bit != 0))
 }
 
-/// The neighbour of `to`, or where the robot came from if there is no such cell.
+/// Returns the neighbour of `to`, or `from` if that neighbour is outside the grid or an obstacle.
 fn resolve(from: Cell, to: Cell, (dr, dc): Cell) -> Cell {
     let cell = (to.0 + dr, to.1 + dc);
     let inside = (0..5).contains(&cell.0) && (0..5).contains(&cell.1);

@@ -164,7 +164,7 @@ fn check(case: &Case) {
     }
 }
 
-/// No state that a play can be in weakens what the safety promises to keep.
+/// Checks that no kept choice weakens the outcomes that the safety option protects.
 fn check_safety(case: &Case) {
     let engine = case.engine();
     let preferences = case.preferences(&engine, Empty::Bottom);

@@ -31,11 +31,11 @@ fn scope() -> impl Strategy<Value = Scope> {
     prop_oneof![Just(Scope::Reachable), Just(Scope::All)]
 }
 
-/// What a factored world is built from.
+/// The parts of a factored world.
 #[derive(Debug, Clone)]
 pub(crate) struct Factored {
     program: Vec<u16>,
-    /// Two predicates an objective, which holds where both do.
+    /// Two predicates per objective, which holds where both do.
     objectives: Vec<(Vec<u16>, Vec<u16>)>,
     statements: Vec<Statement>,
     scope: Scope,
@@ -64,7 +64,7 @@ impl Factored {
     }
 }
 
-/// What the world of a graph is built from.
+/// The parts of the world of a graph.
 #[derive(Debug, Clone)]
 pub(crate) struct Graph {
     /// For each node and choice the successors; a node without a choice is a sink.
@@ -73,7 +73,7 @@ pub(crate) struct Graph {
     targets: Vec<Vec<usize>>,
     statements: Vec<Statement>,
     scope: Scope,
-    /// A node is two variables: its number by this base.
+    /// A node is encoded in two variables, the digits of its number to this base.
     base: usize,
 }
 
@@ -152,7 +152,7 @@ impl Graph {
         [(VarId(0), (node / self.base) as i64), (VarId(1), (node % self.base) as i64)]
     }
 
-    /// A branch a successor, equally likely, and one to the next node that never happens.
+    /// One branch per successor, equally likely, and one to the next node that never happens.
     fn command(&self, pool: &mut ExprPool, number: usize, node: usize, successors: &[usize]) -> Command {
         let chance = 1.0 / successors.len() as f64;
         let never = [((node + 1) % self.nodes.len(), 0.0)];

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use meliora::dump::manifest::{Root, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, Manifest};
 
-use crate::forger::sealed;
+use crate::mutation::sealed;
 
 /// The members of a set. A state is its values in the order of the manifest; a choice has its number before them.
 pub(super) type Members = BTreeSet<Vec<i64>>;

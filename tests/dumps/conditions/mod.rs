@@ -1,5 +1,5 @@
 //! Tests in which one condition of `verify` fails alone. Each dump has one fault. All sets that follow from the
-//! fault are forged with it, so that a checker without the condition would accept the dump.
+//! fault are changed with it, so that a checker without the condition would accept the dump.
 
 mod draft;
 mod levels;

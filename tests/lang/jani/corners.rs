@@ -1,4 +1,4 @@
-//! One corner of the format a test: what the documents mean, state by state.
+//! Special cases of the format, one per test: the meaning of the documents, state by state.
 
 use meliora::model::{Program, State};
 use serde_json::{Value as Json, json};
@@ -10,7 +10,7 @@ fn successors(program: &Program, state: &[i64]) -> Vec<Vec<(State, f64)>> {
     program.steps(state).unwrap().into_iter().map(|s| s.successors).collect()
 }
 
-/// Where a state surely goes by its only choice.
+/// Returns the only successor of a state by its only choice.
 fn next(program: &Program, state: &[i64]) -> State {
     let all = successors(program, state);
     assert_eq!((all.len(), all[0].len()), (1, 1), "{all:?}");

@@ -1,4 +1,4 @@
-//! What is said of documents that are wrong, as people see it.
+//! Error messages for wrong documents, as users see them.
 
 use meliora::error::{Error, render};
 use serde_json::json;
@@ -13,7 +13,7 @@ fn rendered(text: &str, constants: &str) -> String {
     }
 }
 
-/// Compares with what is kept, without the source text in the file's head.
+/// Compares with the stored snapshot, without the source expression in the file's head.
 fn snapshot(name: &str, cases: &[String]) {
     let mut settings = insta::Settings::clone_current();
     settings.set_omit_expression(true);
@@ -171,7 +171,7 @@ proptest::proptest! {
             text.replace_range(from..to, PIECES.get(piece).copied().unwrap_or(&doubled));
         }
         proptest::prop_assert!(!rendered(&text, "").is_empty());
-        // What is accepted can be written in the modelling language, which reads it back.
+        // An accepted document can be written in the modelling language and read back.
         if let Ok(checked) = load_text(&text, "") {
             let flat = meliora::lang::flat(&checked.program).unwrap();
             let again = load_text(&flat, "");

@@ -1,4 +1,4 @@
-//! JANI models: what they mean, and what is said of those that mean nothing.
+//! JANI models: their meaning, and the error messages for documents that are not models.
 
 mod corners;
 mod errors;

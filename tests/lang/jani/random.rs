@@ -10,7 +10,7 @@ use super::write;
 use crate::brute::valuations;
 use crate::random_program::random_program;
 
-/// What may happen, whatever it is called; a fault as such.
+/// Returns the sorted successors of all choices without action names; none for an error.
 fn outcomes(steps: Result<Vec<Step>, StepError>) -> Option<Vec<Vec<(State, f64)>>> {
     let mut all: Vec<_> = steps.ok()?.into_iter().map(|s| s.successors).collect();
     all.sort_by(|a, b| format!("{a:?}").cmp(&format!("{b:?}")));

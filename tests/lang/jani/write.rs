@@ -1,4 +1,4 @@
-//! A flat program as a JANI document: one automaton a module, one vector a synchronisation.
+//! A flat program as a JANI document: one automaton per module, one vector per synchronisation.
 
 use meliora::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use meliora::model::value::{Type, Value};

@@ -1,4 +1,4 @@
-//! The forger over objectives that speak of whole plays.
+//! Mutation tests of dumps of objectives over whole paths.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Honest dumps, and what is made of dishonest ones.
+//! Unedited dumps, and the verdicts on edited ones.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,7 +21,7 @@ const HASHES: (&str, &str) = ("the model's", "the preferences'");
 /// The options that a manifest can name.
 pub(super) type Named = (String, String, Option<usize>, String);
 
-/// A model with its preferences, and the dumps that are honest.
+/// A model with its preferences and its unedited dumps.
 pub(super) struct Shop {
     model: Arc<SourceFile>,
     preferences: Arc<SourceFile>,
@@ -44,7 +44,7 @@ impl Shop {
         Ok((Arc::new(program), Arc::new(preferences)))
     }
 
-    /// What `export` writes, where need be with the bits in an order of their own.
+    /// Returns the dump that `export` writes, with the bits in the given order if there is one.
     fn export(
         &self,
         (scope, safety, max_level, constants): &Named,
@@ -75,7 +75,7 @@ impl Shop {
         self.honest[&named].as_ref()
     }
 
-    /// What `meliora verify` says of a directory: accepted, with what was read, or not.
+    /// Returns the dump in a directory if `meliora verify` accepts it.
     pub(super) fn verify(&self, directory: &Path) -> Option<Dump> {
         let dump = read_directory(directory, true, &NoProgress).ok()?;
         let (program, preferences) = self.program(&dump.manifest.given_constants()).ok()?;
@@ -85,7 +85,7 @@ impl Shop {
         verdict.violation.is_none().then_some(dump)
     }
 
-    /// Whether an accepted dump is the one that `export` writes for the options that it names.
+    /// Returns true if an accepted dump is the one that `export` writes for the options that it names.
     pub(super) fn is_harmless(&mut self, forged: &Dump) -> bool {
         let said = &forged.manifest;
         let named = (said.scope.clone(), said.safety.clone(), said.max_level, said.given_constants());
@@ -112,13 +112,13 @@ impl Shop {
     }
 }
 
-/// Whether two dumps have the same regions.
+/// Returns true if two dumps have the same regions.
 pub(crate) fn same_regions(a: &Dump, b: &Dump) -> bool {
     same_sets(a, b, |d| (&d.manifest.regions, &d.regions), &|_| false)
 }
 
-/// What shows that other sets are right may do so in more than one way: rounds, and what holds all
-/// states that win the level after the last one.
+/// Returns true for sets that only prove other sets and need not be unique: the rounds, and the supersets
+/// of the states that win the level after the last one.
 fn is_witness(honest: &Dump, name: &str) -> bool {
     let after_the_last = |level: &str| honest.manifest.regions.root(level).is_none();
     let level = name.split_once('@').map(|(level, _)| level);
@@ -139,7 +139,7 @@ fn safety_named(name: &str) -> Option<Safety> {
 
 type Part = for<'d> fn(&'d Dump) -> (&'d File, &'d Diagram);
 
-/// Whether the sets of one file are the same, those apart whose names are `free`.
+/// Returns true if the sets of one file are the same, except for those whose names are `free`.
 fn same_sets(honest: &Dump, forged: &Dump, part: Part, free: &dyn Fn(&str) -> bool) -> bool {
     let ((a, left), (b, right)) = (part(honest), part(forged));
     let bound = |file: &File| -> Vec<(String, RootKind, i32)> {
@@ -160,7 +160,7 @@ pub(super) fn edge(number: i32) -> Edge {
     Edge::new(i64::from(number)).unwrap()
 }
 
-/// Whether two functions of two diagrams are the same.
+/// Returns true if two functions of two diagrams are the same.
 fn same(a: &Diagram, x: Edge, b: &Diagram, y: Edge, known: &mut BTreeMap<(i32, i32), bool>) -> bool {
     if x.is_constant() || y.is_constant() {
         return x.number() == y.number();

@@ -1,4 +1,4 @@
-//! What a forger changes.
+//! The edits of the mutation tests.
 
 use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, Manifest, Node, directory};
@@ -39,7 +39,7 @@ pub(super) fn without(diagram: &mut Diagram, from: Edge, level: u32, bits: &[(&s
 /// An edit of a dump; false where there is nothing to edit.
 pub(super) type Edit = fn(&mut Dump, &mut ChaCha8Rng) -> bool;
 
-/// What a forger does before sizes, counts and hashes are made right again.
+/// The edits of a dump; sizes, counts and hashes are corrected afterwards.
 pub(super) const EDITS: &[(&str, Edit)] = &[
     ("a region is another one", |d, r| another(&mut d.manifest.regions, r)),
     ("a region is its complement", |d, r| changed(&mut d.manifest.regions, r, Edge::complement)),
@@ -319,8 +319,8 @@ fn cut(dump: &mut Dump, random: &mut ChaCha8Rng) -> bool {
     true
 }
 
-/// Changes one place of the manifest's text; sizes, counts and hashes stay what they were, or are what
-/// is changed.
+/// Changes one place of the manifest's text, which may be a size, a count or a hash. Nothing else is
+/// corrected.
 pub(super) fn field(manifest: &Manifest, random: &mut ChaCha8Rng) -> String {
     let mut json = serde_json::to_value(manifest).unwrap();
     let mut place = String::new();

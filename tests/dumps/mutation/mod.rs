@@ -1,6 +1,7 @@
-//! A forger who knows the format: sizes, counts and hashes are made right again after every edit, and
-//! only what the dump says is false. What gets past `verify` must be harmless by definition, that is,
-//! the very dump that `export` writes for the options it names, but for what says nothing (`docs/dumps.md`).
+//! Mutation tests: edited dumps that must be refused. Sizes, counts and hashes are corrected after every
+//! edit, so that only the contents of the dump are false. An edited dump that `verify` accepts must be
+//! harmless: equal to the dump that `export` writes for the options it names, except for parts without
+//! meaning (`docs/dumps.md`).
 
 mod edits;
 mod plays;
@@ -30,7 +31,7 @@ const PREFERENCES: &str = "objective A = F x=3; objective B = F (x=4 & b); objec
     objective D = F (x=1 & b); prefer C > B > A; prefer C > D;";
 const CONSTANTS: &str = "K=5,p=0.3,huge=1e16";
 
-/// How often a kind of edit was tried, refused, and harmless.
+/// The numbers of edits of one kind that were tried, refused, and harmless.
 #[derive(Default)]
 struct Tally {
     tried: usize,
@@ -64,7 +65,7 @@ impl Table {
         println!("| {:62} | {tried:5} | {refused:7} | {harmless:8} |", "all");
     }
 
-    /// Prints what was judged; what says nothing must never be refused.
+    /// Prints the table. Edits of parts without meaning must never be refused.
     fn close(&self) {
         self.print();
         for kind in HARMLESS {
@@ -129,8 +130,8 @@ fn nothing_false_gets_past_verify() {
     table.close();
 }
 
-/// How many dumps of changed models and preferences are refused under the manifest of the true ones, of
-/// how many; the others say the same.
+/// Returns two numbers: the refused dumps of changed models and preferences under the manifest of the true
+/// ones, and all such dumps. The accepted dumps must equal the true one.
 fn of_others(
     [model, preferences, constants]: [&str; 3],
     changes: &[(&str, &str)],
@@ -161,7 +162,7 @@ fn of_others(
     (refused, all)
 }
 
-/// Changes of the model and of the preferences, each with what it turns into what.
+/// Changes of the model and of the preferences: the replaced text and its replacement.
 const OTHERS: &[(&str, &str)] = &[
     ("init 2", "init 3"),
     ("[back] x>1 & b", "[back] x>2 & b"),
