@@ -286,7 +286,13 @@ fn each_recurrence_is_asked_for_again_when_another_one_loses_states() {
 #[test]
 fn brackets_of_arithmetic_stand_beside_temporal_formulas() {
     let model = "mdp module m s:[0..3] init 0; [] s<3 -> (s'=s+1); endmodule";
-    for formula in ["((s+1)*2=2) & (F s=3)", "((s+1)*2=2 & (F s=3))", "(2*(s+1)=2) & (X ((s+1)*(1+1)=4))"] {
+    for formula in [
+        "((s+1)*2=2) & (F s=3)",
+        "(s+1)*2=2 & (F s=3)",
+        "(F s=3) & (s+1)*2=2",
+        "((s+1)*2=2 & (F s=3))",
+        "(2*(s+1)=2) & (X ((s+1)*(1+1)=4))",
+    ] {
         let found = answers(load(model), formula, false).unwrap();
         assert_eq!(found, [["1"; 4], ["1"; 4]].map(|row| row.map(String::from)), "{formula}");
     }
@@ -296,10 +302,28 @@ fn brackets_of_arithmetic_stand_beside_temporal_formulas() {
 #[test]
 fn an_objective_may_be_called_as_a_variable_is() {
     let mut program = load("mdp module m s:[0..1] init 0; [] true -> (s'=1-s); endmodule");
-    let text = SourceFile::new("p", "objective s = G F s=1;");
+    let text = SourceFile::new("p", "objective s = G (s=0 => X s=1);");
     let preferences = Arc::new(lang::load_preferences(&text, &mut program).unwrap());
     let names: std::collections::BTreeSet<&String> = program.variables.iter().map(|v| &v.name).collect();
     assert_eq!(names.len(), program.variables.len(), "{names:?}");
     let (symbolic, explicit) = engines(program.clone());
     assert!(at_start(&symbolic, &program, &preferences) && at_start(&explicit, &program, &preferences));
+}
+
+/// Formulas that a random test could take for outside of the fragment: each must be answered.
+#[test]
+fn bounds_and_constants_have_their_meaning() {
+    let model = "mdp module m s:[0..3] init 0; [] s<3 -> (s'=s+1); endmodule";
+    for (formula, states) in [
+        ("F<=0 s=0", "1"),
+        ("G<=0 s=0", "1"),
+        ("(s<2) U[2,5] true", "1"),
+        ("!((s<2) U[2,5] true)", "3"),
+        ("((F s=3) & (G s>0)) | false", "3"),
+        ("((F s=0) | (G s>1)) & true", "3"),
+        ("!(((F s=3) & (G s>0)) | false)", "1"),
+    ] {
+        let found = answers(load(model), formula, false).unwrap();
+        assert_eq!(found, [[states; 4], [states; 4]].map(|row| row.map(String::from)), "{formula}");
+    }
 }
