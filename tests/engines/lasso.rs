@@ -9,6 +9,7 @@ use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::lang::ltl::{Monitoring, parse_formula};
 use meliora::model::Program;
+use meliora::model::expr::ExprId;
 use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Begin, Condition};
 use meliora::planning::temporal::regions;
@@ -157,11 +158,21 @@ fn lasso() -> impl Strategy<Value = Lasso> {
         .prop_map(|(letters, back, stuck)| Lasso { letters, back, stuck })
 }
 
-/// Pmax = 1, Pmax > 0, Pmin = 1, Pmin > 0 of a property, each as the number of states.
+/// Pmax = 1, Pmax > 0, Pmin = 1, Pmin > 0 of a property, each as the number of states of `start`.
 fn counts<E: Engine>(engine: &E, condition: &Condition, start: &E::States) -> [String; 4] {
     let found = regions(engine, condition).unwrap();
     [&found.pmax_one, &found.pmax_positive, &found.pmin_one, &found.pmin_positive]
         .map(|x| engine.count(&engine.intersection(x, start).unwrap()).unwrap().to_string())
+}
+
+/// The same in the initial state, or in all states: those in which monitors, if there are any, are fresh.
+fn judged<E: Engine>(engine: &E, condition: &Condition, fresh: Option<ExprId>, initial: bool) -> [String; 4] {
+    let start = match fresh {
+        _ if initial => engine.initial_states(),
+        Some(fresh) => engine.states_where(fresh).unwrap(),
+        None => engine.all_states(),
+    };
+    counts(engine, condition, &start)
 }
 
 /// The answers of both engines: in the initial state, or in all states. None where the formula is outside of the
@@ -171,8 +182,9 @@ fn answers(mut program: Program, formula: &str, initial: bool) -> Option<[[Strin
     let mut watching = Monitoring::new(&mut program);
     let condition = watching.watch(&source, &parse_formula(&source).unwrap(), "w").ok()?;
     watching.finish(Begin::Everywhere).unwrap();
+    let fresh = program.monitors.as_ref().map(|monitors| monitors.fresh);
     let (symbolic, explicit) = engines(program);
-    Some([judged_from(&*symbolic, &condition, initial), judged_from(&*explicit, &condition, initial)])
+    Some([judged(&*symbolic, &condition, fresh, initial), judged(&*explicit, &condition, fresh, initial)])
 }
 
 fn engines(program: Program) -> (Arc<SymbolicEngine>, Arc<ExplicitEngine>) {
@@ -180,31 +192,6 @@ fn engines(program: Program) -> (Arc<SymbolicEngine>, Arc<ExplicitEngine>) {
     let settings = Settings { memory: 16 << 20, ..Settings::default() };
     let symbolic = SymbolicEngine::new(Arc::clone(&program), settings.clone()).unwrap();
     (Arc::new(symbolic), Arc::new(ExplicitEngine::new(program, settings).unwrap()))
-}
-
-trait Observed: Engine {
-    fn observed(&self) -> &Program;
-}
-
-fn judged_from<E: Observed>(engine: &E, condition: &Condition, initial: bool) -> [String; 4] {
-    let start = match &engine.observed().monitors {
-        _ if initial => engine.initial_states(),
-        Some(monitors) => engine.states_where(monitors.fresh).unwrap(),
-        None => engine.all_states(),
-    };
-    counts(engine, condition, &start)
-}
-
-impl Observed for SymbolicEngine {
-    fn observed(&self) -> &Program {
-        self.program()
-    }
-}
-
-impl Observed for ExplicitEngine {
-    fn observed(&self) -> &Program {
-        self.program()
-    }
 }
 
 /// Returns for both engines whether an objective over whole paths is among the most preferred ones at the
