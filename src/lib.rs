@@ -66,8 +66,8 @@
 //! assert_eq!(one.result(), other.result());
 //!
 //! let start = model.state("s=0")?;
-//! assert_eq!(one.most_preferred(&start), ["First"]);
-//! assert_eq!(one.rank(Kind::Sasi, &start), Rank::Finite(1));
+//! assert_eq!(one.most_preferred(&start)?, ["First"]);
+//! assert_eq!(one.rank(Kind::Sasi, &start)?, Rank::Finite(1));
 //! assert_eq!(one.strategy(Kind::Sasi)?.permitted(&start)?, ["b", "c"]);
 //! # Ok(())
 //! # }

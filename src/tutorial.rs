@@ -130,8 +130,8 @@
 //! })?;
 //! // From one state, the start, one improvement is almost sure, and a second is impossible.
 //! assert_eq!(heard, ["SASI 1: 1", "SPI 1: 1"]);
-//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[0]), Rank::Finite(1));
-//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[3]), Rank::Finite(0));
+//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[0])?, Rank::Finite(1));
+//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[3])?, Rank::Finite(0));
 //! # Ok(())
 //! # }
 //! ```
@@ -204,7 +204,7 @@
 //! let rank = |safety: Safety| -> Result<Rank, Error> {
 //!     let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
 //!     analysis.run(&mut |_| ())?;
-//!     Ok(analysis.levels(Kind::Sasi).rank(&engine, &[0]))
+//!     analysis.levels(Kind::Sasi).rank(&engine, &[0])
 //! };
 //! assert_eq!(rank(Safety::Transition)?, Rank::Finite(1));
 //! assert_eq!(rank(Safety::Action)?, Rank::Finite(0));

@@ -301,7 +301,7 @@ impl Analysis {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let state = self.space.names.state(state)?;
         let names = self.look(py, |planning| {
-            Ok(planning.most_preferred(&state).into_iter().map(str::to_owned).collect::<Vec<_>>())
+            Ok(planning.most_preferred(&state)?.into_iter().map(str::to_owned).collect::<Vec<_>>())
         })?;
         PyTuple::new(py, names)
     }

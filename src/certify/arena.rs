@@ -98,7 +98,7 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
         let goal = engine.intersection(&class.better, &safe)?;
         let edge_labels = EdgeLabels { from: safe.clone(), goal, dropped: engine.no_states() };
         let start = engine.intersection(&class.states, &safe)?;
-        if !engine.is_empty(&start) {
+        if !engine.is_empty(&start)? {
             arenas.push(Arena {
                 reference: Some(class.name),
                 start,

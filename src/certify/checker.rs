@@ -58,7 +58,7 @@ impl<'a> Checker<'a> {
     /// Checks X ⊆ Y; a violation shows a state of X \ Y.
     pub(super) fn subset(&self, x: &StateSet, y: &StateSet, condition: impl FnOnce() -> String) -> Check {
         let bad = self.engine.difference(x, y)?;
-        if self.engine.is_empty(&bad) {
+        if self.engine.is_empty(&bad)? {
             return Ok(());
         }
         let example = self.engine.list_states(&bad, 1)?.pop();
@@ -134,7 +134,7 @@ impl<'a> Checker<'a> {
 
     /// Checks X ≠ ∅.
     fn some(&self, x: &StateSet, condition: impl FnOnce() -> String) -> Check {
-        if self.engine.is_empty(x) { Err(Stop::violated(condition(), None)) } else { Ok(()) }
+        if self.engine.is_empty(x)? { Err(Stop::violated(condition(), None)) } else { Ok(()) }
     }
 
     /// Checks the states and the enabled choices. All values are in range; the states are all

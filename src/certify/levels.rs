@@ -38,7 +38,7 @@ fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> Check<usiz
         let level = Level { kind, name: names::level(kind, k), entered, below };
         let states = checker.regions.states(&level.name)?;
         let condition = || format!("`{}` has a state, and fewer than the level below", level.name);
-        if checker.engine.is_empty(&states) || checker.engine.same(&states, &level.entered) && k > 1 {
+        if checker.engine.is_empty(&states)? || checker.engine.same(&states, &level.entered)? && k > 1 {
             return Err(Stop::violated(condition(), None));
         }
         checker.subset(&states, &level.entered, || {
@@ -70,7 +70,7 @@ fn ending(
 ) -> Check {
     let name = &unbounded.name;
     let states = checker.regions.states(name)?;
-    if !checker.engine.is_empty(&states) {
+    if !checker.engine.is_empty(&states)? {
         checker.equal(&states, &unbounded.entered, || format!("`{name}` is the last level"))?;
         return whole(checker, arenas, &unbounded, &states);
     }

@@ -113,10 +113,15 @@ fn most_preferred(checker: &Checker<'_>, sure: &[StateSet]) -> Check<Vec<Class>>
         for (without, states) in parts {
             let mut with = without.clone();
             with.insert(i);
-            split.push((with, engine.intersection(&states, &undominated)?));
-            split.push((without, engine.difference(&states, &undominated)?));
+            for part in [
+                (with, engine.intersection(&states, &undominated)?),
+                (without, engine.difference(&states, &undominated)?),
+            ] {
+                if !engine.is_empty(&part.1)? {
+                    split.push(part);
+                }
+            }
         }
-        split.retain(|(_, states)| !engine.is_empty(states));
         parts = split;
     }
     let named =

@@ -99,7 +99,7 @@ impl Kept {
             checker.subset(&saved, &engine.no_states(), condition)?;
             let moving = engine.sources(&safe)?;
             for mark in &self.again {
-                if engine.is_empty(&engine.intersection(mark, &moving)?) {
+                if engine.is_empty(&engine.intersection(mark, &moving)?)? {
                     return Ok(());
                 }
             }

@@ -124,7 +124,7 @@ fn state_by_state<E: Engine, F: Engine>(
         }
         for ((name, mine), (_, theirs)) in mine.iter().zip(&theirs) {
             let (mine, theirs) =
-                (left.engine().contains(mine, state), right.engine().contains(theirs, state));
+                (left.engine().contains(mine, state)?, right.engine().contains(theirs, state)?);
             if mine != theirs && tally.difference.is_none() {
                 let at = program.show_state(state);
                 tally.difference = Some(format!("{name} at {at}: symbolic {mine}, explicit {theirs}"));

@@ -183,8 +183,8 @@ impl<E: Engine> Run<'_, E> {
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
         let engine = self.analysis.engine();
         let rank = |kind| self.analysis.levels(kind).rank(engine, state);
-        let ranks = [rank(Kind::Sasi), rank(Kind::Spi)];
-        let memory = self.book.start(state);
+        let ranks = [rank(Kind::Sasi)?, rank(Kind::Spi)?];
+        let memory = self.book.start(state)?;
         let at = self.book.explain(state, memory)?;
         let kind = self.args.kind.into();
         let mut report = StateReport::new(program, preferences, kind, &at, ranks);

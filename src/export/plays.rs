@@ -67,7 +67,7 @@ fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<State
     let mut lost = engine.difference(&left, &temporal::allowed(engine, disjunct)?)?;
     let mut unchanged = 0;
     for mark in marks.iter().cycle() {
-        if !engine.is_empty(&lost) {
+        if !engine.is_empty(&lost)? {
             unchanged = 0;
             choices = engine.difference(&choices, &engine.entering(&choices, &lost)?)?;
             left = engine.difference(&left, &lost)?;

@@ -1,5 +1,6 @@
 //! The whole analysis, phase by phase; results remain available when a limit ends the work.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -266,15 +267,11 @@ impl<E: Engine> Analysis<E> {
     /// A limit of the engine is reached, or a command has no meaning in the state.
     pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
         let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
-        let most_preferred = match &self.classes {
-            Some(classes) => classes
-                .of(&*self.engine, state)
-                .map_or_else(ObjectiveSet::new, |c| classes.list[c].most_preferred.clone()),
-            None => ObjectiveSet::new(),
-        };
+        let classes = self.classes.as_ref();
         Ok(Prospects {
             state: state.to_vec(),
-            most_preferred,
+            most_preferred: classes
+                .map_or(Ok(ObjectiveSet::new()), |c| c.most_preferred(&*self.engine, state))?,
             sasi: self.plan(&self.sasi, state, &choices)?,
             spi: self.plan(&self.spi, state, &choices)?,
         })
@@ -297,13 +294,16 @@ impl<E: Engine> Analysis<E> {
         if levels.found.is_empty() && levels.end.is_none() {
             return Ok(None);
         }
-        let rank: Rank = levels.rank(&*self.engine, state);
+        let rank: Rank = levels.rank(&*self.engine, state)?;
         let mut actions = Vec::new();
         if let Some(level) = levels.level(rank) {
             let permitted =
                 strategy::permitted_at_start(&*self.engine, levels.kind, classes, improvement, level)?;
-            let allowed = choices.iter().filter(|(c, _)| self.engine.contains_choice(&permitted, state, c));
-            actions = allowed.map(|(_, name)| name.clone()).collect();
+            for (choice, name) in choices {
+                if self.engine.contains_choice(&permitted, state, choice)? {
+                    actions.push(name.clone());
+                }
+            }
         }
         Ok(Some(Plan { rank, actions }))
     }
@@ -362,9 +362,15 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     pub fn new(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Option<Self> {
         let levels = analysis.shared_levels(kind);
         levels.end.as_ref()?;
-        let lent = (analysis.engine.clone(), analysis.preferences.clone());
-        let (classes, improvement) = (analysis.classes.clone()?, analysis.improvement.clone()?);
-        Some(FiniteMemoryStrategy::of(lent, Arc::clone(program), classes, improvement, Arc::clone(levels)))
+        Some(FiniteMemoryStrategy {
+            engine: analysis.engine.clone(),
+            program: Arc::clone(program),
+            preferences: analysis.preferences.clone(),
+            classes: analysis.classes.clone()?,
+            improvement: analysis.improvement.clone()?,
+            levels: Arc::clone(levels),
+            strategies: BTreeMap::new(),
+        })
     }
 }
 

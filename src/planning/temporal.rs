@@ -56,13 +56,13 @@ pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
     let Region { mut states, mut choices } = engine.stay_within(&allowed, &engine.all_choices())?;
     let mut unchanged = 0;
     for mark in recurring.iter().cycle() {
-        if unchanged == recurring.len() || engine.is_empty(&states) {
+        if unchanged == recurring.len() || engine.is_empty(&states)? {
             break;
         }
         let here = engine.intersection(mark, &states)?;
         let reaching = engine.can_reach(&here, &choices, &[])?;
         let left = engine.intersection(&states, &reaching)?;
-        if engine.same(&left, &states) {
+        if engine.same(&left, &states)? {
             unchanged += 1;
             continue;
         }

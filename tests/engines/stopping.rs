@@ -137,7 +137,7 @@ fn everything<E: Engine>(
     analysis.run_phase(Phase::Spi, &mut |_| ())?;
     done("levels");
     let Some(mut book) = FiniteMemoryStrategy::new(&analysis, program, Kind::Sasi) else { return Ok(()) };
-    let memory = book.start(&[0, 0]);
+    let memory = book.start(&[0, 0]).unwrap();
     book.strategy(memory)?;
     done("strategy");
     book.explain(&[0, 0], memory)?;

@@ -48,14 +48,15 @@ impl<'a> Table<'a> {
     /// Creates the rules of `edge_labels`.
     ///
     /// # Errors
-    /// The memory limit is reached.
+    /// The memory limit is reached, or a set belongs to another engine.
     pub(super) fn new(engine: &ExplicitEngine, edge_labels: &'a [EdgeLabels<StateSet>]) -> Result<Self> {
         let mut entry = Array::filled(&engine.meter, engine.graph.states(), NOBODY)?;
         for (number, m) in edge_labels.iter().enumerate() {
-            m.from.0.iter().for_each(|s| entry[s] = number as u32);
+            engine.bits(&m.from)?.iter().for_each(|s| entry[s] = number as u32);
         }
-        let edge_labels = edge_labels.iter().map(|m| (m.goal.0.words(), m.dropped.0.words())).collect();
-        Ok(Table { entry, edge_labels })
+        let words = |x: &'a StateSet| engine.bits(x).map(BitSet::words);
+        let edge_labels = edge_labels.iter().map(|m| Ok((words(&m.goal)?, words(&m.dropped)?)));
+        Ok(Table { entry, edge_labels: edge_labels.collect::<Result<_>>()? })
     }
 }
 
