@@ -280,7 +280,7 @@ impl Analysis {
         let found = self.look(py, |planning| {
             let class = |class: &meliora::planning::Class<_>| {
                 let names = planning.preferences().names(&class.most_preferred);
-                let name = meliora::names::class(&meliora::names::members(&names));
+                let name = meliora::advanced::names::class(&meliora::advanced::names::members(&names));
                 let states = planning.region(&name).unwrap_or_else(|| planning.exploration().deadlocks());
                 (names.into_iter().map(str::to_owned).collect::<Vec<_>>(), states)
             };

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use meliora::embed::Exploration;
-use meliora::engine::symbolic::Order;
+use meliora::engine::Order;
 use meliora::planning::{Kind, Options, Scheduler};
 use meliora::{Safety, Scope, Settings, SourceFile, Storage};
 use pyo3::prelude::*;

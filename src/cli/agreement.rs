@@ -138,8 +138,8 @@ fn state_by_state<E: Engine, F: Engine>(
 mod tests {
     use std::sync::Arc;
 
+    use meliora::engine::ExplicitEngine;
     use meliora::engine::Settings;
-    use meliora::engine::explicit::ExplicitEngine;
     use meliora::error::SourceFile;
     use meliora::lang;
     use meliora::planning::Options;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use meliora::engine::symbolic::order;
+use meliora::advanced::symbolic::order;
 use meliora::engine::{Engine, Scope};
 use meliora::error::Error;
 use meliora::lang::flat::Flat;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use meliora::engine::Engine;
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::page::{Content, Picture, Play, Written};

@@ -50,7 +50,7 @@ pub(crate) fn keeping<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn entering_plainly<E: Engine>(
+pub(crate) fn plain_edges_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
     edge_labels: &[EdgeLabels<E::States>],
@@ -203,7 +203,7 @@ pub(super) fn remove_attractor<E: Engine>(
         let stuck = if edge_labels.is_empty() {
             withdraw(engine, &mut left, within, &lost, &is_simpler)?
         } else {
-            let gone = entering_plainly(engine, &left.choices, edge_labels, &lost)?;
+            let gone = plain_edges_into(engine, &left.choices, edge_labels, &lost)?;
             disallow(engine, &mut left.choices, &gone)?
         };
         lost = engine.intersection(&engine.difference(&stuck, won)?, &left.states)?;

@@ -5,20 +5,22 @@
 //! [`crate::planning`] use only these operations; iteration over states is not part of the
 //! interface.
 
-pub mod any;
-pub mod diagrams;
-pub mod edge_labels;
-pub mod explicit;
+pub(crate) mod any;
+mod diagrams;
+pub(crate) mod edge_labels;
+pub(crate) mod explicit;
 pub mod regions;
-pub mod symbolic;
+pub(crate) mod symbolic;
 
 use std::sync::Arc;
 
 pub use any::AnyEngine;
 pub use diagrams::Dumpable;
 pub use edge_labels::EdgeLabels;
+pub use explicit::ExplicitEngine;
 use num_bigint::BigUint;
 use serde::Serialize;
+pub use symbolic::{Order, SymbolicEngine};
 
 use crate::error::Result;
 use crate::model::State;

@@ -7,7 +7,7 @@ use super::Named;
 use super::layers::{backward, forward, layers, rounds};
 use super::plays::Secured;
 use super::regions::{class_name, numbered};
-use crate::engine::edge_labels::{entering_plainly, winning};
+use crate::engine::edge_labels::{plain_edges_into, winning};
 use crate::engine::symbolic::{StateSet, SymbolicEngine};
 use crate::engine::{Algebra, EdgeLabels, Engine};
 use crate::error::Result;
@@ -185,7 +185,7 @@ fn level_rounds(
     let mut lost = engine.difference(&engine.all_states(), before)?;
     let mut choices = arena.choices.clone();
     loop {
-        choices = engine.difference(&choices, &entering_plainly(engine, &choices, edge_labels, &lost)?)?;
+        choices = engine.difference(&choices, &plain_edges_into(engine, &choices, edge_labels, &lost)?)?;
         choices = engine.choices_in(&choices, &left)?;
         let seeds = engine.sources(&engine.intersection(&choices, &winning)?)?;
         let reaching = engine.can_reach(&seeds, &choices, edge_labels)?;

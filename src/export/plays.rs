@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::model::preference::{Goal, Preferences};
 use crate::model::temporal::Disjunct;
 use crate::names;
-use crate::planning::temporal::{self, Kept};
+use crate::planning::temporal::{self, AcceptingRegion};
 
 /// A disjunct of an objective, with its region.
 pub(super) struct Secured {
@@ -19,7 +19,7 @@ pub(super) struct Secured {
     pub(super) objective: usize,
     name: String,
     disjunct: Disjunct,
-    kept: Kept<SymbolicEngine>,
+    accepting: AcceptingRegion<SymbolicEngine>,
 }
 
 /// Computes the regions of all disjuncts of all objectives over whole paths.
@@ -29,8 +29,8 @@ pub(super) fn secured(engine: &SymbolicEngine, preferences: &Preferences) -> Res
         let Goal::Satisfy { condition, .. } = &asked.goal else { continue };
         // The parser refuses conditions that are too large.
         for (case, disjunct) in condition.disjuncts().unwrap_or_default().into_iter().enumerate() {
-            let kept = temporal::kept(engine, &disjunct)?;
-            all.push(Secured { objective, name: names::secured(&asked.name, case + 1), disjunct, kept });
+            let accepting = temporal::accepting_region(engine, &disjunct)?;
+            all.push(Secured { objective, name: names::secured(&asked.name, case + 1), disjunct, accepting });
         }
     }
     Ok(all)
@@ -39,14 +39,14 @@ pub(super) fn secured(engine: &SymbolicEngine, preferences: &Preferences) -> Res
 impl Secured {
     /// Adds the region, and its strategy: the choices that stay in the region.
     pub(super) fn regions(&self, named: &mut Vec<Named>) {
-        named.push(Named::states(&self.name, &self.kept.states));
-        named.push(Named::choices(names::strategy(&self.name), &self.kept.choices));
+        named.push(Named::states(&self.name, &self.accepting.states));
+        named.push(Named::choices(names::strategy(&self.name), &self.accepting.choices));
     }
 
     /// Adds layers towards each mark that recurs, and the rounds that remove all other states.
     pub(super) fn witnesses(&self, engine: &SymbolicEngine, named: &mut Vec<Named>) -> Result<()> {
-        for (index, here) in self.kept.again.iter().enumerate() {
-            let towards = backward(engine, here, &self.kept.choices)?;
+        for (index, here) in self.accepting.again.iter().enumerate() {
+            let towards = backward(engine, here, &self.accepting.choices)?;
             layers(named, &names::recurring(&self.name, index + 1), &towards);
         }
         rounds(named, &self.name, &lost_rounds(engine, &self.disjunct)?);

@@ -12,7 +12,7 @@ use crate::model::expr::ExprId;
 use crate::model::temporal::{Condition, Disjunct};
 
 /// The states from which a disjunct can be kept, with the choices and marks that prove it.
-pub struct Kept<E: Engine> {
+pub struct AcceptingRegion<E: Engine> {
     /// U_d, the states.
     pub states: E::States,
     /// The pairs of these states that stay in U_d.
@@ -49,7 +49,7 @@ pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> 
 ///
 /// # Errors
 /// A limit of the engine is reached, or a state formula has no value.
-pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
+pub fn accepting_region<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<AcceptingRegion<E>> {
     let allowed = allowed(engine, disjunct)?;
     let recurring =
         disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
@@ -70,20 +70,20 @@ pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
         Region { states, choices } = engine.stay_within(&left, &choices)?;
     }
     let again = recurring.iter().map(|mark| engine.intersection(mark, &states)).collect::<Result<_>>()?;
-    Ok(Kept { states, choices, again })
+    Ok(AcceptingRegion { states, choices, again })
 }
 
 /// Computes ⋃_d U_d, the states from which some disjunct can be kept. Reaching this set almost
 /// surely (or with positive probability) is equivalent to satisfying the condition almost surely
-/// (or with positive probability). Cost: that of [`kept`] per disjunct.
+/// (or with positive probability). Cost: that of [`accepting_region`] per disjunct.
 ///
 /// # Errors
-/// The errors of [`kept`].
+/// The errors of [`accepting_region`].
 pub fn secured<E: Engine>(engine: &E, condition: &Condition) -> Result<E::States> {
     let mut all = engine.no_states();
     // Conditions that are too large were refused by the reader.
     for disjunct in condition.disjuncts().unwrap_or_default() {
-        all = engine.union(&all, &kept(engine, &disjunct)?.states)?;
+        all = engine.union(&all, &accepting_region(engine, &disjunct)?.states)?;
     }
     Ok(all)
 }
@@ -92,7 +92,7 @@ pub fn secured<E: Engine>(engine: &E, condition: &Condition) -> Result<E::States
 /// negation, that of [`secured`], one backward fixpoint and one almost-sure fixpoint.
 ///
 /// # Errors
-/// The errors of [`kept`].
+/// The errors of [`accepting_region`].
 pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E::States>> {
     regions_by(engine, condition, |_, find| find())
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{Set, SymbolicEngine};
+use meliora::advanced::symbolic::Set;
+use meliora::engine::ExplicitEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, AnyEngine, EdgeLabels, Engine, Region, Settings, Storage};
 use meliora::error::{Error, Result, SourceFile};
 use meliora::lang;

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{Order, SymbolicEngine};
+use meliora::engine::ExplicitEngine;
 use meliora::engine::{EdgeLabels, Engine, ProgressSink, Region, Settings, regions};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Error, Limit, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;

@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{Order, SymbolicEngine};
+use meliora::engine::ExplicitEngine;
 use meliora::engine::{Engine, Scope, Settings};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Error, SourceFile};
 use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora::model::value::{EvalError, Type, Value};

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use std::collections::BTreeSet;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{Order, SymbolicEngine};
+use meliora::engine::ExplicitEngine;
 use meliora::engine::{Engine, Settings};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::model::preference::{Goal, Preferences};
 use meliora::planning::levels::{End, Level};
 use meliora::planning::strategy::{permitted_at_start, strategies};

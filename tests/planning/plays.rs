@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{Engine, Scope, Settings};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::Program;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::sync::Arc;
 
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;

@@ -119,7 +119,7 @@ impl ExplicitEngine {
 impl<R: Rules> AlmostSureSolver<'_, R> {
     /// Returns whether the edge is plain: only then does it matter whether `to` can win.
     #[inline]
-    fn leans(&self, from: u32, to: usize) -> bool {
+    fn is_plain(&self, from: u32, to: usize) -> bool {
         let from = from as usize;
         self.rules.keeps(from, to) && !self.rules.wins(from, to)
     }
@@ -174,7 +174,7 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
             self.engine.tick()?;
             for &choice in graph.of(state as usize) {
                 let owner = graph.owner(choice);
-                if test(self.choices.words(), choice as usize) && self.leans(owner, state as usize) {
+                if test(self.choices.words(), choice as usize) && self.is_plain(owner, state as usize) {
                     clear(self.choices.words_mut(), choice as usize);
                     self.detach(owner, choice, &mut detached)?;
                 }
@@ -187,7 +187,7 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
             next += 1;
             for &choice in graph.of(state) {
                 let owner = graph.owner(choice);
-                if self.by[owner as usize] == choice && self.leans(owner, state) {
+                if self.by[owner as usize] == choice && self.is_plain(owner, state) {
                     self.detach(owner, choice, &mut detached)?;
                 }
             }

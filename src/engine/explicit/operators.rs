@@ -190,7 +190,7 @@ impl Engine for ExplicitEngine {
     fn count_model_states(&self, x: &StateSet) -> Result<Option<Count>> {
         let x = self.bits(x)?;
         let Some(monitors) = &self.program.monitors else { return Ok(None) };
-        let mut met = ahash::AHashSet::new();
+        let mut seen = ahash::AHashSet::new();
         for state in x.iter() {
             self.tick()?;
             let mut code: Vec<u64> = Vec::new();
@@ -200,9 +200,9 @@ impl Engine for ExplicitEngine {
                 let value = self.layout.value(&code, variable.index());
                 field.add(&mut code, value, 0);
             }
-            met.insert(code);
+            seen.insert(code);
         }
-        Ok(Some(met.len().into()))
+        Ok(Some(seen.len().into()))
     }
 
     fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {
@@ -223,7 +223,7 @@ impl Engine for ExplicitEngine {
         }
         let ordered: Vec<usize> = match &self.space {
             Space::Every(_) => x.iter().take(limit).collect(),
-            Space::Met(index) => {
+            Space::Indexed(index) => {
                 let mut all: Vec<usize> = x.iter().collect();
                 // Codes compare as the values do.
                 if let Some(last) = limit.checked_sub(1).filter(|&last| last < all.len()) {
@@ -331,7 +331,7 @@ impl ExplicitEngine {
     #[inline]
     pub(super) fn with_code(&self, state: usize, read: impl FnOnce(&[u64])) {
         match &self.space {
-            Space::Met(index) => read(index.code(state)),
+            Space::Indexed(index) => read(index.code(state)),
             Space::Every(_) => read(&[state as u64]),
         }
     }

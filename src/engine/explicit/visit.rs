@@ -35,7 +35,7 @@ impl ExplicitEngine {
         match &self.space {
             Space::Every(_) => left.reverse(),
             // Codes compare as the values do.
-            Space::Met(index) => left.sort_unstable_by(|&a, &b| index.code(b).cmp(index.code(a))),
+            Space::Indexed(index) => left.sort_unstable_by(|&a, &b| index.code(b).cmp(index.code(a))),
         }
         Ok(Listing { left, _charge: charge })
     }
