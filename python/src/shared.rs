@@ -20,7 +20,7 @@ impl Shared {
     pub(crate) fn run(&self, teller: &Teller<'_>) -> Result<()> {
         let mut planning = lock(&self.planning);
         let objectives = planning.preferences().objectives.len();
-        for phase in Phase::ALL {
+        for &phase in Phase::ALL {
             let found = {
                 let known = lock(&self.known).objectives.len();
                 let mut hear = |event: Event<'_>| self.hear(event, teller, known, objectives);

@@ -56,7 +56,7 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
     }
     let (model, preferences) = (args.model.path(), args.preferences.path());
     let safety = args.preferences.safety.name();
-    let report = CompareReport::new(&model, &preferences, args.model.scope.into(), safety);
+    let report = CompareReport::new(&model, &preferences, args.model.scope, safety);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -97,7 +97,7 @@ fn analyse<E: Engine>(
     analysis: &mut Analysis<E>,
 ) -> Result<(), Error> {
     let mut time = CheckTime { build: Some(built), ..CheckTime::default() };
-    phases::run(analysis, &Phase::ALL, &job.watch, &mut |event| phases::note(&mut time, event))?;
+    phases::run(analysis, Phase::ALL, &job.watch, &mut |event| phases::note(&mut time, event))?;
     let parts = [time.build, time.outcomes, time.improvement, time.sasi, time.spi];
     time.total = parts.into_iter().flatten().sum();
     let usage = analysis.engine().usage();

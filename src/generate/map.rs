@@ -57,6 +57,8 @@ struct Legend {
     start: bool,
 }
 
+const EMPTY: &str = "expected one of bottom, gain, incomparable";
+
 struct Reader<'a> {
     source: &'a SourceFile,
 }
@@ -169,10 +171,8 @@ impl<'a> Reader<'a> {
                     .or_else(|message| wrong(whole(line), message, ""))
             }
             "empty" => {
-                match arguments {
-                    [word] if Empty::named(word.text).is_some() => map.empty = Empty::named(word.text),
-                    _ => return wrong(whole(line), "expected one of bottom, gain, incomparable", ""),
-                }
+                let [word] = arguments else { return wrong(whole(line), EMPTY, "") };
+                map.empty = Some(word.text.parse().or_else(|_| wrong(whole(line), EMPTY, ""))?);
                 Ok(())
             }
             other => wrong(

@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use strum::{EnumString, IntoStaticStr};
+
 /// A direction. North is one row up: row 0 is the southernmost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, EnumString, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Direction {
     /// One row up.
     North,
@@ -21,22 +24,12 @@ impl Direction {
 
     /// Returns its name, which is also the name of the action.
     pub fn name(self) -> &'static str {
-        match self {
-            Direction::North => "north",
-            Direction::South => "south",
-            Direction::East => "east",
-            Direction::West => "west",
-        }
+        self.into()
     }
 
     /// Returns its initial as a capital letter.
     pub fn letter(self) -> char {
-        match self {
-            Direction::North => 'N',
-            Direction::South => 'S',
-            Direction::East => 'E',
-            Direction::West => 'W',
-        }
+        char::from(self.name().as_bytes()[0].to_ascii_uppercase())
     }
 
     /// Returns the change of row and column.
