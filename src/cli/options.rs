@@ -59,7 +59,7 @@ pub(super) struct ModelArgs {
 
     /// The number of instances of a sweep that share the memory
     #[arg(long, hide = true, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-    beside: u64,
+    sharing: u64,
 }
 
 impl ModelArgs {
@@ -70,7 +70,7 @@ impl ModelArgs {
 
     /// Returns the memory limit of the engine, in bytes.
     pub(super) fn memory(&self) -> u64 {
-        self.memory.unwrap_or_else(size::default_memory) / self.beside
+        self.memory.unwrap_or_else(size::default_memory) / self.sharing
     }
 
     /// Returns the number of threads for the symbolic engine.
