@@ -368,11 +368,6 @@ impl Analysis {
         self.draw(py, Drawing::Html, grid)
     }
 
-    /// Returns the report as Markdown.
-    fn to_markdown(&self, py: Python<'_>) -> PyResult<String> {
-        self.draw(py, Drawing::Markdown, None)
-    }
-
     /// Returns a picture as SVG: "hasse" is the preference order; "sasi", "spi" and "classes" are
     /// maps, which need the symbolic engine. `grid` as in `to_html`.
     #[pyo3(signature = (picture="hasse", grid=None))]

@@ -1,4 +1,4 @@
-//! `meliora report`: the results of `check` as an interactive page, a picture or Markdown.
+//! `meliora report`: the results of `check` as an interactive page or a picture.
 
 use std::path::{Path, PathBuf};
 
@@ -44,7 +44,7 @@ pub(super) struct ReportArgs {
     #[arg(short, long, value_name = "FILE", required_if_eq("json", "true"))]
     out: Option<PathBuf>,
 
-    /// html: the page; svg: one picture; dot: the preference order; md: Markdown
+    /// html: the page; svg: one picture; dot: the preference order
     #[arg(long, value_enum, default_value_t)]
     format: FormatArg,
 
@@ -92,7 +92,6 @@ enum FormatArg {
     Html,
     Svg,
     Dot,
-    Md,
 }
 
 impl FormatArg {
@@ -101,7 +100,6 @@ impl FormatArg {
             FormatArg::Html => "html",
             FormatArg::Svg => "svg",
             FormatArg::Dot => "dot",
-            FormatArg::Md => "md",
         }
     }
 }
@@ -262,7 +260,6 @@ impl Run<'_> {
         let content = Content { check: &check, program, preferences, projections, play };
         match self.args.format {
             FormatArg::Html => Ok(content.html()),
-            FormatArg::Md => Ok(content.markdown()),
             FormatArg::Dot => Ok(content.dot()),
             FormatArg::Svg => {
                 let without = if projections.is_some() { PictureArg::Sasi } else { PictureArg::Hasse };

@@ -21,8 +21,6 @@ pub enum Drawing {
     /// A page that loads nothing from elsewhere, with maps, levels, the preference order and all
     /// tables.
     Html,
-    /// A page with the same content but no interactive maps, as Markdown.
-    Markdown,
     /// One picture, as SVG.
     Svg(Picture),
     /// The preference order in the language DOT.
@@ -77,7 +75,6 @@ impl Planning {
             Content { check: &check, program, preferences, projections: projections.as_ref(), play: None };
         match drawing {
             Drawing::Html => Ok(content.html()),
-            Drawing::Markdown => Ok(content.markdown()),
             Drawing::Dot => Ok(content.dot()),
             Drawing::Svg(picture) => content.svg(picture).ok_or_else(|| {
                 Error::Usage(

@@ -1,4 +1,4 @@
-//! The report as a page, as single pictures, or as Markdown.
+//! The report as a page, or as single pictures.
 //!
 //! The page is one file that loads nothing else. It contains the regions as a decision diagram, and
 //! its script evaluates them when a slider moves. Without the script everything but the sliders
@@ -11,7 +11,6 @@ mod html;
 mod layered;
 mod letters;
 mod map;
-mod markdown;
 mod paint;
 mod palette;
 mod report;
@@ -99,11 +98,6 @@ impl Content<'_> {
     /// Renders the page.
     pub fn html(&self) -> String {
         html::page(self)
-    }
-
-    /// Renders the report as Markdown.
-    pub fn markdown(&self) -> String {
-        markdown::render(self)
     }
 
     /// Renders a picture as SVG; returns `None` if it needs a plane and there is none.

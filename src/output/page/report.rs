@@ -37,7 +37,7 @@ pub struct PageReport {
 pub struct Written {
     /// The path.
     pub path: String,
-    /// `html`, `svg`, `dot` or `md`.
+    /// `html`, `svg` or `dot`.
     pub format: &'static str,
     /// The size in bytes.
     pub bytes: u64,
