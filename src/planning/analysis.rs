@@ -14,8 +14,9 @@ use super::winning_regions::WinningRegions;
 use super::{strategy, temporal};
 use crate::engine::{Count, Engine};
 use crate::error::{Error, Result};
-use crate::model::preference::{Goal, Objective, ObjectiveSet, Preferences};
+use crate::model::preference::{Goal, Objective, Preferences};
 use crate::model::step::Choice;
+use crate::model::valuation::Valuation;
 use crate::model::{Program, State, fault};
 
 /// The options of an analysis.
@@ -87,6 +88,21 @@ pub enum Event<'a> {
     /// A phase is complete, with its duration by [`crate::progress::ProgressSink::clock`]. A phase
     /// that a limit ends has no such event.
     Finished(Phase, Duration),
+}
+
+impl AnalysisResult {
+    /// Adds the counts of an event.
+    pub fn add(&mut self, event: Event<'_>) {
+        match event {
+            Event::Objective(counts) => {
+                self.objectives.push(counts.clone());
+                self.objectives.sort_by_key(|o| o.objective);
+            }
+            Event::Level(Kind::Sasi, _, count) => self.sasi.levels.push(count.clone()),
+            Event::Level(Kind::Spi, _, count) => self.spi.levels.push(count.clone()),
+            Event::Started(_) | Event::Finished(..) => {}
+        }
+    }
 }
 
 /// The winning regions, classes, improvement MDP and levels of one model under one preference file.
@@ -186,9 +202,9 @@ impl<E: Engine> Analysis<E> {
             self.outcomes = Some(WinningRegions::new(&*self.engine, targets)?);
         }
         while let Some(counts) = self.next_outcome()? {
-            listener(Event::Objective(&counts));
-            self.result.objectives.push(counts);
-            self.result.objectives.sort_by_key(|o| o.objective);
+            let event = Event::Objective(&counts);
+            listener(event);
+            self.result.add(event);
         }
         let Some(almost_sure) = self.outcomes.as_ref().and_then(WinningRegions::almost_sure) else {
             return Ok(());
@@ -196,7 +212,7 @@ impl<E: Engine> Analysis<E> {
         let classes = Classes::new(&*self.engine, &self.preferences, &almost_sure)?;
         let count = |c: &super::Class<E>| {
             let states = self.engine.count(&c.states)?;
-            Ok(ClassCount { most_preferred: c.most_preferred.clone(), states })
+            Ok(ClassCount { most_preferred: self.preferences.owned_names(&c.most_preferred), states })
         };
         self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
         self.classes = Some(Arc::new(classes));
@@ -215,9 +231,12 @@ impl<E: Engine> Analysis<E> {
         };
         let Some(objective) = next else { return Ok(None) };
         let Some(outcome) = outcomes.get(objective) else { return Ok(None) };
+        let declared = &self.preferences.objectives[objective];
         Ok(Some(ObjectiveCounts {
             objective,
+            name: declared.name.clone(),
             target: self.engine.count(&outcome.target)?,
+            observer: declared.monitor(),
             almost_sure: self.engine.count(&outcome.almost_sure)?,
             positive: self.engine.count(&outcome.positive)?,
         }))
@@ -269,11 +288,12 @@ impl<E: Engine> Analysis<E> {
         let most_preferred = match &self.classes {
             Some(classes) => classes
                 .of(&*self.engine, state)
-                .map_or_else(ObjectiveSet::new, |c| classes.list[c].most_preferred.clone()),
-            None => ObjectiveSet::new(),
+                .map_or_else(Vec::new, |c| self.preferences.owned_names(&classes.list[c].most_preferred)),
+            None => Vec::new(),
         };
         Ok(Prospects {
             state: state.to_vec(),
+            values: Valuation::of(program, state),
             most_preferred,
             sasi: self.plan(&self.sasi, state, &choices)?,
             spi: self.plan(&self.spi, state, &choices)?,

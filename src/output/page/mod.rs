@@ -18,8 +18,8 @@ mod words;
 
 pub use report::{PageReport, Written};
 
+use super::CheckReport;
 use super::simulate::TraceReport;
-use super::{CheckReport, Number};
 use crate::model::preference::{Outline, Preferences};
 use crate::model::{Program, State};
 use crate::planning::simulate::PlayEnd;
@@ -116,10 +116,9 @@ impl Content<'_> {
 
     /// Returns the preference order with the names and sizes in its picture.
     fn order(&self) -> hasse::Order {
-        let sure = |i: &usize| self.check.objectives.get(*i).map(|o| o.almost_sure.clone());
+        let sure = |i: &usize| self.check.result.objectives.get(*i).map(|o| &o.almost_sure);
         let note = |group: &[usize]| {
-            let sure: Vec<Number> = group.iter().filter_map(sure).collect();
-            sure.iter().max().map(|n| format!("sure in {}", words::short(n)))
+            group.iter().filter_map(sure).max().map(|n| format!("sure in {}", words::short(n)))
         };
         let names: Vec<&str> = self.preferences.objectives.iter().map(|o| o.name.as_str()).collect();
         hasse::Order::new(&self.preferences.order, self.preferences.empty, &names, note)
