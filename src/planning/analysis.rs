@@ -10,6 +10,7 @@ use super::levels::{End, Kind, Levels, Rank};
 use super::result::{
     AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
+use super::temporal::Kept;
 use super::winning_regions::WinningRegions;
 use super::{strategy, temporal};
 use crate::engine::{Count, Engine};
@@ -111,6 +112,7 @@ pub struct Analysis<E: Engine> {
     preferences: Arc<Preferences>,
     options: Options,
     outcomes: Option<WinningRegions<E>>,
+    kept: Vec<Vec<Kept<E>>>,
     // Shared with the strategies that are created from them.
     classes: Option<Arc<Classes<E>>>,
     improvement: Option<Arc<Improvement<E>>>,
@@ -127,6 +129,7 @@ impl<E: Engine> Analysis<E> {
             preferences: Arc::clone(preferences),
             options,
             outcomes: None,
+            kept: Vec::new(),
             classes: None,
             improvement: None,
             sasi: Arc::new(Levels::new(Kind::Sasi)),
@@ -193,13 +196,18 @@ impl<E: Engine> Analysis<E> {
     fn run_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.outcomes.is_none() {
             let target = |o: &Objective| match &o.goal {
-                Goal::Reach(target) => self.engine.states_where(*target),
+                Goal::Reach(target) => Ok((self.engine.states_where(*target)?, Vec::new())),
                 // A formula can be satisfied from a state where a disjunct can be kept, so these
                 // states are the target.
-                Goal::Satisfy { condition, .. } => temporal::secured(&*self.engine, condition),
+                Goal::Satisfy { condition, .. } => {
+                    let kept = temporal::all_kept(&*self.engine, condition)?;
+                    Ok((temporal::secured(&*self.engine, &kept)?, kept))
+                }
             };
             let targets = self.preferences.objectives.iter().map(target).collect::<Result<Vec<_>>>()?;
+            let (targets, kept) = targets.into_iter().unzip();
             self.outcomes = Some(WinningRegions::new(&*self.engine, targets)?);
+            self.kept = kept;
         }
         while let Some(counts) = self.next_outcome()? {
             let event = Event::Objective(&counts);
@@ -351,6 +359,12 @@ impl<E: Engine> Analysis<E> {
     /// Returns the winning regions of the objectives, once their computation has begun.
     pub fn outcomes(&self) -> Option<&WinningRegions<E>> {
         self.outcomes.as_ref()
+    }
+
+    /// Returns the sets behind the target of a temporal objective, one per disjunct; empty for
+    /// other objectives, and before their computation.
+    pub fn kept(&self, objective: usize) -> &[Kept<E>] {
+        self.kept.get(objective).map_or(&[], Vec::as_slice)
     }
 
     /// Returns the classes, once known.
