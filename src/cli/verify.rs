@@ -50,7 +50,7 @@ pub(super) struct VerifyArgs {
 /// # Errors
 /// The dump or the input is wrong, or a limit is hit.
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
-    let report = VerifyReport::new(&args.directory.display().to_string());
+    let report = VerifyReport::of_directory(&args.directory.display().to_string());
     let (timeout, shown) = (args.limits.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }

@@ -6,10 +6,13 @@
 
 use strum::{Display, EnumString, IntoStaticStr, VariantArray};
 
+use serde::Serialize;
+
 use super::classes::{Class, Classes};
 use crate::engine::edge_labels::{dropped, grouped, pairs_into};
 use crate::engine::{Count, EdgeLabels, Engine, Region};
 use crate::error::Result;
+use crate::model::valuation::decimal;
 
 /// The safety mode, which selects the kept choices: `--safety`.
 #[derive(
@@ -53,13 +56,16 @@ pub struct Arena<E: Engine> {
 }
 
 /// The size of the improvement MDP.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Sizes {
     /// |V| = 2 |S|
+    #[serde(serialize_with = "decimal")]
     pub states: Count,
     /// The kept transitions over V: twice those over S.
+    #[serde(serialize_with = "decimal")]
     pub transitions: Count,
     /// The dropped transitions over S.
+    #[serde(serialize_with = "decimal")]
     pub dropped: Count,
 }
 
