@@ -279,7 +279,7 @@ impl Analysis {
         let found = self.look(py, |planning| {
             let class = |class: &meliora::planning::Class<_>| {
                 let names = planning.preferences().names(&class.most_preferred);
-                let name = meliora::names::class(&meliora::names::members(&names));
+                let name = meliora::advanced::names::class(&meliora::advanced::names::members(&names));
                 let states = planning.region(&name).unwrap_or_else(|| planning.exploration().deadlocks());
                 (names.into_iter().map(str::to_owned).collect::<Vec<_>>(), states)
             };
@@ -300,7 +300,7 @@ impl Analysis {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let state = self.space.names.state(state)?;
         let names = self.look(py, |planning| {
-            Ok(planning.most_preferred(&state).into_iter().map(str::to_owned).collect::<Vec<_>>())
+            Ok(planning.most_preferred(&state)?.into_iter().map(str::to_owned).collect::<Vec<_>>())
         })?;
         PyTuple::new(py, names)
     }

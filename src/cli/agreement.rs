@@ -123,7 +123,7 @@ fn state_by_state<E: Engine, F: Engine>(
         }
         for ((name, mine), (_, theirs)) in mine.iter().zip(&theirs) {
             let (mine, theirs) =
-                (left.engine().contains(mine, state), right.engine().contains(theirs, state));
+                (left.engine().contains(mine, state)?, right.engine().contains(theirs, state)?);
             if mine != theirs && tally.difference.is_none() {
                 let at = program.show_state(state);
                 tally.difference = Some(format!("{name} at {at}: symbolic {mine}, explicit {theirs}"));
@@ -137,8 +137,8 @@ fn state_by_state<E: Engine, F: Engine>(
 mod tests {
     use std::sync::Arc;
 
+    use meliora::engine::ExplicitEngine;
     use meliora::engine::Settings;
-    use meliora::engine::explicit::ExplicitEngine;
     use meliora::error::SourceFile;
     use meliora::lang;
     use meliora::planning::Options;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use meliora::advanced::symbolic::order;
 use meliora::engine::Engine;
-use meliora::engine::symbolic::order;
 use meliora::error::Error;
 use meliora::lang::flat::Flat;
 use meliora::model::Program;

@@ -172,7 +172,7 @@ fn answer<E: Engine>(
         };
         let truth = |asks: (Strategies, Bound)| {
             let satisfying = satisfying(engine, asks, found)?;
-            Ok::<_, Error>(engine.is_empty(&engine.difference(&initial, &satisfying)?))
+            engine.is_empty(&engine.difference(&initial, &satisfying)?)
         };
         let holds = asking.property.map(truth).transpose()?;
         job.update(|r| {

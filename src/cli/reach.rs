@@ -181,8 +181,8 @@ impl<E: Engine> Search<'_, E> {
         let initial = self.engine.initial_states();
         let inside = self.engine.intersection(&initial, states)?;
         Ok(match () {
-            () if self.engine.same(&inside, &initial) => Share::All,
-            () if self.engine.is_empty(&inside) => Share::None,
+            () if self.engine.same(&inside, &initial)? => Share::All,
+            () if self.engine.is_empty(&inside)? => Share::None,
             () => Share::Some,
         })
     }

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use meliora::engine::symbolic::SymbolicEngine;
-use meliora::engine::{Engine, Storage};
+use meliora::engine::{Engine, Storage, SymbolicEngine};
 use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::page::{Content, Picture, Play, Written};
@@ -237,13 +236,14 @@ impl Run<'_> {
     /// Simulates a run from a state; returns `None` if nothing can be improved.
     fn play(&self, start: &State) -> Result<Option<Play>, Error> {
         let engine = self.analysis.engine();
-        let improves = |kind| self.analysis.levels(kind).rank(engine, start) != Rank::Finite(0);
+        let improves =
+            |kind| Ok::<_, Error>(self.analysis.levels(kind).rank(engine, start)? != Rank::Finite(0));
         let kind = match self.args.kind {
             Some(kind) => kind,
-            None if improves(Kind::Sasi) => Kind::Sasi,
+            None if improves(Kind::Sasi)? => Kind::Sasi,
             None => Kind::Spi,
         };
-        if !improves(kind) {
+        if !improves(kind)? {
             return Ok(None);
         }
         let program = &self.question.program;

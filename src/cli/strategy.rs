@@ -177,9 +177,9 @@ impl<'a, E: Engine> Run<'a, E> {
     }
 
     fn state(&mut self, state: &[i64]) -> Result<StateReport<'a>, Error> {
-        let ranks = [Kind::Sasi, Kind::Spi]
-            .map(|kind| self.analysis.levels(kind).rank(self.analysis.engine(), state));
-        let memory = self.book.start(state);
+        let rank = |kind| self.analysis.levels(kind).rank(self.analysis.engine(), state);
+        let ranks = [rank(Kind::Sasi)?, rank(Kind::Spi)?];
+        let memory = self.book.start(state)?;
         let at = self.book.explain(state, memory)?;
         // In a list of states, the induced model is left out.
         let mut course = None;

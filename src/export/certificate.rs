@@ -6,7 +6,7 @@
 use super::layers::{backward, forward, layers, rounds};
 use super::regions::{class_name, numbered};
 use super::{Named, plays};
-use crate::engine::edge_labels::{leaning, winning};
+use crate::engine::edge_labels::{plain_edges_into, winning};
 use crate::engine::symbolic::{StateSet, SymbolicEngine};
 use crate::engine::{Algebra, EdgeLabels, Engine};
 use crate::error::Result;
@@ -66,7 +66,7 @@ fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSe
     loop {
         let reaching = engine.can_reach(target, &choices, &Vec::new())?;
         let lost = engine.difference(&left, &reaching)?;
-        if engine.is_empty(&lost) {
+        if engine.is_empty(&lost)? {
             return Ok(rounds);
         }
         choices = engine.difference(&choices, &engine.entering(&choices, &lost)?)?;
@@ -83,7 +83,10 @@ fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Name
         let mut lost = vec![class.worse.clone()];
         let mut left = engine.difference(&engine.all_states(), &class.worse)?;
         let mut choices = engine.all_choices();
-        while let Some(last) = lost.last().filter(|&last| !engine.is_empty(last)) {
+        while let Some(last) = lost.last() {
+            if engine.is_empty(last)? {
+                break;
+            }
             choices = engine.difference(&choices, &engine.entering(&choices, last)?)?;
             let next = engine.difference(&left, &engine.sources(&choices)?)?;
             left = engine.difference(&left, &next)?;
@@ -181,12 +184,12 @@ fn level_rounds(
     let mut lost = engine.difference(&engine.all_states(), before)?;
     let mut choices = arena.choices.clone();
     loop {
-        choices = engine.difference(&choices, &leaning(engine, &choices, edge_labels, &lost)?)?;
+        choices = engine.difference(&choices, &plain_edges_into(engine, &choices, edge_labels, &lost)?)?;
         choices = engine.choices_in(&choices, &left)?;
         let seeds = engine.sources(&engine.intersection(&choices, &winning)?)?;
         let reaching = engine.can_reach(&seeds, &choices, edge_labels)?;
         lost = engine.difference(&left, &reaching)?;
-        if engine.is_empty(&lost) {
+        if engine.is_empty(&lost)? {
             return Ok(rounds);
         }
         left = engine.difference(&left, &lost)?;

@@ -11,9 +11,9 @@ use crate::error::Result;
 use crate::model::temporal::Disjunct;
 use crate::names;
 use crate::planning::Analysis;
-use crate::planning::temporal::{self, Kept};
+use crate::planning::temporal::{self, AcceptingRegion};
 
-type Sets = Kept<SymbolicEngine>;
+type Sets = AcceptingRegion<SymbolicEngine>;
 
 /// Returns the regions of an objective with their names: U_d for each disjunct d, from 1.
 fn named<'a>(
@@ -21,13 +21,15 @@ fn named<'a>(
     objective: usize,
 ) -> impl Iterator<Item = (String, &'a Sets)> {
     let name = &analysis.preferences().objectives[objective].name;
-    (1..).zip(analysis.kept(objective)).map(|(case, kept)| (names::secured(name, case), kept))
+    (1..)
+        .zip(analysis.accepting_regions(objective))
+        .map(|(case, region)| (names::secured(name, case), region))
 }
 
 /// Returns the regions of an objective, each with its strategy: the choices that stay in it.
 pub(super) fn regions(analysis: &Analysis<SymbolicEngine>, objective: usize) -> Vec<Named> {
-    let both = |(name, kept): (String, &Sets)| {
-        [Named::states(&name, &kept.states), Named::choices(names::strategy(&name), &kept.choices)]
+    let both = |(name, region): (String, &Sets)| {
+        [Named::states(&name, &region.states), Named::choices(names::strategy(&name), &region.choices)]
     };
     named(analysis, objective).flat_map(both).collect()
 }
@@ -40,12 +42,12 @@ pub(super) fn witnesses(
     objective: usize,
     all: &mut Vec<Named>,
 ) -> Result<()> {
-    for (name, kept) in named(analysis, objective) {
-        for (index, here) in kept.again.iter().enumerate() {
-            let towards = backward(engine, here, &kept.choices)?;
+    for (name, region) in named(analysis, objective) {
+        for (index, here) in region.again.iter().enumerate() {
+            let towards = backward(engine, here, &region.choices)?;
             layers(all, &names::recurring(&name, index + 1), &towards);
         }
-        rounds(all, &name, &lost_rounds(engine, &kept.disjunct)?);
+        rounds(all, &name, &lost_rounds(engine, &region.disjunct)?);
     }
     Ok(())
 }
@@ -63,7 +65,7 @@ fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<State
     let mut lost = engine.difference(&left, &temporal::allowed(engine, disjunct)?)?;
     let mut unchanged = 0;
     for mark in marks.iter().cycle() {
-        if !engine.is_empty(&lost) {
+        if !engine.is_empty(&lost)? {
             unchanged = 0;
             choices = engine.difference(&choices, &engine.entering(&choices, &lost)?)?;
             left = engine.difference(&left, &lost)?;

@@ -77,7 +77,7 @@ impl From<&Error> for Failure {
     fn from(error: &Error) -> Self {
         let mut failure = match error {
             Error::Limit(_) => Failure::new(FailureKind::Resource, error.to_string()),
-            Error::Usage(_) => Failure::new(FailureKind::Usage, error.to_string()),
+            Error::Usage(_) | Error::ForeignSet => Failure::new(FailureKind::Usage, error.to_string()),
             Error::Input(_) | Error::Dump { .. } | Error::Io { .. } => {
                 Failure::new(FailureKind::Input, error.to_string())
             }
@@ -98,7 +98,7 @@ impl From<&Error> for Failure {
             }
             Error::Io { path, .. } => failure.file = Some(path.clone()),
             Error::Limit(limit) => failure.interrupted = *limit == Limit::Interrupted,
-            Error::Usage(_) => {}
+            Error::Usage(_) | Error::ForeignSet => {}
         }
         failure
     }

@@ -1,5 +1,6 @@
 //! The whole analysis, phase by phase; results remain available when a limit ends the work.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -109,7 +110,7 @@ pub struct Analysis<E: Engine> {
     preferences: Arc<Preferences>,
     options: Options,
     outcomes: Option<WinningRegions<E>>,
-    kept: Vec<Vec<Kept<E>>>,
+    accepting: Vec<Vec<AcceptingRegion<E>>>,
     // Shared with the strategies that are created from them.
     classes: Option<Arc<Classes<E>>>,
     improvement: Option<Arc<Improvement<E>>>,
@@ -126,7 +127,7 @@ impl<E: Engine> Analysis<E> {
             preferences: Arc::clone(preferences),
             options,
             outcomes: None,
-            kept: Vec::new(),
+            accepting: Vec::new(),
             classes: None,
             improvement: None,
             sasi: Arc::new(Levels::new(Kind::Sasi)),
@@ -197,14 +198,14 @@ impl<E: Engine> Analysis<E> {
                 // A formula can be satisfied from a state where a disjunct can be kept, so these
                 // states are the target.
                 Goal::Satisfy { condition, .. } => {
-                    let kept = temporal::all_kept(&*self.engine, condition)?;
-                    Ok((temporal::secured(&*self.engine, &kept)?, kept))
+                    let regions = temporal::accepting_regions(&*self.engine, condition)?;
+                    Ok((temporal::secured(&*self.engine, &regions)?, regions))
                 }
             };
             let targets = self.preferences.objectives.iter().map(target).collect::<Result<Vec<_>>>()?;
-            let (targets, kept) = targets.into_iter().unzip();
+            let (targets, accepting) = targets.into_iter().unzip();
             self.outcomes = Some(WinningRegions::new(&*self.engine, targets)?);
-            self.kept = kept;
+            self.accepting = accepting;
         }
         while let Some(counts) = self.next_outcome()? {
             let event = Event::Objective(&counts);
@@ -291,9 +292,7 @@ impl<E: Engine> Analysis<E> {
     pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
         let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
         let most_preferred = match &self.classes {
-            Some(classes) => classes
-                .of(&*self.engine, state)
-                .map_or_else(Vec::new, |c| self.preferences.owned_names(&classes.list[c].most_preferred)),
+            Some(classes) => self.preferences.owned_names(&classes.most_preferred(&*self.engine, state)?),
             None => Vec::new(),
         };
         Ok(Prospects {
@@ -322,13 +321,16 @@ impl<E: Engine> Analysis<E> {
         if levels.found.is_empty() && levels.end.is_none() {
             return Ok(None);
         }
-        let rank: Rank = levels.rank(&*self.engine, state);
+        let rank: Rank = levels.rank(&*self.engine, state)?;
         let mut actions = Vec::new();
         if let Some(level) = levels.level(rank) {
             let permitted =
                 strategy::permitted_at_start(&*self.engine, levels.kind, classes, improvement, level)?;
-            let allowed = choices.iter().filter(|(c, _)| self.engine.contains_choice(&permitted, state, c));
-            actions = allowed.map(|(_, name)| name.clone()).collect();
+            for (choice, name) in choices {
+                if self.engine.contains_choice(&permitted, state, choice)? {
+                    actions.push(name.clone());
+                }
+            }
         }
         Ok(Some(Plan { rank, actions }))
     }
@@ -360,8 +362,8 @@ impl<E: Engine> Analysis<E> {
 
     /// Returns the sets behind the target of a temporal objective, one per disjunct; empty for
     /// other objectives, and before their computation.
-    pub fn kept(&self, objective: usize) -> &[Kept<E>] {
-        self.kept.get(objective).map_or(&[], Vec::as_slice)
+    pub fn accepting_regions(&self, objective: usize) -> &[AcceptingRegion<E>] {
+        self.accepting.get(objective).map_or(&[], Vec::as_slice)
     }
 
     /// Returns the classes, once known.
@@ -393,9 +395,15 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     pub fn new(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Option<Self> {
         let levels = analysis.shared_levels(kind);
         levels.end.as_ref()?;
-        let lent = (analysis.engine.clone(), analysis.preferences.clone());
-        let (classes, improvement) = (analysis.classes.clone()?, analysis.improvement.clone()?);
-        Some(FiniteMemoryStrategy::of(lent, Arc::clone(program), classes, improvement, Arc::clone(levels)))
+        Some(FiniteMemoryStrategy {
+            engine: analysis.engine.clone(),
+            program: Arc::clone(program),
+            preferences: analysis.preferences.clone(),
+            classes: analysis.classes.clone()?,
+            improvement: analysis.improvement.clone()?,
+            levels: Arc::clone(levels),
+            strategies: BTreeMap::new(),
+        })
     }
 }
 

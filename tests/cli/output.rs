@@ -153,8 +153,10 @@ fn names_of_files_are_no_orders_to_a_terminal() {
     ] {
         let finished = Finished::of(meliora().args(&arguments));
         for text in [&finished.stdout, &finished.stderr] {
-            let order = text.chars().find(|&c| c != '\n' && !meliora::escape::is_shown(c));
-            assert_eq!(order, None, "{arguments:?}: {text:?}");
+            let hides =
+                |c| matches!(c, '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+            let unsafe_character = text.chars().find(|&c| c != '\n' && (c.is_control() || hides(c)));
+            assert_eq!(unsafe_character, None, "{arguments:?}: {text:?}");
         }
     }
 }
