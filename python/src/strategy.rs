@@ -2,10 +2,11 @@
 
 use std::sync::{Arc, Mutex};
 
+use meliora::Error;
 use meliora::embed;
+use meliora::output::reason::Words;
 use meliora::planning::explain::Explanation as Explained;
 use meliora::planning::{Kind, Memory, Rank, Setup};
-use meliora::{Error, output};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -121,14 +122,9 @@ impl Worker {
         let rank = self.space.worker.quick(py, || lock(&self.book).book().rank(&at.state))?;
         let mut book = lock(&self.book);
         let book = book.book();
-        let report = output::strategy::StateReport::new(
-            &self.space.names.program,
-            book.preferences(),
-            self.kind,
-            at,
-            [rank, rank],
-        );
-        Explanation::new(py, &self.space.names, at, rank, report)
+        let (program, preferences) = (&*self.space.names.program, book.preferences());
+        let words = Words { program, preferences, kind: self.kind };
+        Explanation::new(py, &self.space.names, at, rank, words)
     }
 }
 

@@ -288,7 +288,7 @@ pub(super) fn settings(args: &ModelArgs, storage: Storage, watch: &Arc<Watch>) -
         file => Order::Text(read(Path::new(file))?),
     };
     Ok(Settings {
-        scope: args.scope.into(),
+        scope: args.scope,
         storage,
         memory: args.memory(),
         order,
@@ -305,10 +305,10 @@ pub(super) fn settings(args: &ModelArgs, storage: Storage, watch: &Arc<Watch>) -
 pub(super) fn engine(
     program: &Arc<Program>,
     args: &ModelArgs,
-    storage: impl Into<Storage>,
+    storage: Storage,
     watch: &Arc<Watch>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    AnyEngine::new(Arc::clone(program), settings(args, storage.into(), watch)?).map(Arc::new)
+    AnyEngine::new(Arc::clone(program), settings(args, storage, watch)?).map(Arc::new)
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.

@@ -7,7 +7,6 @@ use meliora::certify;
 use meliora::dump::directory::{read_directory, sha256};
 use meliora::dump::manifest::FILE;
 use meliora::dump::{Dump, Manifest};
-use meliora::engine::Scope;
 use meliora::error::{Error, SourceFile};
 use meliora::lang::Given;
 use meliora::output::VerifyReport;
@@ -51,7 +50,7 @@ pub(super) struct VerifyArgs {
 /// # Errors
 /// The dump or the input is wrong, or a limit is hit.
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
-    let report = VerifyReport::new(&args.directory.display().to_string());
+    let report = VerifyReport::of_directory(&args.directory.display().to_string());
     let (timeout, shown) = (args.limits.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -75,7 +74,7 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
                 .to_owned(),
         });
     }
-    let scope = Scope::named(&manifest.scope).unwrap_or_default();
+    let scope = manifest.scope.parse().unwrap_or_default();
     let settings = args.limits.settings(scope, job);
     let model = sha256(question.program.source.original().as_bytes());
     let preferences = sha256(question.source.original().as_bytes());

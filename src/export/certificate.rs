@@ -3,10 +3,9 @@
 //! Layers confirm the states inside: each has a step to an earlier layer. Removal rounds refute the
 //! states outside: each can only reach states removed earlier, or never reaches the goal.
 
-use super::Named;
 use super::layers::{backward, forward, layers, rounds};
-use super::plays::Secured;
 use super::regions::{class_name, numbered};
+use super::{Named, plays};
 use crate::engine::edge_labels::{plain_edges_into, winning};
 use crate::engine::symbolic::{StateSet, SymbolicEngine};
 use crate::engine::{Algebra, EdgeLabels, Engine};
@@ -20,13 +19,13 @@ use crate::planning::{Analysis, Kind, Safety, strategy};
 type Of<'a> = Analysis<SymbolicEngine>;
 
 /// Returns all roots of the certificate.
-pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured]) -> Result<Vec<Named>> {
+pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
     let mut named = Vec::new();
     if let Some(start) = engine.beginnings()? {
         layers(&mut named, names::REACHABLE, &forward(engine, start)?);
     }
-    for disjunct in secured {
-        disjunct.witnesses(engine, &mut named)?;
+    for objective in 0..analysis.preferences().objectives.len() {
+        plays::witnesses(engine, analysis, objective, &mut named)?;
     }
     for (index, objective) in analysis.preferences().objectives.iter().enumerate() {
         if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
@@ -36,7 +35,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
     if analysis.improvement().is_some_and(|i| i.safety == Safety::Prefix) {
         safe_regions(engine, analysis, &mut named)?;
     }
-    for kind in Kind::ALL {
+    for &kind in Kind::ALL {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)

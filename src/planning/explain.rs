@@ -33,6 +33,23 @@ pub enum Verdict {
     NothingAhead,
 }
 
+impl Verdict {
+    /// Returns the name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Improves => "improves",
+            Verdict::MayImprove => "may-improve",
+            Verdict::Approaches => "approaches",
+            Verdict::Stays => "stays",
+            Verdict::Weakens(_) => "weakens",
+            Verdict::Unsafe(_) => "unsafe",
+            Verdict::Strays(_) => "strays",
+            Verdict::Hopeless => "hopeless",
+            Verdict::NothingAhead => "nothing-ahead",
+        }
+    }
+}
+
 /// The explanation of a state under a strategy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {

@@ -187,7 +187,9 @@ impl<E: Engine> Check<'_, E> {
         assert_eq!(found.len(), self.reference.brute.initial.len());
         for (&s, prospects) in self.reference.brute.initial.iter().zip(found) {
             let state = &self.reference.brute.states[s];
-            let mp: Set = prospects.most_preferred.iter().collect();
+            let objectives = &self.found.preferences().objectives;
+            let index = |name: &String| objectives.iter().position(|o| o.name == *name).unwrap();
+            let mp: Set = prospects.most_preferred.iter().map(index).collect();
             assert_eq!((&prospects.state, &mp), (state, &self.literal.mp[s]));
             let steps = program.steps(state).unwrap();
             for (kind, plan) in [(Kind::Sasi, prospects.sasi), (Kind::Spi, prospects.spi)] {

@@ -143,8 +143,9 @@ fn a_planning_can_be_looked_at() {
         let mut planning = explored.prefer(&wishes(), Options::default()).unwrap();
         planning.run(&mut |_| ()).unwrap();
         let report = planning.report().unwrap();
-        assert_eq!((report.preferences.as_str(), report.engine), ("toy.pref", storage.name()));
-        assert_eq!(report.initial[0].sasi_rank, Some(Rank::Finite(1)));
+        let header = &report.header;
+        assert_eq!((header.preferences.as_deref(), header.engine), (Some("toy.pref"), Some(storage.name())));
+        assert_eq!(report.initial[0].sasi.as_ref().map(|plan| plan.rank), Some(Rank::Finite(1)));
         let json = serde_json::to_value(&report).unwrap();
         assert_eq!(
             (json["schema"].as_str(), json["empty"].as_str()),

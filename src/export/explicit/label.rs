@@ -30,7 +30,7 @@ impl<'a, E: Engine> Regions<'a, E> {
         for (name, region) in &self.named {
             labels.push((name.clone(), members(engine, region, states)?));
         }
-        for kind in Kind::ALL {
+        for &kind in Kind::ALL {
             labels.extend(self.ranks(kind, states)?);
         }
         Ok(labels)
