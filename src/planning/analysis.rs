@@ -13,7 +13,7 @@ use super::levels::{End, Kind, Levels, Rank};
 use super::result::{
     AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
-use super::temporal::Kept;
+use super::temporal::AcceptingRegion;
 use super::winning_regions::WinningRegions;
 use super::{strategy, temporal};
 use crate::engine::{Count, Engine};
