@@ -201,31 +201,34 @@ where
         .collect()
 }
 
+/// Defines methods without arguments by the methods of the engine.
+macro_rules! constants {
+    ($($name:ident: $result:ty;)*) => {$(
+        fn $name(&self) -> $result {
+            on!(self, e => e.$name().into())
+        }
+    )*};
+}
+
+/// Defines methods whose arguments are sets by the methods of the engine.
+macro_rules! operations {
+    ($($name:ident($($set:ident: $sort:ty),*) -> $result:ty;)*) => {$(
+        fn $name(&self, $($set: &$sort),*) -> Result<$result> {
+            on!(self, e => Ok(e.$name($($set.of(e)?),*)?.into()))
+        }
+    )*};
+}
+
 macro_rules! algebra_of {
     ($any:ident) => {
         impl Algebra<$any> for AnyEngine {
-            fn union(&self, x: &$any, y: &$any) -> Result<$any> {
-                on!(self, e => Ok(e.union(x.of(e)?, y.of(e)?)?.into()))
-            }
-
-            fn intersection(&self, x: &$any, y: &$any) -> Result<$any> {
-                on!(self, e => Ok(e.intersection(x.of(e)?, y.of(e)?)?.into()))
-            }
-
-            fn difference(&self, x: &$any, y: &$any) -> Result<$any> {
-                on!(self, e => Ok(e.difference(x.of(e)?, y.of(e)?)?.into()))
-            }
-
-            fn is_empty(&self, x: &$any) -> Result<bool> {
-                on!(self, e => e.is_empty(x.of(e)?))
-            }
-
-            fn same(&self, x: &$any, y: &$any) -> Result<bool> {
-                on!(self, e => e.same(x.of(e)?, y.of(e)?))
-            }
-
-            fn count(&self, x: &$any) -> Result<Count> {
-                on!(self, e => e.count(x.of(e)?))
+            operations! {
+                union(x: $any, y: $any) -> $any;
+                intersection(x: $any, y: $any) -> $any;
+                difference(x: $any, y: $any) -> $any;
+                is_empty(x: $any) -> bool;
+                same(x: $any, y: $any) -> bool;
+                count(x: $any) -> Count;
             }
         }
     };
@@ -241,20 +244,24 @@ impl Engine for AnyEngine {
     type States = AnyStates;
     type Choices = AnyChoices;
 
-    fn all_states(&self) -> AnyStates {
-        on!(self, e => e.all_states().into())
+    constants! {
+        all_states: AnyStates;
+        no_states: AnyStates;
+        initial_states: AnyStates;
+        deadlock_states: AnyStates;
+        all_choices: AnyChoices;
+        no_choices: AnyChoices;
     }
 
-    fn no_states(&self) -> AnyStates {
-        on!(self, e => e.no_states().into())
-    }
-
-    fn initial_states(&self) -> AnyStates {
-        on!(self, e => e.initial_states().into())
-    }
-
-    fn deadlock_states(&self) -> AnyStates {
-        on!(self, e => e.deadlock_states().into())
+    operations! {
+        choices_in(c: AnyChoices, x: AnyStates) -> AnyChoices;
+        sources(c: AnyChoices) -> AnyStates;
+        entering(c: AnyChoices, x: AnyStates) -> AnyChoices;
+        some_successor_in(x: AnyStates) -> AnyChoices;
+        every_successor_in(y: AnyStates) -> AnyChoices;
+        successors(c: AnyChoices) -> AnyStates;
+        count_model_states(x: AnyStates) -> Option<Count>;
+        count_transitions(c: AnyChoices, x: AnyStates) -> Count;
     }
 
     fn rounded_state(&self) -> Option<&State> {
@@ -263,38 +270,6 @@ impl Engine for AnyEngine {
 
     fn states_where(&self, predicate: ExprId) -> Result<AnyStates> {
         on!(self, e => Ok(e.states_where_in(&self.program, predicate)?.into()))
-    }
-
-    fn all_choices(&self) -> AnyChoices {
-        on!(self, e => e.all_choices().into())
-    }
-
-    fn no_choices(&self) -> AnyChoices {
-        on!(self, e => e.no_choices().into())
-    }
-
-    fn choices_in(&self, c: &AnyChoices, x: &AnyStates) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.choices_in(c.of(e)?, x.of(e)?)?.into()))
-    }
-
-    fn sources(&self, c: &AnyChoices) -> Result<AnyStates> {
-        on!(self, e => Ok(e.sources(c.of(e)?)?.into()))
-    }
-
-    fn entering(&self, c: &AnyChoices, x: &AnyStates) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.entering(c.of(e)?, x.of(e)?)?.into()))
-    }
-
-    fn some_successor_in(&self, x: &AnyStates) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.some_successor_in(x.of(e)?)?.into()))
-    }
-
-    fn every_successor_in(&self, y: &AnyStates) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.every_successor_in(y.of(e)?)?.into()))
-    }
-
-    fn successors(&self, c: &AnyChoices) -> Result<AnyStates> {
-        on!(self, e => Ok(e.successors(c.of(e)?)?.into()))
     }
 
     fn can_reach(
@@ -339,14 +314,6 @@ impl Engine for AnyEngine {
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<Region<AnyStates, AnyChoices>> {
         on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start)?, &edge_labels_of(e, edge_labels)?)?)))
-    }
-
-    fn count_model_states(&self, x: &AnyStates) -> Result<Option<Count>> {
-        on!(self, e => e.count_model_states(x.of(e)?))
-    }
-
-    fn count_transitions(&self, c: &AnyChoices, x: &AnyStates) -> Result<Count> {
-        on!(self, e => e.count_transitions(c.of(e)?, x.of(e)?))
     }
 
     fn list_states(&self, x: &AnyStates, limit: usize) -> Result<Vec<State>> {

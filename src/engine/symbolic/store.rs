@@ -3,6 +3,10 @@
 //! Every operation goes through the store. First it asks the progress sink for cancellation, and
 //! collects garbage if enough has gathered. If the node table is full, it collects garbage and
 //! tries once more.
+//!
+//! The store owns the lists of relations, because their numbers are keys of its operation cache.
+//! Lists consist of partial relations, whose diagrams the store makes. Therefore `store`,
+//! `relation_lists` and `partial_relation` import each other.
 
 mod adopt;
 
