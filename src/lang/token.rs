@@ -156,18 +156,18 @@ impl<'t> Tokens<'t> {
         self.before = Some(span);
         self.taken += 1;
         self.fill(poll);
-        if poll.is_over() {
+        if poll.should_stop() {
             self.made.clear();
         }
     }
 
     fn fetch(&mut self, poll: &mut Poll<'_>) -> Option<(Token, Span)> {
-        if poll.is_over() {
+        if poll.should_stop() {
             return None;
         }
         let (token, mut span) = read(&mut self.lexer, self.part)?;
         // A run of unreadable bytes gets only one message.
-        while token == Token::Wrong && !poll.is_over() {
+        while token == Token::Wrong && !poll.should_stop() {
             let behind = self.lexer.clone();
             match read(&mut self.lexer, self.part) {
                 Some((Token::Wrong, next)) if next.start() == span.end() => span = span.to(next),

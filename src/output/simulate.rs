@@ -1,36 +1,19 @@
 //! The report of `meliora simulate`.
 
 use serde::Serialize;
-use serde_json::{Map, Value as Json};
 
-use super::Style;
-use super::envelope::{Envelope, Findings};
+use super::envelope::Envelope;
+use super::header::Header;
 use super::reason::Words;
-use super::report::{ModelSummary, json_state};
-use super::simulate_text;
-use super::strategy::{PlanTime, change_word};
-use crate::engine::Scope;
 use crate::model::Program;
 use crate::model::preference::Preferences;
+use crate::model::valuation::Valuation;
 use crate::planning::simulate::{Tally, Trace, Turn, Wait};
 use crate::planning::{Kind, Rank, Scheduler, Setup};
 
 /// The results of the runs, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct SimulateFindings {
-    /// The model.
-    pub model: ModelSummary,
-    /// The preference file as the user named it.
-    #[serde(skip)]
-    pub preferences: String,
-    /// The name of the engine.
-    pub engine: &'static str,
-    /// The valuations that are states.
-    pub scope: Scope,
-    /// The name of the safety filter.
-    pub safety: &'static str,
-    /// The value of nothing: the `empty` statement of the preferences.
-    pub empty: Option<&'static str>,
     /// `sasi` or `spi`.
     pub kind: Kind,
     /// `permissive` or `progress`.
@@ -52,7 +35,7 @@ pub type SimulateReport = Envelope<SimulateFindings>;
 #[derive(Debug, Clone, Serialize)]
 pub struct PlaysReport {
     /// The state where they start.
-    pub state: Map<String, Json>,
+    pub state: Valuation,
     /// Its rank: the number of guaranteed or possible improvements.
     pub rank: Rank,
     /// The number of runs for each number of improvements.
@@ -121,7 +104,7 @@ pub struct TurnReport {
     /// The action taken.
     pub action: String,
     /// The state entered.
-    pub state: Map<String, Json>,
+    pub state: Valuation,
     /// The probability of the successor under the action.
     pub probability: f64,
     /// The most preferred objectives of the state entered.
@@ -155,7 +138,7 @@ impl PlaysReport {
         };
         let often = |(&times, &plays): (&usize, &u64)| ImprovementsReport { times: times as u64, plays };
         PlaysReport {
-            state: json_state(program, &tally.start),
+            state: Valuation::of(program, &tally.start),
             rank,
             improvements: tally.improvements.iter().map(often).collect(),
             steps_to: tally.waits.iter().map(StepsReport::from).collect(),
@@ -189,11 +172,11 @@ impl TraceReport {
 fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
     TurnReport {
         action: turn.action.clone(),
-        state: json_state(words.program, &turn.state),
+        state: Valuation::of(words.program, &turn.state),
         probability: turn.probability,
         most_preferred: words.names(&turn.most_preferred),
         rank: turn.rank,
-        change: change_word(turn.change),
+        change: turn.change.name(),
         improves: turn.improves,
         gained: words.names(&turn.gained),
         lost: words.names(&turn.lost),
@@ -205,37 +188,8 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
 
 impl SimulateReport {
     /// Creates a report without results.
-    pub fn new(
-        model: &str,
-        preferences: &str,
-        engine: &'static str,
-        scope: Scope,
-        safety: &'static str,
-        kind: Kind,
-        setup: Setup,
-    ) -> Self {
-        Envelope::of(SimulateFindings {
-            model: ModelSummary::of_path(model),
-            preferences: preferences.to_owned(),
-            engine,
-            scope,
-            safety,
-            empty: None,
-            kind,
-            strategy: setup.scheduler,
-            runs: setup.runs,
-            steps: setup.steps,
-            seed: setup.seed,
-            plays: Vec::new(),
-        })
-    }
-}
-
-impl Findings for SimulateFindings {
-    const SCHEMA: &str = "meliora.simulate/1";
-    type Time = PlanTime;
-
-    fn text(report: &SimulateReport, style: Style) -> String {
-        simulate_text::render(report, style)
+    pub fn of_setup(header: Header, kind: Kind, setup: Setup) -> Self {
+        let Setup { scheduler: strategy, runs, steps, seed } = setup;
+        Envelope::of(header, SimulateFindings { kind, strategy, runs, steps, seed, plays: Vec::new() })
     }
 }

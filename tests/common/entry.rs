@@ -9,9 +9,10 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use meliora::advanced::symbolic::order;
 use meliora::dump::{Diagram, Manifest, dddmp, directory};
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, order};
+use meliora::engine::ExplicitEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, ProgressSink, Scope, Settings};
 use meliora::error::{Error, Limit, SourceFile, render};
 use meliora::export::{Inputs, Selection, export};

@@ -216,6 +216,11 @@ impl Store {
         !self.has_nodes(f, self.size(g) + 2)
     }
 
+    /// Returns true if f is a diagram of this store.
+    pub(super) fn owns(&self, f: &Bdd) -> bool {
+        f.manager_ref() == self.manager
+    }
+
     /// Returns true if f is the constant false.
     pub(super) fn is_zero(&self, f: &Bdd) -> bool {
         *f == self.zero

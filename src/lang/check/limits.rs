@@ -21,7 +21,7 @@ impl Lowerer<'_> {
     /// Counts one more part of an expression; fails above the limit.
     pub(in crate::lang) fn count_work(&mut self, span: Span) -> Option<()> {
         self.work += 1;
-        if self.poll.is_over() {
+        if self.poll.should_stop() {
             return None;
         }
         let (what, most) = match () {

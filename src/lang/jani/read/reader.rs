@@ -91,7 +91,7 @@ impl<'a> Reader<'a> {
 
     fn shape(&mut self, node: Node<'a>) -> Option<Shape<'a>> {
         self.values += 1;
-        if self.poll.is_over() || self.is_full {
+        if self.poll.should_stop() || self.is_full {
             return None;
         }
         if node.depth() > json::MOST_DEPTH || self.values > MOST_VALUES {
