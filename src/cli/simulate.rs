@@ -115,7 +115,7 @@ fn play<E: Engine>(
     let all = || {
         for start in &starts {
             let tally = simulation.run(start)?;
-            let report = PlaysReport::new(&question.program, &question.preferences, &tally);
+            let report = PlaysReport::new(&question.program, &question.preferences, tally);
             job.update(|r| r.plays.push(report));
         }
         Ok(())

@@ -34,8 +34,8 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     out.push_str(&promise(report, plays, style));
     out.push_str(&distribution(report, plays, style));
     out.push_str(&weakening(report, plays, style));
-    if plays.given_up > 0 {
-        let (given_up, steps) = (plural_runs(plays.given_up), grouped(report.steps));
+    if plays.tally.given_up > 0 {
+        let (given_up, steps) = (plural_runs(plays.tally.given_up), grouped(report.steps));
         let _ = writeln!(out, "  {given_up} stopped after {steps} steps; `--steps` raises this limit.");
     }
     out.push_str(&trace(plays, style));
@@ -45,14 +45,14 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
 /// States the rank, and how many runs made that number of improvements.
 fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let how = ranks::how(report.kind);
-    if plays.rank == Rank::Finite(0) {
+    if plays.tally.rank == Rank::Finite(0) {
         let advice = if report.kind == Kind::Sasi { "; try `--kind spi`" } else { "" };
         return format!("  No improvement is {how} here ({}){advice}.\n", report.kind);
     }
-    let fewer = plays.fewer_than_rank.unwrap_or(plays.undecided);
-    let (kept, failed) = (report.runs - fewer, fewer - plays.undecided);
+    let fewer = plays.tally.fewer_than_rank().unwrap_or(plays.tally.undecided);
+    let (kept, failed) = (report.runs - fewer, fewer - plays.tally.undecided);
     let mut parts = Vec::new();
-    if plays.fewer_than_rank.is_some() {
+    if plays.tally.fewer_than_rank().is_some() {
         parts.push(style.good(&format!(
             "{} reached this number",
             if fewer == 0 { "Every run".to_owned() } else { plural_runs(kept) }
@@ -62,13 +62,13 @@ fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String
         let text = format!("{} did not", plural_runs(failed));
         parts.push(if report.kind == Kind::Sasi { style.warn(&text) } else { text });
     }
-    if plays.undecided > 0 {
+    if plays.tally.undecided > 0 {
         let steps = grouped(report.steps);
-        parts.push(format!("{} did not finish in {steps} steps", plural_runs(plays.undecided)));
+        parts.push(format!("{} did not finish in {steps} steps", plural_runs(plays.tally.undecided)));
     }
     format!(
         "  {} ({}).\n  {}.\n",
-        ranks::capitalised(&ranks::claim(Some(plays.rank), how)),
+        ranks::capitalised(&ranks::claim(Some(plays.tally.rank), how)),
         report.kind,
         parts.join(", ")
     )
@@ -76,18 +76,18 @@ fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String
 
 fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let mut grid = Grid::new(&["improvements", "runs", "share"], style);
-    for entry in &plays.improvements {
-        let share = 100.0 * entry.plays as f64 / report.runs as f64;
-        grid.row(vec![entry.times.to_string(), grouped(entry.plays), format!("{share:.1} %")]);
+    for (times, plays) in &plays.tally.improvements {
+        let share = 100.0 * *plays as f64 / report.runs as f64;
+        grid.row(vec![times.to_string(), grouped(plays), format!("{share:.1} %")]);
     }
     let mut out = format!("\n{}", grid.text(style));
-    if !plays.steps_to.is_empty() {
+    if !plays.tally.waits.is_empty() {
         let mut grid = Grid::new(&["steps to improvement", "min", "mean", "max", "runs"], style);
-        for (index, steps) in plays.steps_to.iter().enumerate() {
+        for (index, steps) in plays.tally.waits.iter().enumerate() {
             grid.row(vec![
                 (index + 1).to_string(),
                 steps.least.to_string(),
-                format!("{:.2}", steps.mean),
+                format!("{:.2}", steps.mean()),
                 steps.most.to_string(),
                 grouped(steps.plays),
             ]);
@@ -103,11 +103,14 @@ fn weakening(report: &SimulateReport, plays: &PlaysReport, style: Style) -> Stri
         0 => format!("  {} {what}.\n", style.good("No run weakened")),
         n => format!("  {} {what}.\n", style.warn(&format!("{} weakened", plural_runs(n)))),
     };
-    let mut out = told(plays.weakened_step, "the state of the step before");
+    let mut out = told(plays.tally.weakened_step, "the state of the step before");
     if report.header.safety == Some("prefix") {
-        out += &told(plays.weakened_reference, "the state after its last improvement (at first its start)");
+        out += &told(
+            plays.tally.weakened_reference,
+            "the state after its last improvement (at first its start)",
+        );
     }
-    out + &told(plays.weakened_start, "its start")
+    out + &told(plays.tally.weakened_start, "its start")
 }
 
 fn plural_runs(count: u64) -> String {

@@ -172,6 +172,15 @@ impl Tally {
         self.improvements.range(..times).map(|(_, plays)| plays).sum()
     }
 
+    /// Returns the number of runs with fewer improvements than the rank says; `None` if the rank is
+    /// unbounded.
+    pub fn fewer_than_rank(&self) -> Option<u64> {
+        match self.rank {
+            Rank::Finite(k) | Rank::AtLeast(k) => Some(self.fewer_than(k)),
+            Rank::Unbounded => None,
+        }
+    }
+
     fn add(&mut self, trace: Trace, settled: bool) {
         self.plays += 1;
         let mut improved = 0;

@@ -1,6 +1,6 @@
 //! Detection of constants and formulas that depend on themselves.
 
-use super::lower::Lowerer;
+use super::lowerer::Lowerer;
 use super::scope::{DefId, NO_RENAMING};
 
 /// State of a definition in the depth-first search.
