@@ -29,3 +29,33 @@ pub mod names {
 pub mod escape {
     pub use crate::escape::{is_shown, line, lines};
 }
+
+/// Syntax trees, temporal formulas and properties, before they become part of a program.
+pub mod lang {
+    pub use crate::lang::flat::Flat;
+
+    /// The syntax tree of expressions and systems.
+    pub mod ast {
+        pub use crate::lang::ast::*;
+    }
+
+    /// Temporal formulas and their monitors.
+    pub mod ltl {
+        pub use crate::lang::ltl::*;
+    }
+
+    /// The syntax tree of preferences.
+    pub mod pref {
+        pub use crate::lang::pref::*;
+    }
+
+    /// Properties that a model or a command line names.
+    pub mod named {
+        pub use crate::lang::named::*;
+    }
+
+    /// Qualitative properties.
+    pub mod property {
+        pub use crate::lang::property::*;
+    }
+}

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use meliora::advanced::lang::Flat;
 use meliora::advanced::symbolic::order;
 use meliora::engine::Engine;
 use meliora::error::Error;
-use meliora::lang::flat::Flat;
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
 use meliora::output::info::{FlatReport, Nodes};

@@ -5,13 +5,13 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use meliora::advanced::lang::ltl::{Formula, Monitoring};
+use meliora::advanced::lang::named::{self, Property};
+use meliora::advanced::lang::property::{Bound, Strategies};
 use meliora::dump::manifest;
 use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
 use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Diagnostic, Error, Severity, SourceFile};
-use meliora::lang::ltl::{Formula, Monitoring};
-use meliora::lang::named::{self, Property};
-use meliora::lang::property::{Bound, Strategies};
 use meliora::lang::{self, Given};
 use meliora::model::expr::ExprId;
 use meliora::model::preference::{Empty, Preferences};

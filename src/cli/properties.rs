@@ -5,10 +5,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use meliora::advanced::lang::property::{Bound, Strategies};
 use meliora::engine::Engine;
 use meliora::engine::regions::{self, Regions};
 use meliora::error::{Error, SourceFile};
-use meliora::lang::property::{Bound, Strategies};
 use meliora::lang::{open_constants, parse_properties, split_constants};
 use meliora::model::Program;
 use meliora::output::PropertiesReport;

@@ -1,23 +1,23 @@
 //! The language front ends: text -> tokens -> syntax tree -> checked, flat program.
 
-pub mod ast;
-pub mod check;
+pub(crate) mod ast;
+pub(crate) mod check;
 mod combinations;
-pub mod flat;
-pub mod jani;
+pub(crate) mod flat;
+pub(crate) mod jani;
 mod load;
-pub mod ltl;
+pub(crate) mod ltl;
 mod mistaken;
-pub mod named;
+pub(crate) mod named;
 mod names;
-pub mod parse;
-pub mod pref;
+pub(crate) mod parse;
+pub(crate) mod pref;
 mod preferences;
-pub mod property;
-pub mod property_file;
+pub(crate) mod property;
+pub(crate) mod property_file;
 mod slip;
-pub mod token;
-pub mod valuation;
+pub(crate) mod token;
+pub(crate) mod valuation;
 
 pub use check::{Checked, lower_target};
 pub use flat::flat;
@@ -26,5 +26,5 @@ pub use parse::{parse_expression, parse_model};
 pub use pref::parse_preferences;
 pub use preferences::{load_preferences, lower_preferences, outline_preferences};
 pub use property::parse_property;
-pub use property_file::{open_constants, parse_properties};
+pub use property_file::{Stated, open_constants, parse_properties};
 pub use valuation::{Given, parse_constants, parse_state, split_constants};

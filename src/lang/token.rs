@@ -14,7 +14,7 @@ macro_rules! tokens {
         #[derive(Logos, Debug, Clone, Copy, PartialEq, Eq)]
         #[logos(skip r"[ \t\r\n\f]+")]
         #[logos(skip(r"//[^\r\n]*", allow_greedy = true))]
-        pub enum Token {
+        pub(crate) enum Token {
             /// A keyword or a name.
             #[regex("[A-Za-z_][A-Za-z0-9_]*")]
             Word,
@@ -40,7 +40,7 @@ macro_rules! tokens {
 
         impl Token {
             /// Returns the name of this kind of token for messages about an expected token.
-            pub fn describe(self) -> &'static str {
+            pub(crate) fn describe(self) -> &'static str {
                 match self {
                     Token::Word => "a name",
                     Token::Int => "an integer",
@@ -194,7 +194,7 @@ pub(crate) fn tokens(text: &str) -> Vec<(Token, Span)> {
 }
 
 /// Returns true for a keyword of PRISM, which cannot name anything in a model.
-pub fn is_keyword(word: &str) -> bool {
+pub(crate) fn is_keyword(word: &str) -> bool {
     matches!(
         word,
         "A" | "bool"
@@ -255,12 +255,12 @@ pub fn is_keyword(word: &str) -> bool {
 }
 
 /// Returns true if `word` is a keyword only because of its meaning in properties.
-pub fn is_property_operator(word: &str) -> bool {
+pub(crate) fn is_property_operator(word: &str) -> bool {
     matches!(word, "A" | "C" | "E" | "F" | "G" | "I" | "P" | "R" | "S" | "U" | "W" | "X")
 }
 
 /// Returns true if `text` has the form of a name.
-pub fn is_identifier(text: &str) -> bool {
+pub(crate) fn is_identifier(text: &str) -> bool {
     let mut chars = text.chars();
     chars.next().is_some_and(|c| c == '_' || c.is_ascii_alphabetic())
         && chars.all(|c| c == '_' || c.is_ascii_alphanumeric())

@@ -171,7 +171,7 @@ pub fn arguments(text: &str) {
         match property.formula.reachability() {
             Some(target) => drop(seen(lang::lower_target(&mut program, &source, target))),
             None => {
-                let mut watching = lang::ltl::Monitoring::new(&mut program);
+                let mut watching = meliora::advanced::lang::ltl::Monitoring::new(&mut program);
                 if seen(watching.watch(&source, &property.formula, "property")).is_some() {
                     seen(watching.finish(meliora::model::temporal::Begin::Everywhere));
                 }

@@ -1,8 +1,8 @@
 //! Small random programs from a sequence of numbers: shorter sequences and smaller numbers give
 //! simpler programs, so that a failing one shrinks well.
 
+use meliora::advanced::lang::ast::Span;
 use meliora::error::SourceFile;
-use meliora::lang::ast::Span;
 use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora::model::value::{Type, Value};
 use meliora::model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
-use meliora::lang::ltl::{Monitoring, parse_formula};
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
 use meliora::model::preference::Preferences;

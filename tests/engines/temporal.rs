@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang::load_preferences;
-use meliora::lang::ltl::{Monitoring, parse_formula};
 use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{Program, State};

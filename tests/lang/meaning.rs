@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use meliora::advanced::lang::property::{Bound, Strategies};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::error::SourceFile;
-use meliora::lang::property::{Bound, Strategies};
 use meliora::lang::{flat, load, lower_target, parse_expression, parse_property, parse_state};
 use meliora::model::step::{Choice, Step};
 use meliora::model::value::Value;
@@ -37,7 +37,7 @@ fn holds(model: &str, condition: &str) -> bool {
 
 /// The tree of an expression, with brackets everywhere.
 fn tree(text: &str) -> String {
-    use meliora::lang::ast::NodeKind;
+    use meliora::advanced::lang::ast::NodeKind;
     let mut stack: Vec<String> = Vec::new();
     for node in parse_expression(&SourceFile::new("e", text)).expect("it parses").nodes {
         let on = stack.split_off(stack.len() - node.kind.operands());

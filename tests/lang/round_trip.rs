@@ -1,7 +1,7 @@
 //! What was written is read back as the same tree; broken text never panics.
 
+use meliora::advanced::lang::ast::*;
 use meliora::error::SourceFile;
-use meliora::lang::ast::*;
 use meliora::lang::{flat, load, parse_expression, parse_model, parse_preferences, parse_property};
 use meliora::model::ModelKind;
 use meliora::model::value::Value;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use meliora::advanced::lang::ast::Span;
 use meliora::engine::Scope;
 use meliora::error::SourceFile;
-use meliora::lang::ast::Span;
 use meliora::model::expr::{Binary, ExprId, ExprPool};
 use meliora::model::preference::Statement;
 use meliora::model::value::{Type, Value};

@@ -17,7 +17,7 @@ use crate::progress::ProgressSink;
 
 /// Returns true if a text is meant as a JANI model: it starts like a JSON object, or its name ends
 /// with `.jani` and it does not start like a PRISM model.
-pub fn is_jani(source: &SourceFile) -> bool {
+pub(crate) fn is_jani(source: &SourceFile) -> bool {
     let text = source.text.trim_start_matches('\u{feff}').trim_start();
     let is_prism = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/');
     text.starts_with('{') || (!is_prism && source.name.ends_with(".jani"))

@@ -10,7 +10,6 @@ mod system;
 use std::sync::Arc;
 
 pub(crate) use expr::operator;
-pub use parser::MAX_NESTING;
 pub(crate) use parser::{Failed, Parsed, Parser};
 
 use super::ast::{Command, Expr, Item, Model, Span};

@@ -9,7 +9,7 @@ use crate::lang::token::{Token, Tokens, is_identifier, is_keyword, is_property_o
 use crate::progress::{NoProgress, Poll, ProgressSink};
 
 /// Maximum nesting of brackets, conditionals and signs.
-pub const MAX_NESTING: usize = 200;
+pub(super) const MAX_NESTING: usize = 200;
 
 /// Maximum number of errors reported.
 const MAX_ERRORS: usize = 20;
