@@ -75,6 +75,7 @@
 
 mod automata;
 pub mod certify;
+pub mod csv;
 pub mod diagnostic;
 pub mod dump;
 pub mod embed;

@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use super::ranks;
 use super::reason::Words;
-use super::strategy::StateReport;
+use super::strategy::{ActionReport, StateReport};
 use super::strategy_text::Probability;
+use crate::csv;
 use crate::model::Program;
 use crate::model::preference::Preferences;
 use crate::planning::induced_model::Node;
@@ -25,13 +26,12 @@ pub fn csv_heading(program: &Program) -> String {
         "pick",
         "reason",
     ];
-    line(variables.chain(columns).map(str::to_owned))
+    csv::lines([variables.chain(columns)])
 }
 
 /// Returns the lines of a state, one per action.
 pub fn csv_rows(state: &StateReport) -> String {
-    let mut text = String::new();
-    for action in &state.actions {
+    let row = |action: &ActionReport| {
         let pick = state.progress_action.as_deref() == Some(action.name.as_str());
         let flags = [action.kept, action.permitted, action.progress, pick].map(|f| f.to_string());
         let mut cells: Vec<String> = state.state.values().map(ToString::to_string).collect();
@@ -39,18 +39,9 @@ pub fn csv_rows(state: &StateReport) -> String {
         cells.extend([ranks::cell(state.sasi_rank), ranks::cell(state.spi_rank), action.name.clone()]);
         cells.extend(flags);
         cells.push(action.reason.clone());
-        text.push_str(&line(cells.into_iter()));
-    }
-    text
-}
-
-/// Joins cells with commas as in RFC 4180, except for the end of the line.
-fn line(cells: impl Iterator<Item = String>) -> String {
-    let quoted = |cell: String| match cell.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell,
+        cells
     };
-    cells.map(quoted).collect::<Vec<_>>().join(",") + "\n"
+    csv::lines(state.actions.iter().map(row))
 }
 
 /// Draws the states that are reachable under a strategy: boxes are states, points are actions.
@@ -117,15 +108,4 @@ fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
 /// Quotes a string for DOT.
 fn quote(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn cells_with_commas_and_quotes_are_quoted() {
-        let cells = ["a", "b,c", "say \"d\""].map(str::to_owned);
-        assert_eq!(line(cells.into_iter()), "a,\"b,c\",\"say \"\"d\"\"\"\n");
-    }
 }
