@@ -29,3 +29,8 @@ pub mod names {
 pub mod escape {
     pub use crate::escape::{is_shown, line, lines};
 }
+
+/// Tables of comma-separated values.
+pub mod csv {
+    pub use crate::csv::lines;
+}
