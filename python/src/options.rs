@@ -4,7 +4,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use meliora::embed::Exploration;
-use meliora::engine::symbolic::Order;
+use meliora::engine::Order;
 use meliora::planning::{Kind, Options, Scheduler};
 use meliora::{Safety, Scope, Settings, SourceFile, Storage};
 use pyo3::prelude::*;

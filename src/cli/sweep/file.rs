@@ -118,6 +118,6 @@ impl CsvFile {
     }
 
     fn text(&self) -> String {
-        meliora::csv::lines([&self.header].into_iter().chain(self.rows.values()))
+        meliora::advanced::csv::lines([&self.header].into_iter().chain(self.rows.values()))
     }
 }
