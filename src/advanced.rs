@@ -34,8 +34,3 @@ pub mod csv {
 pub mod escape {
     pub use crate::escape::{is_shown, line, lines};
 }
-
-/// Tables of comma-separated values.
-pub mod csv {
-    pub use crate::csv::lines;
-}
