@@ -80,6 +80,7 @@
 pub mod advanced;
 mod automata;
 pub mod certify;
+mod csv;
 mod diagnostic;
 pub mod dump;
 pub mod embed;
