@@ -93,7 +93,7 @@ impl Lowerer<'_> {
         match (kind, operands.as_slice()) {
             (NodeKind::Not, &[(a, at)]) => self.not(a, at),
             (NodeKind::Neg, &[(a, at)]) => self.neg(a, at, span),
-            (NodeKind::Binary(op), &[a, b]) => self.binary(*op, a, b, a.1.to(b.1)),
+            (NodeKind::Binary(op), &[a, b]) => self.binary(*op, a, b, span),
             (NodeKind::Join(op, _), _) => self.balanced(*op, operands),
             (NodeKind::Ite, &[(c, at), a, b]) => {
                 let c = self.expect_type(c, Type::Bool, at, &format!("the condition of {conditional}"))?;
