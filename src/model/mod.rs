@@ -3,6 +3,7 @@
 //!
 //! This module is independent of decision diagrams and state arrays.
 
+pub mod exact;
 pub mod expr;
 pub mod fault;
 pub mod hasse;
@@ -12,6 +13,7 @@ pub(crate) mod rounding;
 pub mod step;
 pub mod temporal;
 pub mod value;
+mod weight;
 
 use std::ops::Range;
 use std::sync::Arc;
