@@ -12,6 +12,7 @@ pub mod preference;
 pub(crate) mod rounding;
 pub mod step;
 pub mod temporal;
+pub mod valuation;
 pub mod value;
 mod weight;
 
