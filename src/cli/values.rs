@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 use meliora::engine::{Algebra, AnyEngine, Engine};
 use meliora::error::{Error, Limit, Result};
-use meliora::model::State;
+use meliora::model::{Program, State};
 use meliora::output::values::StateValues;
 use meliora::output::{Number, ValuesReport};
 use meliora::planning::{Analysis, Phase};
@@ -159,17 +159,11 @@ fn evaluate(
     let mut values = Values::new(Setup { levels, exact: args.exact, within });
     let explore = || values.explore(analysis, program, states, &Steps);
     let explored = job.timed("explore", explore, |r, s| r.time.add("explore", s));
-    let solve = || explored.and_then(|()| values.solve(analysis.engine()));
-    let solved = job.timed("solve", solve, |r, s| r.time.add("solve", s));
-    let mut found = Vec::new();
-    for state in states {
-        found.extend(StateValues::of(analysis, program, &values, state)?);
-    }
-    let mut widest = 0.0;
-    job.update(|r| {
-        r.states = found;
-        widest = r.widest();
-    });
+    // The worker may be left behind while it solves, so what follows from the levels is added first.
+    fill(job, analysis, program, &values, states)?;
+    explored?;
+    let solved = job.timed("solve", || values.solve(analysis.engine()), |r, s| r.time.add("solve", s));
+    let widest = fill(job, analysis, program, &values, states)?;
     solved?;
     if widest > args.precision {
         let what = format!(
@@ -179,4 +173,24 @@ fn evaluate(
         return Err(Limit::Size { what }.into());
     }
     Ok(())
+}
+
+/// Adds the values to the report, as far as they are known; returns the width of the widest bound.
+fn fill(
+    job: &Job<ValuesReport>,
+    analysis: &Analysis<AnyEngine>,
+    program: &Program,
+    values: &Values,
+    states: &[State],
+) -> Result<f64> {
+    let mut found = Vec::new();
+    for state in states {
+        found.extend(StateValues::of(analysis, program, values, state)?);
+    }
+    let mut widest = 0.0;
+    job.update(|r| {
+        r.states = found;
+        widest = r.widest();
+    });
+    Ok(widest)
 }

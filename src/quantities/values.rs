@@ -9,9 +9,10 @@ use super::number::{Interval, Number};
 use super::solve::NONE;
 use super::solved::Solved;
 use crate::engine::Engine;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::model::exact::Ratio;
 use crate::model::{Program, State};
+use crate::planning::levels::End;
 use crate::planning::{Analysis, Kind};
 
 /// The options of [`Values`].
@@ -122,10 +123,10 @@ impl Values {
         self.setup
     }
 
-    /// Returns the number of levels that an analysis found, at most `limit`: beyond it, P_k is 0 or
-    /// the state is in the fixpoint.
+    /// Returns the number of levels for which an analysis suffices: at most `limit` and at most the
+    /// SPI levels found, which are all with P_k > 0 unless some states are in the fixpoint.
     pub fn levels_found<E: Engine>(analysis: &Analysis<E>, limit: usize) -> usize {
-        analysis.levels(Kind::Spi).found.len().min(limit)
+        limit.min(analysis.levels(Kind::Spi).found.len())
     }
 
     /// Finds the states that kept choices reach from some states of the scope. To be called once,
@@ -142,6 +143,11 @@ impl Values {
         starts: &[State],
         costs: &dyn Cost,
     ) -> Result<()> {
+        if let Some(known) = cut(analysis).filter(|&known| known < self.setup.levels) {
+            let message =
+                format!("the analysis ended at level {known}; quantities need {}", self.setup.levels);
+            return Err(Error::Usage(message));
+        }
         let facts = Facts::new(analysis, program, self.setup.levels)?;
         let mut meter = Meter::new(analysis.engine());
         let (graph, places) = (&mut self.graph, &mut self.places);
@@ -296,4 +302,13 @@ impl Values {
         }
         Some((Node(edge.to), left))
     }
+}
+
+/// Returns the level at which an analysis was cut, if it was: nothing is known beyond it.
+fn cut<E: Engine>(analysis: &Analysis<E>) -> Option<usize> {
+    let cut = |&kind: &Kind| {
+        let levels = analysis.levels(kind);
+        matches!(levels.end, Some(End::Cut)).then_some(levels.found.len())
+    };
+    Kind::ALL.iter().filter_map(cut).min()
 }
