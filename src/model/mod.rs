@@ -3,6 +3,7 @@
 //!
 //! This module is independent of decision diagrams and state arrays.
 
+pub mod exact;
 pub mod expr;
 pub mod fault;
 pub mod hasse;
@@ -13,6 +14,7 @@ pub mod step;
 pub mod temporal;
 pub mod valuation;
 pub mod value;
+mod weight;
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -22,12 +22,14 @@ pub mod state;
 pub mod strategy;
 pub mod strategy_table;
 pub mod style;
+pub mod values;
 pub mod verify;
 
 mod ranks;
 mod simulate_text;
 mod state_text;
 mod text;
+mod values_text;
 
 pub use check::CheckReport;
 pub use compare::CompareReport;
@@ -44,4 +46,5 @@ pub use report::{Failure, FailureKind, Report};
 pub use simulate::SimulateReport;
 pub use strategy::StrategyReport;
 pub use style::Style;
+pub use values::ValuesReport;
 pub use verify::VerifyReport;

@@ -23,3 +23,4 @@ mod status;
 mod strategies;
 mod sweeps;
 mod temporal;
+mod values;

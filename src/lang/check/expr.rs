@@ -42,7 +42,7 @@ fn lowered_node<'a, N: Names<'a>>(node: &Node, operands: &[Lowered], names: &mut
     let span = node.span;
     names.lowerer().count_work(span)?;
     match &node.kind {
-        NodeKind::Literal(value) => names.lowerer().literal(*value),
+        NodeKind::Literal(value) => Some(names.lowerer().literal_at(*value, span)),
         NodeKind::Name(name) => names.name(name, span),
         NodeKind::Label(name) => names.lowerer().label(name, span),
         NodeKind::Call(function, _) => names.call(function, operands, span),
@@ -228,7 +228,7 @@ impl Lowerer<'_> {
             Some(ty) => {
                 let what = format!("the constant `{}`", self.scope.definitions[definition as usize].name);
                 let id = self.typed(&body, env, ty, &what)?;
-                self.constant_value(id, body, &what).map(|value| self.pool.value(value))
+                self.constant_value(id, body, &what).map(|_| id)
             }
         }
     }

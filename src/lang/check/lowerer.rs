@@ -7,6 +7,7 @@ use ahash::{AHashMap, AHashSet};
 use super::scope::{DefId, Env, Scope};
 use crate::error::{Diagnostic, SourceFile};
 use crate::lang::ast::Span;
+use crate::model::exact;
 use crate::model::expr::{ExprId, ExprPool};
 use crate::model::value::Value;
 use crate::progress::{Poll, ProgressSink};
@@ -108,6 +109,20 @@ impl<'a> Lowerer<'a> {
 
     pub(in crate::lang) fn literal(&mut self, value: Value) -> Option<ExprId> {
         Some(self.pool.value(value))
+    }
+
+    /// Returns the literal that stands at a place of the text. A real has the exact value of its
+    /// text, which may have more digits than a double. The text of a literal from another source is
+    /// not at hand.
+    pub(in crate::lang) fn literal_at(&mut self, value: Value, span: Span) -> ExprId {
+        let text = match value {
+            Value::Real(x) => self.source.text.get(span.range()).filter(|text| text.parse() == Ok(x)),
+            _ => None,
+        };
+        match text.and_then(exact::decimal) {
+            Some(exact) => self.pool.exact_value(value, Some(exact)),
+            None => self.pool.value(value),
+        }
     }
 
     /// Returns the value of an expression without variables.

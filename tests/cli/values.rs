@@ -1,0 +1,139 @@
+//! `meliora values`: every model under both engines and all safety modes, limits and files.
+
+use serde_json::Value;
+
+use crate::common::{Scratch, run};
+
+/// The models with sizes for which all states are listed in little time.
+const MODELS: &[(&str, &str)] = &[
+    ("chain", "-c N=3"),
+    ("counter", ""),
+    ("courier", ""),
+    ("drone", ""),
+    ("lateral", ""),
+    ("lateral_prefix", ""),
+    ("network", "-c K=5,M=2"),
+    ("patrol", "-c N=2"),
+    ("rescue", "-c H=1"),
+    ("ring", "-c N=8,T=4"),
+    ("robot5x5", ""),
+    ("scramble", "-c cells=17"),
+    ("toy", ""),
+];
+
+const SAFETIES: [&str; 3] = ["action", "transition", "prefix"];
+
+/// The numbers of states with P_k > 0 and with P_k = 1, for k = 1, 2, …
+fn counts(report: &Value) -> [Vec<usize>; 2] {
+    let states = report["states"].as_array().unwrap();
+    let levels = states[0]["levels"].as_array().unwrap().len();
+    let count = |bound: &str, limit: f64, k: usize| {
+        let p = |state: &&Value| state["levels"][k]["probability"][bound].as_f64().unwrap();
+        states
+            .iter()
+            .filter(|state| if bound == "upper" { p(state) > limit } else { p(state) >= limit })
+            .count()
+    };
+    let all = |bound: &str, limit: f64| {
+        (0..levels).map(|k| count(bound, limit, k)).take_while(|&n| n > 0).collect()
+    };
+    [all("upper", 0.0), all("lower", 1.0)]
+}
+
+/// The levels as `check` reports them.
+fn levels(report: &Value, kind: &str) -> Vec<usize> {
+    let levels = report[kind]["levels"].as_array().unwrap();
+    levels.iter().map(|count| count.as_str().unwrap().parse().unwrap()).collect()
+}
+
+#[test]
+fn both_engines_agree_and_values_fit_the_levels_on_every_model() {
+    for (name, constants) in MODELS {
+        let inputs = format!("models/{name}.prism models/{name}.pref {constants} --json -q");
+        let check = |safety| run(&format!("check {inputs} --safety {safety}")).expect(0).json();
+        let strict = check("action");
+        for safety in SAFETIES {
+            let values = |engine: &str| {
+                let options = format!("--safety {safety} --engine {engine} --all --limit 10000");
+                run(&format!("values {inputs} {options}")).expect(0).json()
+            };
+            let [symbolic, explicit] = ["symbolic", "explicit"].map(values);
+            assert_eq!(symbolic["states"], explicit["states"], "{name}, {safety}");
+            let report = check(safety);
+            let [positive, sure] = counts(&symbolic);
+            let at_most = |levels: Vec<usize>| levels.into_iter().take(positive.len()).collect::<Vec<_>>();
+            assert_eq!(positive, levels(&report, "spi"), "{name}, {safety}");
+            let sasi = if safety == "transition" { &strict } else { &report };
+            assert_eq!(sure, at_most(levels(sasi, "sasi")), "{name}, {safety}");
+        }
+    }
+}
+
+#[test]
+fn every_model_is_in_the_list() {
+    let skipped = ["fleet", "line"];
+    let folder = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/models")).unwrap();
+    let files = folder.map(|file| file.unwrap().path());
+    let mut names: Vec<String> = files
+        .filter(|path| path.extension().is_some_and(|e| e == "prism"))
+        .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
+        .filter(|name| !skipped.contains(&name.as_str()))
+        .collect();
+    names.sort();
+    assert_eq!(names, MODELS.iter().map(|(name, _)| *name).collect::<Vec<_>>());
+}
+
+#[test]
+fn the_drone_has_the_values_that_its_page_derives() {
+    let report =
+        run("values models/drone.prism models/drone.pref --json --exact --within 2").expect(0).json();
+    assert_eq!(report["schema"], "meliora.values/1");
+    let state = &report["states"][0];
+    assert_eq!(state["number"]["exact"], "7/6");
+    assert_eq!(state["levels"][0]["cost"]["exact"], "1");
+    assert_eq!(state["levels"][1]["probability"]["exact"], "1/6");
+    assert_eq!(state["levels"][1]["cost"], Value::Null);
+    let actions = state["levels"][0]["actions"].as_array().unwrap();
+    let names: Vec<_> = actions.iter().map(|a| a["action"].as_str().unwrap()).collect();
+    assert_eq!(names, ["survey", "shore"]);
+    assert_eq!(state["within"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn all_values_are_written_as_a_table() {
+    let scratch = Scratch::new(&[]);
+    let file = scratch.show("values.csv");
+    run(&format!("values models/drone.prism models/drone.pref --all --csv {file}")).expect(0);
+    let text = std::fs::read_to_string(scratch.path("values.csv")).unwrap();
+    let mut lines = text.lines();
+    let heading = "at,most_preferred,sasi_rank,spi_rank,improvements,action,probability_lower,\
+                   probability_upper,cost_lower,cost_upper";
+    assert_eq!(lines.next(), Some(heading));
+    assert_eq!(lines.next(), Some("0,Shore,1,2,1,,1,1,1,1"));
+    assert_eq!(lines.next(), Some("0,Shore,1,2,1,survey,1,1,1,1"));
+}
+
+#[test]
+fn a_limit_gives_bounds_and_status_4() {
+    let inputs = "models/scramble.prism models/scramble.pref -c cells=10007 --engine explicit";
+    let report = run(&format!("values {inputs} --memory 4MiB --json")).expect(4).json();
+    assert_eq!(report["complete"], false);
+    assert_eq!(report["error"]["kind"], "resource");
+}
+
+#[test]
+fn rounding_that_decides_about_a_branch_is_refused() {
+    let model =
+        "mdp module m x:[0..2] init 0; [] x=0 -> 1/2:(x'=1) + 1/2:(x'=2) + (0.1+0.2-0.3):(x'=0); endmodule";
+    let scratch = Scratch::new(&[("m.prism", model), ("m.pref", "objective A = F x=1; empty = gain;")]);
+    let inputs = format!("{} {}", scratch.show("m.prism"), scratch.show("m.pref"));
+    run(&format!("check {inputs}")).expect(0);
+    let wrong = run(&format!("values {inputs}")).expect(3);
+    assert!(wrong.stderr.contains("rounding decides"), "{}", wrong.stderr);
+}
+
+#[test]
+fn an_unknown_reward_is_refused_by_name() {
+    let wrong = run("values models/toy.prism models/toy.pref --reward fuel").expect(2);
+    assert!(wrong.stderr.contains("fuel"), "{}", wrong.stderr);
+}
