@@ -27,12 +27,17 @@
 //! `output` formats as text, JSON and pages. [`export`] and [`dump`] write regions as decision
 //! diagrams. [`query`] answers queries from a dump without the model. [`certify`] re-checks a dump
 //! by one-step conditions, and shares no code with the computation. [`projections`] are maps of
-//! regions over two variables, and [`generate`] writes models of any size. [`embed`] provides
-//! owning types for other programs and languages. Imports between these modules form no cycle.
+//! regions over two variables, and [`generate`] writes models of any size. Imports between these
+//! modules form no cycle.
+//!
+//! Other programs and languages start with the types below: a [`Model`] is read from a text and
+//! explored; an [`Exploration`] answers with sets of states ([`States`]) and prepares an
+//! [`Analysis`], which returns [`Strategy`]s. None of them borrows, and clones share their results.
 //!
 //! The library never prints, reads the clock or the environment, or ends the process. A computation
 //! that runs out of memory or time returns [`error::Limit`] and keeps its results. A
-//! [`progress::ProgressSink`] cancels the work.
+//! [`progress::ProgressSink`] cancels the work. Only `supervise`, a feature for the command and the
+//! Python package, starts worker threads and measures time and memory.
 //!
 //! # An example
 //!
@@ -77,7 +82,7 @@ mod automata;
 pub mod certify;
 pub mod diagnostic;
 pub mod dump;
-pub mod embed;
+mod embed;
 pub mod engine;
 pub mod error;
 pub mod escape;
@@ -93,12 +98,17 @@ pub mod progress;
 pub mod projections;
 pub mod query;
 mod random;
+pub mod reach;
 mod reading;
 mod span;
+#[cfg(feature = "supervise")]
+pub mod supervise;
 pub mod tutorial;
 
-pub use embed::{Exploration, Model, Planning, States, Strategy};
+#[cfg(feature = "output")]
+pub use embed::Drawing;
+pub use embed::{Exploration, Listing, Model, Projection, Reached, States};
 pub use engine::{Scope, Settings, Storage};
 pub use error::{Error, Limit, Result, SourceFile};
-pub use planning::{Kind, Options, Rank, Safety};
+pub use planning::{Analysis, FiniteMemoryStrategy as Strategy, Kind, Options, Rank, Safety};
 pub use progress::ProgressSink;

@@ -1,10 +1,9 @@
 //! The export of regions to other packages of decision diagrams.
 
 use meliora::dump::{Diagram, Edge, dddmp, dot};
-use meliora::embed::States;
 use meliora::engine::symbolic::Set;
 use meliora::engine::{Dumpable, any::AnyStates};
-use meliora::{Error, Result};
+use meliora::{Error, Result, States};
 use pyo3::exceptions::{PyImportError, PyRuntimeError};
 use pyo3::prelude::*;
 

@@ -62,7 +62,7 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
-    let read = || load::question(&args.model, &args.preferences, &job.watch);
+    let read = || load::question(&args.model, &args.preferences, &job.sink);
     let question = job.timed("parse", read, |_, _| ())?;
     job.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
@@ -81,7 +81,7 @@ fn analysed(
     (storage, phase): (Storage, &'static str),
 ) -> Result<Analysis<AnyEngine>, Error> {
     let start = Instant::now();
-    let build = || load::engine(&question.program, &args.model, storage, &job.watch);
+    let build = || load::engine(&question.program, &args.model, storage, &job.sink);
     let engine = job.timed(phase, build, |_, _| ())?;
     let built = start.elapsed().as_secs_f64();
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
@@ -97,7 +97,7 @@ fn analyse<E: Engine>(
     analysis: &mut Analysis<E>,
 ) -> Result<(), Error> {
     let mut time = CheckTime { build: Some(built), ..CheckTime::default() };
-    phases::run(analysis, &Phase::ALL, &job.watch, &mut |event| phases::note(&mut time, event))?;
+    phases::run(analysis, &Phase::ALL, &job.sink, &mut |event| phases::note(&mut time, event))?;
     let parts = [time.build, time.outcomes, time.improvement, time.sasi, time.spi];
     time.total = parts.into_iter().flatten().sum();
     let usage = analysis.engine().usage();
@@ -120,7 +120,7 @@ fn conclude<E: Engine, F: Engine>(
 ) -> Result<(), Error> {
     let Agreement { compared, membership, difference } = job.timed(
         "compare",
-        || agreement::compare(left, right, &question.program, args.membership, &job.watch),
+        || agreement::compare(left, right, &question.program, args.membership, &job.sink),
         |_, _| (),
     )?;
     job.update(|r| {

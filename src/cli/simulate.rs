@@ -92,7 +92,7 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.watch)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
@@ -101,7 +101,7 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
     });
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
     play(job, &engine, &question, args, states)
 }
@@ -119,7 +119,7 @@ fn play<E: Engine>(
         false => given,
     };
     let asked = [Phase::levels(args.kind.into())];
-    let levels = || plan::analysis(engine, question, &args.preferences, &asked, &job.watch);
+    let levels = || plan::analysis(engine, question, &args.preferences, &asked, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
     let mut book = plan::finite_memory(&analysis, &question.program, args.kind.into())?;
     let mut simulation = Simulation::new(&mut book, args.setup());

@@ -97,7 +97,7 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<StrategyReport>, args: &StrategyArgs) -> Result<(), Error> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.watch)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
@@ -106,7 +106,7 @@ fn work(job: &Job<StrategyReport>, args: &StrategyArgs) -> Result<(), Error> {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
     });
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
     answer(job, &engine, &question, args, states)
 }
@@ -120,7 +120,7 @@ fn answer<E: Engine>(
 ) -> Result<(), Error> {
     plan::in_scope(&**engine, &args.model, &args.at, &states)?;
     let both = [Phase::Sasi, Phase::Spi];
-    let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.watch);
+    let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
     let book = plan::finite_memory(&analysis, &question.program, args.kind.into())?;
     let mut run = Run { job, question, args, analysis: &analysis, book };
@@ -150,7 +150,7 @@ impl<E: Engine> Run<'_, E> {
         }
         let style = (!self.args.shown.json).then(terminal::stdout_style);
         for state in states {
-            self.job.watch.check()?;
+            self.job.sink.check()?;
             let report = self.state(&state)?;
             if self.args.csv {
                 terminal::print(&strategy_table::csv_rows(&report))?;
@@ -173,7 +173,7 @@ impl<E: Engine> Run<'_, E> {
         let states = engine.list_states(&set, self.args.limit as usize)?;
         if count > meliora::engine::Count::from(states.len()) {
             let (listed, all) = (states.len(), Number(count.clone()).grouped());
-            self.job.watch.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
+            self.job.sink.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
         }
         self.job.update(|r| r.asked = Some(count.into()));
         Ok(states)
@@ -201,9 +201,7 @@ impl<E: Engine> Run<'_, E> {
         let limit = self.args.limit as usize;
         let course = InducedModel::unfold(&mut self.book, states, Scheduler::Permissive, limit)?;
         if !course.complete {
-            self.job
-                .watch
-                .warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
+            self.job.sink.warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
         }
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
         let dot = strategy_table::dot(program, preferences, self.args.kind.into(), &course, states.len());

@@ -12,7 +12,7 @@ use super::result::{
 };
 use super::winning_regions::WinningRegions;
 use super::{strategy, temporal};
-use crate::engine::{Count, Engine};
+use crate::engine::{AnyEngine, Count, Engine};
 use crate::error::{Error, Result};
 use crate::model::preference::{Goal, Objective, ObjectiveSet, Preferences};
 use crate::model::step::Choice;
@@ -90,7 +90,7 @@ pub enum Event<'a> {
 }
 
 /// The winning regions, classes, improvement MDP and levels of one model under one preference file.
-pub struct Analysis<E: Engine> {
+pub struct Analysis<E: Engine = AnyEngine> {
     engine: Arc<E>,
     preferences: Arc<Preferences>,
     options: Options,
@@ -255,6 +255,23 @@ impl<E: Engine> Analysis<E> {
             Some(End::Unbounded(level)) => LevelsEnd::Unbounded(self.engine.count(&level.states)?),
         };
         Ok(())
+    }
+
+    /// Returns an analysis of the same model and preferences under other options, without results.
+    pub fn with_options(&self, options: Options) -> Self {
+        Self::new(&self.engine, &self.preferences, options)
+    }
+
+    /// Returns rank(s) = max { k : s ∈ W_k }; see [`Levels::rank`].
+    pub fn rank(&self, kind: Kind, state: &[i64]) -> Rank {
+        self.levels(kind).rank(&*self.engine, state)
+    }
+
+    /// Returns the names of the objectives in MP(s); empty before the classes are known.
+    pub fn most_preferred(&self, state: &[i64]) -> Vec<&str> {
+        let Some(classes) = &self.classes else { return Vec::new() };
+        let class = classes.of(&*self.engine, state).map(|c| &classes.list[c].most_preferred);
+        class.map_or_else(Vec::new, |set| self.preferences.names(set))
     }
 
     /// Returns the prospects of a state of the scope, as far as they are known.

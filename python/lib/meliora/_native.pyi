@@ -1,8 +1,8 @@
-"""Types of the compiled part. The docstrings describe the classes: `help(meliora.Region)`."""
+"""Types and docstrings of the compiled part. `python/stub_docs.py` writes the docstrings."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any, Literal, final
+from typing import Any, Literal, final, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ _Value: TypeAlias = bool | int | str
 _State: TypeAlias = Mapping[str, _Value]
 _Path: TypeAlias = str | PathLike[str]
 _Rank: TypeAlias = int | float
+_Timeout: TypeAlias = float | str
 _Scope: TypeAlias = Literal["reachable", "all"]
 _Engine: TypeAlias = Literal["symbolic", "explicit"]
 _Safety: TypeAlias = Literal["action", "transition", "prefix"]
@@ -65,7 +66,7 @@ class Model:
         *,
         constants: dict[str, bool | int | float] | None = None,
         bounds: dict[str, tuple[int, int]] | None = None,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Model: ...
     @staticmethod
@@ -75,7 +76,7 @@ class Model:
         constants: dict[str, bool | int | float] | None = None,
         bounds: dict[str, tuple[int, int]] | None = None,
         name: str = "model",
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Model: ...
     @staticmethod
@@ -106,7 +107,7 @@ class Model:
         memory: int | str | None = None,
         order: _Order | None = None,
         threads: int = 1,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Exploration: ...
     def check(
@@ -120,7 +121,7 @@ class Model:
         memory: int | str | None = None,
         order: _Order | None = None,
         threads: int = 1,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Analysis: ...
     def reach(
@@ -132,7 +133,7 @@ class Model:
         memory: int | str | None = None,
         order: _Order | None = None,
         threads: int = 1,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Reachability: ...
     def _repr_html_(self) -> str: ...
@@ -191,7 +192,7 @@ class Exploration:
     def order(self) -> list[str] | None: ...
     def where(self, condition: str | _State) -> Region: ...
     def reach(
-        self, target: Region | str | _State, *, timeout: float | None = None, progress: _Progress | None = None
+        self, target: Region | str | _State, *, timeout: _Timeout | None = None, progress: _Progress | None = None
     ) -> Reachability: ...
     def check(
         self,
@@ -199,7 +200,7 @@ class Exploration:
         *,
         safety: _Safety = "action",
         max_level: int | None = None,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Analysis: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
@@ -208,6 +209,8 @@ class Exploration:
 class Reachability:
     @property
     def target(self) -> Region: ...
+    @property
+    def holds(self) -> bool | None: ...
     @property
     def pmax_one(self) -> Region: ...
     @property
@@ -233,7 +236,7 @@ class Analysis:
     def exploration(self) -> Exploration: ...
     @property
     def complete(self) -> bool: ...
-    def resume(self, *, timeout: float | None = None, progress: _Progress | None = None) -> None: ...
+    def resume(self, *, timeout: _Timeout | None = None, progress: _Progress | None = None) -> None: ...
     @property
     def counts(self) -> dict[str, int] | None: ...
     @property
@@ -278,6 +281,11 @@ class Levels:
     @property
     def complete(self) -> bool: ...
     def __len__(self) -> int: ...
+    @overload
+    def __getitem__(self, index: int, /) -> Region: ...
+    @overload
+    def __getitem__(self, index: slice, /) -> tuple[Region, ...]: ...
+    def __iter__(self) -> Iterator[Region]: ...
     def at_least(self, k: int) -> Region: ...
     def exactly(self, k: float) -> Region: ...
     def rank(self, state: _State) -> _Rank: ...
@@ -337,11 +345,11 @@ class Strategy:
         self,
         state: _State,
         *,
-        runs: int = 1,
+        runs: int = 1000,
         steps: int = 1000,
-        seed: int = 0,
-        picks: Literal["permissive", "progress"] = "permissive",
-        timeout: float | None = None,
+        seed: int = 1,
+        picks: Literal["permissive", "progress"] = "progress",
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Simulation: ...
     def __reduce__(self) -> tuple[Any, ...]: ...

@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex};
 
 use serde_json::Value as Json;
 
-use super::super::watch::lock;
 use super::row::Ended;
+use meliora::supervise::lock;
 
 /// The result of one instance.
 pub(crate) struct Outcome {
@@ -26,7 +26,7 @@ pub(crate) struct Outcome {
 #[derive(Default)]
 pub(crate) struct Pool {
     running: Mutex<Vec<(usize, Child)>>,
-    stopped: AtomicBool,
+    pub(super) stopped: Arc<AtomicBool>,
 }
 
 impl Pool {
