@@ -147,7 +147,7 @@ impl Analysis {
     /// True if all results are known: no limit ended the work.
     #[getter]
     fn complete(&self, py: Python<'_>) -> PyResult<bool> {
-        self.handle.quick(py, |analysis| Ok(Phase::ALL.into_iter().all(|phase| analysis.is_done(phase))))
+        self.handle.quick(py, |analysis| Ok(Phase::ALL.iter().all(|&phase| analysis.is_done(phase))))
     }
 
     /// Continues after a limit; does nothing if the analysis is complete.
@@ -322,11 +322,7 @@ impl Analysis {
     /// maps, which need the symbolic engine. `grid` as in `to_html`.
     #[pyo3(signature = (picture="hasse", grid=None))]
     fn to_svg(&self, py: Python<'_>, picture: &str, grid: Option<Vec<String>>) -> PyResult<String> {
-        let all = [Picture::Hasse, Picture::Sasi, Picture::Spi, Picture::Classes];
-        let Some(picture) = all.into_iter().find(|p| p.name() == picture) else {
-            let known = all.map(|p| format!("{:?}", p.name())).join(", ");
-            return Err(usage(format!("picture={picture:?}: it is one of {known}")));
-        };
+        let picture = options::named("picture", picture, Picture::ALL, Picture::name)?;
         let grid = self.grid(grid)?;
         self.draw(py, Drawing::Svg(picture), grid)
     }

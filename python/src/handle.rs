@@ -38,7 +38,7 @@ impl Handle {
         self.space.worker.run(py, call, move |reporter| {
             let mut analysis = lock(&analysis);
             let report = |phase, part| reporter.report(phase, part);
-            for phase in Phase::ALL {
+            for &phase in Phase::ALL {
                 let ended = run_phases(&mut analysis, &[phase], &report, &mut |event| {
                     let mut known = lock(&known);
                     match event {

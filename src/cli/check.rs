@@ -55,7 +55,7 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
         &args.model.path(),
         &args.preferences.path(),
         args.engine.engine.name(),
-        args.model.scope.into(),
+        args.model.scope,
         args.preferences.safety.name(),
     );
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));

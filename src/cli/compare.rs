@@ -56,20 +56,21 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
     }
     let (model, preferences) = (args.model.path(), args.preferences.path());
     let safety = args.preferences.safety.name();
-    let report = CompareReport::new(&model, &preferences, args.model.scope.into(), safety);
+    let report = CompareReport::new(&model, &preferences, args.model.scope, safety);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
     let read = || load::question(&args.model, &args.preferences, &job.sink);
-    let question = job.timed("parse", read, |_, _| ())?;
+    let mut parsed = 0.0;
+    let question = job.timed("parse", read, |_, seconds| parsed = seconds)?;
     job.update(|r| {
         r.model = ModelSummary::of(&args.model.path(), &question.program);
         r.empty = Some(question.preferences.empty.name());
     });
-    let left = analysed(job, args, &question, (Storage::Symbolic, "symbolic: build"))?;
-    let right = analysed(job, args, &question, (Storage::Explicit, "explicit: build"))?;
+    let left = analysed(job, args, &question, (Storage::Symbolic, "symbolic: build"), parsed)?;
+    let right = analysed(job, args, &question, (Storage::Explicit, "explicit: build"), parsed)?;
     conclude(job, args, &question, &left, &right)
 }
 
@@ -79,13 +80,15 @@ fn analysed(
     args: &CompareArgs,
     question: &Question,
     (storage, phase): (Storage, &'static str),
+    parsed: f64,
 ) -> Result<Analysis<AnyEngine>, Error> {
     let start = Instant::now();
     let build = || load::engine(&question.program, &args.model, storage, &job.sink);
     let engine = job.timed(phase, build, |_, _| ())?;
-    let built = start.elapsed().as_secs_f64();
+    let build = Some(start.elapsed().as_secs_f64());
+    let time = CheckTime { parse: Some(parsed), build, ..CheckTime::default() };
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    analyse(job, storage.name(), built, &mut analysis)?;
+    analyse(job, storage.name(), time, &mut analysis)?;
     Ok(analysis)
 }
 
@@ -93,11 +96,11 @@ fn analysed(
 fn analyse<E: Engine>(
     job: &Job<CompareReport>,
     name: &'static str,
-    built: f64,
+    mut time: CheckTime,
     analysis: &mut Analysis<E>,
 ) -> Result<(), Error> {
-    let mut time = CheckTime { build: Some(built), ..CheckTime::default() };
-    phases::run(analysis, &Phase::ALL, &job.sink, &mut |event| phases::note(&mut time, event))?;
+    phases::run(analysis, Phase::ALL, &job.sink, &mut |event| phases::note(&mut time, event))?;
+    // Both engines share the parsed input, so its time is not a part of the total.
     let parts = [time.build, time.outcomes, time.improvement, time.sasi, time.spi];
     time.total = parts.into_iter().flatten().sum();
     let usage = analysis.engine().usage();

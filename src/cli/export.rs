@@ -111,7 +111,7 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
     let globs = globs(&args.region)?;
     let report = ExportReport::new(
         &args.model.path(),
-        args.model.scope.into(),
+        args.model.scope,
         args.preferences.safety.name(),
         &args.out.display().to_string(),
     );
@@ -147,7 +147,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    phases::run(&mut analysis, &Phase::ALL, &job.sink, &mut |_| ())?;
+    phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;
     let inputs = Inputs {
         model: (args.model.path(), sha256(question.program.source.original().as_bytes())),
         preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),

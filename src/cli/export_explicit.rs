@@ -31,8 +31,8 @@ impl StrategyArg {
     /// Reads `sasi`, `spi:progress`, …
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         let (kind, scheduler) = text.split_once(':').unwrap_or((text, "permissive"));
-        match (Kind::named(kind), Scheduler::named(scheduler)) {
-            (Some(kind), Some(scheduler)) => Ok(StrategyArg { kind, scheduler }),
+        match (kind.parse(), scheduler.parse()) {
+            (Ok(kind), Ok(scheduler)) => Ok(StrategyArg { kind, scheduler }),
             _ => Err("expected a strategy such as sasi, spi, sasi:progress or spi:permissive".to_owned()),
         }
     }
@@ -69,7 +69,7 @@ pub(super) struct Wanted {
 pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
     let report = ExplicitReport::new(
         &wanted.model.path(),
-        wanted.model.scope.into(),
+        wanted.model.scope,
         wanted.preferences.safety.name(),
         &wanted.out.display().to_string(),
         wanted.strategy.map(StrategyArg::name),
@@ -86,7 +86,7 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let build = || load::symbolic(&question.program, &wanted.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());
-    phases::run(&mut analysis, &Phase::ALL, &job.sink, &mut |_| ())?;
+    phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;
     let list = || listed(wanted, &analysis, &question.program);
     let graph = job.timed("states", list, |_, _| ())?;
     let names = job.timed("write", || folder.write(&texts(wanted, &graph)), |_, _| ())?;

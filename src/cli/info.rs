@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use meliora::engine::Engine;
 use meliora::engine::symbolic::order;
-use meliora::engine::{Engine, Scope};
 use meliora::error::Error;
 use meliora::lang::flat::Flat;
 use meliora::model::Program;
@@ -46,8 +46,7 @@ pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
     if args.flat {
         return show_flat(&args);
     }
-    let scope: Scope = args.model.scope.into();
-    let report = InfoReport::new(&args.model.path(), args.engine.engine.name(), scope);
+    let report = InfoReport::new(&args.model.path(), args.engine.engine.name(), args.model.scope);
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }

@@ -250,7 +250,7 @@ pub(super) fn settings(
         file => Order::Text(read(Path::new(file))?),
     };
     Ok(Settings {
-        scope: args.scope.into(),
+        scope: args.scope,
         storage,
         memory: args.memory(),
         order,
@@ -267,10 +267,10 @@ pub(super) fn settings(
 pub(super) fn engine(
     program: &Arc<Program>,
     args: &ModelArgs,
-    storage: impl Into<Storage>,
+    storage: Storage,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    AnyEngine::new(Arc::clone(program), settings(args, storage.into(), sink)?).map(Arc::new)
+    AnyEngine::new(Arc::clone(program), settings(args, storage, sink)?).map(Arc::new)
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.

@@ -34,7 +34,7 @@ pub(super) struct Questions {
 pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Error> {
     let file = questions.file.display().to_string();
     let Questions { model, engine, .. } = &questions;
-    let report = PropertiesReport::new(&model.path(), Some(&file), engine.engine.name(), model.scope.into());
+    let report = PropertiesReport::new(&model.path(), Some(&file), engine.engine.name(), model.scope);
     let shown = shown.of(&questions.model);
     supervise(report, questions.model.timeout, &shown, move |job| {
         let (asked, open) = job.timed("parse", || read(job, &questions), |_, _| ())?;
@@ -52,7 +52,7 @@ pub(super) fn several(
     properties: Vec<String>,
     shown: &ShownArgs,
 ) -> Result<Status, Error> {
-    let report = PropertiesReport::new(&model.path(), None, engine.engine.name(), model.scope.into());
+    let report = PropertiesReport::new(&model.path(), None, engine.engine.name(), model.scope);
     let (shown, timeout) = (shown.of(&model), model.timeout);
     supervise(report, timeout, &shown, move |job| {
         let read = || load::asked(&model, None, &properties, &job.sink);

@@ -72,8 +72,7 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
         return properties::several(model, engine, property, &shown);
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
-    let report =
-        ReachReport::new(&args.model.path(), args.engine.engine.name(), args.model.scope.into(), &asked);
+    let report = ReachReport::new(&args.model.path(), args.engine.engine.name(), args.model.scope, &asked);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }

@@ -9,12 +9,12 @@ use meliora::model::State;
 use meliora::output::SimulateReport;
 use meliora::output::report::ModelSummary;
 use meliora::output::simulate::PlaysReport;
-use meliora::planning::{Phase, Setup, Simulation};
+use meliora::planning::{Kind, Phase, Scheduler, Setup, Simulation};
 
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, KindArg, PicksArg};
+use super::plan;
 use super::supervise::{Job, supervise};
 
 /// Maximum number of initial states in which runs start.
@@ -32,12 +32,12 @@ pub(super) struct SimulateArgs {
     preferences: PreferenceArgs,
 
     /// Kind of improvements: almost sure (sasi) or possible (spi)
-    #[arg(long, value_enum, default_value_t)]
-    kind: KindArg,
+    #[arg(long, value_enum, default_value_t = Kind::Sasi)]
+    kind: Kind,
 
     /// Strategy to simulate
-    #[arg(long, value_enum, default_value_t)]
-    strategy: PicksArg,
+    #[arg(long, value_enum, default_value_t = Scheduler::Progress)]
+    strategy: Scheduler,
 
     /// Number of runs
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
@@ -67,7 +67,7 @@ const MOST_STEPS: u64 = 1_000_000;
 
 impl SimulateArgs {
     fn setup(&self) -> Setup {
-        Setup { scheduler: self.strategy.into(), runs: self.runs, steps: self.steps, seed: self.seed }
+        Setup { scheduler: self.strategy, runs: self.runs, steps: self.steps, seed: self.seed }
     }
 }
 
@@ -81,9 +81,9 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
         &args.model.path(),
         &args.preferences.path(),
         args.engine.engine.name(),
-        args.model.scope.into(),
+        args.model.scope,
         args.preferences.safety.name(),
-        args.kind.into(),
+        args.kind,
         args.setup(),
     );
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
@@ -118,10 +118,10 @@ fn play<E: Engine>(
         true => engine.list_states(&engine.initial_states(), STARTS)?,
         false => given,
     };
-    let asked = [Phase::levels(args.kind.into())];
+    let asked = [Phase::levels(args.kind)];
     let levels = || plan::analysis(engine, question, &args.preferences, &asked, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
-    let mut book = plan::finite_memory(&analysis, &question.program, args.kind.into())?;
+    let mut book = plan::finite_memory(&analysis, &question.program, args.kind)?;
     let mut simulation = Simulation::new(&mut book, args.setup());
     let all = || {
         for start in &starts {

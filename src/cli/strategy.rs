@@ -14,7 +14,7 @@ use meliora::planning::{Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phas
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, KindArg};
+use super::plan;
 use super::supervise::{Job, supervise};
 use super::terminal;
 
@@ -33,8 +33,8 @@ pub(super) struct StrategyArgs {
     preferences: PreferenceArgs,
 
     /// Kind of improvements: almost sure (sasi) or possible (spi)
-    #[arg(long, value_enum, default_value_t)]
-    kind: KindArg,
+    #[arg(long, value_enum, default_value_t = Kind::Sasi)]
+    kind: Kind,
 
     /// State to explain, such as r=2,c=2; variables left out have their initial value (repeatable)
     /// [default: the initial states]
@@ -87,9 +87,9 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
         &args.model.path(),
         &args.preferences.path(),
         args.engine.engine.name(),
-        args.model.scope.into(),
+        args.model.scope,
         args.preferences.safety.name(),
-        args.kind.into(),
+        args.kind,
     );
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
@@ -122,7 +122,7 @@ fn answer<E: Engine>(
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
-    let book = plan::finite_memory(&analysis, &question.program, args.kind.into())?;
+    let book = plan::finite_memory(&analysis, &question.program, args.kind)?;
     let mut run = Run { job, question, args, analysis: &analysis, book };
     job.timed("answer", || run.answer(states), |r, s| r.time.answer = Some(s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
@@ -186,7 +186,7 @@ impl<E: Engine> Run<'_, E> {
         let ranks = [rank(Kind::Sasi), rank(Kind::Spi)];
         let memory = self.book.start(state);
         let at = self.book.explain(state, memory)?;
-        let kind = self.args.kind.into();
+        let kind = self.args.kind;
         let mut report = StateReport::new(program, preferences, kind, &at, ranks);
         // In a list of states, the induced model is left out.
         if self.args.rank.is_none() && !self.args.csv && memory.level != Rank::Finite(0) {
@@ -204,7 +204,7 @@ impl<E: Engine> Run<'_, E> {
             self.job.sink.warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
         }
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
-        let dot = strategy_table::dot(program, preferences, self.args.kind.into(), &course, states.len());
+        let dot = strategy_table::dot(program, preferences, self.args.kind, &course, states.len());
         self.job.update(|r| r.drawing = Some(dot));
         Ok(())
     }

@@ -7,7 +7,6 @@ use meliora::certify;
 use meliora::dump::directory::{read_directory, sha256};
 use meliora::dump::manifest::FILE;
 use meliora::dump::{Dump, Manifest};
-use meliora::engine::Scope;
 use meliora::error::{Error, SourceFile};
 use meliora::lang::Given;
 use meliora::output::VerifyReport;
@@ -75,7 +74,7 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
                 .to_owned(),
         });
     }
-    let scope = Scope::named(&manifest.scope).unwrap_or_default();
+    let scope = manifest.scope.parse().unwrap_or_default();
     let settings = args.limits.settings(scope, job);
     let hashes = (
         sha256(question.program.source.original().as_bytes()),

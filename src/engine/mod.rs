@@ -19,6 +19,7 @@ pub use diagrams::Dumpable;
 pub use edge_labels::EdgeLabels;
 use num_bigint::BigUint;
 use serde::Serialize;
+use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use crate::error::Result;
 use crate::model::State;
@@ -30,10 +31,12 @@ pub use crate::progress::{NoProgress, ProgressSink};
 pub type Count = BigUint;
 
 /// The valuations that count as states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]
 pub enum Scope {
-    /// The valuations reachable from the initial states.
+    /// The valuations that are reachable from the initial states.
     #[default]
     Reachable,
     /// Every valuation of the declared variables.
@@ -41,37 +44,34 @@ pub enum Scope {
 }
 
 impl Scope {
+    /// Both values.
+    pub const ALL: &[Scope] = Scope::VARIANTS;
+
     /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
-        match self {
-            Scope::Reachable => "reachable",
-            Scope::All => "all",
-        }
-    }
-
-    /// Returns the scope with this name.
-    pub fn named(name: &str) -> Option<Scope> {
-        [Scope::Reachable, Scope::All].into_iter().find(|scope| scope.name() == name)
+        self.into()
     }
 }
 
 /// The way an engine stores states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 pub enum Storage {
-    /// State sets are binary decision diagrams.
+    /// Sets of states are binary decision diagrams.
     #[default]
     Symbolic,
-    /// Every state is stored.
+    /// States are stored one by one; for small models and cross-checks.
     Explicit,
 }
 
 impl Storage {
-    /// Returns the name in reports.
+    /// Both values.
+    pub const ALL: &[Storage] = Storage::VARIANTS;
+
+    /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
-        match self {
-            Storage::Symbolic => "symbolic",
-            Storage::Explicit => "explicit",
-        }
+        self.into()
     }
 }
 

@@ -36,7 +36,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
     if analysis.improvement().is_some_and(|i| i.safety == Safety::Prefix) {
         safe_regions(engine, analysis, &mut named)?;
     }
-    for kind in Kind::ALL {
+    for &kind in Kind::ALL {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)

@@ -46,7 +46,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
         // Scripts ask for it by name, so it is in the dump even if it is empty.
         named.push(Named::states(nothing, &engine.no_states()));
     }
-    for kind in Kind::ALL {
+    for &kind in Kind::ALL {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)

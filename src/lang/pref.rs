@@ -1,5 +1,6 @@
 //! Preference files: objectives, preference statements, and the value of nothing (`empty`).
 
+use std::str::FromStr;
 use std::sync::Arc;
 
 use super::ast::{Ident, Span};
@@ -71,9 +72,9 @@ impl Parser<'_, Places> {
             preferences.statements.push(chain);
         } else if self.eat_word("empty") {
             let names = "`bottom`, `gain` or `incomparable`";
-            self.setting(start, Empty::named, names, &mut preferences.empty)?;
+            self.setting(start, names, &mut preferences.empty)?;
         } else if self.eat_word("history") {
-            self.setting(start, History::named, "`state` or `play`", &mut preferences.history)?;
+            self.setting(start, "`state` or `play`", &mut preferences.history)?;
         } else {
             let words = ["objective", "prefer", "empty", "history"];
             let failed = match self.slip(&words) {
@@ -148,16 +149,10 @@ impl Parser<'_, Places> {
     }
 
     /// Parses `keyword = name;`, which may be given once.
-    fn setting<T>(
-        &mut self,
-        start: Span,
-        named: impl Fn(&str) -> Option<T>,
-        names: &str,
-        given: &mut Option<(T, Span)>,
-    ) -> Parsed<()> {
+    fn setting<T: FromStr>(&mut self, start: Span, names: &str, given: &mut Option<(T, Span)>) -> Parsed<()> {
         let keyword = self.text(start);
         self.expect(Token::Eq)?;
-        let Some(value) = named(self.text(self.here())) else {
+        let Ok(value) = self.text(self.here()).parse() else {
             return Err(self.expected(names));
         };
         self.advance();

@@ -5,8 +5,9 @@
 
 mod preorder;
 
-use std::fmt;
 use std::ops::Range;
+
+use strum::{Display, EnumString, IntoStaticStr, VariantArray};
 
 pub use preorder::{Comparison, Contradiction, Preorder, Relation, Statement};
 
@@ -40,7 +41,8 @@ pub struct Outline {
 }
 
 /// The part of a path that counts: `history = …` of a preference file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, EnumString, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum History {
     /// The part from the present state on: targets reached before do not count.
     #[default]
@@ -52,15 +54,7 @@ pub enum History {
 impl History {
     /// Returns the name in preference files and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            History::State => "state",
-            History::Play => "play",
-        }
-    }
-
-    /// Returns the value with this name.
-    pub fn named(name: &str) -> Option<History> {
-        [History::State, History::Play].into_iter().find(|h| h.name() == name)
+        self.into()
     }
 }
 
@@ -117,40 +111,28 @@ impl Preferences {
 
 /// The value of nothing: the comparison with an empty set of most preferred objectives, `empty = …`
 /// of a preference file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Display, EnumString, IntoStaticStr, VariantArray,
+)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 pub enum Empty {
-    /// An objective "nothing" below every other: gaining the first objective improves, losing the
-    /// last one weakens.
+    /// Achieving nothing is worse than every objective.
     #[default]
     Bottom,
-    /// Gaining the first objective improves; losing the last one does not weaken.
+    /// Gaining a first objective improves; losing the last one does not weaken.
     Gain,
-    /// A step to or from an empty set neither improves nor weakens: no pair can be compared.
+    /// Achieving nothing is incomparable to every objective.
     Incomparable,
 }
 
 impl Empty {
     /// All values, the default first.
-    pub const ALL: [Empty; 3] = [Empty::Bottom, Empty::Gain, Empty::Incomparable];
+    pub const ALL: &[Empty] = Empty::VARIANTS;
 
     /// Returns the name in preference files and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Empty::Bottom => "bottom",
-            Empty::Gain => "gain",
-            Empty::Incomparable => "incomparable",
-        }
-    }
-
-    /// Returns the value with this name.
-    pub fn named(name: &str) -> Option<Empty> {
-        Empty::ALL.into_iter().find(|e| e.name() == name)
-    }
-}
-
-impl fmt::Display for Empty {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        self.into()
     }
 }
 

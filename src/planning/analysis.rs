@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::classes::Classes;
 use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::{Improvement, Safety};
@@ -28,7 +30,8 @@ pub struct Options {
 }
 
 /// The phases of an analysis, in their order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Phase {
     /// Counts the states and transitions of the model.
     Counts,
@@ -44,7 +47,7 @@ pub enum Phase {
 
 impl Phase {
     /// All phases in their order.
-    pub const ALL: [Phase; 5] = [Phase::Counts, Phase::Outcomes, Phase::Improvement, Phase::Sasi, Phase::Spi];
+    pub const ALL: &[Phase] = Phase::VARIANTS;
 
     /// Returns the phase that computes the levels of a kind.
     pub fn levels(kind: Kind) -> Phase {
@@ -65,13 +68,7 @@ impl Phase {
 
     /// Returns the name in messages.
     pub fn name(self) -> &'static str {
-        match self {
-            Phase::Counts => "counts",
-            Phase::Outcomes => "outcomes",
-            Phase::Improvement => "improvement",
-            Phase::Sasi => "sasi",
-            Phase::Spi => "spi",
-        }
+        self.into()
     }
 }
 
@@ -127,7 +124,7 @@ impl<E: Engine> Analysis<E> {
     /// A limit of the engine is reached, or a target has no value in some state. Earlier results
     /// stay in [`Analysis::result`].
     pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        Phase::ALL.into_iter().try_for_each(|phase| self.run_phase(phase, listener))
+        Phase::ALL.iter().try_for_each(|&phase| self.run_phase(phase, listener))
     }
 
     /// Runs one phase, or the rest of it after a limit; does nothing if the phase is complete.

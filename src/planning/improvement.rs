@@ -4,7 +4,7 @@
 //! the same choices, so everything is computed over S with improving steps as goal *edges*; only
 //! [`Sizes`] refers to V.
 
-use std::fmt;
+use strum::{Display, EnumString, IntoStaticStr, VariantArray};
 
 use super::classes::{Class, Classes};
 use crate::engine::edge_labels::{dropped, grouped, pairs_into};
@@ -12,41 +12,29 @@ use crate::engine::{Count, EdgeLabels, Engine, Region};
 use crate::error::Result;
 
 /// The safety mode, which selects the kept choices: `--safety`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Display, EnumString, IntoStaticStr, VariantArray,
+)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 pub enum Safety {
-    /// A choice is kept only if none of its successors weakens.
+    /// Drop every action with a successor that weakens the state: no step of a path weakens.
     #[default]
     Action,
-    /// The paper's definition to the letter: a successor that weakens is dropped; the other
-    /// successors of the same choice are kept.
+    /// Drop weakening successors and keep the others, as in the paper: such an action may still
+    /// weaken.
     Transition,
-    /// A choice is kept only if no later state has to weaken the reference: the state where
-    /// planning started, or the last improvement after it.
+    /// Never weaken the state where planning started; after an improvement, the improved state.
     Prefix,
 }
 
 impl Safety {
     /// All values, the default first.
-    pub const ALL: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
+    pub const ALL: &[Safety] = Safety::VARIANTS;
 
     /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
-        match self {
-            Safety::Action => "action",
-            Safety::Transition => "transition",
-            Safety::Prefix => "prefix",
-        }
-    }
-
-    /// Returns the safety mode with this name.
-    pub fn named(name: &str) -> Option<Safety> {
-        Safety::ALL.into_iter().find(|safety| safety.name() == name)
-    }
-}
-
-impl fmt::Display for Safety {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        self.into()
     }
 }
 

@@ -8,6 +8,7 @@
 use std::fmt;
 
 use serde::{Serialize, Serializer};
+use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement, Safety};
@@ -16,7 +17,9 @@ use crate::engine::{EdgeLabels, Engine, Region};
 use crate::error::Result;
 
 /// The paper's two solution concepts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// Safe and almost-surely improving.
@@ -27,19 +30,11 @@ pub enum Kind {
 
 impl Kind {
     /// Both kinds.
-    pub const ALL: [Kind; 2] = [Kind::Sasi, Kind::Spi];
+    pub const ALL: &[Kind] = Kind::VARIANTS;
 
     /// Returns the name in regions, reports and options.
     pub fn name(self) -> &'static str {
-        match self {
-            Kind::Sasi => "sasi",
-            Kind::Spi => "spi",
-        }
-    }
-
-    /// Returns the kind with this name.
-    pub fn named(name: &str) -> Option<Kind> {
-        Kind::ALL.into_iter().find(|kind| kind.name() == name)
+        self.into()
     }
 }
 

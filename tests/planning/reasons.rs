@@ -48,7 +48,7 @@ fn check(kind: Kind, x: i64, expected: &[(&str, Verdict)]) {
 
 #[test]
 fn each_action_has_its_reason() {
-    for kind in Kind::ALL {
+    for &kind in Kind::ALL {
         check(kind, 0, &[("near", Approaches), ("wait", Stays)]);
         check(kind, 2, &[("rest", NothingAhead), ("back", Weakens(4))]);
     }

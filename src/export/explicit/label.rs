@@ -27,7 +27,7 @@ impl<'a, E: Engine> Regions<'a, E> {
             let own = states.iter().enumerate().filter(|(_, s)| engine.contains(region, s));
             labels.push((name.clone(), own.map(|(number, _)| number).collect()));
         }
-        for kind in Kind::ALL {
+        for &kind in Kind::ALL {
             labels.extend(self.ranks(kind, states));
         }
         labels

@@ -18,6 +18,7 @@ mod report;
 mod words;
 
 pub use report::{PageReport, Written};
+use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::simulate::TraceReport;
 use super::{CheckReport, Number};
@@ -59,30 +60,30 @@ pub struct Play {
 }
 
 /// A single picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 pub enum Picture {
-    /// The preference order.
+    /// Preference order.
     Hasse,
-    /// The SASI ranks over the plane.
+    /// Map of guaranteed improvements (SASI ranks).
     Sasi,
-    /// The SPI ranks over the plane.
+    /// Map of possible improvements (SPI ranks).
     Spi,
-    /// The classes over the plane.
+    /// Map of the most preferred objectives (classes).
     Classes,
 }
 
 impl Picture {
+    /// All pictures.
+    pub const ALL: &[Picture] = Picture::VARIANTS;
+
     /// The maps in the order of the page.
     const MAPS: [Picture; 3] = [Picture::Sasi, Picture::Spi, Picture::Classes];
 
     /// Returns the name on the command line and in the page.
     pub fn name(self) -> &'static str {
-        match self {
-            Picture::Hasse => "hasse",
-            Picture::Sasi => "sasi",
-            Picture::Spi => "spi",
-            Picture::Classes => "classes",
-        }
+        self.into()
     }
 
     fn title(self) -> &'static str {
