@@ -37,6 +37,9 @@ pub enum Error {
         /// The message of the system.
         message: String,
     },
+    /// A set of states or choices was given to an engine that did not make it.
+    #[error("the set belongs to another exploration; an engine accepts only the sets that it made")]
+    ForeignSet,
     /// The arguments of a call are inconsistent.
     #[error("{0}")]
     Usage(String),

@@ -34,6 +34,10 @@
 //! explored; an [`Exploration`] answers with sets of states ([`States`]) and prepares an
 //! [`Analysis`], which returns [`Strategy`]s. None of them borrows, and clones share their results.
 //!
+//! Most programs need the types on this page only: a [`Model`] is explored, an [`Exploration`] is
+//! asked for sets of [`States`], and an [`Analysis`] has the results under preferences. [`advanced`]
+//! has the sets of each engine, variable orders and thresholds.
+//!
 //! The library never prints, reads the clock or the environment, or ends the process. A computation
 //! that runs out of memory or time returns [`error::Limit`] and keeps its results. A
 //! [`progress::ProgressSink`] cancels the work. Only `supervise`, a feature for the command and the
@@ -71,26 +75,27 @@
 //! assert_eq!(one.result(), other.result());
 //!
 //! let start = model.state("s=0")?;
-//! assert_eq!(one.most_preferred(&start), ["First"]);
-//! assert_eq!(one.rank(Kind::Sasi, &start), Rank::Finite(1));
+//! assert_eq!(one.most_preferred(&start)?, ["First"]);
+//! assert_eq!(one.rank(Kind::Sasi, &start)?, Rank::Finite(1));
 //! assert_eq!(one.strategy(Kind::Sasi)?.permitted(&start)?, ["b", "c"]);
 //! # Ok(())
 //! # }
 //! ```
 
+pub mod advanced;
 mod automata;
 pub mod certify;
-pub mod diagnostic;
+mod diagnostic;
 pub mod dump;
 mod embed;
 pub mod engine;
 pub mod error;
-pub mod escape;
+mod escape;
 pub mod export;
 pub mod generate;
 pub mod lang;
 pub mod model;
-pub mod names;
+mod names;
 #[cfg(feature = "output")]
 pub mod output;
 pub mod planning;
@@ -105,10 +110,21 @@ mod span;
 pub mod supervise;
 pub mod tutorial;
 
+#[doc(inline)]
 #[cfg(feature = "output")]
 pub use embed::Drawing;
+#[doc(inline)]
 pub use embed::{Exploration, Listing, Model, Projection, Reached, States};
-pub use engine::{Scope, Settings, Storage};
-pub use error::{Error, Limit, Result, SourceFile};
-pub use planning::{Analysis, FiniteMemoryStrategy as Strategy, Kind, Options, Rank, Safety};
-pub use progress::ProgressSink;
+#[doc(inline)]
+pub use engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
+#[doc(inline)]
+pub use error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
+#[doc(inline)]
+pub use model::{Program, State};
+#[doc(inline)]
+pub use planning::{
+    Analysis, AnalysisResult, Event, Explanation, FiniteMemoryStrategy as Strategy, Kind, Options, Phase,
+    Rank, Safety, Scheduler, Setup,
+};
+#[doc(inline)]
+pub use progress::{NoProgress, ProgressSink};

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use crate::engine::Engine;
 use crate::engine::regions::{Regions, regions};
 use crate::error::{Result, SourceFile};
-use crate::lang::ast::Span;
 use crate::lang::ltl::{Formula, Monitoring};
 use crate::lang::property::{Bound, Strategies};
-use crate::lang::{lower_part, lower_target, ltl, parse_expression, parse_property};
+use crate::lang::{lower_target, ltl, parse_expression, parse_property};
 use crate::model::Program;
 use crate::model::expr::ExprId;
 use crate::model::temporal::{Begin, Condition};
@@ -41,9 +40,9 @@ impl Goal {
     ///
     /// # Errors
     /// The formula is wrong or not supported.
-    pub fn of(program: &mut Program, source: &Arc<SourceFile>, formula: &Formula<Span>) -> Result<Self> {
+    pub fn of(program: &mut Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Self> {
         if let Some(target) = formula.reachability() {
-            return Ok(Goal::Target(lower_part(program, source, *target)?));
+            return Ok(Goal::Target(lower_target(program, source, target)?));
         }
         let mut watched = program.clone();
         let mut watching = Monitoring::new(&mut watched);

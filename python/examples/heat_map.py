@@ -16,7 +16,7 @@ import meliora
 
 models = Path(__file__).resolve().parents[2] / "models"
 model = meliora.Model.from_file(models / "robot5x5.prism")
-found = model.check(models / "robot5x5.pref", safety="transition")
+found = model.check(models / "robot5x5.pref", scope="all", safety="transition")
 
 figure, axes = plt.subplots(1, 2, layout="constrained")
 # The states of the last level have an unbounded rank.

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
+use meliora::advanced::names;
 use meliora::engine::Engine;
 use meliora::model::Program;
 use meliora::output::page::Picture;
-use meliora::output::report::ModelSummary;
-use meliora::output::{CheckReport, Report, Style};
+use meliora::output::{CheckReport, Header, Report, Style};
 use meliora::planning::{Class, Phase};
 use meliora::supervise::memory;
-use meliora::{Drawing, Kind, Scope, lang, names};
+use meliora::{Drawing, Kind, Scope, lang};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -73,13 +73,13 @@ impl Analysis {
     fn report_known(&self, py: Python<'_>) -> PyResult<CheckReport> {
         let Origin { program, engine, scope, safety, .. } = &*self.origin;
         let (path, source) = (program.source.name.as_str(), &self.origin.preferences.get().source);
-        let mut report = CheckReport::new(path, &source.name, engine, *scope, safety);
-        report.model = ModelSummary::of(path, program);
-        let mut program = Program::clone(program);
-        let read = lang::load_preferences(source, &mut program);
+        let header = Header { scope: Some(*scope), ..Header::of_model(path) }.with_engine(engine);
+        let mut report = CheckReport::new(header.with_preferences(&source.name, safety));
+        let mut product = Program::clone(program);
+        let read = lang::load_preferences(source, &mut product);
         let read = read.map_err(|error| Failure::of(error).raise(py))?;
-        report.empty = Some(read.empty.name());
-        report.fill(&read, &self.handle.known());
+        report.header.read_both(program, &read);
+        report.result = self.handle.known();
         report.complete = false;
         Ok(report)
     }
@@ -246,7 +246,7 @@ impl Analysis {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let state = self.handle.space.names.state(state)?;
         let names = self.handle.quick(py, |analysis| {
-            Ok(analysis.most_preferred(&state).into_iter().map(str::to_owned).collect::<Vec<_>>())
+            Ok(analysis.most_preferred(&state)?.into_iter().map(str::to_owned).collect::<Vec<_>>())
         })?;
         PyTuple::new(py, names)
     }
@@ -311,11 +311,6 @@ impl Analysis {
     fn to_html(&self, py: Python<'_>, grid: Option<Vec<String>>) -> PyResult<String> {
         let grid = self.grid(grid)?;
         self.draw(py, Drawing::Html, grid)
-    }
-
-    /// Returns the report as Markdown.
-    fn to_markdown(&self, py: Python<'_>) -> PyResult<String> {
-        self.draw(py, Drawing::Markdown, None)
     }
 
     /// Returns a picture as SVG: "hasse" is the preference order; "sasi", "spi" and "classes" are

@@ -2,9 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use meliora::planning::{AnalysisResult, Event, Kind, Phase};
 use meliora::supervise::{lock, run_phases};
-use meliora::{Analysis, Result};
+use meliora::{Analysis, AnalysisResult, Event, Phase, Result};
 use pyo3::prelude::*;
 
 use crate::errors::Failure;
@@ -39,15 +38,8 @@ impl Handle {
             let mut analysis = lock(&analysis);
             let report = |phase, part| reporter.report(phase, part);
             for &phase in Phase::ALL {
-                let ended = run_phases(&mut analysis, &[phase], &report, &mut |event| {
-                    let mut known = lock(&known);
-                    match event {
-                        Event::Objective(counts) => known.objectives.push(counts.clone()),
-                        Event::Level(Kind::Sasi, _, count) => known.sasi.levels.push(count.clone()),
-                        Event::Level(Kind::Spi, _, count) => known.spi.levels.push(count.clone()),
-                        Event::Started(_) | Event::Finished(..) => {}
-                    }
-                });
+                let mut listener = |event: Event<'_>| lock(&known).add(event);
+                let ended = run_phases(&mut analysis, &[phase], &report, &mut listener);
                 *lock(&known) = analysis.result().clone();
                 ended?;
             }

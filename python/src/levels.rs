@@ -142,7 +142,7 @@ impl Levels {
     ///     UsageError: A variable is missing or unknown.
     fn rank<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let state = self.handle.space.names.state(state)?;
-        let rank = self.handle.quick(py, |analysis| Ok(analysis.rank(self.kind, &state)))?;
+        let rank = self.handle.quick(py, |analysis| analysis.rank(self.kind, &state))?;
         rank_of(py, rank)
     }
 

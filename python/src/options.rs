@@ -3,7 +3,7 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
-use meliora::engine::symbolic::Order;
+use meliora::engine::Order;
 use meliora::planning::{Kind, Options, Scheduler};
 use meliora::supervise::memory::{default_memory, parse};
 use meliora::{Exploration, Safety, Scope, Settings, SourceFile, Storage};

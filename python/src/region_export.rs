@@ -1,8 +1,9 @@
 //! The export of regions to other packages of decision diagrams.
 
+use meliora::advanced::any::AnyStates;
+use meliora::advanced::symbolic::Set;
 use meliora::dump::{Diagram, Edge, dddmp, dot};
-use meliora::engine::symbolic::Set;
-use meliora::engine::{Dumpable, any::AnyStates};
+use meliora::engine::Dumpable;
 use meliora::{Error, Result, States};
 use pyo3::exceptions::{PyImportError, PyRuntimeError};
 use pyo3::prelude::*;

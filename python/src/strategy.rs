@@ -3,10 +3,11 @@
 use std::sync::{Arc, Mutex};
 
 use meliora::model::{State, fault};
+use meliora::output::reason::Words;
 use meliora::planning::explain::Explanation as Explained;
 use meliora::planning::{Memory, Setup};
 use meliora::supervise::{Reporter, lock};
-use meliora::{Error, Kind, Rank, output};
+use meliora::{Error, Kind, Rank, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -69,11 +70,11 @@ impl SharedStrategy {
     fn explain(&self, py: Python<'_>, state: State, memory: Option<Memory>) -> PyResult<Explained> {
         let inner = Arc::clone(&self.inner);
         let memory_of = move |strategy: &meliora::Strategy, state: &[i64]| {
-            memory.unwrap_or_else(|| strategy.start(state))
+            memory.map_or_else(|| strategy.start(state), Ok)
         };
         let known = self.space.worker.quick(py, || {
             let mut strategy = lock(&self.inner);
-            let memory = memory_of(&strategy, &state);
+            let memory = memory_of(&strategy, &state)?;
             strategy.knows(memory).then(|| strategy.explain(&state, memory)).transpose()
         })?;
         if let Some(found) = known {
@@ -82,15 +83,15 @@ impl SharedStrategy {
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("strategy", String::new());
             let mut strategy = lock(&inner);
-            let memory = memory_of(&strategy, &state);
+            let memory = memory_of(&strategy, &state)?;
             strategy.explain(&state, memory)
         };
         self.space.worker.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
     }
 
     /// Returns what a short query of the strategy returns.
-    fn quick<T>(&self, py: Python<'_>, query: impl FnOnce(&meliora::Strategy) -> T) -> PyResult<T> {
-        self.space.worker.quick(py, || Ok(query(&lock(&self.inner))))
+    fn quick<T>(&self, py: Python<'_>, query: impl FnOnce(&meliora::Strategy) -> Result<T>) -> PyResult<T> {
+        self.space.worker.quick(py, || query(&lock(&self.inner)))
     }
 
     /// Returns a state; it must be in the scope.
@@ -123,12 +124,10 @@ impl SharedStrategy {
     }
 
     fn explanation(&self, py: Python<'_>, at: &Explained) -> PyResult<Explanation> {
-        let (rank, report) = self.quick(py, |strategy| {
-            let (program, rank) = (&self.space.names.program, strategy.rank(&at.state));
-            let preferences = strategy.preferences();
-            (rank, output::strategy::StateReport::new(program, preferences, self.kind, at, [rank, rank]))
-        })?;
-        Explanation::new(py, &self.space.names, at, rank, report)
+        let rank = self.quick(py, |strategy| strategy.rank(&at.state))?;
+        let strategy = lock(&self.inner);
+        let (program, preferences) = (&*self.space.names.program, strategy.preferences());
+        Explanation::new(py, &self.space.names, at, rank, Words { program, preferences, kind: self.kind })
     }
 }
 
@@ -359,7 +358,7 @@ impl Play {
                 let (from, to) = (program.show_state(&from), program.show_state(&state));
                 return Err(Error::Usage(format!("no enabled action leads from {from} to {to}")));
             }
-            Ok(lock(&self.shared.inner).after(memory, &from, &state))
+            lock(&self.shared.inner).after(memory, &from, &state)
         });
         let (memory, is_improvement) = improved?;
         let mut at = lock(&self.at);

@@ -8,8 +8,7 @@ use clap::ValueEnum;
 use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::export::explicit::{Graph, action_table, drn, explored, induced, prism};
-use meliora::output::ExplicitReport;
-use meliora::output::report::ModelSummary;
+use meliora::output::{ExplicitReport, Header};
 use meliora::planning::induced_model::Scheduler;
 use meliora::planning::{Analysis, Kind, Phase};
 
@@ -67,13 +66,9 @@ pub(super) struct Wanted {
 /// # Errors
 /// The input is wrong, a limit is hit, or the directory cannot be written.
 pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
-    let report = ExplicitReport::new(
-        &wanted.model.path(),
-        wanted.model.scope,
-        wanted.preferences.safety.name(),
-        &wanted.out.display().to_string(),
-        wanted.strategy.map(StrategyArg::name),
-    );
+    let header = Header { safety: Some(wanted.preferences.safety.name()), ..wanted.model.header() };
+    let directory = wanted.out.display().to_string();
+    let report = ExplicitReport::to_directory(header, &directory, wanted.strategy.map(StrategyArg::name));
     supervise(report, wanted.model.timeout, shown, move |job| work(job, &wanted))
 }
 
@@ -82,7 +77,7 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || load::question(&wanted.model, &wanted.preferences, &job.sink);
     let question = job.timed("parse", read, |_, _| ())?;
-    job.update(|r| r.model = ModelSummary::of(&wanted.model.path(), &question.program));
+    job.update(|r| r.header.read(&question.program));
     let build = || load::symbolic(&question.program, &wanted.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());

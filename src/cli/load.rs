@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use meliora::dump::manifest;
-use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora::lang::named::{self, Property};
 use meliora::lang::{self, Given};

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use meliora::engine::{Scope, Storage};
 use meliora::error::Error;
+use meliora::output::Header;
 use meliora::planning::{Options, Safety};
 use meliora::supervise::{memory, parse_duration};
 
@@ -63,6 +64,11 @@ pub(super) struct ModelArgs {
 }
 
 impl ModelArgs {
+    /// Returns the header of a report about the model.
+    pub(super) fn header(&self) -> Header {
+        Header { scope: Some(self.scope.into()), ..Header::of_model(&self.path()) }
+    }
+
     /// Returns the path of the model as reports show it.
     pub(super) fn path(&self) -> String {
         self.model.display().to_string()
@@ -136,6 +142,11 @@ pub(super) struct PreferenceArgs {
 }
 
 impl PreferenceArgs {
+    /// Returns the header of a report about a model and these preferences.
+    pub(super) fn header(&self, model: &ModelArgs) -> Header {
+        model.header().with_preferences(&self.path(), self.safety.name())
+    }
+
     /// Returns the options of the analysis.
     pub(super) fn options(&self) -> Options {
         let max_level = self.max_level.map(|n| usize::try_from(n).unwrap_or(usize::MAX));

@@ -40,18 +40,19 @@ pub(super) fn in_scope<E: Engine>(
     states: &[State],
 ) -> Result<(), Error> {
     let all = engine.all_states();
-    let outside = |(text, state): (&String, &State)| {
-        (!engine.contains(&all, state)).then(|| {
-            let source = SourceFile::new("--at", text.as_str());
-            let message = "this state cannot be reached from the initial states";
-            let diagnostic = Diagnostic::new(&source, 0..text.len(), message);
-            match args.scope {
-                Scope::Reachable => diagnostic.help("`--scope all` accepts every valuation as a state"),
-                Scope::All => diagnostic,
-            }
-        })
-    };
-    let wrong: Vec<Diagnostic> = texts.iter().zip(states).filter_map(outside).collect();
+    let mut wrong = Vec::new();
+    for (text, state) in texts.iter().zip(states) {
+        if engine.contains(&all, state)? {
+            continue;
+        }
+        let source = SourceFile::new("--at", text.as_str());
+        let message = "this state cannot be reached from the initial states";
+        let diagnostic = Diagnostic::new(&source, 0..text.len(), message);
+        wrong.push(match args.scope {
+            Scope::Reachable => diagnostic.help("`--scope all` accepts every valuation as a state"),
+            Scope::All => diagnostic,
+        });
+    }
     if wrong.is_empty() { Ok(()) } else { Err(Error::Input(wrong)) }
 }
 

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use meliora::advanced::escape;
 use meliora::engine::ProgressSink;
 use meliora::error::{Diagnostic, Limit, render};
-use meliora::escape;
 use meliora::supervise::{Supervisor, lock};
 
 use super::options::ShownArgs;

@@ -1,14 +1,13 @@
-//! `meliora report`: the results of `check` as an interactive page, a picture or Markdown.
+//! `meliora report`: the results of `check` as an interactive page or a picture.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use meliora::engine::symbolic::SymbolicEngine;
-use meliora::engine::{Engine, Storage};
+use meliora::engine::{Engine, Storage, SymbolicEngine};
 use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::page::{Content, Picture, Play, Written};
-use meliora::output::report::{ModelSummary, Report};
+use meliora::output::report::Report;
 use meliora::output::simulate::TraceReport;
 use meliora::output::{CheckReport, PageReport};
 use meliora::planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation};
@@ -45,7 +44,7 @@ pub(super) struct ReportArgs {
     #[arg(short, long, value_name = "FILE", required_if_eq("json", "true"))]
     out: Option<PathBuf>,
 
-    /// html: the page; svg: one picture; dot: the preference order; md: Markdown
+    /// html: the page; svg: one picture; dot: the preference order
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 
@@ -94,7 +93,6 @@ enum Format {
     Html,
     Svg,
     Dot,
-    Md,
 }
 
 impl Checked for PageReport {
@@ -109,13 +107,8 @@ impl Checked for PageReport {
 /// The input is wrong, a limit is hit, or the file cannot be written.
 pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
     args.validate()?;
-    let report = PageReport::new(CheckReport::new(
-        &args.model.path(),
-        &args.preferences.path(),
-        args.engine.engine.name(),
-        args.model.scope,
-        args.preferences.safety.name(),
-    ));
+    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let report = PageReport::new(CheckReport::new(header));
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -157,14 +150,13 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         let start = plan::states(&question.program, &at)?.pop();
         Ok((question, plane, start))
     };
-    let (question, plane, start) = job.timed("parse", read, |r, s| r.check.time.parse = Some(s))?;
+    let (question, plane, start) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
     job.update(|r| {
-        r.check.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.check.empty = Some(question.preferences.empty.name());
-        r.check.history = question.preferences.whole_plays();
+        r.check.header.read_both(&question.program, &question.preferences);
+        r.check.header.history = question.preferences.whole_plays();
     });
     let build = || load::symbolic(&question.program, &args.model, &job.sink);
-    let engine = job.timed("build", build, |r, s| r.check.time.build = Some(s))?;
+    let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
     if let (Some(text), Some(start)) = (&args.at, &start) {
         plan::in_scope(&*engine, &args.model, std::slice::from_ref(text), std::slice::from_ref(start))?;
     }
@@ -228,7 +220,6 @@ impl Run<'_> {
         let content = Content { check: &check, program, preferences, projections, play };
         match self.args.format {
             Format::Html => Ok(content.html()),
-            Format::Md => Ok(content.markdown()),
             Format::Dot => Ok(content.dot()),
             Format::Svg => {
                 let without = if projections.is_some() { Picture::Sasi } else { Picture::Hasse };
@@ -245,13 +236,14 @@ impl Run<'_> {
     /// Simulates a run from a state; returns `None` if nothing can be improved.
     fn play(&self, start: &State) -> Result<Option<Play>, Error> {
         let engine = self.analysis.engine();
-        let improves = |kind| self.analysis.levels(kind).rank(engine, start) != Rank::Finite(0);
+        let improves =
+            |kind| Ok::<_, Error>(self.analysis.levels(kind).rank(engine, start)? != Rank::Finite(0));
         let kind = match self.args.kind {
             Some(kind) => kind,
-            None if improves(Kind::Sasi) => Kind::Sasi,
+            None if improves(Kind::Sasi)? => Kind::Sasi,
             None => Kind::Spi,
         };
-        if !improves(kind) {
+        if !improves(kind)? {
             return Ok(None);
         }
         let program = &self.question.program;

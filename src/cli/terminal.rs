@@ -3,8 +3,8 @@
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use meliora::advanced::escape;
 use meliora::error::{Error, Limit, render};
-use meliora::escape;
 use meliora::output::{Failure, FailureKind, Report, Style};
 use serde::Serialize;
 

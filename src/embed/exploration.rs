@@ -10,7 +10,7 @@ use crate::lang;
 use crate::model::Program;
 use crate::model::preference::History;
 use crate::planning::result::ModelCounts;
-use crate::planning::temporal::secured;
+use crate::planning::temporal::{accepting_regions, secured};
 use crate::planning::{Analysis, Options};
 use crate::reach::{Goal, satisfying};
 
@@ -110,7 +110,7 @@ impl Exploration {
     /// # Errors
     /// The target belongs to another exploration; a limit is reached.
     pub fn reach(&self, target: &States) -> Result<Regions<States>> {
-        let found = regions(&self.engine, target.within(&self.engine)?)?;
+        let found = regions(&self.engine, target.set())?;
         Ok(found.map(|set| States::of(&self.engine, set)))
     }
 
@@ -133,12 +133,12 @@ impl Exploration {
         let of = |set| States::of(&engine, set);
         let target = match &goal {
             Goal::Target(target) => of(engine.states_where(*target)?),
-            Goal::Formula(watched) => of(secured(&engine, &watched.condition)?),
+            Goal::Formula(watched) => of(secured(&engine, &accepting_regions(&engine, &watched.condition)?)?),
         };
         let found = goal.regions(&engine)?;
         let holds = |comparison| {
             let satisfying = satisfying(&engine, comparison, found.clone())?;
-            Ok::<_, Error>(engine.is_empty(&engine.difference(&engine.initial_states(), &satisfying)?))
+            engine.is_empty(&engine.difference(&engine.initial_states(), &satisfying)?)
         };
         let holds = comparison.map(holds).transpose()?;
         Ok(Reached {

@@ -3,9 +3,8 @@
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::model::State;
-use crate::output::CheckReport;
 use crate::output::page::{Content, Picture};
-use crate::output::report::ModelSummary;
+use crate::output::{CheckReport, Header};
 use crate::planning::Analysis;
 use crate::projections::{self, Plane};
 
@@ -21,8 +20,6 @@ pub enum Drawing {
     /// A page that loads nothing from elsewhere, with maps, levels, the preference order and all
     /// tables.
     Html,
-    /// A page with the same content but no interactive maps, as Markdown.
-    Markdown,
     /// One picture, as SVG.
     Svg(Picture),
     /// The preference order in the language DOT.
@@ -42,12 +39,12 @@ impl Analysis {
         let (storage, scope) = (engine.storage().name(), engine.settings().scope);
         let safety = self.options().safety.name();
         let model = program.source.name.as_str();
-        let mut report = CheckReport::new(model, source, storage, scope, safety);
-        report.model = ModelSummary::of(model, program);
-        report.empty = Some(self.preferences().empty.name());
-        report.fill(self.preferences(), self.result());
-        let initial = self.initial_prospects(program, LISTED)?;
-        report.set_initial(program, self.preferences(), &initial);
+        let header = Header { scope: Some(scope), ..Header::of_model(model) };
+        let header = header.with_engine(storage).with_preferences(source, safety);
+        let mut report = CheckReport::new(header);
+        report.header.read_both(program, self.preferences());
+        report.result = self.result().clone();
+        report.initial = self.initial_prospects(program, LISTED)?;
         report.memory.peak_nodes = engine.usage().peak_nodes;
         Ok(report)
     }
@@ -76,7 +73,6 @@ impl Analysis {
             Content { check: &check, program, preferences, projections: projections.as_ref(), play: None };
         match drawing {
             Drawing::Html => Ok(content.html()),
-            Drawing::Markdown => Ok(content.markdown()),
             Drawing::Dot => Ok(content.dot()),
             Drawing::Svg(picture) => content.svg(picture).ok_or_else(|| {
                 Error::Usage(

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::ast::{Ident, Span};
 use super::ltl::{Formula, FormulaKind};
-use super::parse::{Failed, Parsed, Parser, Places, whole};
+use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
 use crate::model::preference::{Empty, History, Relation};
@@ -28,8 +28,8 @@ pub struct Preferences {
 pub struct Objective {
     /// Name.
     pub name: Ident,
-    /// Formula on paths. Its state formulas are places in the file.
-    pub formula: Formula<Span>,
+    /// Formula on paths.
+    pub formula: Formula,
     /// Place of the whole statement.
     pub span: Span,
 }
@@ -51,7 +51,7 @@ pub struct Chain {
 /// Returns all syntax errors that can be distinguished.
 pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
     super::mistaken::no_preferences(source)?;
-    let mut parser = Parser::places(source, whole(source));
+    let mut parser = Parser::new(source);
     let mut preferences = Preferences::default();
     while parser.peek() != Token::End {
         if parser.preference(&mut preferences).is_err() {
@@ -61,7 +61,7 @@ pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
     parser.finish(preferences)
 }
 
-impl Parser<'_, Places> {
+impl Parser<'_> {
     fn preference(&mut self, preferences: &mut Preferences) -> Parsed<()> {
         let start = self.here();
         if self.eat_word("objective") {
@@ -141,11 +141,7 @@ impl Parser<'_, Places> {
     }
 
     fn side(&mut self) -> Parsed<Vec<Ident>> {
-        let mut names = vec![self.objective_name()?];
-        while self.eat(Token::Comma) {
-            names.push(self.objective_name()?);
-        }
-        Ok(names)
+        self.list(Self::objective_name)
     }
 
     /// Parses `keyword = name;`, which may be given once.

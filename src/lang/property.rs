@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use super::ast::{BinaryOp, Span};
 use super::ltl::Formula;
-use super::parse::{Failed, Parsed, Parser, Places, whole};
+use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
+use crate::progress::NoProgress;
 
 /// Quantifier over strategies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +40,7 @@ pub struct Property {
     /// Bound on the probability of the formula under these strategies.
     pub bound: Bound,
     /// Formula on paths.
-    pub formula: Formula<Span>,
+    pub formula: Formula,
 }
 
 /// Minimum or maximum probability, as an operator names it.
@@ -84,7 +85,7 @@ pub(in crate::lang) fn meaning(
 /// # Errors
 /// A syntax error, or a property whose answer needs numbers, with the reason.
 pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
-    property_at(source, whole(source))
+    property_at(source, Span::new(0, source.text.len()))
 }
 
 /// Parses a part of a text that is one property.
@@ -92,12 +93,12 @@ pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
 /// # Errors
 /// See [`parse_property`].
 pub(in crate::lang) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Property> {
-    let mut parser = Parser::places(source, place);
+    let mut parser = Parser::of_part(source, place, &NoProgress);
     let parsed = parser.property();
     parser.finish_parsed(parsed)
 }
 
-impl Parser<'_, Places> {
+impl Parser<'_> {
     fn property(&mut self) -> Parsed<Property> {
         let start = self.here();
         let extreme = self.operator()?;

@@ -11,6 +11,7 @@ pub mod preference;
 pub(crate) mod rounding;
 pub mod step;
 pub mod temporal;
+pub mod valuation;
 pub mod value;
 
 use std::ops::Range;

@@ -147,6 +147,17 @@ pub enum Change {
     Lateral,
 }
 
+impl Change {
+    /// Returns the name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Change::Improving => "improving",
+            Change::Weakening => "weakening",
+            Change::Lateral => "lateral",
+        }
+    }
+}
+
 impl Preferences {
     /// Returns MP(X) = { i ∈ X : no j ∈ X is strictly preferred to i }.
     pub fn most_preferred(&self, achieved: &ObjectiveSet) -> ObjectiveSet {
@@ -185,6 +196,11 @@ impl Preferences {
     /// Returns the names of a set's members in the order of declaration.
     pub fn names(&self, set: &ObjectiveSet) -> Vec<&str> {
         set.iter().filter_map(|i| self.objectives.get(i)).map(|o| o.name.as_str()).collect()
+    }
+
+    /// Returns the names like [`Preferences::names`], as texts of their own.
+    pub fn owned_names(&self, set: &ObjectiveSet) -> Vec<String> {
+        self.names(set).into_iter().map(str::to_owned).collect()
     }
 }
 

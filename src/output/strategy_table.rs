@@ -4,12 +4,12 @@ use std::fmt::Write;
 
 use super::ranks;
 use super::reason::Words;
-use super::strategy::StateReport;
-use super::strategy_text::Probability;
+use super::state::StateReport;
+use super::text::Probability;
 use crate::model::Program;
-use crate::model::preference::Preferences;
+use crate::model::valuation::Valuation;
+use crate::planning::InducedModel;
 use crate::planning::induced_model::Node;
-use crate::planning::{InducedModel, Kind};
 
 /// Returns the heading: the variables, then the columns for each action.
 pub fn csv_heading(program: &Program) -> String {
@@ -29,16 +29,19 @@ pub fn csv_heading(program: &Program) -> String {
 }
 
 /// Returns the lines of a state, one per action.
-pub fn csv_rows(state: &StateReport) -> String {
-    let mut text = String::new();
-    for action in &state.actions {
-        let pick = state.progress_action.as_deref() == Some(action.name.as_str());
+pub fn csv_rows(state: &StateReport<'_>) -> String {
+    let (words, at, mut text) = (state.words, &state.at, String::new());
+    let picked = state.progress_action();
+    for action in &at.actions {
+        let pick = picked.is_some_and(|picked| picked.name == action.name);
         let flags = [action.kept, action.permitted, action.progress, pick].map(|f| f.to_string());
-        let mut cells: Vec<String> = state.state.values().map(ToString::to_string).collect();
-        cells.push(state.most_preferred.join("+"));
-        cells.extend([ranks::cell(state.sasi_rank), ranks::cell(state.spi_rank), action.name.clone()]);
+        let values = Valuation::of(words.program, &at.state);
+        let mut cells: Vec<String> = values.values().map(ToString::to_string).collect();
+        cells.push(words.names(&at.most_preferred).join("+"));
+        cells.extend(state.ranks.map(ranks::cell));
+        cells.push(action.name.clone());
         cells.extend(flags);
-        cells.push(action.reason.clone());
+        cells.push(words.reason(at, action));
         text.push_str(&line(cells.into_iter()));
     }
     text
@@ -57,21 +60,15 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 ///
 /// Double boxes are starts. Actions of the progress strategy are bold, improvements green,
 /// weakenings red, and successors past the limit are `…`.
-pub fn dot(
-    program: &Program,
-    preferences: &Preferences,
-    kind: Kind,
-    course: &InducedModel,
-    starts: usize,
-) -> String {
-    let words = Words { program, preferences, kind };
+pub fn dot(words: Words<'_>, course: &InducedModel, starts: usize) -> String {
     let mut out = "digraph strategy {\n  node [shape=box, fontname=\"sans-serif\"];\n".to_owned();
     out.push_str("  edge [fontname=\"sans-serif\"];\n");
     for (index, node) in course.nodes.iter().enumerate() {
         let label = format!(
-            "{}\n{}\n{kind} {}",
-            program.show_state(&node.at.state).replace(',', ", "),
+            "{}\n{}\n{} {}",
+            words.program.show_state(&node.at.state).replace(',', ", "),
             words.list(&node.at.most_preferred),
+            words.kind,
             ranks::cell(node.at.memory.level)
         );
         let double = if index < starts { ", peripheries=2" } else { "" };

@@ -6,10 +6,13 @@
 
 use strum::{Display, EnumString, IntoStaticStr, VariantArray};
 
+use serde::Serialize;
+
 use super::classes::{Class, Classes};
 use crate::engine::edge_labels::{dropped, grouped, pairs_into};
-use crate::engine::{Count, EdgeLabels, Engine, Region};
+use crate::engine::{Count, EdgeLabels, Engine, Region, position};
 use crate::error::Result;
+use crate::model::valuation::decimal;
 
 /// The safety mode, which selects the kept choices: `--safety`.
 #[derive(
@@ -53,13 +56,16 @@ pub struct Arena<E: Engine> {
 }
 
 /// The size of the improvement MDP.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Sizes {
     /// |V| = 2 |S|
+    #[serde(serialize_with = "decimal")]
     pub states: Count,
     /// The kept transitions over V: twice those over S.
+    #[serde(serialize_with = "decimal")]
     pub transitions: Count,
     /// The dropped transitions over S.
+    #[serde(serialize_with = "decimal")]
     pub dropped: Count,
 }
 
@@ -139,7 +145,7 @@ fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> 
     for (reference, class) in classes.list.iter().enumerate() {
         let allowed = engine.difference(&engine.all_states(), &class.worse)?;
         let safe = engine.stay_within(&allowed, &engine.all_choices())?;
-        if engine.is_empty(&engine.intersection(&safe.states, &class.states)?) {
+        if engine.is_empty(&engine.intersection(&safe.states, &class.states)?)? {
             continue;
         }
         let goal = engine.intersection(&class.better, &safe.states)?;
@@ -164,11 +170,11 @@ fn edge_labels<E: Engine>(
     let mut edge_labels: Vec<EdgeLabels<E::States>> = Vec::new();
     for class in &classes.list {
         let lost = dropped(class);
-        let same = |m: &&mut EdgeLabels<E::States>| {
-            engine.same(&m.goal, &class.better) && engine.same(&m.dropped, &lost)
+        let same = |m: &EdgeLabels<E::States>| {
+            Ok(engine.same(&m.goal, &class.better)? && engine.same(&m.dropped, &lost)?)
         };
-        match edge_labels.iter_mut().find(same) {
-            Some(m) => m.from = engine.union(&m.from, &class.states)?,
+        match position(&edge_labels, same)? {
+            Some(at) => edge_labels[at].from = engine.union(&edge_labels[at].from, &class.states)?,
             None => {
                 let (from, goal) = (class.states.clone(), class.better.clone());
                 edge_labels.push(EdgeLabels { from, goal, dropped: lost });

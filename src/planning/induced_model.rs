@@ -78,7 +78,7 @@ impl InducedModel {
         let mut index: AHashMap<(State, Memory), usize> = AHashMap::new();
         let mut queue = VecDeque::new();
         for start in starts {
-            let found = enter(&mut index, &mut queue, limit, (start.clone(), book.start(start)));
+            let found = enter(&mut index, &mut queue, limit, (start.clone(), book.start(start)?));
             course.complete &= found.is_some();
         }
         while let Some((state, memory)) = queue.pop_front() {

@@ -67,9 +67,11 @@ fn classes_are_listed_by_their_members_and_nothing_last() {
     let preferences = case.preferences(&engine, Empty::Bottom);
     let analysis = analyse(&engine, &preferences, Safety::Action);
     let classes = analysis.result().classes.as_ref().unwrap();
-    let members: Vec<Vec<usize>> = classes.iter().map(|c| c.most_preferred.iter().collect()).collect();
+    let members: Vec<&Vec<String>> = classes.iter().map(|c| &c.most_preferred).collect();
+    let name = |&i: &usize| preferences.objectives[i].name.clone();
     let expected: [&[usize]; 8] = [&[0], &[0, 1], &[0, 1, 2], &[0, 2], &[1], &[1, 2], &[2], &[]];
-    assert_eq!(members, expected);
+    let expected = expected.map(|members| members.iter().map(name).collect::<Vec<_>>());
+    assert_eq!(members, expected.each_ref());
 }
 
 #[test]

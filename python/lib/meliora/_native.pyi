@@ -492,8 +492,6 @@ class Analysis:
             grid: The integer variables that span the maps: (row, column), or (column,). None for
                 those with names that suggest rows and columns. Maps need the symbolic engine.
         """
-    def to_markdown(self) -> str:
-        """Returns the report as Markdown."""
     def to_svg(self, picture: str = "hasse", grid: Sequence[str] | None = None) -> str:
         """Returns a picture as SVG: "hasse" is the preference order; "sasi", "spi" and "classes" are
         maps, which need the symbolic engine. `grid` as in `to_html`.

@@ -2,10 +2,11 @@
 
 use ahash::AHashMap;
 
-use super::super::ast::{Assignment, Destination, Edge};
-use super::Lowering;
+use super::super::read::model::{Assignment, Destination, Edge};
 use super::scope::{Meaning, Place, Slot};
+use super::state::Lowering;
 use crate::lang::ast::{BinaryOp, Span};
+use crate::lang::combinations::combinations;
 use crate::model::expr::{ExprId, Node};
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Branches, Command, VarId};
@@ -33,14 +34,8 @@ impl<'a> Lowering<'a> {
     /// Combines edges into one command, with a branch for each combination of their destinations.
     pub(super) fn command(&mut self, parts: &[EdgeOf<'a>]) -> Option<Command> {
         let guard = self.guard(parts);
-        let mut combinations: Vec<Vec<&'a Destination>> = vec![Vec::new()];
-        for (_, edge) in parts {
-            let longer = |c: &Vec<&'a Destination>| {
-                let c = c.clone();
-                edge.destinations.iter().map(move |d| c.iter().copied().chain([d]).collect::<Vec<_>>())
-            };
-            combinations = combinations.iter().flat_map(longer).collect();
-        }
+        let destinations = |part: &EdgeOf<'a>| part.1.destinations.iter().collect::<Vec<_>>();
+        let combinations = combinations(parts.iter().map(destinations));
         let branches: Vec<_> = combinations.iter().map(|c| self.branch(parts, c)).collect();
         let branches: Branches = branches.into_iter().collect::<Option<_>>()?;
         let first = parts.first()?.1;
@@ -58,21 +53,18 @@ impl<'a> Lowering<'a> {
         }
         for &(instance, edge) in parts {
             if let Some(guard) = &edge.guard {
-                let guard_id = self.typed(guard, Place::of(instance), Type::Bool, "a guard")?;
-                conditions.push((guard_id, guard.span));
+                let guard_id = self.typed(&guard.exp, Place::of(instance), Type::Bool, "a guard")?;
+                conditions.push((guard_id, guard.exp.span()));
             }
         }
-        match conditions.is_empty() {
-            true => self.lowerer.literal(Value::Bool(true)),
-            false => self.lowerer.balanced(BinaryOp::And, conditions),
-        }
+        self.lowerer.balanced(BinaryOp::And, conditions)
     }
 
     fn branch(&mut self, parts: &[EdgeOf<'a>], destinations: &[&'a Destination]) -> Option<Branch> {
         let mut probability: Option<(ExprId, Span)> = None;
         for (&(instance, _), destination) in parts.iter().zip(destinations) {
             let own = match &destination.probability {
-                Some(e) => self.typed(e, Place::of(instance), Type::Real, "a probability")?,
+                Some(e) => self.typed(&e.exp, Place::of(instance), Type::Real, "a probability")?,
                 None => self.lowerer.literal(Value::Real(1.0))?,
             };
             let own = (own, destination.span);
