@@ -72,6 +72,14 @@ impl Error {
     }
 }
 
+/// Returns an error if a condition is false.
+///
+/// # Errors
+/// The given error.
+pub(crate) fn ensure<E>(holds: bool, error: impl FnOnce() -> E) -> std::result::Result<(), E> {
+    if holds { Ok(()) } else { Err(error()) }
+}
+
 /// Returns the message of the system, without a path that was added to it.
 fn said(error: &io::Error) -> String {
     match (error.raw_os_error(), error.kind()) {

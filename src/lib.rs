@@ -85,6 +85,7 @@
 pub mod advanced;
 mod automata;
 pub mod certify;
+mod csv;
 mod diagnostic;
 pub mod dump;
 mod embed;

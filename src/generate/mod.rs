@@ -57,7 +57,7 @@ use std::sync::Arc;
 pub use crate::model::preference::Empty;
 pub use world::{Direction, Directions};
 
-use crate::error::{Error, Result, SourceFile};
+use crate::error::{Error, Result, SourceFile, ensure};
 use crate::model::preference::Statement;
 use crate::random::Draw;
 use world::World;
@@ -215,8 +215,8 @@ impl Parameters {
 }
 
 /// Returns a usage error with this message if a condition is false.
-fn require(holds: bool, message: impl Fn() -> String) -> Result<()> {
-    if holds { Ok(()) } else { Err(Error::Usage(message())) }
+fn require(holds: bool, message: impl FnOnce() -> String) -> Result<()> {
+    ensure(holds, || Error::Usage(message()))
 }
 
 /// The seed, and values that replace drawn ones.
@@ -290,8 +290,8 @@ fn finish(
 
 /// Checks that a grid of this size is neither empty nor too large.
 fn check_size(rows: usize, cols: usize) -> Result<(), String> {
-    match (1..=LARGEST_SIDE).contains(&rows) && (1..=LARGEST_SIDE).contains(&cols) {
-        true => Ok(()),
-        false => Err(format!("a grid has 1 to {LARGEST_SIDE} rows and columns, not {rows} x {cols}")),
-    }
+    let sides = 1..=LARGEST_SIDE;
+    ensure(sides.contains(&rows) && sides.contains(&cols), || {
+        format!("a grid has 1 to {LARGEST_SIDE} rows and columns, not {rows} x {cols}")
+    })
 }

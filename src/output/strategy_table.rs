@@ -6,9 +6,11 @@ use super::ranks;
 use super::reason::Words;
 use super::state::StateReport;
 use super::text::Probability;
+use crate::csv;
 use crate::model::Program;
 use crate::model::valuation::Valuation;
 use crate::planning::InducedModel;
+use crate::planning::explain::Action;
 use crate::planning::induced_model::Node;
 
 /// Returns the heading: the variables, then the columns for each action.
@@ -25,14 +27,13 @@ pub fn csv_heading(program: &Program) -> String {
         "pick",
         "reason",
     ];
-    line(variables.chain(columns).map(str::to_owned))
+    csv::lines([variables.chain(columns)])
 }
 
 /// Returns the lines of a state, one per action.
 pub fn csv_rows(state: &StateReport<'_>) -> String {
-    let (words, at, mut text) = (state.words, &state.at, String::new());
-    let picked = state.progress_action();
-    for action in &at.actions {
+    let (words, at, picked) = (state.words, &state.at, state.progress_action());
+    let row = |action: &Action| {
         let pick = picked.is_some_and(|picked| picked.name == action.name);
         let flags = [action.kept, action.permitted, action.progress, pick].map(|f| f.to_string());
         let values = Valuation::of(words.program, &at.state);
@@ -42,18 +43,9 @@ pub fn csv_rows(state: &StateReport<'_>) -> String {
         cells.push(action.name.clone());
         cells.extend(flags);
         cells.push(words.reason(at, action));
-        text.push_str(&line(cells.into_iter()));
-    }
-    text
-}
-
-/// Joins cells with commas as in RFC 4180, except for the end of the line.
-fn line(cells: impl Iterator<Item = String>) -> String {
-    let quoted = |cell: String| match cell.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell,
+        cells
     };
-    cells.map(quoted).collect::<Vec<_>>().join(",") + "\n"
+    csv::lines(at.actions.iter().map(row))
 }
 
 /// Draws the states that are reachable under a strategy: boxes are states, points are actions.
@@ -114,15 +106,4 @@ fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
 /// Quotes a string for DOT.
 fn quote(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn cells_with_commas_and_quotes_are_quoted() {
-        let cells = ["a", "b,c", "say \"d\""].map(str::to_owned);
-        assert_eq!(line(cells.into_iter()), "a,\"b,c\",\"say \"\"d\"\"\"\n");
-    }
 }

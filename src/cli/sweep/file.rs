@@ -87,7 +87,7 @@ impl CsvFile {
     /// # Errors
     /// The file cannot be written.
     pub(crate) fn open(&mut self) -> Result<(), Error> {
-        let out = self.target.begin(&self.text()?)?;
+        let out = self.target.begin(&self.text())?;
         self.out = Some(Writer::from_writer(out));
         Ok(())
     }
@@ -113,15 +113,11 @@ impl CsvFile {
     pub(crate) fn finish(&self) -> Result<(), Error> {
         match self.is_sorted || !self.target.is_regular() {
             true => Ok(()),
-            false => self.target.write(&self.text()?),
+            false => self.target.write(&self.text()),
         }
     }
 
-    fn text(&self) -> Result<String, Error> {
-        let mut out = Writer::from_writer(Vec::new());
-        let mut rows = [&self.header].into_iter().chain(self.rows.values());
-        let written = rows.try_for_each(|row| out.write_record(row));
-        written.map_err(|e| Error::writing(self.target.path(), &e.into()))?;
-        Ok(String::from_utf8_lossy(&out.into_inner().unwrap_or_default()).into_owned())
+    fn text(&self) -> String {
+        meliora::advanced::csv::lines([&self.header].into_iter().chain(self.rows.values()))
     }
 }
