@@ -27,16 +27,21 @@
 //! `output` formats as text, JSON and pages. [`export`] and [`dump`] write regions as decision
 //! diagrams. [`query`] answers queries from a dump without the model. [`certify`] re-checks a dump
 //! by one-step conditions, and shares no code with the computation. [`projections`] are maps of
-//! regions over two variables, and [`generate`] writes models of any size. [`embed`] provides
-//! owning types for other programs and languages. Imports between these modules form no cycle.
+//! regions over two variables, and [`generate`] writes models of any size. Imports between these
+//! modules form no cycle.
+//!
+//! Other programs and languages start with the types below: a [`Model`] is read from a text and
+//! explored; an [`Exploration`] answers with sets of states ([`States`]) and prepares an
+//! [`Analysis`], which returns [`Strategy`]s. None of them borrows, and clones share their results.
 //!
 //! Most programs need the types on this page only: a [`Model`] is explored, an [`Exploration`] is
-//! asked for sets of [`States`], and a [`Planning`] has the results under preferences. [`advanced`]
+//! asked for sets of [`States`], and an [`Analysis`] has the results under preferences. [`advanced`]
 //! has the sets of each engine, variable orders and thresholds.
 //!
 //! The library never prints, reads the clock or the environment, or ends the process. A computation
 //! that runs out of memory or time returns [`error::Limit`] and keeps its results. A
-//! [`progress::ProgressSink`] cancels the work.
+//! [`progress::ProgressSink`] cancels the work. Only `supervise`, a feature for the command and the
+//! Python package, starts worker threads and measures time and memory.
 //!
 //! # An example
 //!
@@ -83,7 +88,7 @@ pub mod certify;
 mod csv;
 mod diagnostic;
 pub mod dump;
-pub mod embed;
+mod embed;
 pub mod engine;
 pub mod error;
 mod escape;
@@ -100,15 +105,18 @@ pub mod projections;
 pub mod quantities;
 pub mod query;
 mod random;
+pub mod reach;
 mod reading;
 mod span;
+#[cfg(feature = "supervise")]
+pub mod supervise;
 pub mod tutorial;
 
 #[doc(inline)]
 #[cfg(feature = "output")]
 pub use embed::Drawing;
 #[doc(inline)]
-pub use embed::{Exploration, Listing, Model, Planning, Projection, States, Strategy};
+pub use embed::{Exploration, Listing, Model, Projection, Reached, States};
 #[doc(inline)]
 pub use engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
 #[doc(inline)]
@@ -117,7 +125,8 @@ pub use error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
 pub use model::{Program, State};
 #[doc(inline)]
 pub use planning::{
-    AnalysisResult, Event, Explanation, Kind, Options, Phase, Rank, Safety, Scheduler, Setup,
+    Analysis, AnalysisResult, Event, Explanation, FiniteMemoryStrategy as Strategy, Kind, Options, Phase,
+    Rank, Safety, Scheduler, Setup,
 };
 #[doc(inline)]
 pub use progress::{NoProgress, ProgressSink};

@@ -31,7 +31,7 @@ pub struct NoProgress;
 impl ProgressSink for NoProgress {}
 
 /// The number of steps between two queries of a sink; they take some tens of microseconds.
-const PATIENCE: u32 = 1 << 10;
+const STEPS_BETWEEN_QUERIES: u32 = 1 << 10;
 
 /// A poll that queries a sink once in many steps, and keeps the answer.
 pub(crate) struct Poll<'o> {
@@ -58,7 +58,7 @@ impl<'o> Poll<'o> {
     /// Returns true if the work must stop. Called in each of many small steps.
     pub(crate) fn should_stop(&mut self) -> bool {
         self.steps = self.steps.wrapping_add(1);
-        if self.limit.is_none() && self.steps.is_multiple_of(PATIENCE) {
+        if self.limit.is_none() && self.steps.is_multiple_of(STEPS_BETWEEN_QUERIES) {
             self.limit = self.sink.stop();
         }
         self.limit.is_some()

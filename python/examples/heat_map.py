@@ -16,14 +16,17 @@ import meliora
 
 models = Path(__file__).resolve().parents[2] / "models"
 model = meliora.Model.from_file(models / "robot5x5.prism")
-found = model.check(models / "robot5x5.pref", safety="transition")
+found = model.check(models / "robot5x5.pref", scope="all", safety="transition")
 
 figure, axes = plt.subplots(1, 2, layout="constrained")
-for axis, battery in zip(axes, (8, 4)):
-    ranks = found.sasi.to_numpy("r", "c", {"b": battery})
-    # Cells without a state (NaN) stay blank; an unbounded rank would be drawn as one more than the highest.
-    ranks = np.where(np.isinf(ranks), len(found.sasi) + 1, ranks)
-    image = axis.imshow(ranks, origin="lower", vmin=0, vmax=len(found.sasi))
+# The states of the last level have an unbounded rank.
+most = len(found.spi)
+for axis, battery in zip(axes, (8, 2)):
+    ranks = found.spi.to_numpy("r", "c", {"b": battery})
+    # Cells without a state (NaN) stay blank.
+    ranks = np.where(np.isinf(ranks), most, ranks)
+    image = axis.imshow(ranks, origin="lower", vmin=0, vmax=most)
     axis.set(title=f"battery {battery}", xlabel="c", ylabel="r")
-figure.colorbar(image, ax=axes, ticks=range(len(found.sasi) + 1), label="sure improvements ahead", shrink=0.6)
+bar = figure.colorbar(image, ax=axes, ticks=range(most + 1), label="possible improvements", shrink=0.6)
+bar.ax.set_yticklabels([*map(str, range(most)), "any number"])
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "ranks.png")

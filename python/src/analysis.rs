@@ -1,28 +1,28 @@
 //! Analyses under preferences.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use meliora::embed::{Drawing, Planning};
+use meliora::advanced::names;
 use meliora::engine::Engine;
+use meliora::model::Program;
 use meliora::output::page::Picture;
 use meliora::output::{CheckReport, Header, Report, Style};
-use meliora::planning::{Kind, Options, Phase};
-use meliora::{Result, SourceFile};
+use meliora::planning::{Class, Phase};
+use meliora::supervise::memory;
+use meliora::{Drawing, Kind, Scope, lang};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::errors::{Failure, unpicklable, usage};
-use crate::exploration::{self, Exploration, counts_dict};
+use crate::handle::Handle;
 use crate::levels::Levels;
-use crate::model::Model;
-use crate::options::{self, Asked};
 use crate::preferences::Preferences;
-use crate::region::{self, Region, Space};
-use crate::shared::Shared;
+use crate::region::Region;
 use crate::strategy::Strategy;
-use crate::watch::lock;
-use crate::worker::{Call, Teller};
-use crate::{display, size};
+use crate::values::counts_dict;
+use crate::worker::Call;
+use crate::{display, options};
 
 /// The result of `Model.check`: the states from which improvements are possible or sure, and how
 /// many.
@@ -32,69 +32,33 @@ use crate::{display, size};
 /// returns the strategies. Several threads may use an analysis: their calls take turns.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Analysis {
-    pub(crate) shared: Arc<Shared>,
-    pub(crate) space: Space,
-    model: Py<Model>,
-    preferences: Py<Preferences>,
-    settings: Settings,
+    handle: Handle,
+    origin: Arc<Origin>,
 }
 
-/// The names of the options of an analysis.
-#[derive(Clone, Copy)]
-struct Settings {
-    engine: &'static str,
-    scope: meliora::Scope,
-    safety: &'static str,
-}
-
-/// Runs an analysis of an exploration.
-///
-/// # Errors
-/// The preferences are invalid; a limit is reached, with the results so far.
-pub(crate) fn prefer(
-    py: Python<'_>,
-    explored: &Exploration,
-    preferences: Py<Preferences>,
-    options: Options,
-    call: &Call,
-) -> PyResult<Analysis> {
-    let (inner, source) = (explored.inner.clone(), Arc::clone(&preferences.get().source));
-    let worker = Arc::clone(&explored.space.worker);
-    let work = move |teller: &Teller<'_>| {
-        teller.turn_to("preferences", String::new());
-        let planning = inner.prefer(&source, options)?;
-        Ok(Shared { known: Mutex::default(), planning: Mutex::new(planning) })
-    };
-    let shared = Arc::new(worker.run(py, call, work).map_err(|failure| failure.raise(py))?);
-    let (_, space) = exploration::of_planning(py, &lock(&shared.planning), &explored.space);
-    let settings = Settings {
-        engine: explored.inner.engine().storage().name(),
-        scope: Engine::settings(explored.inner.engine()).scope,
-        safety: options.safety.name(),
-    };
-    let model = explored.model.clone_ref(py);
-    let analysis = Analysis { shared, space, model, preferences, settings };
-    match analysis.advance(py, call) {
-        Ok(()) => Ok(analysis),
-        Err(failure) => Err(analysis.failed(py, failure)),
-    }
+/// The objects and options of an analysis.
+pub(crate) struct Origin {
+    pub(crate) model: Py<PyAny>,
+    /// The program of the model, without monitors.
+    pub(crate) program: Arc<Program>,
+    pub(crate) exploration: Py<PyAny>,
+    pub(crate) preferences: Py<Preferences>,
+    pub(crate) engine: &'static str,
+    pub(crate) scope: Scope,
+    pub(crate) safety: &'static str,
 }
 
 impl Analysis {
-    pub(crate) fn check(
-        model: &Bound<'_, Model>,
-        preferences: Py<Preferences>,
-        asked: &Asked<'_, '_>,
-        options: Options,
-        call: &Call,
-    ) -> PyResult<Self> {
-        let explored = Exploration::explore(model, asked, call)?;
-        prefer(model.py(), &explored, preferences, options, call)
-    }
-
-    fn advance(&self, py: Python<'_>, call: &Call) -> std::result::Result<(), Failure> {
-        let shared = Arc::clone(&self.shared);
-        self.space.worker.run(py, call, move |teller| shared.run(teller))
+    /// Runs an analysis.
+    ///
+    /// # Errors
+    /// A limit is reached, with the results so far.
+    pub(crate) fn run(py: Python<'_>, handle: Handle, origin: Arc<Origin>, call: &Call) -> PyResult<Self> {
+        let analysis = Analysis { handle, origin };
+        match analysis.handle.run(py, call) {
+            Ok(()) => Ok(analysis),
+            Err(failure) => Err(analysis.failed(py, failure)),
+        }
     }
 
     /// Returns the exception of an incomplete analysis.
@@ -105,61 +69,39 @@ impl Analysis {
         })
     }
 
-    fn copy(&self, py: Python<'_>) -> Self {
-        Analysis {
-            shared: Arc::clone(&self.shared),
-            space: self.space.clone(),
-            model: self.model.clone_ref(py),
-            preferences: self.preferences.clone_ref(py),
-            settings: self.settings,
-        }
-    }
-
-    /// Runs a short query on the planning, on the calling thread.
-    fn look<T>(&self, py: Python<'_>, at: impl FnOnce(&Planning) -> Result<T>) -> PyResult<T> {
-        self.space.worker.quick(py, || at(&lock(&self.shared.planning)))
-    }
-
-    /// Runs a query on the planning that may take long.
-    fn ask<T: Send + 'static>(
-        &self,
-        py: Python<'_>,
-        what: impl FnOnce(&Planning) -> Result<T> + Send + 'static,
-    ) -> PyResult<T> {
-        let shared = Arc::clone(&self.shared);
-        self.space.worker.long(py, move || what(&lock(&shared.planning)))
-    }
-
-    /// Returns a report of the results so far. Does not lock the planning, which may be in use.
+    /// Returns a report of the results so far. Does not wait for the analysis, which may be running.
     fn report_known(&self, py: Python<'_>) -> PyResult<CheckReport> {
-        let Settings { engine, scope, safety } = self.settings;
-        let (model, preferences) = (self.model.get(), self.preferences.get());
-        let path = model.inner.program().source.name.as_str();
-        let header = Header { scope: Some(scope), ..Header::of_model(path) }.with_engine(engine);
-        let mut report = CheckReport::new(header.with_preferences(&preferences.source.name, safety));
-        let mut program = meliora::model::Program::clone(model.inner.program());
-        let source: &Arc<SourceFile> = &preferences.source;
-        let read = meliora::lang::load_preferences(source, &mut program);
+        let Origin { program, engine, scope, safety, .. } = &*self.origin;
+        let (path, source) = (program.source.name.as_str(), &self.origin.preferences.get().source);
+        let header = Header { scope: Some(*scope), ..Header::of_model(path) }.with_engine(engine);
+        let mut report = CheckReport::new(header.with_preferences(&source.name, safety));
+        let mut product = Program::clone(program);
+        let read = lang::load_preferences(source, &mut product);
         let read = read.map_err(|error| Failure::of(error).raise(py))?;
-        report.header.read_both(model.inner.program(), &read);
-        report.result = lock(&self.shared.known).clone();
+        report.header.read_both(program, &read);
+        report.result = self.handle.known();
         report.complete = false;
         Ok(report)
     }
 
+    fn report(&self, py: Python<'_>) -> PyResult<CheckReport> {
+        let source = Arc::clone(&self.origin.preferences.get().source);
+        self.handle.long(py, move |analysis| analysis.report(&source.name))
+    }
+
     /// Converts a report to Python dictionaries and lists.
     fn plain(&self, py: Python<'_>, report: &CheckReport) -> PyResult<Py<PyAny>> {
-        let text = serde_json::to_string(report)
-            .map_err(|e| pyo3::exceptions::PyRuntimeError::new_err(e.to_string()))?;
+        let text = serde_json::to_string(report).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
         Ok(py.import("json")?.call_method1("loads", (text,))?.unbind())
     }
 
     fn levels(&self, kind: Kind) -> Levels {
-        Levels { kind, shared: Arc::clone(&self.shared), space: self.space.clone() }
+        Levels { kind, handle: self.handle.clone() }
     }
 
     fn draw(&self, py: Python<'_>, drawing: Drawing, grid: Option<String>) -> PyResult<String> {
-        self.ask(py, move |planning| planning.draw(drawing, grid.as_deref()))
+        let source = Arc::clone(&self.origin.preferences.get().source);
+        self.handle.long(py, move |analysis| analysis.draw(&source.name, drawing, grid.as_deref()))
     }
 }
 
@@ -167,53 +109,57 @@ impl Analysis {
 impl Analysis {
     /// The model.
     #[getter]
-    fn model(&self, py: Python<'_>) -> Py<Model> {
-        self.model.clone_ref(py)
+    fn model(&self, py: Python<'_>) -> Py<PyAny> {
+        self.origin.model.clone_ref(py)
     }
 
     /// The preferences.
     #[getter]
     fn preferences(&self, py: Python<'_>) -> Py<Preferences> {
-        self.preferences.clone_ref(py)
+        self.origin.preferences.clone_ref(py)
     }
 
     /// `"symbolic"` or `"explicit"`.
     #[getter]
     fn engine(&self) -> &'static str {
-        self.settings.engine
+        self.origin.engine
     }
 
     /// `"reachable"` or `"all"`.
     #[getter]
     fn scope(&self) -> &'static str {
-        self.settings.scope.name()
+        self.origin.scope.name()
     }
 
     /// `"action"`, `"transition"` or `"prefix"`.
     #[getter]
     fn safety(&self) -> &'static str {
-        self.settings.safety
+        self.origin.safety
     }
 
     /// The exploration that is analysed. With `history = play` its states have the variables of the
     /// monitors too.
     #[getter]
-    fn exploration(&self, py: Python<'_>) -> PyResult<Exploration> {
-        let inner = self.look(py, |planning| Ok(planning.exploration()))?;
-        Ok(Exploration::of(inner, self.space.clone(), self.model.clone_ref(py)))
+    fn exploration(&self, py: Python<'_>) -> Py<PyAny> {
+        self.origin.exploration.clone_ref(py)
     }
 
     /// True if all results are known: no limit ended the work.
     #[getter]
     fn complete(&self, py: Python<'_>) -> PyResult<bool> {
-        self.look(py, |p| Ok(Phase::ALL.iter().all(|&phase| p.analysis().is_done(phase))))
+        self.handle.quick(py, |analysis| Ok(Phase::ALL.iter().all(|&phase| analysis.is_done(phase))))
     }
 
     /// Continues after a limit; does nothing if the analysis is complete.
     #[pyo3(signature = (*, timeout=None, progress=None))]
-    fn resume(&self, py: Python<'_>, timeout: Option<f64>, progress: Option<Py<PyAny>>) -> PyResult<()> {
-        let call = Call::new(timeout, progress)?;
-        self.advance(py, &call).map_err(|failure| self.copy(py).failed(py, failure))
+    fn resume(
+        &self,
+        py: Python<'_>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        let (handle, origin) = (self.handle.clone(), Arc::clone(&self.origin));
+        Analysis::run(py, handle, origin, &Call::new(timeout, progress)?).map(drop)
     }
 
     /// The numbers of `states`, `choices`, `transitions`, `deadlocks` and `initial` states. With
@@ -221,7 +167,7 @@ impl Analysis {
     /// ended the work before.
     #[getter]
     fn counts<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let counts = lock(&self.shared.known).counts.clone();
+        let counts = self.handle.known().counts;
         counts.map(|counts| counts_dict(py, &counts)).transpose()
     }
 
@@ -230,7 +176,7 @@ impl Analysis {
     /// ended the work before.
     #[getter]
     fn improvement<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(sizes) = lock(&self.shared.known).improvement.clone() else { return Ok(None) };
+        let Some(sizes) = self.handle.known().improvement else { return Ok(None) };
         let dict = PyDict::new(py);
         dict.set_item("states", &sizes.states)?;
         dict.set_item("transitions", &sizes.transitions)?;
@@ -242,11 +188,11 @@ impl Analysis {
     /// of the engine's own tables; and `peak_rss_bytes`, the largest size of this process.
     #[getter]
     fn usage<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let used = self.look(py, |planning| Ok(Engine::usage(planning.engine())))?;
+        let used = self.handle.quick(py, |analysis| Ok(analysis.engine().usage()))?;
         let dict = PyDict::new(py);
         dict.set_item("peak_nodes", used.peak_nodes)?;
         dict.set_item("bytes", used.bytes)?;
-        dict.set_item("peak_rss_bytes", size::peak_rss())?;
+        dict.set_item("peak_rss_bytes", memory::peak_rss())?;
         Ok(dict)
     }
 
@@ -276,18 +222,18 @@ impl Analysis {
     /// Empty if a limit ended the work before.
     #[getter]
     fn classes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let found = self.look(py, |planning| {
-            let class = |class: &meliora::planning::Class<_>| {
-                let names = planning.preferences().names(&class.most_preferred);
-                let name = meliora::advanced::names::class(&meliora::advanced::names::members(&names));
-                let states = planning.region(&name).unwrap_or_else(|| planning.exploration().deadlocks());
-                (names.into_iter().map(str::to_owned).collect::<Vec<_>>(), states)
+        let found = self.handle.quick(py, |analysis| {
+            let class = |class: &Class<_>| {
+                let objectives = analysis.preferences().names(&class.most_preferred);
+                let name = names::class(&names::members(&objectives));
+                let states = analysis.region(&name).unwrap_or_else(|| analysis.exploration().deadlocks());
+                (objectives.into_iter().map(str::to_owned).collect::<Vec<_>>(), states)
             };
-            Ok(planning.analysis().classes().into_iter().flat_map(|c| &c.list).map(class).collect::<Vec<_>>())
+            Ok(analysis.classes().into_iter().flat_map(|c| &c.list).map(class).collect::<Vec<_>>())
         })?;
         let all = PyDict::new(py);
-        for (names, states) in found {
-            all.set_item(PyTuple::new(py, names)?, Py::new(py, self.space.region(states))?)?;
+        for (objectives, states) in found {
+            all.set_item(PyTuple::new(py, objectives)?, Py::new(py, self.handle.space.region(states))?)?;
         }
         Ok(all)
     }
@@ -298,9 +244,9 @@ impl Analysis {
         py: Python<'py>,
         state: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let state = self.space.names.state(state)?;
-        let names = self.look(py, |planning| {
-            Ok(planning.most_preferred(&state)?.into_iter().map(str::to_owned).collect::<Vec<_>>())
+        let state = self.handle.space.names.state(state)?;
+        let names = self.handle.quick(py, |analysis| {
+            Ok(analysis.most_preferred(&state)?.into_iter().map(str::to_owned).collect::<Vec<_>>())
         })?;
         PyTuple::new(py, names)
     }
@@ -309,7 +255,7 @@ impl Analysis {
     /// dumps.
     #[getter]
     fn region_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.look(py, |planning| Ok(planning.regions().into_iter().map(|(name, _)| name).collect()))
+        self.handle.quick(py, |analysis| Ok(analysis.region_names()))
     }
 
     /// Returns the region with this name.
@@ -317,9 +263,9 @@ impl Analysis {
     /// Raises:
     ///     UsageError: The name is unknown, or the region is not computed yet.
     fn region(&self, py: Python<'_>, name: &str) -> PyResult<Region> {
-        let found = self.look(py, |planning| Ok(planning.region(name)))?;
+        let found = self.handle.quick(py, |analysis| Ok(analysis.region(name)))?;
         let states = found.ok_or_else(|| usage(format!("no region has the name `{name}`")))?;
-        Ok(self.space.region(states))
+        Ok(self.handle.space.region(states))
     }
 
     /// The levels of almost-sure improvement.
@@ -339,20 +285,20 @@ impl Analysis {
     /// Raises:
     ///     UsageError: A limit ended the work before the levels of this kind were computed.
     fn strategy(&self, py: Python<'_>, kind: &str) -> PyResult<Strategy> {
-        Strategy::new(py, &self.shared, &self.space, options::kind(kind)?)
+        Strategy::new(py, &self.handle, options::kind(kind)?)
     }
 
     /// Returns the report of `meliora check --json` as a dictionary; its counts are decimal
     /// strings.
     fn to_dict(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let mut report = self.ask(py, Planning::report)?;
+        let mut report = self.report(py)?;
         report.complete = self.complete(py)?;
         self.plain(py, &report)
     }
 
     /// Returns all tables as text.
     fn to_text(&self, py: Python<'_>) -> PyResult<String> {
-        let report = self.ask(py, Planning::report)?;
+        let report = self.report(py)?;
         Ok(report.text(Style { color: false, width: None }))
     }
 
@@ -377,7 +323,7 @@ impl Analysis {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let known = lock(&self.shared.known).clone();
+        let known = self.handle.known();
         let list = |levels: &[meliora::engine::Count]| {
             levels.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
         };
@@ -398,17 +344,24 @@ impl Analysis {
 
 impl Analysis {
     fn objective_regions<'py>(&self, py: Python<'py>, what: &str) -> PyResult<Bound<'py, PyDict>> {
-        self.look(py, |planning| {
-            Ok(region::by_name(py, &self.space, planning, |name| format!("{what}:{name}")))
-        })?
+        let found = self.handle.quick(py, |analysis| {
+            let region = |name: &String| Some((name.clone(), analysis.region(&format!("{what}:{name}"))?));
+            let objectives = analysis.preferences().objectives.iter().map(|objective| &objective.name);
+            Ok(objectives.filter_map(region).collect::<Vec<_>>())
+        })?;
+        let all = PyDict::new(py);
+        for (name, states) in found {
+            all.set_item(name, Py::new(py, self.handle.space.region(states))?)?;
+        }
+        Ok(all)
     }
 
     /// Returns `r,c` for the names of variables.
     fn grid(&self, names: Option<Vec<String>>) -> PyResult<Option<String>> {
         let Some(names) = names else { return Ok(None) };
         match names.as_slice() {
-            [column] => self.space.view(None, column, None)?,
-            [row, column] => self.space.view(Some(row), column, None)?,
+            [column] => self.handle.space.view(None, column, None)?,
+            [row, column] => self.handle.space.view(Some(row), column, None)?,
             _ => return Err(usage("grid: one or two names of variables, (row, column)")),
         };
         Ok(Some(names.join(",")))

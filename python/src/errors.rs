@@ -1,14 +1,11 @@
 //! Errors of the library as Python exceptions. The classes are those of `meliora.errors`.
 
-use std::any::Any;
-
 use meliora::error::{Diagnostic, Relief, render};
+use meliora::supervise::Position;
 use meliora::{Error, Limit};
 use pyo3::exceptions::{PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-
-use crate::watch::Position;
 
 /// The reason why a call failed, and the position of the work.
 pub(crate) struct Failure(Box<Reason>);
@@ -47,11 +44,6 @@ impl Failure {
 
     pub(crate) fn at(self, position: Position) -> Self {
         Failure::new(self.0.cause, position)
-    }
-
-    /// Returns true if it was raised in Python.
-    pub(crate) fn is_raised(&self) -> bool {
-        matches!(self.0.cause, Cause::Raised(_))
     }
 
     /// Converts it to an exception.
@@ -162,12 +154,6 @@ fn advice(limit: &Limit) -> &'static str {
         Some(Relief::Symbolic) => "; `engine=\"symbolic\"` has no such limit",
         _ => "",
     }
-}
-
-/// Returns the message of a panic.
-pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a panic".to_owned())
 }
 
 /// Returns the exception for pickling an object that is bound to this process.

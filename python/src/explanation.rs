@@ -6,8 +6,7 @@ use meliora::planning::explain::{Action as Enabled, Explanation as Explained, Su
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::levels::rank_of;
-use crate::values::Names;
+use crate::values::{Names, rank_of};
 
 /// A state under a strategy, with every enabled action.
 #[pyclass(frozen, get_all, module = "meliora")]
@@ -127,9 +126,13 @@ impl Successor {
     }
 }
 
-/// Formats a rank: `2`, or `any number of`.
-fn shown(rank: &Bound<'_, PyAny>) -> PyResult<String> {
-    Ok(if rank.extract::<f64>()?.is_infinite() { "any number of".to_owned() } else { rank.to_string() })
+/// Formats a rank: `2 improvements`, or `any number of improvements`.
+fn improvements(rank: &Bound<'_, PyAny>) -> PyResult<String> {
+    Ok(match rank.extract::<f64>()? {
+        f64::INFINITY => "any number of improvements".to_owned(),
+        1.0 => "1 improvement".to_owned(),
+        _ => format!("{rank} improvements"),
+    })
 }
 
 #[pymethods]
@@ -140,8 +143,8 @@ impl Explanation {
     }
 
     fn __str__(&self, py: Python<'_>) -> PyResult<String> {
-        let rank = shown(self.rank.bind(py))?;
-        let mut text = format!("{}: {rank} improvements ahead\n", self.state.bind(py).str()?);
+        let ahead = improvements(self.rank.bind(py))?;
+        let mut text = format!("{}: {ahead} ahead\n", self.state.bind(py).str()?);
         for action in self.actions.bind(py) {
             let action = action.cast::<Action>()?.get();
             let mark = match (action.permitted, action.progress) {

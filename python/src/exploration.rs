@@ -2,21 +2,21 @@
 
 use std::sync::{Arc, Mutex};
 
-use meliora::embed;
 use meliora::engine::Engine;
 use meliora::planning::result::ModelCounts;
+use meliora::supervise::{Reporter, lock};
+use meliora::{Options, Reached, Settings, States};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::analysis::{self, Analysis};
-use crate::errors::{unpicklable, usage};
-use crate::model::Model;
-use crate::options::{self, Asked};
-use crate::preferences;
+use crate::analysis::{Analysis, Origin};
+use crate::errors::unpicklable;
+use crate::handle::Handle;
+use crate::options;
+use crate::preferences::{self, Preferences};
 use crate::region::{Region, Space};
-use crate::values::Names;
-use crate::watch::lock;
-use crate::worker::{Call, Teller};
+use crate::values::{as_dict, counts_dict};
+use crate::worker::Call;
 
 /// The states of a model's scope, with their choices.
 ///
@@ -24,60 +24,104 @@ use crate::worker::{Call, Teller};
 /// of their regions.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Exploration {
-    pub(crate) inner: embed::Exploration,
-    pub(crate) space: Space,
-    pub(crate) model: Py<Model>,
+    inner: meliora::Exploration,
+    space: Space,
+    model: Py<PyAny>,
     counts: Mutex<Option<ModelCounts>>,
 }
 
 impl Exploration {
-    pub(crate) fn of(inner: embed::Exploration, space: Space, model: Py<Model>) -> Self {
+    fn new(inner: meliora::Exploration, space: Space, model: Py<PyAny>) -> Self {
         Exploration { inner, space, model, counts: Mutex::new(None) }
     }
 
-    pub(crate) fn explore(model: &Bound<'_, Model>, asked: &Asked<'_, '_>, call: &Call) -> PyResult<Self> {
-        let (py, names) = (model.py(), Arc::clone(&model.get().names));
-        let (settings, worker) = asked.settings()?;
-        let read = model.get().inner.clone();
-        let work = move |teller: &Teller<'_>| {
-            teller.turn_to("states", String::new());
-            read.explore(settings)
+    /// Explores a model; `object` is the model in Python.
+    ///
+    /// # Errors
+    /// The errors of [`meliora::Model::explore`], and of the call.
+    pub(crate) fn explore(
+        (model, object): (&meliora::Model, Bound<'_, PyAny>),
+        space: Space,
+        settings: Settings,
+        call: &Call,
+    ) -> PyResult<Self> {
+        let (py, model) = (object.py(), model.clone());
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("states", String::new());
+            model.explore(settings)
         };
-        let inner = worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
-        Ok(Exploration::of(inner, Space { worker, names }, model.clone().unbind()))
+        let inner = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        Ok(Exploration::new(inner, space, object.unbind()))
     }
 
-    /// Computes the regions of a target that is given as a condition.
-    pub(crate) fn reach_condition(
+    /// Runs an analysis.
+    ///
+    /// # Errors
+    /// The preferences are invalid; a limit is reached, with the results so far.
+    pub(crate) fn analyse(
         &self,
         py: Python<'_>,
-        target: String,
+        preferences: Py<Preferences>,
+        options: Options,
         call: &Call,
-    ) -> PyResult<Reachability> {
+    ) -> PyResult<Analysis> {
+        let (inner, source) = (self.inner.clone(), Arc::clone(&preferences.get().source));
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("preferences", String::new());
+            inner.prefer(&source, options)
+        };
+        let analysis = self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        let names = self.space.names.of_product(py, analysis.program());
+        let space = Space { worker: Arc::clone(&self.space.worker), names };
+        let exploration = Exploration::new(analysis.exploration(), space.clone(), self.model.clone_ref(py));
+        let origin = Origin {
+            model: self.model.clone_ref(py),
+            program: Arc::clone(self.inner.program()),
+            exploration: Py::new(py, exploration)?.into_any(),
+            preferences,
+            engine: self.engine(),
+            scope: self.inner.engine().settings().scope,
+            safety: options.safety.name(),
+        };
+        Analysis::run(py, Handle::new(analysis, space), Arc::new(origin), call)
+    }
+
+    /// Answers a question about paths that is given as text.
+    pub(crate) fn reach_text(&self, py: Python<'_>, question: String, call: &Call) -> PyResult<Reachability> {
         let inner = self.inner.clone();
-        self.reach_by(py, call, move || inner.states_where(&target))
+        self.reach_by(py, call, move || inner.reach_where(&question))
+    }
+
+    /// Computes the regions of a target.
+    fn reach_states(&self, py: Python<'_>, target: States, call: &Call) -> PyResult<Reachability> {
+        let inner = self.inner.clone();
+        self.reach_by(py, call, move || {
+            let regions = inner.reach(&target)?;
+            Ok(Reached { target, regions, holds: None, exploration: inner })
+        })
     }
 
     fn reach_by(
         &self,
         py: Python<'_>,
         call: &Call,
-        target: impl FnOnce() -> meliora::Result<embed::States> + Send + 'static,
+        answer: impl FnOnce() -> meliora::Result<Reached> + Send + 'static,
     ) -> PyResult<Reachability> {
-        let inner = self.inner.clone();
-        let work = move |teller: &Teller<'_>| {
-            teller.turn_to("target", String::new());
-            let target = target()?;
-            Ok((inner.reach(&target)?, target))
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("target", String::new());
+            answer()
         };
-        let (found, target) = self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
-        let region = |states| Py::new(py, self.space.region(states));
+        let found = self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        let names = self.space.names.of_product(py, found.exploration.program());
+        let space = Space { worker: Arc::clone(&self.space.worker), names };
+        let region = |states| Py::new(py, space.region(states));
         Ok(Reachability {
-            target: region(target)?,
-            pmax_one: region(found.pmax_one)?,
-            pmax_positive: region(found.pmax_positive)?,
-            pmin_one: region(found.pmin_one)?,
-            pmin_positive: region(found.pmin_positive)?,
+            target: region(found.target)?,
+            holds: found.holds,
+            pmax_one: region(found.regions.pmax_one)?,
+            pmax_positive: region(found.regions.pmax_positive)?,
+            pmin_one: region(found.regions.pmin_one)?,
+            pmin_positive: region(found.regions.pmin_positive)?,
         })
     }
 
@@ -87,7 +131,7 @@ impl Exploration {
         let states = match condition.extract::<String>() {
             Ok(text) => self.space.worker.long(py, move || inner.states_where(&text))?,
             Err(_) => {
-                let fixed = self.space.names.fixed(&crate::values::as_dict(condition)?)?;
+                let fixed = self.space.names.fixed(&as_dict(condition)?)?;
                 self.space.worker.long(py, move || inner.slice(&fixed))?
             }
         };
@@ -99,7 +143,7 @@ impl Exploration {
 impl Exploration {
     /// The model.
     #[getter]
-    fn model(&self, py: Python<'_>) -> Py<Model> {
+    fn model(&self, py: Python<'_>) -> Py<PyAny> {
         self.model.clone_ref(py)
     }
 
@@ -171,21 +215,27 @@ impl Exploration {
     /// target with probability one, and with positive probability.
     ///
     /// Args:
-    ///     target: A region, a condition in the model's language, or a dictionary of values.
+    ///     target: A region, a dictionary of values, or a text: a condition in the model's language,
+    ///         a temporal formula such as 'G F x = 3', or a property such as 'P>=1 [ F x = 3 ]'.
+    ///         For a temporal formula other than 'F condition', the regions are of the product with
+    ///         its monitors, in the states where these begin.
     #[pyo3(signature = (target, *, timeout=None, progress=None))]
     fn reach(
         &self,
         py: Python<'_>,
         target: &Bound<'_, PyAny>,
-        timeout: Option<f64>,
+        timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Reachability> {
         let call = Call::new(timeout, progress)?;
+        if let Ok(text) = target.extract::<String>() {
+            return self.reach_text(py, text, &call);
+        }
         let states = match target.cast::<Region>() {
             Ok(region) => region.get().states.clone(),
             Err(_) => self.meant(py, target)?.states,
         };
-        self.reach_by(py, &call, move || Ok(states))
+        self.reach_states(py, states, &call)
     }
 
     /// Analyses the exploration under preferences, as `Model.check` without exploring again. With
@@ -197,13 +247,13 @@ impl Exploration {
         preferences: &Bound<'_, PyAny>,
         safety: &str,
         max_level: Option<usize>,
-        timeout: Option<f64>,
+        timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Analysis> {
         let options = options::planning(safety, max_level)?;
         let call = Call::new(timeout, progress)?;
         let preferences = preferences::given(py, preferences)?;
-        analysis::prefer(py, self, preferences, options, &call)
+        self.analyse(py, preferences, options, &call)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -219,8 +269,11 @@ impl Exploration {
 /// The qualitative regions of a target.
 #[pyclass(frozen, get_all, module = "meliora")]
 pub(crate) struct Reachability {
-    /// The target.
+    /// The target; for a temporal formula other than `F condition`, the states from which it can be
+    /// satisfied from then on, almost surely.
     target: Py<Region>,
+    /// For a property, True if it is true in all initial states; else None.
+    holds: Option<bool>,
     /// The states from which some strategy reaches the target with probability one.
     pmax_one: Py<Region>,
     /// The states from which some strategy reaches the target with positive probability.
@@ -239,35 +292,4 @@ impl Reachability {
             (count(&self.target)?, count(&self.pmax_one)?, count(&self.pmax_positive)?);
         Ok(format!("<Reachability of {target} states: surely from {one}, possibly from {positive}>"))
     }
-}
-
-/// Converts the sizes of a model to a dictionary.
-pub(crate) fn counts_dict<'py>(py: Python<'py>, counts: &ModelCounts) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    dict.set_item("states", &counts.states)?;
-    if let Some(states) = &counts.model_states {
-        dict.set_item("model_states", states)?;
-    }
-    dict.set_item("choices", &counts.choices)?;
-    dict.set_item("transitions", &counts.transitions)?;
-    dict.set_item("deadlocks", &counts.deadlocks)?;
-    dict.set_item("initial", &counts.initial)?;
-    Ok(dict)
-}
-
-/// Returns the exploration of an analysis, which has other variables with `history = play`.
-pub(crate) fn of_planning(
-    py: Python<'_>,
-    planning: &embed::Planning,
-    before: &Space,
-) -> (embed::Exploration, Space) {
-    let inner = planning.exploration();
-    let same = inner.program().variables.len() == before.names.program.variables.len();
-    let names = if same { Arc::clone(&before.names) } else { Names::new(py, inner.program()) };
-    (inner, Space { worker: Arc::clone(&before.worker), names })
-}
-
-/// Checks that a level is not negative.
-pub(crate) fn level(k: i64) -> PyResult<usize> {
-    usize::try_from(k).map_err(|_| usage(format!("{k} is no level: they are counted from 0")))
 }

@@ -1,55 +1,37 @@
 //! Levels and ranks.
 
-use std::sync::Arc;
-
-use meliora::embed::{Planning, Projection, States};
 use meliora::planning::levels::End;
-use meliora::planning::{Kind, Rank};
-use meliora::{Error, Result};
+use meliora::{Analysis, Error, Kind, Projection, Result, States};
 use num_bigint::BigUint;
 use pyo3::prelude::*;
-use pyo3::types::{PyFloat, PyTuple};
+use pyo3::types::{PyIterator, PyTuple};
 
 use crate::arrays;
-use crate::errors::unpicklable;
-use crate::exploration::level;
-use crate::region::{Region, Space, View, shape};
-use crate::shared::Shared;
+use crate::errors::{unpicklable, usage};
+use crate::handle::Handle;
+use crate::region::{Region, View, shape};
 use crate::strategy::Strategy;
-use crate::watch::lock;
+use crate::values::rank_of;
 
 /// The levels of one kind. Level k contains the states from which k improvements can be made,
 /// almost surely (SASI) or with positive probability (SPI).
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Levels {
     pub(crate) kind: Kind,
-    pub(crate) shared: Arc<Shared>,
-    pub(crate) space: Space,
-}
-
-/// Converts a rank to an int, or infinity.
-pub(crate) fn rank_of<'py>(py: Python<'py>, rank: Rank) -> PyResult<Bound<'py, PyAny>> {
-    Ok(match rank {
-        Rank::Finite(k) | Rank::AtLeast(k) => k.into_pyobject(py)?.into_any(),
-        Rank::Unbounded => PyFloat::new(py, f64::INFINITY).into_any(),
-    })
+    pub(crate) handle: Handle,
 }
 
 impl Levels {
-    fn look<T>(&self, py: Python<'_>, at: impl FnOnce(&Planning) -> Result<T>) -> PyResult<T> {
-        self.space.worker.quick(py, || at(&lock(&self.shared.planning)))
-    }
-
     /// Returns W_k: all states for k = 0; past the last level the fixpoint, which may be empty.
-    fn level(planning: &Planning, kind: Kind, k: usize) -> Result<States> {
-        let Some(index) = k.checked_sub(1) else { return Ok(planning.exploration().states()) };
-        let found = planning.levels(kind);
+    fn level(analysis: &Analysis, kind: Kind, k: usize) -> Result<States> {
+        let Some(index) = k.checked_sub(1) else { return Ok(analysis.exploration().states()) };
+        let found = analysis.level_states(kind);
         if let Some(states) = found.get(index) {
             return Ok(states.clone());
         }
-        match &planning.analysis().levels(kind).end {
-            Some(End::Empty) => Ok(none(planning)),
-            Some(End::Unbounded(_)) => Ok(found.last().cloned().unwrap_or_else(|| none(planning))),
+        match &analysis.levels(kind).end {
+            Some(End::Empty) => Ok(none(analysis)),
+            Some(End::Unbounded(_)) => Ok(found.last().cloned().unwrap_or_else(|| none(analysis))),
             Some(End::Cut) | None => {
                 Err(Error::Usage(format!("level {k} was not searched: {} are known", found.len())))
             }
@@ -57,8 +39,8 @@ impl Levels {
     }
 }
 
-fn none(planning: &Planning) -> States {
-    let all = planning.exploration().states();
+fn none(analysis: &Analysis) -> States {
+    let all = analysis.exploration().states();
     // The engine computes a difference with itself at no cost.
     all.difference(&all).unwrap_or(all)
 }
@@ -74,37 +56,37 @@ impl Levels {
     /// The sizes of the known levels from level 1 on, strictly decreasing.
     #[getter]
     fn counts(&self) -> Vec<BigUint> {
-        let known = lock(&self.shared.known);
+        let known = self.handle.known();
         match self.kind {
-            Kind::Sasi => known.sasi.levels.clone(),
-            Kind::Spi => known.spi.levels.clone(),
+            Kind::Sasi => known.sasi.levels,
+            Kind::Spi => known.spi.levels,
         }
     }
 
     /// The known levels from level 1 on.
     #[getter]
     fn regions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let found = self.look(py, |planning| Ok(planning.levels(self.kind)))?;
-        self.space.regions(py, found)
+        let found = self.handle.quick(py, |analysis| Ok(analysis.level_states(self.kind)))?;
+        self.handle.space.regions(py, found)
     }
 
     /// The states from which any number of improvements is possible. None if this is unknown,
     /// because `max_level` or a limit ended the search.
     #[getter]
     fn unbounded(&self, py: Python<'_>) -> PyResult<Option<Region>> {
-        let found = self.look(py, |planning| match &planning.analysis().levels(self.kind).end {
-            Some(End::Empty) => Ok(Some(none(planning))),
-            Some(End::Unbounded(_)) => Ok(planning.levels(self.kind).pop()),
+        let found = self.handle.quick(py, |analysis| match &analysis.levels(self.kind).end {
+            Some(End::Empty) => Ok(Some(none(analysis))),
+            Some(End::Unbounded(_)) => Ok(analysis.level_states(self.kind).pop()),
             Some(End::Cut) | None => Ok(None),
         })?;
-        Ok(found.map(|states| self.space.region(states)))
+        Ok(found.map(|states| self.handle.space.region(states)))
     }
 
     /// True if all levels are known: neither `max_level` nor a limit ended the search.
     #[getter]
     fn complete(&self, py: Python<'_>) -> PyResult<bool> {
-        self.look(py, |planning| {
-            let end = &planning.analysis().levels(self.kind).end;
+        self.handle.quick(py, |analysis| {
+            let end = &analysis.levels(self.kind).end;
             Ok(matches!(end, Some(End::Empty | End::Unbounded(_))))
         })
     }
@@ -114,14 +96,23 @@ impl Levels {
         self.counts().len()
     }
 
+    /// Returns the region of a known level, from level 1 at index 0 on, as `regions` does.
+    fn __getitem__<'py>(&self, py: Python<'py>, index: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        self.regions(py)?.into_any().get_item(index)
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        self.regions(py)?.into_any().try_iter()
+    }
+
     /// Returns the states of rank k or more; all states for k = 0.
     ///
     /// Raises:
     ///     UsageError: The level was not computed.
     fn at_least(&self, py: Python<'_>, k: i64) -> PyResult<Region> {
         let k = level(k)?;
-        let states = self.look(py, |planning| Levels::level(planning, self.kind, k))?;
-        Ok(self.space.region(states))
+        let states = self.handle.quick(py, |analysis| Levels::level(analysis, self.kind, k))?;
+        Ok(self.handle.space.region(states))
     }
 
     /// Returns the states of rank k exactly; `math.inf` for those of unbounded rank.
@@ -130,18 +121,17 @@ impl Levels {
     ///     UsageError: The levels that determine these states were not computed.
     fn exactly(&self, py: Python<'_>, k: f64) -> PyResult<Region> {
         if k == f64::INFINITY {
-            let missing = || crate::errors::usage("whether a rank is unbounded was not searched");
+            let missing = || usage("whether a rank is unbounded was not searched");
             return self.unbounded(py)?.ok_or_else(missing);
         }
         if k < 0.0 || k.fract() != 0.0 {
-            return Err(crate::errors::usage(format!("{k} is no rank: an int from 0, or math.inf")));
+            return Err(usage(format!("{k} is no rank: an int from 0, or math.inf")));
         }
-        let (shared, kind, k) = (Arc::clone(&self.shared), self.kind, k as usize);
-        let states = self.space.worker.long(py, move || {
-            let planning = lock(&shared.planning);
-            Levels::level(&planning, kind, k)?.difference(&Levels::level(&planning, kind, k + 1)?)
+        let (kind, k) = (self.kind, k as usize);
+        let states = self.handle.long(py, move |analysis| {
+            Levels::level(analysis, kind, k)?.difference(&Levels::level(analysis, kind, k + 1)?)
         })?;
-        Ok(self.space.region(states))
+        Ok(self.handle.space.region(states))
     }
 
     /// Returns the rank of a state: the number of possible or sure improvements, an int or
@@ -151,8 +141,8 @@ impl Levels {
     /// Raises:
     ///     UsageError: A variable is missing or unknown.
     fn rank<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let state = self.space.names.state(state)?;
-        let rank = self.look(py, |planning| planning.rank(self.kind, &state))?;
+        let state = self.handle.space.names.state(state)?;
+        let rank = self.handle.quick(py, |analysis| analysis.rank(self.kind, &state))?;
         rank_of(py, rank)
     }
 
@@ -171,13 +161,12 @@ impl Levels {
         column: &str,
         r#where: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let view = self.space.view(row, column, r#where)?;
+        let view = self.handle.space.view(row, column, r#where)?;
         let plane = view.plane;
-        let (shared, kind) = (Arc::clone(&self.shared), self.kind);
-        let (shape, ranks) = self.space.worker.long(py, move || {
-            let planning = lock(&shared.planning);
-            let scope = planning.exploration().states().projection(view.plane, &view.fixed)?;
-            let ranks = ranks(&planning, kind, &view, &scope)?;
+        let kind = self.kind;
+        let (shape, ranks) = self.handle.long(py, move |analysis| {
+            let scope = analysis.exploration().states().projection(view.plane, &view.fixed)?;
+            let ranks = ranks(analysis, kind, &view, &scope)?;
             Ok((shape(plane, &scope), ranks))
         })?;
         arrays::floats(py, &ranks, &shape)
@@ -185,7 +174,7 @@ impl Levels {
 
     /// Returns the strategies of this kind.
     fn strategy(&self, py: Python<'_>) -> PyResult<Strategy> {
-        Strategy::new(py, &self.shared, &self.space, self.kind)
+        Strategy::new(py, &self.handle, self.kind)
     }
 
     fn __repr__(&self) -> String {
@@ -199,10 +188,10 @@ impl Levels {
 }
 
 /// Computes the greatest rank for each cell of the scope's projection.
-fn ranks(planning: &Planning, kind: Kind, view: &View, scope: &Projection) -> Result<Vec<f64>> {
+fn ranks(analysis: &Analysis, kind: Kind, view: &View, scope: &Projection) -> Result<Vec<f64>> {
     let mut ranks: Vec<f64> = scope.cells.iter().map(|&there| if there { 0.0 } else { f64::NAN }).collect();
-    let found = planning.levels(kind);
-    let unbounded = matches!(planning.analysis().levels(kind).end, Some(End::Unbounded(_)));
+    let found = analysis.level_states(kind);
+    let unbounded = matches!(analysis.levels(kind).end, Some(End::Unbounded(_)));
     for (index, level) in found.iter().enumerate() {
         let is_last = index + 1 == found.len();
         let rank = if unbounded && is_last { f64::INFINITY } else { (index + 1) as f64 };
@@ -212,4 +201,9 @@ fn ranks(planning: &Planning, kind: Kind, view: &View, scope: &Projection) -> Re
         }
     }
     Ok(ranks)
+}
+
+/// Checks that a level is not negative.
+pub(crate) fn level(k: i64) -> PyResult<usize> {
+    usize::try_from(k).map_err(|_| usage(format!("{k} is no level: they are counted from 0")))
 }

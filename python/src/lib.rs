@@ -1,7 +1,15 @@
-//! The compiled part of the Python package `meliora`: the types of `meliora::embed` as classes.
+//! The compiled part of the Python package `meliora`: the types of the crate root as classes.
 //!
 //! Classes are frozen, and keep Python objects only to return them. Long work runs at a `worker`,
 //! on a thread that never uses the interpreter. Each class has a file of its own.
+//!
+//! Each file imports only files of the lines before its own:
+//!
+//! - `arrays`, `display`, `errors`, `progress`, `values`
+//! - `files`, `worker`, `region_export`
+//! - `options`, `preferences`, `region`
+//! - `explanation`, `handle`, `simulation`
+//! - `strategy`, `levels`, `analysis`, `exploration`, `model`, each of which may use those before it
 
 mod analysis;
 mod arrays;
@@ -10,6 +18,7 @@ mod errors;
 mod explanation;
 mod exploration;
 mod files;
+mod handle;
 mod levels;
 mod model;
 mod options;
@@ -17,15 +26,10 @@ mod preferences;
 mod progress;
 mod region;
 mod region_export;
-mod shared;
 mod simulation;
-mod worker;
-// Command line and Python accept the same sizes, and have the same default share of the memory.
-#[path = "../../src/cli/size.rs"]
-mod size;
 mod strategy;
 mod values;
-mod watch;
+mod worker;
 
 use pyo3::prelude::*;
 

@@ -3,30 +3,32 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use meliora::SourceFile;
 use meliora::error::render;
 use meliora::lang::Given;
 use meliora::model::ModelKind;
 use meliora::model::value::Type;
-use meliora::{SourceFile, embed};
+use meliora::supervise::{Reporter, memory};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::analysis::Analysis;
-use crate::errors::Failure;
-use crate::exploration::Exploration;
+use crate::errors::usage;
+use crate::exploration::{Exploration, Reachability};
 use crate::options::{self, Asked};
 use crate::preferences::{self, Preferences};
+use crate::region::Space;
 use crate::values::{self, Names};
 use crate::worker::{Call, Worker};
-use crate::{display, files, size};
+use crate::{display, files};
 
 /// A model in PRISM's language or in JANI: read, checked and flat, but not explored.
 ///
 /// Models are immutable values: they can be pickled, and used by several threads.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Model {
-    pub(crate) inner: embed::Model,
-    pub(crate) names: Arc<Names>,
+    inner: meliora::Model,
+    names: Arc<Names>,
     constants: String,
     bounds: String,
 }
@@ -70,19 +72,26 @@ impl Model {
             constants: SourceFile::new("constants", constants.as_str()),
             bounds: SourceFile::new("bounds", bounds.as_str()),
         };
-        let worker = Worker::new(size::default_memory());
-        let watch = Arc::clone(&worker.watch);
-        let work = move |teller: &crate::worker::Teller<'_>| {
-            teller.turn_to("model", String::new());
-            embed::Model::given(&source, &given, &*watch)
+        let worker = Worker::new(memory::default_memory());
+        let supervisor = Arc::clone(&worker.supervisor);
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("model", String::new());
+            meliora::Model::given(&source, &given, &*supervisor)
         };
-        let inner = worker.run(py, call, work).map_err(|failure: Failure| failure.raise(py))?;
+        let inner = worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
         let names = Names::new(py, inner.program());
         Ok(Model { inner, names, constants, bounds })
     }
 
     fn name(&self) -> &str {
         &self.inner.program().source.name
+    }
+
+    fn explored(slf: &Bound<'_, Self>, asked: &Asked<'_, '_>, call: &Call) -> PyResult<Exploration> {
+        let (settings, worker) = asked.settings()?;
+        let model = slf.get();
+        let space = Space { worker, names: Arc::clone(&model.names) };
+        Exploration::explore((&model.inner, slf.clone().into_any()), space, settings, call)
     }
 }
 
@@ -94,7 +103,7 @@ impl Model {
     ///     path: The file.
     ///     constants: Values of the undefined constants, by name.
     ///     bounds: (low, high) for integers of a JANI model without bounds, by name.
-    ///     timeout: Seconds after which reading ends with OutOfTime.
+    ///     timeout: Seconds, or a text such as "5s", after which reading ends with OutOfTime.
     ///     progress: Called with a Progress at intervals.
     ///
     /// Raises:
@@ -107,7 +116,7 @@ impl Model {
         path: PathBuf,
         constants: Option<&Bound<'_, PyDict>>,
         bounds: Option<&Bound<'_, PyDict>>,
-        timeout: Option<f64>,
+        timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let given = (values::constants_text(constants)?, values::bounds_text(bounds)?);
@@ -124,7 +133,7 @@ impl Model {
         constants: Option<&Bound<'_, PyDict>>,
         bounds: Option<&Bound<'_, PyDict>>,
         name: &str,
-        timeout: Option<f64>,
+        timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let given = (values::constants_text(constants)?, values::bounds_text(bounds)?);
@@ -236,17 +245,14 @@ impl Model {
             if !(variable.low..=variable.high).contains(&value) {
                 let (low, high) = (variable.low, variable.high);
                 let message = format!("{}={value} is outside of its range {low}..{high}", variable.name);
-                return Err(crate::errors::usage(message));
+                return Err(usage(message));
             }
             state[id.index()] = Some(value);
         }
         let mut complete = Vec::with_capacity(state.len());
         for (variable, value) in program.variables.iter().zip(state) {
             complete.push(value.ok_or_else(|| {
-                crate::errors::usage(format!(
-                    "no value for `{}`, and it has no single initial value",
-                    variable.name
-                ))
+                usage(format!("no value for `{}`, and it has no single initial value", variable.name))
             })?);
         }
         self.names.dict(py, &complete)
@@ -262,7 +268,7 @@ impl Model {
     ///     order: The order of the bits in diagrams: "auto", "declared", or names of variables or
     ///         bits from the root down.
     ///     threads: Maximum number of threads that work on diagrams.
-    ///     timeout: Seconds after which the work ends with OutOfTime.
+    ///     timeout: Seconds, or a text such as "5s", after which the work ends with OutOfTime.
     ///     progress: Called with a Progress at intervals, from the calling thread; an exception
     ///         raised by it ends the work.
     ///
@@ -278,11 +284,11 @@ impl Model {
         memory: Option<&Bound<'_, PyAny>>,
         order: Option<&Bound<'_, PyAny>>,
         threads: u32,
-        timeout: Option<f64>,
+        timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Exploration> {
         let asked = Asked { scope, engine, memory, order, threads };
-        Exploration::explore(slf, &asked, &Call::new(timeout, progress)?)
+        Model::explored(slf, &asked, &Call::new(timeout, progress)?)
     }
 
     /// Computes the states from which improvements are possible or sure, and how many. Explores the
@@ -311,7 +317,7 @@ impl Model {
         memory: Option<&Bound<'_, PyAny>>,
         order: Option<&Bound<'_, PyAny>>,
         threads: u32,
-        timeout: Option<f64>,
+        timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Analysis> {
         let py = slf.py();
@@ -319,14 +325,15 @@ impl Model {
         let options = options::planning(safety, max_level)?;
         let call = Call::new(timeout, progress)?;
         let preferences: Py<Preferences> = preferences::given(py, preferences)?;
-        Analysis::check(slf, preferences, &asked, options, &call)
+        Model::explored(slf, &asked, &call)?.analyse(py, preferences, options, &call)
     }
 
     /// Computes the four qualitative regions of a target: `explore` followed by
     /// `Exploration.reach`.
     ///
     /// Args:
-    ///     target: A condition in the model's language, such as 'x = 3 & "goal"'.
+    ///     target: A condition in the model's language, such as 'x = 3 & "goal"', a temporal formula,
+    ///         or a property such as 'P>=1 [ G F x = 3 ]'.
     ///     scope, engine, memory, order, threads, timeout, progress: As in `explore`.
     #[pyo3(signature = (target, *, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
@@ -338,12 +345,12 @@ impl Model {
         memory: Option<&Bound<'_, PyAny>>,
         order: Option<&Bound<'_, PyAny>>,
         threads: u32,
-        timeout: Option<f64>,
+        timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<crate::exploration::Reachability> {
+    ) -> PyResult<Reachability> {
         let asked = Asked { scope, engine, memory, order, threads };
         let call = Call::new(timeout, progress)?;
-        Exploration::explore(slf, &asked, &call)?.reach_condition(slf.py(), target.to_owned(), &call)
+        Model::explored(slf, &asked, &call)?.reach_text(slf.py(), target.to_owned(), &call)
     }
 
     fn __repr__(&self) -> String {

@@ -3,15 +3,14 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
-use meliora::embed::Exploration;
 use meliora::engine::Order;
 use meliora::planning::{Kind, Options, Scheduler};
-use meliora::{Safety, Scope, Settings, SourceFile, Storage};
+use meliora::supervise::memory::{default_memory, parse};
+use meliora::{Exploration, Safety, Scope, Settings, SourceFile, Storage};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyString};
 
 use crate::errors::usage;
-use crate::size;
 use crate::worker::Worker;
 
 /// Returns the value with a name.
@@ -79,7 +78,7 @@ impl Asked<'_, '_> {
             return Err(usage("threads=0: one thread at least does the work"));
         }
         let most = std::thread::available_parallelism().map_or(1, usize::from);
-        let memory = self.memory.map_or_else(|| Ok(size::default_memory()), memory)?;
+        let memory = self.memory.map_or_else(|| Ok(default_memory()), memory)?;
         let worker = Worker::new(memory);
         let settings = Settings {
             scope: scope(self.scope)?,
@@ -87,7 +86,7 @@ impl Asked<'_, '_> {
             memory,
             order,
             threads: self.threads.min(u32::try_from(most).unwrap_or(u32::MAX)),
-            sink: Arc::clone(&worker.watch) as _,
+            sink: Arc::clone(&worker.supervisor) as _,
             ..Settings::default()
         };
         Ok((settings, worker))
@@ -97,7 +96,7 @@ impl Asked<'_, '_> {
 /// Reads a number of bytes: an int, or a text such as `2GiB`.
 fn memory(given: &Bound<'_, PyAny>) -> PyResult<u64> {
     if let Ok(text) = given.extract::<String>() {
-        return size::parse(&text).map_err(|wrong| usage(format!("memory={text:?}: {wrong}")));
+        return parse(&text).map_err(|wrong| usage(format!("memory={text:?}: {wrong}")));
     }
     let bytes = given.extract::<u64>().ok().filter(|&bytes| bytes > 0);
     bytes.ok_or_else(|| usage(format!("memory={given}: a number of bytes, or a text such as \"2GiB\"")))

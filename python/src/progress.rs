@@ -2,9 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use meliora::supervise::Position;
 use pyo3::prelude::*;
-
-use crate::watch::Position;
 
 /// The progress of a long call, as received by a `progress` callback.
 #[pyclass(frozen, get_all, module = "meliora")]
@@ -38,22 +37,22 @@ impl Progress {
     }
 }
 
-/// The receiver of the progress of a call.
-pub(crate) struct Listener {
+/// The `progress` callback of a call.
+pub(crate) struct Callback {
     callback: Option<Py<PyAny>>,
     started: Instant,
 }
 
-impl Listener {
+impl Callback {
     pub(crate) fn new(callback: Option<Py<PyAny>>) -> Self {
-        Listener { callback, started: Instant::now() }
+        Callback { callback, started: Instant::now() }
     }
 
     /// Calls the callback, if the work has begun a phase.
     ///
     /// # Errors
     /// An exception raised by the callback.
-    pub(crate) fn hear(&self, py: Python<'_>, position: &Position) -> PyResult<()> {
+    pub(crate) fn call(&self, py: Python<'_>, position: &Position) -> PyResult<()> {
         let Some(callback) = &self.callback else { return Ok(()) };
         if position.phase.is_empty() {
             return Ok(());

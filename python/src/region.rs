@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, Mutex};
 
-use meliora::embed::{Listing, Projection, States};
 use meliora::model::VarId;
 use meliora::projections::Plane;
-use meliora::{Error, embed};
+use meliora::supervise::lock;
+use meliora::{Error, Listing, Projection, States};
 use num_bigint::BigUint;
 use pyo3::basic::CompareOp;
 use pyo3::prelude::*;
@@ -13,7 +13,6 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::errors::{unpicklable, usage};
 use crate::values::{Names, as_dict};
-use crate::watch::lock;
 use crate::worker::Worker;
 use crate::{arrays, display, region_export};
 
@@ -328,20 +327,4 @@ impl RegionIterator {
         let next = self.space.worker.quick(py, || lock(&self.rest).next().transpose())?;
         next.map(|state| self.space.names.dict(py, &state)).transpose()
     }
-}
-
-/// Returns a dictionary of regions by objective.
-pub(crate) fn by_name<'py>(
-    py: Python<'py>,
-    space: &Space,
-    planning: &embed::Planning,
-    name: impl Fn(&str) -> String,
-) -> PyResult<Bound<'py, PyDict>> {
-    let all = PyDict::new(py);
-    for objective in &planning.preferences().objectives {
-        if let Some(states) = planning.region(&name(&objective.name)) {
-            all.set_item(&objective.name, Py::new(py, space.region(states))?)?;
-        }
-    }
-    Ok(all)
 }

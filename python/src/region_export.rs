@@ -1,11 +1,10 @@
 //! The export of regions to other packages of decision diagrams.
 
-use meliora::dump::{Diagram, Edge, dddmp, dot};
-use meliora::embed::States;
-use meliora::advanced::symbolic::Set;
 use meliora::advanced::any::AnyStates;
+use meliora::advanced::symbolic::Set;
+use meliora::dump::{Diagram, Edge, dddmp, dot};
 use meliora::engine::Dumpable;
-use meliora::{Error, Result};
+use meliora::{Error, Result, States};
 use pyo3::exceptions::{PyImportError, PyRuntimeError};
 use pyo3::prelude::*;
 

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use meliora::planning::simulate::{Tally, Trace};
 use meliora::planning::{Setup, Simulation as Plays};
-use meliora::{Result, embed};
+use meliora::{Result, Strategy};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::values::Names;
-use crate::{arrays, levels};
+use crate::arrays;
+use crate::values::{Names, rank_of};
 
 /// Random runs under a strategy. Arrays need NumPy.
 #[pyclass(frozen, module = "meliora")]
@@ -58,11 +58,7 @@ impl Recorder {
     ///
     /// # Errors
     /// A command has no meaning in some state; a limit is reached.
-    pub(crate) fn record(
-        strategy: &mut embed::Strategy,
-        setup: Setup,
-        start: &[i64],
-    ) -> Result<(Tally, Recorder)> {
+    pub(crate) fn record(strategy: &mut Strategy, setup: Setup, start: &[i64]) -> Result<(Tally, Recorder)> {
         let mut numbers: BTreeMap<String, i64> = BTreeMap::new();
         let mut actions = Vec::new();
         let mut plays = Vec::new();
@@ -79,7 +75,7 @@ impl Recorder {
             }
             plays.push(steps);
         };
-        let tally = Plays::new(strategy.book(), setup).run_each(start, &mut each)?;
+        let tally = Plays::new(strategy, setup).run_each(start, &mut each)?;
         Ok((tally, Recorder { start: start.to_vec(), plays, actions }))
     }
 
@@ -98,7 +94,7 @@ impl Simulation {
         Ok(Simulation {
             names: Arc::clone(names),
             record,
-            rank: levels::rank_of(py, tally.rank)?.unbind(),
+            rank: rank_of(py, tally.rank)?.unbind(),
             settled: tally.settled,
             weakened_step: tally.weakened_step,
             weakened_start: tally.weakened_start,

@@ -2,22 +2,22 @@
 
 use std::sync::{Arc, Mutex};
 
-use meliora::Error;
-use meliora::embed;
+use meliora::model::{State, fault};
 use meliora::output::reason::Words;
 use meliora::planning::explain::Explanation as Explained;
-use meliora::planning::{Kind, Memory, Rank, Setup};
+use meliora::planning::{Memory, Setup};
+use meliora::supervise::{Reporter, lock};
+use meliora::{Error, Kind, Rank, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::errors::{unpicklable, usage};
 use crate::explanation::Explanation;
-use crate::levels::rank_of;
+use crate::handle::Handle;
 use crate::region::Space;
-use crate::shared::Shared;
 use crate::simulation::{Recorder, Simulation};
-use crate::watch::lock;
-use crate::worker::{Call, Teller};
+use crate::values::rank_of;
+use crate::worker::Call;
 use crate::{arrays, options};
 
 /// The strategies of all levels of one kind.
@@ -26,15 +26,15 @@ use crate::{arrays, options};
 /// choices in a state, the names distinguish them: `label(m1#2,m2#1)`.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Strategy {
-    worker: Worker,
+    shared: SharedStrategy,
 }
 
 /// The data shared by a strategy and its runs.
 #[derive(Clone)]
-pub(crate) struct Worker {
+struct SharedStrategy {
     kind: Kind,
-    book: Arc<Mutex<embed::Strategy>>,
-    pub(crate) space: Space,
+    inner: Arc<Mutex<meliora::Strategy>>,
+    space: Space,
 }
 
 /// The selection of actions.
@@ -65,34 +65,39 @@ impl Which {
     }
 }
 
-impl Worker {
+impl SharedStrategy {
     /// Explains a state; on a worker thread if a strategy must be computed first.
-    fn explain(&self, py: Python<'_>, state: Vec<i64>, memory: Option<Memory>) -> PyResult<Explained> {
+    fn explain(&self, py: Python<'_>, state: State, memory: Option<Memory>) -> PyResult<Explained> {
+        let inner = Arc::clone(&self.inner);
+        let memory_of = move |strategy: &meliora::Strategy, state: &[i64]| {
+            memory.map_or_else(|| strategy.start(state), Ok)
+        };
         let known = self.space.worker.quick(py, || {
-            let mut book = lock(&self.book);
-            let book = book.book();
-            let memory = memory.map_or_else(|| book.start(&state), Ok)?;
-            book.knows(memory).then(|| book.explain(&state, memory)).transpose()
+            let mut strategy = lock(&self.inner);
+            let memory = memory_of(&strategy, &state)?;
+            strategy.knows(memory).then(|| strategy.explain(&state, memory)).transpose()
         })?;
         if let Some(found) = known {
             return Ok(found);
         }
-        let book = Arc::clone(&self.book);
-        let work = move |teller: &Teller<'_>| {
-            teller.turn_to("strategy", String::new());
-            let mut book = lock(&book);
-            let book = book.book();
-            let memory = memory.map_or_else(|| book.start(&state), Ok)?;
-            book.explain(&state, memory)
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("strategy", String::new());
+            let mut strategy = lock(&inner);
+            let memory = memory_of(&strategy, &state)?;
+            strategy.explain(&state, memory)
         };
         self.space.worker.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
     }
 
+    /// Returns what a short query of the strategy returns.
+    fn quick<T>(&self, py: Python<'_>, query: impl FnOnce(&meliora::Strategy) -> Result<T>) -> PyResult<T> {
+        self.space.worker.quick(py, || query(&lock(&self.inner)))
+    }
+
     /// Returns a state; it must be in the scope.
-    fn state(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {
+    fn state(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<State> {
         let state = self.space.names.state(state)?;
-        let inside = self.space.worker.quick(py, || lock(&self.book).book().is_state(&state))?;
-        if inside {
+        if self.quick(py, |strategy| strategy.is_state(&state))? {
             return Ok(state);
         }
         let shown = self.space.names.program.show_state(&state);
@@ -107,7 +112,7 @@ impl Worker {
         actions: Option<Vec<String>>,
         which: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let actions = actions.unwrap_or_else(|| self.space.names.program.actions.clone());
+        let actions = actions.unwrap_or_else(|| self.space.names.actions.clone());
         let names = Which::named(which)?.names(at);
         // A choice among several with one label is called `label(…)`.
         let label = |name: &str, action: &str| {
@@ -119,25 +124,23 @@ impl Worker {
     }
 
     fn explanation(&self, py: Python<'_>, at: &Explained) -> PyResult<Explanation> {
-        let rank = self.space.worker.quick(py, || lock(&self.book).book().rank(&at.state))?;
-        let mut book = lock(&self.book);
-        let book = book.book();
-        let (program, preferences) = (&*self.space.names.program, book.preferences());
-        let words = Words { program, preferences, kind: self.kind };
-        Explanation::new(py, &self.space.names, at, rank, words)
+        let rank = self.quick(py, |strategy| strategy.rank(&at.state))?;
+        let strategy = lock(&self.inner);
+        let (program, preferences) = (&*self.space.names.program, strategy.preferences());
+        Explanation::new(py, &self.space.names, at, rank, Words { program, preferences, kind: self.kind })
     }
 }
 
 impl Strategy {
-    pub(crate) fn new(py: Python<'_>, shared: &Shared, space: &Space, kind: Kind) -> PyResult<Self> {
-        let book = space.worker.quick(py, || {
-            lock(&shared.planning).strategy(kind).map_err(|_| {
+    pub(crate) fn new(py: Python<'_>, handle: &Handle, kind: Kind) -> PyResult<Self> {
+        let inner = handle.quick(py, |analysis| {
+            analysis.strategy(kind).map_err(|_| {
                 let name = kind.name().to_uppercase();
                 Error::Usage(format!("the levels of {name} are not known: `resume` the analysis first"))
             })
         })?;
-        let worker = Worker { kind, book: Arc::new(Mutex::new(book)), space: space.clone() };
-        Ok(Strategy { worker })
+        let shared = SharedStrategy { kind, inner: Arc::new(Mutex::new(inner)), space: handle.space.clone() };
+        Ok(Strategy { shared })
     }
 }
 
@@ -146,7 +149,7 @@ impl Strategy {
     /// `"sasi"` or `"spi"`.
     #[getter]
     fn kind(&self) -> &'static str {
-        self.worker.kind.name()
+        self.shared.kind.name()
     }
 
     /// Returns the actions of a start state: the permitted ones, the one of the progress strategy,
@@ -161,21 +164,21 @@ impl Strategy {
     #[pyo3(signature = (state, which="permitted"))]
     fn actions(&self, py: Python<'_>, state: &Bound<'_, PyAny>, which: &str) -> PyResult<Vec<String>> {
         let which = Which::named(which)?;
-        let state = self.worker.state(py, state)?;
-        Ok(which.names(&self.worker.explain(py, state, None)?))
+        let state = self.shared.state(py, state)?;
+        Ok(which.names(&self.shared.explain(py, state, None)?))
     }
 
     /// Returns the successors of the enabled actions: for each action a list of pairs (probability,
     /// state).
     fn successors<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
-        let state = self.worker.state(py, state)?;
-        let at = self.worker.explain(py, state, None)?;
+        let state = self.shared.state(py, state)?;
+        let at = self.shared.explain(py, state, None)?;
         let all = PyDict::new(py);
         for action in &at.actions {
             let successors = action
                 .successors
                 .iter()
-                .map(|s| Ok((s.probability, self.worker.space.names.dict(py, &s.state)?)));
+                .map(|s| Ok((s.probability, self.shared.space.names.dict(py, &s.state)?)));
             all.set_item(&action.name, PyList::new(py, successors.collect::<PyResult<Vec<_>>>()?)?)?;
         }
         Ok(all)
@@ -184,9 +187,9 @@ impl Strategy {
     /// Explains every enabled action of a start state: if it is permitted, its successors, and the
     /// reason.
     fn explain(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Explanation> {
-        let state = self.worker.state(py, state)?;
-        let at = self.worker.explain(py, state, None)?;
-        self.worker.explanation(py, &at)
+        let state = self.shared.state(py, state)?;
+        let at = self.shared.explain(py, state, None)?;
+        self.shared.explanation(py, &at)
     }
 
     /// Returns an action mask for reinforcement learning: a Boolean array with an entry for each of
@@ -201,18 +204,17 @@ impl Strategy {
         actions: Option<Vec<String>>,
         which: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let state = self.worker.state(py, state)?;
-        let at = self.worker.explain(py, state, None)?;
-        self.worker.mask(py, &at, actions, which)
+        let state = self.shared.state(py, state)?;
+        let at = self.shared.explain(py, state, None)?;
+        self.shared.mask(py, &at, actions, which)
     }
 
     /// Starts a run in a state; it keeps the memory of the strategy.
     fn play(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Play> {
-        let state = self.worker.state(py, state)?;
-        let memory =
-            self.worker.space.worker.quick(py, || lock(&self.worker.book).book().start(&state))?;
+        let state = self.shared.state(py, state)?;
+        let memory = self.shared.quick(py, |strategy| strategy.start(&state))?;
         let at = Moment { state, memory, improvements: 0 };
-        Ok(Play { worker: self.worker.clone(), at: Mutex::new(at) })
+        Ok(Play { shared: self.shared.clone(), at: Mutex::new(at) })
     }
 
     /// Simulates random runs from a state, as arrays. The same seed gives the same runs, with any
@@ -223,10 +225,10 @@ impl Strategy {
     ///     runs: Number of runs.
     ///     steps: Maximum number of steps of a run.
     ///     seed: An integer from 0.
-    ///     picks: "permissive" draws uniformly from the permitted actions; "progress" takes the
-    ///         action of the progress strategy.
+    ///     picks: "progress" takes the action of the progress strategy; "permissive" draws
+    ///         uniformly from the permitted actions.
     ///     timeout, progress: As in `Model.explore`.
-    #[pyo3(signature = (state, *, runs=1, steps=1000, seed=0, picks="permissive", timeout=None, progress=None))]
+    #[pyo3(signature = (state, *, runs=1000, steps=1000, seed=1, picks="progress", timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn simulate(
         &self,
@@ -236,24 +238,24 @@ impl Strategy {
         steps: u64,
         seed: u64,
         picks: &str,
-        timeout: Option<f64>,
+        timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Simulation> {
         let setup = Setup { scheduler: options::picks(picks)?, runs, steps, seed };
         let call = Call::new(timeout, progress)?;
-        let start = self.worker.state(py, state)?;
-        let book = Arc::clone(&self.worker.book);
-        let work = move |teller: &Teller<'_>| {
-            teller.turn_to("plays", format!("{runs} plays"));
-            Recorder::record(&mut lock(&book), setup, &start)
+        let start = self.shared.state(py, state)?;
+        let inner = Arc::clone(&self.shared.inner);
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("plays", format!("{runs} plays"));
+            Recorder::record(&mut lock(&inner), setup, &start)
         };
-        let worker = &self.worker.space.worker;
+        let worker = &self.shared.space.worker;
         let (tally, record) = worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
-        Simulation::new(py, &self.worker.space.names, &tally, record)
+        Simulation::new(py, &self.shared.space.names, &tally, record)
     }
 
     fn __repr__(&self) -> String {
-        format!("<Strategy of {}>", self.worker.kind.name())
+        format!("<Strategy of {}>", self.shared.kind.name())
     }
 
     fn __reduce__(&self) -> PyResult<Py<PyAny>> {
@@ -263,7 +265,7 @@ impl Strategy {
 
 /// The position of a run.
 struct Moment {
-    state: Vec<i64>,
+    state: State,
     memory: Memory,
     improvements: u64,
 }
@@ -273,7 +275,7 @@ struct Moment {
 /// Must not be used by several threads at once.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Play {
-    worker: Worker,
+    shared: SharedStrategy,
     at: Mutex<Moment>,
 }
 
@@ -283,7 +285,7 @@ impl Play {
             let at = lock(&self.at);
             (at.state.clone(), at.memory)
         };
-        self.worker.explain(py, state, Some(memory))
+        self.shared.explain(py, state, Some(memory))
     }
 }
 
@@ -293,7 +295,7 @@ impl Play {
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let state = lock(&self.at).state.clone();
-        self.worker.space.names.dict(py, &state)
+        self.shared.space.names.dict(py, &state)
     }
 
     /// The number of improvements that the strategy still aims for: an int, or `math.inf`; 0 at the
@@ -331,12 +333,12 @@ impl Play {
         actions: Option<Vec<String>>,
         which: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.worker.mask(py, &self.explained(py)?, actions, which)
+        self.shared.mask(py, &self.explained(py)?, actions, which)
     }
 
     /// Explains the present state, as `Strategy.explain`.
     fn explain(&self, py: Python<'_>) -> PyResult<Explanation> {
-        self.worker.explanation(py, &self.explained(py)?)
+        self.shared.explanation(py, &self.explained(py)?)
     }
 
     /// Moves to the state that a step led to. Returns True if the step was an improvement.
@@ -344,19 +346,19 @@ impl Play {
     /// Raises:
     ///     UsageError: The state is not in the scope, or no enabled action leads to it.
     fn step(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<bool> {
-        let state = self.worker.state(py, state)?;
+        let state = self.shared.state(py, state)?;
         let (from, memory) = {
             let at = lock(&self.at);
             (at.state.clone(), at.memory)
         };
-        let program = &self.worker.space.names.program;
-        let improved = self.worker.space.worker.quick(py, || {
-            let steps = program.steps(&from).map_err(|f| meliora::model::fault::error(program, &f, &from))?;
+        let program = &self.shared.space.names.program;
+        let improved = self.shared.space.worker.quick(py, || {
+            let steps = program.steps(&from).map_err(|f| fault::error(program, &f, &from))?;
             if !steps.iter().any(|step| step.successors.iter().any(|(to, _)| *to == state)) {
                 let (from, to) = (program.show_state(&from), program.show_state(&state));
                 return Err(Error::Usage(format!("no enabled action leads from {from} to {to}")));
             }
-            lock(&self.worker.book).book().after(memory, &from, &state)
+            lock(&self.shared.inner).after(memory, &from, &state)
         });
         let (memory, is_improvement) = improved?;
         let mut at = lock(&self.at);
@@ -367,7 +369,7 @@ impl Play {
 
     fn __repr__(&self) -> String {
         let at = lock(&self.at);
-        format!("<Play at {}>", self.worker.space.names.program.show_state(&at.state))
+        format!("<Play at {}>", self.shared.space.names.program.show_state(&at.state))
     }
 
     fn __reduce__(&self) -> PyResult<Py<PyAny>> {

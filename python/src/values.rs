@@ -2,23 +2,47 @@
 
 use std::sync::Arc;
 
+use meliora::Rank;
 use meliora::model::value::{Type, Value};
 use meliora::model::{Program, State, VarId, Variable};
+use meliora::planning::result::ModelCounts;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyString};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
 
 use crate::errors::usage;
 
 /// The variables of a program, with their names as Python strings.
 pub(crate) struct Names {
     pub(crate) program: Arc<Program>,
+    /// The action labels of the model, without those of monitors.
+    pub(crate) actions: Vec<String>,
     names: Vec<Py<PyString>>,
 }
 
 impl Names {
+    /// Returns the names of a model.
     pub(crate) fn new(py: Python<'_>, program: &Arc<Program>) -> Arc<Self> {
+        Self::with_actions(py, program, &program.actions)
+    }
+
+    /// Returns the names of the product of this model with monitors, or of the model itself.
+    pub(crate) fn of_product(self: &Arc<Self>, py: Python<'_>, product: &Arc<Program>) -> Arc<Self> {
+        match product.monitors {
+            Some(_) => Self::with_actions(py, product, &self.actions),
+            None => Arc::clone(self),
+        }
+    }
+
+    fn with_actions(py: Python<'_>, program: &Arc<Program>, actions: &[String]) -> Arc<Self> {
         let names = program.variables.iter().map(|v| PyString::new(py, &v.name).unbind()).collect();
-        Arc::new(Names { program: Arc::clone(program), names })
+        Arc::new(Names { program: Arc::clone(program), actions: actions.to_vec(), names })
+    }
+
+    /// Returns the value with which the variable of a monitor starts; `None` for the others.
+    fn monitor_start(&self, variable: usize) -> Option<i64> {
+        let monitors = self.program.monitors.as_ref()?;
+        monitors.variables.iter().find(|v| v.index() == variable)?;
+        self.program.variables[variable].initial
     }
 
     /// Converts a state to a dictionary, with the variables in the order of declaration.
@@ -30,15 +54,20 @@ impl Names {
         Ok(dict)
     }
 
-    /// Converts a dictionary with a value for each variable to a state; values may be out of range.
+    /// Converts a dictionary with a value for each variable of the model to a state; values may be
+    /// out of range. Monitors without a value have their start values.
     ///
     /// # Errors
     /// `UsageError` if a variable is missing or unknown, or a value has the wrong type.
     pub(crate) fn state(&self, state: &Bound<'_, PyAny>) -> PyResult<State> {
         let dict = as_dict(state)?;
-        let mut values = State::with_capacity(self.names.len());
-        for (variable, name) in self.program.variables.iter().zip(&self.names) {
+        let (mut values, mut given) = (State::with_capacity(self.names.len()), 0);
+        for (index, (variable, name)) in self.program.variables.iter().zip(&self.names).enumerate() {
             let Some(value) = dict.get_item(name)? else {
+                if let Some(start) = self.monitor_start(index) {
+                    values.push(start);
+                    continue;
+                }
                 let message = format!(
                     "the state has no value for `{}`; `Model.state` gives the others their initial values",
                     variable.name
@@ -46,8 +75,9 @@ impl Names {
                 return Err(usage(message));
             };
             values.push(read(variable, &value)?);
+            given += 1;
         }
-        if dict.len() > values.len() {
+        if dict.len() > given {
             self.fixed(&dict)?;
         }
         Ok(values)
@@ -176,4 +206,26 @@ pub(crate) fn bounds_text(bounds: Option<&Bound<'_, PyDict>>) -> PyResult<String
         parts.push(format!("{name}={low}..{high}"));
     }
     Ok(parts.join(","))
+}
+
+/// Converts a rank to an int, or infinity.
+pub(crate) fn rank_of<'py>(py: Python<'py>, rank: Rank) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match rank {
+        Rank::Finite(k) | Rank::AtLeast(k) => k.into_pyobject(py)?.into_any(),
+        Rank::Unbounded => PyFloat::new(py, f64::INFINITY).into_any(),
+    })
+}
+
+/// Converts the sizes of a model to a dictionary.
+pub(crate) fn counts_dict<'py>(py: Python<'py>, counts: &ModelCounts) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("states", &counts.states)?;
+    if let Some(states) = &counts.model_states {
+        dict.set_item("model_states", states)?;
+    }
+    dict.set_item("choices", &counts.choices)?;
+    dict.set_item("transitions", &counts.transitions)?;
+    dict.set_item("deadlocks", &counts.deadlocks)?;
+    dict.set_item("initial", &counts.initial)?;
+    Ok(dict)
 }

@@ -1,37 +1,28 @@
-//! Worker threads for long calls, while the caller's thread handles signals, time and progress.
+//! Long calls on worker threads, while the caller's thread handles signals and progress.
 //!
 //! Each exploration has one worker, for all objects that belong to it. A worker runs one call at a
 //! time; calls from other threads wait for their turn. A worker thread never uses Python, so it can
 //! be left behind if it does not stop at once; the worker stays taken until the thread has stopped.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::AcqRel, Ordering::Acquire, Ordering::Release};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::ThreadId;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use meliora::{Error, Limit};
+use meliora::Error;
+use meliora::supervise::{self, Position, Reporter, Supervisor, TimeLimit, lock, parse_duration};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 use crate::errors::{self, Failure};
-use crate::progress::Listener;
-use crate::watch::{Position, Watch, lock};
+use crate::progress::Callback;
 
-/// The time that a worker thread gets to stop after it was cancelled.
-const GRACE: Duration = Duration::from_millis(250);
-/// The interval at which signals are checked.
-const TICK: Duration = Duration::from_millis(50);
 /// The interval at which another thread checks if the worker is free.
 const NAP: Duration = Duration::from_millis(2);
-/// The stack of a worker thread, in bytes. Recursion is as deep as expressions and diagrams; the
-/// system maps pages of the stack only when they are used.
-const STACK: usize = 512 << 20;
 
 /// The worker of an exploration.
 pub(crate) struct Worker {
-    pub(crate) watch: Arc<Watch>,
+    pub(crate) supervisor: Arc<Supervisor>,
     /// The memory limit of the work, in bytes.
     memory: u64,
     taken: AtomicBool,
@@ -52,66 +43,40 @@ impl Drop for Turn {
 
 /// The limits and the progress callback of a call.
 pub(crate) struct Call {
-    timeout: Option<Duration>,
-    deadline: Option<Instant>,
-    listener: Listener,
+    limit: Option<TimeLimit>,
+    callback: Callback,
 }
 
 impl Call {
-    /// Creates a call that begins now.
+    /// Creates a call that begins now. `timeout` is a number of seconds, or a text such as `5s`.
     ///
     /// # Errors
     /// The timeout is not a duration.
-    pub(crate) fn new(timeout: Option<f64>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
-        let timeout = timeout.map(|seconds| {
-            Duration::try_from_secs_f64(seconds)
-                .map_err(|_| errors::usage(format!("timeout={seconds}: not a number of seconds")))
-        });
-        let timeout = timeout.transpose()?;
-        let deadline = timeout.and_then(|t| Instant::now().checked_add(t));
-        Ok(Call { timeout, deadline, listener: Listener::new(progress) })
+    pub(crate) fn new(timeout: Option<&Bound<'_, PyAny>>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
+        let limit = timeout.map(duration).transpose()?.and_then(TimeLimit::starting_now);
+        Ok(Call { limit, callback: Callback::new(progress) })
     }
 
     /// Creates a call without a time limit and a callback.
     pub(crate) fn plain() -> Self {
-        Call { timeout: None, deadline: None, listener: Listener::new(None) }
-    }
-
-    fn left(&self) -> Option<Duration> {
-        self.deadline.map(|end| end.saturating_duration_since(Instant::now()))
+        Call { limit: None, callback: Callback::new(None) }
     }
 }
 
-/// A message of a worker thread.
-enum News<T> {
-    Step(Position),
-    Done(Result<T, Halt>),
-}
-
-/// The reason why a worker thread ended early.
-enum Halt {
-    Error(Error),
-    Panic(String),
-}
-
-/// The sender through which a worker thread reports its position.
-pub(crate) struct Teller<'d> {
-    watch: &'d Watch,
-    tell: Box<dyn Fn(Position) + 'd>,
-}
-
-impl Teller<'_> {
-    /// Reports that the work turns to a part of a phase.
-    pub(crate) fn turn_to(&self, phase: &'static str, part: String) {
-        self.watch.turn_to(phase, part.clone());
-        (self.tell)(Position { phase, part, detail: String::new() });
+fn duration(given: &Bound<'_, PyAny>) -> PyResult<Duration> {
+    if let Ok(text) = given.extract::<String>() {
+        return parse_duration(&text).map_err(|wrong| errors::usage(format!("timeout={text:?}: {wrong}")));
     }
+    let seconds = given.extract::<f64>().ok().and_then(|s| Duration::try_from_secs_f64(s).ok());
+    seconds.ok_or_else(|| {
+        errors::usage(format!("timeout={given}: a number of seconds from 0, or a text such as \"5s\""))
+    })
 }
 
 impl Worker {
     pub(crate) fn new(memory: u64) -> Arc<Self> {
         Arc::new(Worker {
-            watch: Arc::new(Watch::new()),
+            supervisor: Arc::new(Supervisor::new()),
             memory,
             taken: AtomicBool::new(false),
             caller: Mutex::new(None),
@@ -151,7 +116,7 @@ impl Worker {
         work: impl FnOnce() -> Result<T, Error>,
     ) -> PyResult<T> {
         let turn = self.turn(py)?;
-        self.watch.disarm();
+        self.supervisor.reset(None);
         let result = work();
         drop(turn);
         result.map_err(|error| Failure::of(error).raise(py))
@@ -178,106 +143,29 @@ impl Worker {
         self: &Arc<Self>,
         py: Python<'_>,
         call: &Call,
-        work: impl FnOnce(&Teller<'_>) -> Result<T, Error> + Send + 'static,
+        work: impl FnOnce(&Reporter<'_>) -> Result<T, Error> + Send + 'static,
     ) -> Result<T, Failure> {
         let turn = self.turn(py)?;
-        self.watch.arm(self.memory, call.timeout);
-        // Without a queue: the work waits while a callback is told what it turns to.
-        let (sender, news) = sync_channel(0);
-        self.start(turn, sender, work)?;
-        let news = Mutex::new(news);
-        self.wait(py, call, &news)
-    }
-
-    /// Starts a worker thread, which returns the turn when it ends.
-    fn start<T: Send + 'static>(
-        self: &Arc<Self>,
-        turn: Turn,
-        sender: SyncSender<News<T>>,
-        work: impl FnOnce(&Teller<'_>) -> Result<T, Error> + Send + 'static,
-    ) -> Result<(), Failure> {
-        let body = move || {
-            let watch = Arc::clone(&turn.0.watch);
-            // The receiver is gone if the caller has given up waiting.
-            let tell = |position| drop(sender.send(News::Step(position)));
-            let teller = Teller { watch: &watch, tell: Box::new(tell) };
-            let end = match catch_unwind(AssertUnwindSafe(|| work(&teller))) {
-                Ok(result) => result.map_err(Halt::Error),
-                Err(panic) => Err(Halt::Panic(errors::panic_message(&*panic))),
-            };
-            drop(teller);
-            drop(turn);
-            let _ = sender.send(News::Done(end));
+        self.supervisor.reset(call.limit);
+        self.supervisor.limit_growth(self.memory);
+        let in_turn = move |reporter: &Reporter<'_>| {
+            let _turn = turn;
+            work(reporter)
         };
-        match std::thread::Builder::new().name("meliora".to_owned()).stack_size(STACK).spawn(body) {
-            Ok(_) => Ok(()),
-            Err(e) => {
-                let what = format!("a thread with a stack of {} MiB ({e})", STACK >> 20);
-                Err(Failure::of(Limit::System { what, bytes: None }.into()))
-            }
-        }
-    }
-
-    /// Waits for the end of the work, or for a reason to cancel it.
-    fn wait<T: Send>(
-        self: &Arc<Self>,
-        py: Python<'_>,
-        call: &Call,
-        news: &Mutex<Receiver<News<T>>>,
-    ) -> Result<T, Failure> {
-        // The reason to cancel the work, and the time at which the thread is left behind.
-        let mut ending: Option<(Failure, Instant)> = None;
-        loop {
-            let pause = call.left().filter(|_| ending.is_none()).unwrap_or(TICK).min(TICK);
-            match py.detach(|| lock(news).recv_timeout(pause)) {
-                Ok(News::Done(end)) => return self.ended(end, ending),
-                Ok(News::Step(position)) if ending.is_none() => {
-                    ending = self.heed(call.listener.hear(py, &position));
-                }
-                Ok(News::Step(_)) => {}
-                Err(RecvTimeoutError::Timeout) if ending.is_none() => {
-                    ending = self.heed(call.listener.hear(py, &self.watch.position()));
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    return Err(Failure::panic("the worker is gone"));
-                }
-            }
-            if ending.is_none() {
-                ending = self.heed(py.check_signals());
-            }
-            if ending.is_none() && call.left().is_some_and(|left| left.is_zero()) {
-                self.watch.time_out();
-                let limit = Limit::Time(call.timeout.unwrap_or_default());
-                ending = Some((self.failure(limit.into()), Instant::now() + GRACE));
-            }
-            if let Some((failure, _)) = ending.take_if(|(_, until)| Instant::now() >= *until) {
-                // The thread is left behind; the next caller waits until it has stopped.
-                *lock(&self.caller) = None;
-                return Err(failure);
-            }
-        }
-    }
-
-    /// Cancels the work if a handler or callback raised an exception.
-    fn heed(&self, raised: PyResult<()>) -> Option<(Failure, Instant)> {
-        let error = raised.err()?;
-        self.watch.interrupt();
-        Some((Failure::from(error), Instant::now() + GRACE))
-    }
-
-    fn ended<T>(&self, end: Result<T, Halt>, ending: Option<(Failure, Instant)>) -> Result<T, Failure> {
-        match (end, ending) {
-            // An exception takes precedence, even if the work has ended meanwhile.
-            (_, Some((raised, _))) if raised.is_raised() => Err(raised),
-            (Ok(found), _) => Ok(found),
-            (Err(Halt::Error(error)), _) => Err(self.failure(error)),
-            (Err(Halt::Panic(message)), _) => Err(Failure::panic(&message)),
-        }
-    }
-
-    /// Returns an error with the position of the work.
-    fn failure(&self, error: Error) -> Failure {
-        Failure::of(error).at(self.watch.position())
+        let thread = supervise::spawn(&self.supervisor, in_turn).map_err(Failure::of)?;
+        let attend = |position: &Position| {
+            Python::attach(|py| {
+                call.callback.call(py, position)?;
+                py.check_signals()
+            })
+        };
+        let end = py.detach(|| thread.wait(attend));
+        // A thread that was left behind keeps the turn, but nobody waits for it.
+        lock(&self.caller).take_if(|caller| *caller == std::thread::current().id());
+        end.map_err(|failure| match failure {
+            supervise::Failure::Cancelled(raised) => Failure::from(raised),
+            supervise::Failure::Panic(message) => Failure::panic(&message),
+            supervise::Failure::Error(error) => Failure::of(error).at(self.supervisor.position()),
+        })
     }
 }

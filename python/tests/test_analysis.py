@@ -74,6 +74,16 @@ def test_levels_and_ranks_fit(found: meliora.Analysis) -> None:
     assert repr(sasi) == "<Levels of sasi: [768, 98]>"
 
 
+def test_levels_are_a_sequence(found: meliora.Analysis) -> None:
+    spi = found.spi
+    assert spi[0] == spi.regions[0] and spi[-1] == spi.regions[4] and list(spi) == list(spi.regions)
+    assert spi[1:3] == spi.regions[1:3]
+    with pytest.raises(IndexError):
+        spi[5]
+    with pytest.raises(TypeError):
+        spi["1"]  # type: ignore[call-overload]
+
+
 def test_arrays_of_ranks(found: meliora.Analysis) -> None:
     for levels in (found.sasi, found.spi):
         expected = np.full((5, 5), np.nan)

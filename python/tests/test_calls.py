@@ -61,9 +61,15 @@ def test_time_runs_out(endless: meliora.Model, engine: Engine) -> None:
     assert isinstance(error, TimeoutError) and isinstance(error, meliora.LimitError)
     assert error.phase == "states" and error.analysis is None and error.known is None
     assert "`timeout`" in str(error) and "--timeout" not in str(error)
-    for wrong in (-1.0, float("nan")):
-        with pytest.raises(meliora.UsageError, match="timeout"):
-            endless.explore(timeout=wrong)
+    for wrong in (-1.0, float("nan"), "soon", "0s", "5 apples", [1]):
+        with pytest.raises(meliora.UsageError, match="timeout="):
+            endless.explore(timeout=wrong)  # type: ignore[arg-type]
+
+
+def test_a_time_limit_may_have_a_unit(endless: meliora.Model, robot: meliora.Model) -> None:
+    with pytest.raises(meliora.OutOfTime, match="out of time after 0.2 s"):
+        endless.explore(timeout="200ms")
+    assert robot.explore(timeout="1h 30m").states.count() == robot.explore(timeout=5400).states.count()
 
 
 def test_what_is_known_stays_when_time_runs_out(engine: Engine) -> None:

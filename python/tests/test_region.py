@@ -152,6 +152,25 @@ def test_targets_are_reached(robot: meliora.Model, explored: meliora.Exploration
     assert caught.value.file == "condition"
 
 
+def test_temporal_properties_are_answered(toy: meliora.Model, engine: Engine) -> None:
+    explored = toy.explore(engine=engine)
+    plain = explored.reach("s=3")
+    for text, holds in [("F s=3", None), ("P>=1 [ F s=3 ]", False), ("Pmax>0 [ F s=3 ]", True)]:
+        found = explored.reach(text)
+        assert (found.target, found.pmax_one, found.pmin_positive) == (plain.target, plain.pmax_one, plain.pmin_positive)
+        assert found.holds is holds
+    assert plain.holds is None
+    # The first step goes to 1 or 5, and from 5 to 1: no state is visited twice before.
+    for text, holds in [("G F s=1", None), ("Pmax>=1 [ G F s=1 ]", True), ("P>=1 [ G F s=1 ]", False)]:
+        found = explored.reach(text)
+        assert [state["s"] for state in found.pmax_one.states()] == [0, 1, 5]
+        assert [state["s"] for state in found.pmin_one.states()] == [1, 5] and found.holds is holds
+    assert toy.reach("Pmax>=1 [ F (s=5 & F s=1) ]", engine=engine).holds is False
+    for wrong, line in [("F q=1", "unknown name"), ("F s=", "expected an expression"), ("P>=1 [ F s=3", "expected `]`")]:
+        with pytest.raises(meliora.InputError, match=line):
+            explored.reach(wrong)
+
+
 def test_regions_and_explorations_are_not_pickled(explored: meliora.Exploration) -> None:
     for thing in (explored, explored.states):
         with pytest.raises(TypeError, match="cannot be pickled"):

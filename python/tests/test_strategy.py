@@ -70,7 +70,7 @@ def test_a_play_remembers_what_counts(found: meliora.Analysis, robot: meliora.Mo
 
 def test_plays_are_arrays(found: meliora.Analysis, robot: meliora.Model) -> None:
     strategy = found.strategy("sasi")
-    plays = strategy.simulate(robot.state(), runs=40, seed=1)
+    plays = strategy.simulate(robot.state(), runs=40, seed=1, picks="permissive")
     longest = int(plays.lengths.max())
     assert len(plays) == 40 and plays.rank == 2 and plays.variables == list(robot.variables)
     assert plays.states.shape == (40, longest + 1, 7) and plays.states.dtype == np.int64
@@ -105,3 +105,33 @@ def test_a_seed_means_the_same_plays(robot: meliora.Model, wishes: meliora.Prefe
     assert one.simulate(start, runs=0).states.shape == (0, 1, 7)
     with pytest.raises(meliora.UsageError, match="picks"):
         one.simulate(start, picks="best")  # type: ignore[arg-type]
+
+
+def test_simulations_have_the_defaults_of_the_command_line(robot: meliora.Model, wishes: meliora.Preferences) -> None:
+    strategy, start = robot.check(wishes).strategy("sasi"), robot.state()
+    default = strategy.simulate(start)
+    named = strategy.simulate(start, runs=1000, steps=1000, seed=1, picks="progress")
+    assert len(default) == 1000 and np.array_equal(default.states, named.states)
+
+
+def test_explanations_count_one_improvement(toy: meliora.Model, toy_wishes: meliora.Preferences) -> None:
+    strategy = toy.check(toy_wishes).strategy("sasi")
+    assert ": 1 improvement ahead\n" in str(strategy.explain(toy.state()))
+    assert ": 0 improvements ahead\n" in str(strategy.explain(toy.state(s=3)))
+
+
+def test_monitors_add_no_actions_and_need_no_values(toy: meliora.Model, engine: Engine) -> None:
+    wishes = meliora.Preferences({"Both": "F (s=5 & F s=1)", "Third": "F s=3"}, ["Third > Both"])
+    found = toy.check(wishes, engine=engine)
+    (initial,) = found.exploration.initial.states()
+    start = toy.state()
+    assert len(initial) > len(start)
+    for levels in (found.sasi, found.spi):
+        assert levels.rank(start) == levels.rank(initial)
+        assert levels.strategy().mask(start).shape == (len(toy.actions),)
+        assert levels.strategy().actions(start) == levels.strategy().actions(initial)
+    assert start in found.exploration.initial and found.most_preferred(start) == found.most_preferred(initial)
+    with pytest.raises(meliora.UsageError, match="no value for `s`"):
+        found.sasi.rank({"lost": False})
+    with pytest.raises(meliora.UsageError, match="no variable `z`"):
+        found.sasi.rank({**start, "z": 1})

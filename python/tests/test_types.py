@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from meliora import _native
 
 pytest.importorskip("mypy")
 pytest.importorskip("numpy")
@@ -19,6 +23,19 @@ def run(*arguments: str) -> None:
 
 def test_stubs_are_what_the_module_has() -> None:
     run("mypy.stubtest", "meliora", "--ignore-disjoint-bases")
+
+
+def test_stubs_have_the_docstrings_of_the_module() -> None:
+    stub = Path(__file__).resolve().parents[1] / "lib" / "meliora" / "_native.pyi"
+    for node in ast.parse(stub.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ClassDef):
+            cls = getattr(_native, node.name)
+            assert ast.get_docstring(node) == inspect.getdoc(cls), node.name
+            for method in node.body:
+                if isinstance(method, ast.FunctionDef) and not method.name.startswith("_"):
+                    shown = inspect.getdoc(getattr(cls, method.name))
+                    advice = f"{node.name}.{method.name}: run `python stub_docs.py`"
+                    assert shown and ast.get_docstring(method) == shown, advice
 
 
 def test_the_package_is_typed() -> None:

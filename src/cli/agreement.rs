@@ -6,11 +6,11 @@ use meliora::model::Program;
 use meliora::planning::regions::regions;
 use meliora::planning::{Analysis, Kind};
 
-use super::watch::Watch;
+use super::progress::TerminalSink;
 
 /// Maximum number of initial states whose ranks and permitted actions are compared.
 const INITIAL: usize = 16;
-/// The watch is asked after this number of states.
+/// The sink is asked after this number of states.
 const STRIDE: usize = 1024;
 
 /// The result of a comparison.
@@ -33,7 +33,7 @@ pub(super) fn compare<E: Engine, F: Engine>(
     right: &Analysis<F>,
     program: &Program,
     most: u32,
-    watch: &Watch,
+    sink: &TerminalSink,
 ) -> Result<Agreement, Error> {
     let mut tally = Tally::default();
     results(&mut tally, left, right);
@@ -45,7 +45,7 @@ pub(super) fn compare<E: Engine, F: Engine>(
     );
     let mut membership = None;
     if tally.difference.is_none() && few(left, most) {
-        membership = Some(state_by_state(&mut tally, left, right, program, watch)?);
+        membership = Some(state_by_state(&mut tally, left, right, program, sink)?);
     }
     Ok(Agreement { compared: tally.compared, membership, difference: tally.difference })
 }
@@ -110,14 +110,14 @@ fn state_by_state<E: Engine, F: Engine>(
     left: &Analysis<E>,
     right: &Analysis<F>,
     program: &Program,
-    watch: &Watch,
+    sink: &TerminalSink,
 ) -> Result<u64, Error> {
     let (mine, theirs) = (regions(left), regions(right));
     let all = left.engine().all_states();
     let states = left.engine().list_states(&all, usize::MAX)?;
     for (index, state) in states.iter().enumerate() {
         if index % STRIDE == 0
-            && let Some(limit) = watch.stop()
+            && let Some(limit) = sink.stop()
         {
             return Err(limit.into());
         }
@@ -162,8 +162,8 @@ mod tests {
         a.run(&mut |_| ()).unwrap();
         b.run(&mut |_| ()).unwrap();
         let shown = ShownArgs { json: false, verbose: 0, quiet: true, color: Color::Never };
-        let watch = Watch::new(None, &shown);
-        compare(&a, &b, &left.0, 100, &watch).unwrap().difference.unwrap_or_default()
+        let sink = TerminalSink::new(&Arc::default(), &shown);
+        compare(&a, &b, &left.0, 100, &sink).unwrap().difference.unwrap_or_default()
     }
 
     const RING: &str = "mdp module m x : [0..3] init 0; [] true -> (x'=mod(x+1,4)); endmodule";

@@ -69,13 +69,13 @@ impl Checked for CheckReport {
 }
 
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
-    let read = || load::question(&args.model, &args.preferences, &job.watch);
+    let read = || load::question(&args.model, &args.preferences, &job.sink);
     let question = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
         r.header.history = question.preferences.whole_plays();
     });
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     analyse(job, &engine, &question, &args.preferences).map(|_| ())
 }
@@ -122,7 +122,7 @@ impl<E: Engine, R: Checked> Run<'_, E, R> {
                 phases::note(&mut r.time, event);
             });
         };
-        let result = phases::run(self.analysis, &[phase], &job.watch, &mut hear);
+        let result = phases::run(self.analysis, &[phase], &job.sink, &mut hear);
         let usage = self.analysis.engine().usage();
         job.update(|r| {
             let r = r.check();
@@ -143,8 +143,8 @@ impl<E: Engine, R: Checked> Run<'_, E, R> {
         match &self.analysis.result().counts {
             Some(counts) => {
                 let engine = self.analysis.engine();
-                let (question, watch) = (self.question, &self.job.watch);
-                load::warn_of_states(watch, engine, &question.program, &counts.deadlocks, question.overlap)
+                let (question, sink) = (self.question, &self.job.sink);
+                load::warn_of_states(sink, engine, &question.program, &counts.deadlocks, question.overlap)
             }
             None => Ok(()),
         }
@@ -158,7 +158,7 @@ impl<E: Engine, R: Checked> Run<'_, E, R> {
                     Some(_) => "no strategy can guarantee the objective",
                     None => "no state satisfies the target of objective",
                 };
-                self.job.watch.warn(&format!("{what} `{name}`"));
+                self.job.sink.warn(&format!("{what} `{name}`"));
             }
         }
     }

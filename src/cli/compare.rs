@@ -60,7 +60,7 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
-    let read = || load::question(&args.model, &args.preferences, &job.watch);
+    let read = || load::question(&args.model, &args.preferences, &job.sink);
     let mut parsed = 0.0;
     let question = job.timed("parse", read, |_, seconds| parsed = seconds)?;
     job.update(|r| r.header.read_both(&question.program, &question.preferences));
@@ -78,7 +78,7 @@ fn analysed(
     parsed: f64,
 ) -> Result<Analysis<AnyEngine>, Error> {
     let start = Instant::now();
-    let build = || load::engine(&question.program, &args.model, storage, &job.watch);
+    let build = || load::engine(&question.program, &args.model, storage, &job.sink);
     let engine = job.timed(phase, build, |_, _| ())?;
     let mut time = Times::of::<CheckFindings>();
     time.add("build", start.elapsed().as_secs_f64());
@@ -94,7 +94,7 @@ fn analyse<E: Engine>(
     (mut time, parsed): (Times, f64),
     analysis: &mut Analysis<E>,
 ) -> Result<(), Error> {
-    phases::run(analysis, Phase::ALL, &job.watch, &mut |event| phases::note(&mut time, event))?;
+    phases::run(analysis, Phase::ALL, &job.sink, &mut |event| phases::note(&mut time, event))?;
     time.total = time.phases().filter_map(|(_, seconds)| seconds).sum();
     // Both engines share the parsed input, so its time is not a part of the total.
     time.add("parse", parsed);
@@ -118,7 +118,7 @@ fn conclude<E: Engine, F: Engine>(
 ) -> Result<(), Error> {
     let Agreement { compared, membership, difference } = job.timed(
         "compare",
-        || agreement::compare(left, right, &question.program, args.membership, &job.watch),
+        || agreement::compare(left, right, &question.program, args.membership, &job.sink),
         |_, _| (),
     )?;
     job.update(|r| {

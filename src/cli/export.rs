@@ -136,13 +136,13 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         return Err(Error::Usage(message.to_owned()));
     }
     check_directory(&args.out)?;
-    let read = || load::question(&args.model, &args.preferences, &job.watch);
+    let read = || load::question(&args.model, &args.preferences, &job.sink);
     let question = job.timed("parse", read, |_, _| ())?;
     job.update(|r| r.header.read(&question.program));
-    let build = || load::symbolic(&question.program, &args.model, &job.watch);
+    let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    phases::run(&mut analysis, Phase::ALL, &job.watch, &mut |_| ())?;
+    phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;
     let inputs = Inputs {
         model: (args.model.path(), sha256(question.program.source.original().as_bytes())),
         preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),
@@ -153,7 +153,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     let dump = || export(&engine, &analysis, &inputs, &selection).map_err(unmatched);
     let dump = job.timed("dump", dump, |_, _| ())?;
     let dot = args.format == Format::Dot;
-    let write = || write_directory(dump, &args.out, dot, job.watch.as_ref());
+    let write = || write_directory(dump, &args.out, dot, job.sink.as_ref());
     let manifest = job.timed("write", write, |_, _| ())?;
     let peak = meliora::engine::Engine::usage(&*engine).peak_nodes;
     job.update(|r| {

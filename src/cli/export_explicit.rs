@@ -75,13 +75,13 @@ pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
 fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let inputs: [&Path; 2] = [&wanted.model.model, &wanted.preferences.preferences];
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
-    let read = || load::question(&wanted.model, &wanted.preferences, &job.watch);
+    let read = || load::question(&wanted.model, &wanted.preferences, &job.sink);
     let question = job.timed("parse", read, |_, _| ())?;
     job.update(|r| r.header.read(&question.program));
-    let build = || load::symbolic(&question.program, &wanted.model, &job.watch);
+    let build = || load::symbolic(&question.program, &wanted.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());
-    phases::run(&mut analysis, Phase::ALL, &job.watch, &mut |_| ())?;
+    phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;
     let list = || listed(wanted, &analysis, &question.program);
     let graph = job.timed("states", list, |_, _| ())?;
     let names = job.timed("write", || folder.write(&texts(wanted, &graph)), |_, _| ())?;

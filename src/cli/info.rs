@@ -58,7 +58,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     let args = args.clone();
     supervise(FlatReport::default(), timeout, &shown, move |job| {
-        let (program, _) = load::program(&args.model, &job.watch)?;
+        let (program, _) = load::program(&args.model, &job.sink)?;
         let flat = Flat::of(&program)?;
         job.update(|r| r.flat = Some(flat));
         Ok(())
@@ -67,15 +67,15 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
     let read = || match &args.preferences {
-        None => load::program(&args.model, &job.watch),
+        None => load::program(&args.model, &job.sink),
         Some(file) => {
-            let question = load::preferring(&args.model, file, &job.watch)?;
+            let question = load::preferring(&args.model, file, &job.sink)?;
             Ok((question.program, question.overlap))
         }
     };
     let (program, overlap) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| r.header.read(&program));
-    let build = || load::engine(&program, &args.model, args.engine.engine, &job.watch);
+    let build = || load::engine(&program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     if let Some(engine) = engine.symbolic() {
         let sizes = engine.sizes();
@@ -96,7 +96,7 @@ fn count<E: Engine>(
     overlap: Option<ExprId>,
 ) -> Result<(), Error> {
     let counts = job.timed("count", || ModelCounts::of(engine), |r, s| r.time.add("count", s))?;
-    load::warn_of_states(&job.watch, engine, program, &counts.deadlocks, overlap)?;
+    load::warn_of_states(&job.sink, engine, program, &counts.deadlocks, overlap)?;
     job.update(|r| {
         r.counts = Some(counts);
         r.memory.peak_nodes = engine.usage().peak_nodes;

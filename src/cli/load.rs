@@ -15,12 +15,12 @@ use meliora::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora::lang::{self, Given};
 use meliora::model::expr::ExprId;
 use meliora::model::preference::{Empty, Preferences};
-use meliora::model::temporal::{Begin, Condition};
 use meliora::model::{ModelKind, Program, fault};
 use meliora::output::Number;
+use meliora::reach::{Comparison, Goal};
 
 use super::options::{ModelArgs, PreferenceArgs};
-use super::watch::Watch;
+use super::progress::TerminalSink;
 
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
@@ -54,38 +54,7 @@ pub(super) struct Asking {
     /// The goal of the paths.
     pub(super) goal: Goal,
     /// The quantifier and the bound of `--property`, for the initial states.
-    pub(super) property: Option<(Strategies, Bound)>,
-}
-
-/// The goal of the paths.
-pub(super) enum Goal {
-    /// To reach these states.
-    Target(ExprId),
-    /// To satisfy a temporal formula.
-    Formula(Watched),
-}
-
-impl Goal {
-    /// Returns the states whose paths are judged: with monitors, the states where these are fresh.
-    ///
-    /// # Errors
-    /// A limit is hit.
-    pub(super) fn judged<E: Engine>(&self, engine: &E) -> Result<E::States, Error> {
-        match self {
-            Goal::Target(_) => Ok(engine.all_states()),
-            Goal::Formula(watched) => engine.states_where(watched.fresh),
-        }
-    }
-}
-
-/// A model with the monitors of one formula.
-pub(super) struct Watched {
-    /// The model with its monitors.
-    pub(super) program: Arc<Program>,
-    /// The condition on the marks of the monitors.
-    pub(super) condition: Condition,
-    /// The states where the monitors are fresh.
-    pub(super) fresh: ExprId,
+    pub(super) property: Option<Comparison>,
 }
 
 /// A model with its properties.
@@ -111,20 +80,20 @@ pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
     SourceFile::read("standard input", io::stdin())
 }
 
-fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Loaded, Error> {
-    watch.bound_memory(args.memory());
+fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
+    sink.supervisor.limit_memory(args.memory());
     let given = Given {
         constants: SourceFile::new("--const", args.constants()),
         bounds: SourceFile::new("--bounds", args.bounds()),
     };
-    loaded(&args.model, &given, watch)
+    loaded(&args.model, &given, sink)
 }
 
-fn loaded(model: &Path, given: &Given, watch: &Watch) -> Result<Loaded, Error> {
-    let checked = lang::load_given(&read(model)?, given, watch)?;
-    watch.warn_of(&checked.warnings);
+fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
+    let checked = lang::load_given(&read(model)?, given, sink)?;
+    sink.warn_at(&checked.warnings);
     if checked.ignored_rewards > 0 {
-        watch.note("rewards are read and ignored");
+        sink.note("rewards are read and ignored");
     }
     let mut program = checked.program;
     let overlap = match program.kind {
@@ -138,8 +107,11 @@ fn loaded(model: &Path, given: &Given, watch: &Watch) -> Result<Loaded, Error> {
 ///
 /// # Errors
 /// A file, the constants, the bounds or an expression is wrong.
-pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, Option<ExprId>), Error> {
-    let Loaded { program, overlap, .. } = parsed(args, watch)?;
+pub(super) fn program(
+    args: &ModelArgs,
+    sink: &TerminalSink,
+) -> Result<(Arc<Program>, Option<ExprId>), Error> {
+    let Loaded { program, overlap, .. } = parsed(args, sink)?;
     Ok((Arc::new(program), overlap))
 }
 
@@ -147,19 +119,27 @@ pub(super) fn program(args: &ModelArgs, watch: &Watch) -> Result<(Arc<Program>, 
 ///
 /// # Errors
 /// A file, the constants or the bounds are wrong.
-pub(super) fn question(model: &ModelArgs, args: &PreferenceArgs, watch: &Watch) -> Result<Question, Error> {
-    preferring(model, &args.preferences, watch)
+pub(super) fn question(
+    model: &ModelArgs,
+    args: &PreferenceArgs,
+    sink: &TerminalSink,
+) -> Result<Question, Error> {
+    preferring(model, &args.preferences, sink)
 }
 
 /// Does the same as [`question`] for a preference file without options.
 ///
 /// # Errors
 /// A file, the constants or the bounds are wrong.
-pub(super) fn preferring(model: &ModelArgs, preferences: &Path, watch: &Watch) -> Result<Question, Error> {
-    preferred(parsed(model, watch)?, preferences, watch)
+pub(super) fn preferring(
+    model: &ModelArgs,
+    preferences: &Path,
+    sink: &TerminalSink,
+) -> Result<Question, Error> {
+    preferred(parsed(model, sink)?, preferences, sink)
 }
 
-fn preferred(loaded: Loaded, preferences: &Path, watch: &Watch) -> Result<Question, Error> {
+fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<Question, Error> {
     let Loaded { mut program, overlap, .. } = loaded;
     let source = read(preferences)?;
     let preferences = lang::load_preferences(&source, &mut program)?;
@@ -168,7 +148,7 @@ fn preferred(loaded: Loaded, preferences: &Path, watch: &Watch) -> Result<Questi
             Empty::Incomparable => "no step improves",
             Empty::Bottom | Empty::Gain => "only gaining a first objective improves",
         };
-        watch.warn(&format!(
+        sink.warn(&format!(
             "{} prefers no objective to another: {left}; a statement such as `prefer A > B;` adds one",
             source.name
         ));
@@ -184,9 +164,9 @@ pub(super) fn certified(
     model: &Path,
     preferences: &Path,
     given: &Given,
-    watch: &Watch,
+    sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferred(loaded(model, given, watch)?, preferences, watch)
+    preferred(loaded(model, given, sink)?, preferences, sink)
 }
 
 /// Reads the model, and the target or the properties.
@@ -197,9 +177,9 @@ pub(super) fn asked(
     args: &ModelArgs,
     target: Option<&str>,
     properties: &[String],
-    watch: &Watch,
+    sink: &TerminalSink,
 ) -> Result<Asked, Error> {
-    let Loaded { mut program, named, overlap } = parsed(args, watch)?;
+    let Loaded { mut program, named, overlap } = parsed(args, sink)?;
     let mut questions = Vec::new();
     if let Some(text) = target {
         let source = SourceFile::new("--target", text);
@@ -217,31 +197,12 @@ pub(super) fn asked(
                 let source = SourceFile::new("--property", text.as_str());
                 let property = lang::parse_property(&source)?;
                 let asks = Some((property.strategies, property.bound));
-                (goal(&mut program, &source, &property.formula)?, asks)
+                (Goal::of(&mut program, &source, &property.formula)?, asks)
             }
         };
         questions.push(Asking { text: text.clone(), goal, property });
     }
     Ok(Asked { program: Arc::new(program), questions, overlap })
-}
-
-/// Turns a formula into a goal: a target, or monitors next to the model.
-///
-/// # Errors
-/// The formula is wrong or not supported.
-pub(super) fn goal(
-    program: &mut Program,
-    source: &Arc<SourceFile>,
-    formula: &Formula,
-) -> Result<Goal, Error> {
-    if let Some(target) = formula.reachability() {
-        return Ok(Goal::Target(lang::lower_target(program, source, target)?));
-    }
-    let mut watched = program.clone();
-    let mut watching = Monitoring::new(&mut watched);
-    let condition = watching.watch(source, formula, "property")?;
-    let fresh = watching.finish(Begin::Everywhere)?;
-    Ok(Goal::Formula(Watched { program: Arc::new(watched), condition, fresh }))
 }
 
 /// Returns the question of a property that the model names.
@@ -280,7 +241,11 @@ pub(super) fn dump(directory: &Path) -> Result<&Path, Error> {
 ///
 /// # Errors
 /// The file of `--order` cannot be read.
-pub(super) fn settings(args: &ModelArgs, storage: Storage, watch: &Arc<Watch>) -> Result<Settings, Error> {
+pub(super) fn settings(
+    args: &ModelArgs,
+    storage: Storage,
+    sink: &Arc<TerminalSink>,
+) -> Result<Settings, Error> {
     let order = match args.order.as_str() {
         "auto" => Order::Auto,
         "declared" => Order::Declared,
@@ -292,7 +257,7 @@ pub(super) fn settings(args: &ModelArgs, storage: Storage, watch: &Arc<Watch>) -
         memory: args.memory(),
         order,
         threads: args.threads(),
-        sink: Arc::clone(watch) as _,
+        sink: Arc::clone(sink) as _,
         ..Settings::default()
     })
 }
@@ -305,9 +270,9 @@ pub(super) fn engine(
     program: &Arc<Program>,
     args: &ModelArgs,
     storage: Storage,
-    watch: &Arc<Watch>,
+    sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    AnyEngine::new(Arc::clone(program), settings(args, storage, watch)?).map(Arc::new)
+    AnyEngine::new(Arc::clone(program), settings(args, storage, sink)?).map(Arc::new)
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.
@@ -317,9 +282,9 @@ pub(super) fn engine(
 pub(super) fn symbolic(
     program: &Arc<Program>,
     args: &ModelArgs,
-    watch: &Arc<Watch>,
+    sink: &Arc<TerminalSink>,
 ) -> Result<Arc<SymbolicEngine>, Error> {
-    SymbolicEngine::new(Arc::clone(program), settings(args, Storage::Symbolic, watch)?).map(Arc::new)
+    SymbolicEngine::new(Arc::clone(program), settings(args, Storage::Symbolic, sink)?).map(Arc::new)
 }
 
 /// Warns of deadlocks, of rounded probabilities, and of states in which a `dtmc` draws a command
@@ -328,7 +293,7 @@ pub(super) fn symbolic(
 /// # Errors
 /// A limit is hit.
 pub(super) fn warn_of_states<E: Engine>(
-    watch: &Watch,
+    sink: &TerminalSink,
     engine: &E,
     program: &Program,
     deadlocks: &Count,
@@ -339,19 +304,19 @@ pub(super) fn warn_of_states<E: Engine>(
         let what = if plural { "states are deadlocks: each" } else { "state is a deadlock: it" };
         let example = engine.list_states(&engine.deadlock_states(), 1)?.pop().unwrap_or_default();
         let (such_as, example) = (if plural { ", such as " } else { ": " }, program.show_state(&example));
-        watch.warn(&format!("{count} {what} gets a self-loop{such_as}{example}"));
+        sink.warn(&format!("{count} {what} gets a self-loop{such_as}{example}"));
     }
     if let Some(state) = engine.rounded_state()
         && let Some((command, sum)) = program.rounded_in(state)
     {
-        watch.warn_of(&[fault::rounded(program, command, sum, state)]);
+        sink.warn_at(&[fault::rounded(program, command, sum, state)]);
     }
     let Some(overlap) = overlap else { return Ok(()) };
     let states = engine.count(&engine.states_where(overlap)?)?;
     if states != Count::ZERO {
         let (count, plural) = counted(&states);
         let what = if plural { "states" } else { "state" };
-        watch.warn(&format!(
+        sink.warn(&format!(
             "several commands are enabled in {count} {what} of this dtmc; one is drawn uniformly"
         ));
     }

@@ -11,13 +11,12 @@ mod load;
 mod options;
 mod phases;
 mod plan;
+mod progress;
 mod properties;
 mod signals;
-mod size;
 mod supervise;
 mod sweep;
 mod terminal;
-mod watch;
 
 mod check;
 mod compare;

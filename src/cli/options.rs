@@ -8,8 +8,8 @@ use meliora::engine::{Scope, Storage};
 use meliora::error::Error;
 use meliora::output::Header;
 use meliora::planning::{Options, Safety};
+use meliora::supervise::{memory, parse_duration};
 
-use super::size;
 use super::sweep::ranges;
 
 /// Heading in `--help`, below the options of the command itself.
@@ -43,7 +43,7 @@ pub(super) struct ModelArgs {
 
     /// Memory for the node table and the operation cache, or for the arrays of the explicit engine,
     /// such as 2GiB [default: half of the machine's memory]
-    #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = size::parse)]
+    #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     pub(super) memory: Option<u64>,
 
     /// Maximum number of threads (never more than the machine has)
@@ -51,7 +51,7 @@ pub(super) struct ModelArgs {
     pub(super) threads: u16,
 
     /// Stop after this time, such as 30s or 5m, and print the partial results
-    #[arg(help_heading = LIMITS, long, value_name = "DURATION", value_parser = duration)]
+    #[arg(help_heading = LIMITS, long, value_name = "DURATION", value_parser = parse_duration)]
     pub(super) timeout: Option<Duration>,
 
     /// The constants of one instance of a sweep, instead of `--const`; implies `--json`
@@ -76,7 +76,7 @@ impl ModelArgs {
 
     /// Returns the memory limit of the engine, in bytes.
     pub(super) fn memory(&self) -> u64 {
-        self.memory.unwrap_or_else(size::default_memory) / self.sharing
+        self.memory.unwrap_or_else(memory::default_memory) / self.sharing
     }
 
     /// Returns the number of threads for the symbolic engine.
@@ -214,19 +214,6 @@ fn constant_list(text: &str) -> Result<String, String> {
     Ok(text.to_owned())
 }
 
-/// Reads a duration: `1h 30m`, `500ms`, or a plain number of seconds.
-pub(super) fn duration(text: &str) -> Result<Duration, String> {
-    let parsed = match text.trim().parse::<f64>() {
-        Ok(seconds) => Duration::try_from_secs_f64(seconds).map_err(|e| e.to_string()),
-        Err(_) => humantime::parse_duration(text).map_err(|e| e.to_string()),
-    };
-    match parsed {
-        Ok(duration) if duration.is_zero() => Err("a time limit must be longer than 0".to_owned()),
-        Ok(duration) => Ok(duration),
-        Err(e) => Err(format!("{e}; a duration is written as 500ms, 30s, 5m or 1h30m")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -237,16 +224,6 @@ mod tests {
             [("K=4, x = 1.5", true), ("K", false), ("K=4,,", false), ("=4", false), ("K=", false)]
         {
             assert_eq!(constant_list(text).is_ok(), fits, "{text}");
-        }
-    }
-
-    #[test]
-    fn durations_have_units_or_are_seconds() {
-        assert_eq!(duration("500ms"), Ok(Duration::from_millis(500)));
-        assert_eq!(duration("2"), Ok(Duration::from_secs(2)));
-        assert_eq!(duration("1h 1m"), Ok(Duration::from_secs(3660)));
-        for text in ["0", "-1", "soon", "1 apple", "inf", "nan"] {
-            assert!(duration(text).is_err(), "{text}");
         }
     }
 }

@@ -4,42 +4,27 @@ use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::output::envelope::Times;
 use meliora::planning::{Analysis, Event, Phase};
+use meliora::supervise::run_phases;
 
-use super::watch::Watch;
+use super::progress::TerminalSink;
 
-/// Runs phases. `watch` shows the progress, and `hear` receives the events.
+/// Runs phases. `sink` shows the progress, and `listener` receives the events.
 ///
 /// # Errors
 /// A limit is hit, or a target has no value in some state.
 pub(super) fn run<E: Engine>(
     analysis: &mut Analysis<E>,
     phases: &[Phase],
-    watch: &Watch,
-    hear: &mut dyn FnMut(Event<'_>),
+    sink: &TerminalSink,
+    listener: &mut dyn FnMut(Event<'_>),
 ) -> Result<(), Error> {
-    let (mut known, all) = (0, analysis.preferences().objectives.len());
-    let mut listen = |event: Event<'_>| {
-        match event {
-            Event::Started(phase) => {
-                watch.enter(phase.name());
-                match phase {
-                    Phase::Outcomes => watch.turn_to(format!("objective 1 of {all}")),
-                    Phase::Sasi | Phase::Spi => watch.turn_to("level 1".to_owned()),
-                    Phase::Counts | Phase::Improvement => {}
-                }
-            }
-            Event::Objective(_) => {
-                known += 1;
-                if known < all {
-                    watch.turn_to(format!("objective {} of {all}", known + 1));
-                }
-            }
-            Event::Level(_, number, _) => watch.turn_to(format!("level {}", number + 1)),
-            Event::Finished(phase, took) => watch.leave(phase.name(), took.as_secs_f64()),
+    let report = |phase: &'static str, part: String| sink.report(phase, part);
+    run_phases(analysis, phases, &report, &mut |event| {
+        if let Event::Finished(phase, took) = event {
+            sink.finished(phase.name(), took.as_secs_f64());
         }
-        hear(event);
-    };
-    phases.iter().try_for_each(|&phase| analysis.run_phase(phase, &mut listen))
+        listener(event);
+    })
 }
 
 /// Records the time of a phase. Counting is a part of building.

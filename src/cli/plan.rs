@@ -11,7 +11,7 @@ use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Phase};
 use super::load::Question;
 use super::options::{ModelArgs, PreferenceArgs};
 use super::phases;
-use super::watch::Watch;
+use super::progress::TerminalSink;
 
 /// Reads `--at`.
 ///
@@ -65,11 +65,11 @@ pub(super) fn analysis<E: Engine>(
     question: &Question,
     args: &PreferenceArgs,
     levels: &[Phase],
-    watch: &Watch,
+    sink: &TerminalSink,
 ) -> Result<Analysis<E>, Error> {
     let mut analysis = Analysis::new(engine, &question.preferences, args.options());
     let all = [&[Phase::Outcomes, Phase::Improvement], levels].concat();
-    phases::run(&mut analysis, &all, watch, &mut |_| ())?;
+    phases::run(&mut analysis, &all, sink, &mut |_| ())?;
     Ok(analysis)
 }
 

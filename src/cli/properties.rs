@@ -7,17 +7,16 @@ use std::sync::Arc;
 
 use meliora::advanced::lang::property::{Bound, Strategies};
 use meliora::engine::Engine;
-use meliora::engine::regions::{self, Regions};
 use meliora::error::{Error, SourceFile};
 use meliora::lang::{open_constants, parse_properties, split_constants};
 use meliora::model::Program;
 use meliora::output::PropertiesReport;
 use meliora::output::properties::{PropertyAnswer, Sizes};
 use meliora::planning::result::ModelCounts;
-use meliora::planning::temporal;
+use meliora::reach::{Comparison, Goal, satisfying};
 
 use super::exit::Status;
-use super::load::{self, Asked, Asking, Goal};
+use super::load::{self, Asked, Asking};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::supervise::{Job, supervise};
 
@@ -60,7 +59,7 @@ pub(super) fn several(
     let report = report(&model, engine);
     let (shown, timeout) = (shown.of(&model), model.timeout);
     supervise(report, timeout, &shown, move |job| {
-        let read = || load::asked(&model, None, &properties, &job.watch);
+        let read = || load::asked(&model, None, &properties, &job.sink);
         let asked = job.timed("parse", read, |_, _| ())?;
         let open: Vec<usize> = (0..asked.questions.len()).collect();
         job.update(|r| {
@@ -78,7 +77,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     let given = SourceFile::new("--const", questions.model.constants());
     let [theirs, others] = split_constants(&given, &open_constants(&source)?)?;
     let model = questions.model.with_constants(&others.text);
-    let (program, overlap) = load::program(&model, &job.watch)?;
+    let (program, overlap) = load::program(&model, &job.sink)?;
     let mut program = Arc::unwrap_or_clone(program);
     let mut stated = parse_properties(&source, &theirs, &mut program)?;
     if let Some(only) = &questions.only {
@@ -93,7 +92,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
         let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
         job.update(|r| r.properties.push(entry));
         if let Ok(property) = &stated.property {
-            let goal = load::goal(&mut program, &stated.source, &property.formula)?;
+            let goal = Goal::of(&mut program, &stated.source, &property.formula)?;
             let asks = Some((property.strategies, property.bound));
             asking.push(Asking { text: stated.text, goal, property: asks });
             open.push(position);
@@ -132,7 +131,7 @@ fn run_engine(
     program: &Arc<Program>,
     questions: &[(&Asking, usize)],
 ) -> Result<(), Error> {
-    let build = || load::engine(program, model, engine.engine, &job.watch);
+    let build = || load::engine(program, model, engine.engine, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     answer(job, &*engine, asked, questions)
 }
@@ -151,18 +150,12 @@ fn answer<E: Engine>(
     let mut known = false;
     job.update(|r| known = r.counts.is_some());
     if !known {
-        load::warn_of_states(&job.watch, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
+        load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
         job.update(|r| r.counts = Some(counts));
     }
     let initial = engine.initial_states();
     for &(asking, position) in questions {
-        let find = || match &asking.goal {
-            Goal::Target(target) => regions::regions(engine, &engine.states_where(*target)?),
-            Goal::Formula(watched) => {
-                temporal::judged(engine, watched.fresh, temporal::regions(engine, &watched.condition)?)
-            }
-        };
-        let found = job.timed("regions", find, |_, _| ())?;
+        let found = job.timed("regions", || asking.goal.regions(engine), |_, _| ())?;
         let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));
         let sizes = Sizes {
             pmax_one: size(&found.pmax_one)?,
@@ -170,7 +163,7 @@ fn answer<E: Engine>(
             pmin_one: size(&found.pmin_one)?,
             pmin_positive: size(&found.pmin_positive)?,
         };
-        let truth = |asks: (Strategies, Bound)| {
+        let truth = |asks: Comparison| {
             let satisfying = satisfying(engine, asks, found)?;
             engine.is_empty(&engine.difference(&initial, &satisfying)?)
         };
@@ -182,27 +175,4 @@ fn answer<E: Engine>(
         });
     }
     Ok(())
-}
-
-/// Returns the states in which a property holds.
-///
-/// # Errors
-/// A limit is hit.
-pub(super) fn satisfying<E: Engine>(
-    engine: &E,
-    (strategies, bound): (Strategies, Bound),
-    found: Regions<E::States>,
-) -> Result<E::States, Error> {
-    let all = engine.all_states();
-    match (strategies, bound) {
-        (Strategies::Some, Bound::One) => Ok(found.pmax_one),
-        (Strategies::Some, Bound::Positive) => Ok(found.pmax_positive),
-        (Strategies::All, Bound::One) => Ok(found.pmin_one),
-        (Strategies::All, Bound::Positive) => Ok(found.pmin_positive),
-        // A property holds for every strategy if no strategy violates it, and vice versa.
-        (Strategies::Some, Bound::BelowOne) => engine.difference(&all, &found.pmin_one),
-        (Strategies::Some, Bound::Zero) => engine.difference(&all, &found.pmin_positive),
-        (Strategies::All, Bound::BelowOne) => engine.difference(&all, &found.pmax_one),
-        (Strategies::All, Bound::Zero) => engine.difference(&all, &found.pmax_positive),
-    }
 }

@@ -11,11 +11,11 @@ use meliora::model::valuation::Valuation;
 use meliora::output::QueryReport;
 use meliora::output::query::{Contained, Rows};
 use meliora::query::{Archive, Selected};
+use meliora::supervise::{memory, parse_duration};
 
 use super::exit::Status;
 use super::load;
 use super::options::{self, ShownArgs};
-use super::size;
 use super::supervise::{Job, supervise};
 
 /// Count and list regions of a dump, or look up states, without the model
@@ -57,24 +57,24 @@ pub(super) struct QueryArgs {
 pub(super) struct LimitArgs {
     /// Memory for the node table and the operation cache, such as 2GiB [default: half of the
     /// machine's memory]
-    #[arg(help_heading = options::LIMITS, long, value_name = "SIZE", value_parser = size::parse)]
+    #[arg(help_heading = options::LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     memory: Option<u64>,
 
     /// Stop after this time, such as 30s or 5m
-    #[arg(help_heading = options::LIMITS, long, value_name = "DURATION", value_parser = options::duration)]
+    #[arg(help_heading = options::LIMITS, long, value_name = "DURATION", value_parser = parse_duration)]
     pub(super) timeout: Option<Duration>,
 }
 
 impl LimitArgs {
     /// Returns the memory limit in bytes.
     pub(super) fn memory(&self) -> u64 {
-        self.memory.unwrap_or_else(size::default_memory)
+        self.memory.unwrap_or_else(memory::default_memory)
     }
 
     /// Returns the settings of the engine.
     pub(super) fn settings<R>(&self, scope: Scope, job: &Job<R>) -> Settings {
         let memory = self.memory();
-        Settings { scope, memory, sink: Arc::clone(&job.watch) as _, ..Settings::default() }
+        Settings { scope, memory, sink: Arc::clone(&job.sink) as _, ..Settings::default() }
     }
 }
 
@@ -91,7 +91,7 @@ pub(super) fn run(args: QueryArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
-    job.watch.bound_memory(args.limits.memory());
+    job.sink.supervisor.limit_memory(args.limits.memory());
     let settings = args.limits.settings(Scope::All, job);
     let open = || Archive::open(load::dump(&args.directory)?, args.condition.as_deref(), settings);
     let archive = job.timed("load", open, |_, _| ())?;

@@ -11,11 +11,12 @@ use meliora::output::ReachReport;
 use meliora::output::reach::Share;
 use meliora::planning::result::ModelCounts;
 use meliora::planning::temporal;
+use meliora::reach::{Goal, satisfying};
 
 use super::exit::Status;
-use super::load::{self, Asked, Asking, Goal};
+use super::load::{self, Asked, Asking};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
-use super::properties::{self, satisfying};
+use super::properties;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -78,7 +79,7 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
-    let read = || load::asked(&args.model, args.target.as_deref(), &args.property, &job.watch);
+    let read = || load::asked(&args.model, args.target.as_deref(), &args.property, &job.sink);
     let asked = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| r.header.read(&asked.program));
     let Some(asking) = asked.questions.first() else { return Ok(()) };
@@ -86,7 +87,7 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
         Goal::Target(_) => &asked.program,
         Goal::Formula(watched) => &watched.program,
     };
-    let build = || load::engine(program, &args.model, args.engine.engine, &job.watch);
+    let build = || load::engine(program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     answer(job, &*engine, &asked, asking)
 }
@@ -102,7 +103,7 @@ fn answer<E: Engine>(
     // Counting is a part of building.
     let count = || ModelCounts::within(engine, &judged);
     let counts = job.timed("count", count, |r, s| r.time.add("build", s))?;
-    load::warn_of_states(&job.watch, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
+    load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
     job.update(|r| r.counts = Some(counts));
     let search = Search { job, engine, judged };
     let found = match &asking.goal {
@@ -149,7 +150,7 @@ impl<E: Engine> Search<'_, E> {
         let states = self.engine.states_where(target)?;
         let size = self.engine.count(&states)?;
         if size == Count::ZERO {
-            self.job.watch.warn("no state satisfies the target");
+            self.job.sink.warn("no state satisfies the target");
         }
         self.job.update(|r| r.target = Some(size.into()));
         Ok(states)

@@ -12,6 +12,7 @@ use meliora::output::simulate::TraceReport;
 use meliora::output::{CheckReport, PageReport};
 use meliora::planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation};
 use meliora::projections::{self, Plane, Projections};
+use meliora::supervise::memory;
 use strum::{Display, IntoStaticStr};
 
 use super::check::{self, Checked};
@@ -20,7 +21,6 @@ use super::files::Target;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan;
-use super::size;
 use super::supervise::{Job, supervise};
 
 /// Maximum number of steps of the run in a page.
@@ -141,7 +141,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         return Err(Error::Usage(message.to_owned()));
     }
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.watch)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let plane = match &args.grid {
             Some(names) => Some(Plane::named(&question.program, names)?),
             None => Plane::guess(&question.program),
@@ -155,7 +155,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         r.check.header.read_both(&question.program, &question.preferences);
         r.check.header.history = question.preferences.whole_plays();
     });
-    let build = || load::symbolic(&question.program, &args.model, &job.watch);
+    let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
     if let (Some(text), Some(start)) = (&args.at, &start) {
         plan::in_scope(&*engine, &args.model, std::slice::from_ref(text), std::slice::from_ref(start))?;
@@ -215,7 +215,7 @@ impl Run<'_> {
         let mut report = None;
         self.job.update(|r| report = Some(r.check.clone()));
         let Some(mut check) = report else { return Ok(String::new()) };
-        check.finish(self.job.watch.elapsed().as_secs_f64(), size::peak_rss());
+        check.finish(self.job.sink.supervisor.elapsed().as_secs_f64(), memory::peak_rss());
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
         let content = Content { check: &check, program, preferences, projections, play };
         match self.args.format {

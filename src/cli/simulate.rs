@@ -84,13 +84,13 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.watch)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
     let (question, states) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| r.header.read_both(&question.program, &question.preferences));
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     play(job, &engine, &question, args, states)
 }
@@ -108,7 +108,7 @@ fn play<E: Engine>(
         false => given,
     };
     let asked = [Phase::levels(args.kind)];
-    let levels = || plan::analysis(engine, question, &args.preferences, &asked, &job.watch);
+    let levels = || plan::analysis(engine, question, &args.preferences, &asked, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     let mut book = plan::finite_memory(&analysis, &question.program, args.kind)?;
     let mut simulation = Simulation::new(&mut book, args.setup());

@@ -91,13 +91,13 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<StrategyReport>, args: &StrategyArgs) -> Result<(), Error> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.watch)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
     let (question, states) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| r.header.read_both(&question.program, &question.preferences));
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     answer(job, &engine, &question, args, states)
 }
@@ -111,7 +111,7 @@ fn answer<E: Engine>(
 ) -> Result<(), Error> {
     plan::in_scope(&**engine, &args.model, &args.at, &states)?;
     let both = [Phase::Sasi, Phase::Spi];
-    let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.watch);
+    let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     let book = plan::finite_memory(&analysis, &question.program, args.kind)?;
     let mut run = Run { job, question, args, analysis: &analysis, book };
@@ -141,7 +141,7 @@ impl<'a, E: Engine> Run<'a, E> {
         }
         let style = (!self.args.shown.json).then(terminal::stdout_style);
         for state in states {
-            self.job.watch.check()?;
+            self.job.sink.check()?;
             let report = self.state(&state)?;
             if self.args.csv {
                 terminal::print(&strategy_table::csv_rows(&report))?;
@@ -164,7 +164,7 @@ impl<'a, E: Engine> Run<'a, E> {
         let states = engine.list_states(&set, self.args.limit as usize)?;
         if count > meliora::engine::Count::from(states.len()) {
             let (listed, all) = (states.len(), Number(count.clone()).grouped());
-            self.job.watch.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
+            self.job.sink.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
         }
         self.job.update(|r| r.asked = Some(count.into()));
         Ok(states)
@@ -194,9 +194,7 @@ impl<'a, E: Engine> Run<'a, E> {
         let limit = self.args.limit as usize;
         let course = InducedModel::unfold(&mut self.book, states, Scheduler::Permissive, limit)?;
         if !course.complete {
-            self.job
-                .watch
-                .warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
+            self.job.sink.warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
         }
         let dot = strategy_table::dot(self.words(), &course, states.len());
         self.job.update(|r| r.drawing = Some(dot));

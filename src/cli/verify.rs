@@ -56,15 +56,15 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
-    job.watch.bound_memory(args.limits.memory());
+    job.sink.supervisor.limit_memory(args.limits.memory());
     let manifest = Manifest::read(load::dump(&args.directory)?)?;
     let given = Given {
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),
     };
-    let read = || load::certified(&args.model, &args.preferences, &given, &job.watch);
+    let read = || load::certified(&args.model, &args.preferences, &given, &job.sink);
     let question = job.timed("parse", read, |_, _| ())?;
-    let load = || read_directory(&args.directory, true, job.watch.as_ref());
+    let load = || read_directory(&args.directory, true, job.sink.as_ref());
     let dump: Dump = job.timed("load", load, |_, _| ())?;
     if dump.certificate.is_none() {
         return Err(Error::Dump {
@@ -82,7 +82,7 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     let verify = || certify::verify(&question.program, &question.preferences, hashes, &dump, settings);
     let mut verdict = job.timed("verify", verify, |_, _| ())?;
     if verdict.violation.is_none() {
-        verdict.violation = certify::pictures(&args.directory, &dump, job.watch.as_ref())?;
+        verdict.violation = certify::pictures(&args.directory, &dump, job.sink.as_ref())?;
     }
     job.update(|r| r.set(&question.program, &verdict));
     Ok(())

@@ -2,20 +2,36 @@
 
 use std::sync::Arc;
 
-use super::{Planning, States};
+use super::States;
 use crate::engine::regions::{Regions, regions};
-use crate::engine::{AnyEngine, Engine, Usage};
+use crate::engine::{Algebra, AnyEngine, Engine, Usage};
 use crate::error::{Error, Result, SourceFile};
 use crate::lang;
 use crate::model::Program;
-use crate::model::preference::{History, Preferences};
-use crate::planning::Options;
+use crate::model::preference::History;
 use crate::planning::result::ModelCounts;
+use crate::planning::temporal::{accepting_regions, secured};
+use crate::planning::{Analysis, Options};
+use crate::reach::{Goal, satisfying};
 
 /// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]
 pub struct Exploration {
     engine: AnyEngine,
+}
+
+/// The answer to a question about paths.
+#[derive(Clone)]
+pub struct Reached {
+    /// The states of the target; for another temporal formula, the states from which it can be
+    /// satisfied from then on, almost surely.
+    pub target: States,
+    /// The four regions; with monitors, their states where the monitors are fresh.
+    pub regions: Regions<States>,
+    /// For a property, true if it is true in all initial states.
+    pub holds: Option<bool>,
+    /// The exploration of the regions: this one, or the product with the monitors of the formula.
+    pub exploration: Exploration,
 }
 
 impl Exploration {
@@ -95,12 +111,41 @@ impl Exploration {
     /// The target belongs to another exploration; a limit is reached.
     pub fn reach(&self, target: &States) -> Result<Regions<States>> {
         let found = regions(&self.engine, target.set())?;
-        let of = |set| States::of(&self.engine, set);
-        Ok(Regions {
-            pmax_one: of(found.pmax_one),
-            pmax_positive: of(found.pmax_positive),
-            pmin_one: of(found.pmin_one),
-            pmin_positive: of(found.pmin_positive),
+        Ok(found.map(|set| States::of(&self.engine, set)))
+    }
+
+    /// Answers a question about paths: a target `x = 3`, a formula `F x = 3`, or a property
+    /// `P>=1 [ F x = 3 ]`. For a temporal formula other than `F target`, the model is explored anew
+    /// in product with its monitors.
+    ///
+    /// # Errors
+    /// The text is invalid; each error has its place. A limit is reached.
+    pub fn reach_where(&self, question: &str) -> Result<Reached> {
+        let source = SourceFile::new("condition", question);
+        let mut program = Program::clone(self.program());
+        let (goal, comparison) = Goal::parse(&mut program, &source)?;
+        let engine = match &goal {
+            Goal::Target(_) => self.engine.reading(Arc::new(program))?,
+            Goal::Formula(watched) => {
+                AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?
+            }
+        };
+        let of = |set| States::of(&engine, set);
+        let target = match &goal {
+            Goal::Target(target) => of(engine.states_where(*target)?),
+            Goal::Formula(watched) => of(secured(&engine, &accepting_regions(&engine, &watched.condition)?)?),
+        };
+        let found = goal.regions(&engine)?;
+        let holds = |comparison| {
+            let satisfying = satisfying(&engine, comparison, found.clone())?;
+            engine.is_empty(&engine.difference(&engine.initial_states(), &satisfying)?)
+        };
+        let holds = comparison.map(holds).transpose()?;
+        Ok(Reached {
+            target,
+            holds,
+            regions: found.map(of),
+            exploration: Exploration { engine: engine.clone() },
         })
     }
 
@@ -109,15 +154,15 @@ impl Exploration {
     ///
     /// # Errors
     /// The text is invalid; each error has its place. A limit is reached in the new exploration.
-    pub fn prefer(&self, source: &Arc<SourceFile>, options: Options) -> Result<Planning> {
+    pub fn prefer(&self, source: &Arc<SourceFile>, options: Options) -> Result<Analysis> {
         let mut program = Program::clone(self.program());
-        let preferences: Preferences = lang::load_preferences(source, &mut program)?;
+        let preferences = lang::load_preferences(source, &mut program)?;
         let program = Arc::new(program);
         // Monitors add variables, so the product has states of its own.
         let engine = match preferences.history {
             History::State => self.engine.reading(program)?,
             History::Play => AnyEngine::new(program, self.engine.settings().clone())?,
         };
-        Ok(Planning::of(engine, preferences, source.name.as_str(), options))
+        Ok(Analysis::new(&Arc::new(engine), &Arc::new(preferences), options))
     }
 }

@@ -1,23 +1,27 @@
-//! Types for embedding the library: owners without lifetimes, which any language can hold.
+//! Types for embedding the library, exported at the crate root: owners without lifetimes, which any
+//! language can hold.
 //!
 //! A [`Model`] is read from a text. [`Model::explore`] builds an [`Exploration`] with either
 //! engine. An exploration answers with sets of states ([`States`]), for any number of targets and
-//! preferences, without exploring again. A [`Planning`] is an analysis under preferences; a
-//! [`Strategy`] selects actions. Clones are cheap: they share results.
+//! preferences, without exploring again. [`Exploration::prefer`] returns an
+//! [`Analysis`](crate::Analysis), which has further methods here for sets, strategies and reports.
+//! Clones are cheap: they share results.
+//!
+//! Each file imports only files before it: `states`, `members`, `exploration`, `projection`,
+//! `model`, `analysis`, `report`.
 
+mod analysis;
 mod exploration;
 mod members;
 mod model;
-mod planning;
 mod projection;
 #[cfg(feature = "output")]
 mod report;
 mod states;
 
-pub use exploration::Exploration;
+pub use exploration::{Exploration, Reached};
 pub use members::Listing;
 pub use model::Model;
-pub use planning::{Planning, Strategy};
 pub use projection::Projection;
 #[cfg(feature = "output")]
 pub use report::Drawing;

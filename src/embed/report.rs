@@ -1,11 +1,11 @@
-//! Reports, pages and pictures of a planning.
+//! Reports, pages and pictures of an analysis.
 
-use super::Planning;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::model::State;
 use crate::output::page::{Content, Picture};
 use crate::output::{CheckReport, Header};
+use crate::planning::Analysis;
 use crate::projections::{self, Plane};
 
 /// The maximum number of listed initial states.
@@ -26,37 +26,38 @@ pub enum Drawing {
     Dot,
 }
 
-impl Planning {
-    /// Builds the report of `meliora check` from the results so far.
+impl Analysis {
+    /// Builds the report of `meliora check` from the results so far. `source` is the name of the
+    /// preference file.
     /// [`crate::output::Report::text`] formats it as text; it can also be written as JSON. Cost:
     /// see [`crate::planning::Analysis::prospects`].
     ///
     /// # Errors
     /// A limit is reached.
-    pub fn report(&self) -> Result<CheckReport> {
+    pub fn report(&self, source: &str) -> Result<CheckReport> {
         let (engine, program) = (self.engine(), self.program());
         let (storage, scope) = (engine.storage().name(), engine.settings().scope);
-        let safety = self.analysis().options().safety.name();
+        let safety = self.options().safety.name();
         let model = program.source.name.as_str();
         let header = Header { scope: Some(scope), ..Header::of_model(model) };
-        let header = header.with_engine(storage).with_preferences(self.source(), safety);
+        let header = header.with_engine(storage).with_preferences(source, safety);
         let mut report = CheckReport::new(header);
         report.header.read_both(program, self.preferences());
         report.result = self.result().clone();
-        report.initial = self.analysis().initial_prospects(program, LISTED)?;
+        report.initial = self.initial_prospects(program, LISTED)?;
         report.memory.peak_nodes = engine.usage().peak_nodes;
         Ok(report)
     }
 
-    /// Draws a page or a picture. Maps span the integer variables that `grid` names, rows first:
+    /// Draws a page or a picture; `source` is the name of the preference file. Maps span the integer variables that `grid` names, rows first:
     /// `r,c`. Without `grid`, the names of the variables suggest a plane; if no plane is found, the
     /// drawing has no map.
     ///
     /// # Errors
     /// [`Error::Input`] if `grid` is invalid; [`Error::Usage`] if a map is requested from the
     /// explicit engine, or for a model without integer variables; a limit is reached.
-    pub fn draw(&self, drawing: Drawing, grid: Option<&str>) -> Result<String> {
-        let (check, program) = (self.report()?, self.program());
+    pub fn draw(&self, source: &str, drawing: Drawing, grid: Option<&str>) -> Result<String> {
+        let (check, program) = (self.report(source)?, self.program());
         let plane = match grid {
             Some(names) => Some(Plane::named(program, names)?),
             None => Plane::guess(program),
@@ -64,9 +65,7 @@ impl Planning {
         let has_maps = !matches!(drawing, Drawing::Dot | Drawing::Svg(Picture::Hasse));
         let at: Option<State> = self.engine().list_states(&self.engine().initial_states(), 1)?.pop();
         let projections = match (plane, at) {
-            (Some(plane), Some(at)) if has_maps => {
-                Some(projections::build(self.analysis(), plane, &at, MOST_NODES)?)
-            }
+            (Some(plane), Some(at)) if has_maps => Some(projections::build(self, plane, &at, MOST_NODES)?),
             _ => None,
         };
         let preferences = self.preferences();

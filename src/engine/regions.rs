@@ -28,6 +28,16 @@ impl<S> Regions<S> {
             Which::PminOne => &mut self.pmin_one,
         }
     }
+
+    /// Converts each region.
+    pub fn map<T>(self, mut convert: impl FnMut(S) -> T) -> Regions<T> {
+        Regions {
+            pmax_one: convert(self.pmax_one),
+            pmax_positive: convert(self.pmax_positive),
+            pmin_one: convert(self.pmin_one),
+            pmin_positive: convert(self.pmin_positive),
+        }
+    }
 }
 
 /// Computes { s : Pmax(◇T) > 0 } = μX. T ∪ { s : some a has succ(s,a) ∩ X ≠ ∅ }. Cost: one backward

@@ -16,7 +16,7 @@ use super::result::{
 use super::temporal::AcceptingRegion;
 use super::winning_regions::WinningRegions;
 use super::{strategy, temporal};
-use crate::engine::{Count, Engine};
+use crate::engine::{AnyEngine, Count, Engine};
 use crate::error::{Error, Result};
 use crate::model::preference::{Goal, Objective, Preferences};
 use crate::model::step::Choice;
@@ -105,7 +105,7 @@ impl AnalysisResult {
 }
 
 /// The winning regions, classes, improvement MDP and levels of one model under one preference file.
-pub struct Analysis<E: Engine> {
+pub struct Analysis<E: Engine = AnyEngine> {
     engine: Arc<E>,
     preferences: Arc<Preferences>,
     options: Options,
@@ -280,6 +280,28 @@ impl<E: Engine> Analysis<E> {
             Some(End::Unbounded(level)) => LevelsEnd::Unbounded(self.engine.count(&level.states)?),
         };
         Ok(())
+    }
+
+    /// Returns an analysis of the same model and preferences under other options, without results.
+    pub fn with_options(&self, options: Options) -> Self {
+        Self::new(&self.engine, &self.preferences, options)
+    }
+
+    /// Returns rank(s) = max { k : s ∈ W_k }; see [`Levels::rank`].
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn rank(&self, kind: Kind, state: &[i64]) -> Result<Rank> {
+        self.levels(kind).rank(&*self.engine, state)
+    }
+
+    /// Returns the names of the objectives in MP(s); empty before the classes are known.
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn most_preferred(&self, state: &[i64]) -> Result<Vec<&str>> {
+        let Some(classes) = &self.classes else { return Ok(Vec::new()) };
+        Ok(self.preferences.names(&classes.most_preferred(&*self.engine, state)?))
     }
 
     /// Returns the prospects of a state of the scope, as far as they are known.

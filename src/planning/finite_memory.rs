@@ -23,7 +23,7 @@ use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
 use super::strategy::{self, Strategy};
-use crate::engine::{Engine, position};
+use crate::engine::{AnyEngine, Engine, position};
 use crate::error::Result;
 use crate::model::Program;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
@@ -39,7 +39,7 @@ pub struct Memory {
 }
 
 /// The strategies of one kind, computed on demand.
-pub struct FiniteMemoryStrategy<E: Engine> {
+pub struct FiniteMemoryStrategy<E: Engine = AnyEngine> {
     pub(super) engine: Arc<E>,
     pub(super) program: Arc<Program>,
     pub(super) preferences: Arc<Preferences>,
@@ -179,6 +179,16 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     pub fn knows(&self, memory: Memory) -> bool {
         let Some(index) = memory.arena else { return true };
         self.game(memory).is_none() || self.strategies.contains_key(&(key(memory.level), index))
+    }
+
+    /// Returns the names of the permitted actions of a start state.
+    ///
+    /// # Errors
+    /// The errors of [`FiniteMemoryStrategy::explain`].
+    pub fn permitted(&mut self, state: &[i64]) -> Result<Vec<String>> {
+        let memory = self.start(state)?;
+        let actions = self.explain(state, memory)?.actions;
+        Ok(actions.into_iter().filter(|action| action.permitted).map(|action| action.name).collect())
     }
 
     /// Returns the strategies of a memory; `None` if nothing can be improved. Cost: that of

@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use meliora::embed::Drawing;
 use meliora::engine::Count;
 use meliora::model::State;
 use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};
 use meliora::planning::{Scheduler, Setup, Simulation};
 use meliora::projections::Plane;
-use meliora::{Error, Kind, Limit, Model, Options, Rank, Scope, Settings, SourceFile, Storage, lang};
+use meliora::{
+    Drawing, Error, Kind, Limit, Model, Options, Rank, Safety, Scope, Settings, SourceFile, Storage, lang,
+};
 
 const TOY: &str = "mdp
     const int last;
@@ -61,8 +62,8 @@ fn targets_and_preferences_that_come_later_explore_nothing_again() {
         let start = explored.initial().list(1).unwrap().concat();
         assert_eq!(one.rank(Kind::Sasi, &start).unwrap(), Rank::Finite(1));
         assert_eq!(other.rank(Kind::Spi, &start).unwrap(), Rank::Finite(1));
-        assert_eq!(one.levels(Kind::Sasi)[0], one.region("sasi:1").unwrap());
-        assert_eq!(one.regions().iter().filter(|(name, _)| name.starts_with("target:")).count(), 3);
+        assert_eq!(one.level_states(Kind::Sasi)[0], one.region("sasi:1").unwrap());
+        assert_eq!(one.region_names().iter().filter(|name| name.starts_with("target:")).count(), 3);
         // Regions of one exploration go together, whatever they come of.
         let fifth = other.region("target:Fifth").unwrap();
         assert!(fifth.is_subset(&one.region("target:First").unwrap()).unwrap());
@@ -75,15 +76,15 @@ fn a_strategy_outlives_what_it_was_made_of() {
         let model = toy();
         let start = model.state("s=0").unwrap();
         let mut strategy = {
-            let mut planning =
+            let mut analysis =
                 model.explore(stored(storage)).unwrap().prefer(&wishes(), Options::default()).unwrap();
-            assert!(matches!(planning.strategy(Kind::Sasi), Err(Error::Usage(_))));
-            planning.run(&mut |_| ()).unwrap();
-            planning.strategy(Kind::Sasi).unwrap()
+            assert!(matches!(analysis.strategy(Kind::Sasi), Err(Error::Usage(_))));
+            analysis.run(&mut |_| ()).unwrap();
+            analysis.strategy(Kind::Sasi).unwrap()
         };
         assert_eq!(strategy.permitted(&start).unwrap(), ["b", "c"]);
         let setup = Setup { scheduler: Scheduler::Permissive, runs: 20, steps: 50, seed: 1 };
-        let tally = strategy.simulate(setup, &start).unwrap();
+        let tally = Simulation::new(&mut strategy, setup).run(&start).unwrap();
         assert_eq!((tally.plays, tally.fewer_than(1)), (20, 0));
     }
 }
@@ -137,12 +138,15 @@ fn states_are_values_by_name() {
 }
 
 #[test]
-fn a_planning_can_be_looked_at() {
+fn an_analysis_has_reports_and_pictures() {
     for storage in BOTH {
         let explored = toy().explore(stored(storage)).unwrap();
-        let mut planning = explored.prefer(&wishes(), Options::default()).unwrap();
-        planning.run(&mut |_| ()).unwrap();
-        let report = planning.report().unwrap();
+        let mut analysis = explored.prefer(&wishes(), Options::default()).unwrap();
+        analysis.run(&mut |_| ()).unwrap();
+        let prefix = Options { safety: Safety::Prefix, max_level: None };
+        let other = analysis.with_options(prefix);
+        assert_eq!((other.options(), other.result().counts.is_none()), (prefix, true));
+        let report = analysis.report("toy.pref").unwrap();
         let header = &report.header;
         assert_eq!((header.preferences.as_deref(), header.engine), (Some("toy.pref"), Some(storage.name())));
         assert_eq!(report.initial[0].sasi.as_ref().map(|plan| plan.rank), Some(Rank::Finite(1)));
@@ -152,14 +156,14 @@ fn a_planning_can_be_looked_at() {
             (Some("meliora.check/1"), Some("bottom"))
         );
         assert!(report.text(Style { color: false, width: None }).contains("one improvement is guaranteed"));
-        assert!(planning.draw(Drawing::Svg(Picture::Hasse), None).unwrap().starts_with("<svg"));
-        assert!(planning.draw(Drawing::Dot, None).unwrap().starts_with("digraph"));
-        let map = planning.draw(Drawing::Svg(Picture::Sasi), Some("s"));
+        assert!(analysis.draw("toy.pref", Drawing::Svg(Picture::Hasse), None).unwrap().starts_with("<svg"));
+        assert!(analysis.draw("toy.pref", Drawing::Dot, None).unwrap().starts_with("digraph"));
+        let map = analysis.draw("toy.pref", Drawing::Svg(Picture::Sasi), Some("s"));
         match storage {
             Storage::Symbolic => assert!(map.unwrap().contains("</svg>")),
             Storage::Explicit => assert!(matches!(map, Err(Error::Usage(_)))),
         }
-        let wrong = planning.draw(Drawing::Html, Some("nowhere"));
+        let wrong = analysis.draw("toy.pref", Drawing::Html, Some("nowhere"));
         assert!(matches!(wrong, Err(Error::Input(_))));
     }
 }
@@ -242,25 +246,22 @@ fn planes_that_are_too_large_are_refused() {
 
 #[test]
 fn every_play_can_be_seen() {
-    let mut planning =
+    let mut analysis =
         toy().explore(Settings::default()).unwrap().prefer(&wishes(), Options::default()).unwrap();
-    planning.run(&mut |_| ()).unwrap();
-    let first = planning.region("sasi:1").unwrap();
-    assert!(first.is_subset(&planning.exploration().states()).unwrap());
-    let mut strategy = planning.strategy(Kind::Sasi).unwrap();
-    assert!(!strategy.knows(&[0, 0]).unwrap() && strategy.knows(&[3, 0]).unwrap());
-    strategy.permitted(&[0, 0]).unwrap();
-    assert!(
-        strategy.knows(&[0, 0]).unwrap()
-            && strategy.book().is_state(&[5, 0]).unwrap()
-            && !strategy.book().is_state(&[5, 1]).unwrap()
-    );
+    analysis.run(&mut |_| ()).unwrap();
+    let first = analysis.region("sasi:1").unwrap();
+    assert!(first.is_subset(&analysis.exploration().states()).unwrap());
+    let mut strategy = analysis.strategy(Kind::Sasi).unwrap();
+    let memory = |state: [i64; 2]| analysis.strategy(Kind::Sasi).unwrap().start(&state).unwrap();
+    assert!(!strategy.knows(memory([0, 0])) && strategy.knows(memory([3, 0])));
+    assert_eq!(strategy.permitted(&[0, 0]).unwrap(), ["b", "c"]);
+    assert!(strategy.knows(memory([0, 0])));
+    assert!(strategy.is_state(&[5, 0]).unwrap() && !strategy.is_state(&[5, 1]).unwrap());
     let setup = Setup { scheduler: Scheduler::Permissive, runs: 20, steps: 50, seed: 1 };
     let mut seen = Vec::new();
-    let tally = Simulation::new(strategy.book(), setup)
-        .run_each(&[0, 0], &mut |play| seen.push(play.clone()))
-        .unwrap();
-    assert_eq!(tally, strategy.simulate(setup, &vec![0, 0]).unwrap());
+    let tally =
+        Simulation::new(&mut strategy, setup).run_each(&[0, 0], &mut |play| seen.push(play.clone())).unwrap();
+    assert_eq!(tally, Simulation::new(&mut strategy, setup).run(&[0, 0]).unwrap());
     assert_eq!((seen.len(), seen[0].play, &seen[0]), (20, 1, &tally.trace));
     assert!(seen.iter().all(|play| play.turns.iter().filter(|turn| turn.improves).count() == 1));
 }

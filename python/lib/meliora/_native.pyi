@@ -1,8 +1,8 @@
-"""Types of the compiled part. The docstrings describe the classes: `help(meliora.Region)`."""
+"""Types and docstrings of the compiled part. `python/stub_docs.py` writes the docstrings."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any, Literal, final
+from typing import Any, Literal, final, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ _Value: TypeAlias = bool | int | str
 _State: TypeAlias = Mapping[str, _Value]
 _Path: TypeAlias = str | PathLike[str]
 _Rank: TypeAlias = int | float
+_Timeout: TypeAlias = float | str
 _Scope: TypeAlias = Literal["reachable", "all"]
 _Engine: TypeAlias = Literal["symbolic", "explicit"]
 _Safety: TypeAlias = Literal["action", "transition", "prefix"]
@@ -44,30 +45,54 @@ _Progress: TypeAlias = Callable[[Progress], object]
 
 @final
 class Variable:
+    """A variable of a model."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Its name."""
     @property
-    def type(self) -> Literal["int", "bool"]: ...
+    def type(self) -> Literal["int", "bool"]:
+        """`"int"` or `"bool"`."""
     @property
-    def low(self) -> int: ...
+    def low(self) -> int:
+        """The smallest value."""
     @property
-    def high(self) -> int: ...
+    def high(self) -> int:
+        """The largest value."""
     @property
-    def initial(self) -> _Value | None: ...
+    def initial(self) -> _Value | None:
+        """The value in the initial state; None if the initial states differ in it."""
     @property
-    def values(self) -> list[str]: ...
+    def values(self) -> list[str]:
+        """The names of its values from `low` on, if they have names."""
 
 @final
 class Model:
+    """A model in PRISM's language or in JANI: read, checked and flat, but not explored.
+
+    Models are immutable values: they can be pickled, and used by several threads.
+    """
     @staticmethod
     def from_file(
         path: _Path,
         *,
         constants: dict[str, bool | int | float] | None = None,
         bounds: dict[str, tuple[int, int]] | None = None,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> Model: ...
+    ) -> Model:
+        """Reads a model from a file. The content tells if it is in PRISM's language or in JANI.
+
+        Args:
+            path: The file.
+            constants: Values of the undefined constants, by name.
+            bounds: (low, high) for integers of a JANI model without bounds, by name.
+            timeout: Seconds, or a text such as "5s", after which reading ends with OutOfTime.
+            progress: Called with a Progress at intervals.
+
+        Raises:
+            InputError: The text is invalid; each problem has its place.
+            OSError: The file cannot be read.
+        """
     @staticmethod
     def from_string(
         text: str,
@@ -75,29 +100,47 @@ class Model:
         constants: dict[str, bool | int | float] | None = None,
         bounds: dict[str, tuple[int, int]] | None = None,
         name: str = "model",
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> Model: ...
+    ) -> Model:
+        """Reads a model from a string, as `from_file` does from a file. Messages call the model
+        `name`.
+        """
     @staticmethod
     def _restore(name: str, text: str, constants: str, bounds: str) -> Model: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name in messages: the path of the file."""
     @property
-    def text(self) -> str: ...
+    def text(self) -> str:
+        """The text."""
     @property
-    def kind(self) -> Literal["mdp", "dtmc"]: ...
+    def kind(self) -> Literal["mdp", "dtmc"]:
+        """`"mdp"` or `"dtmc"`."""
     @property
-    def variables(self) -> dict[str, Variable]: ...
+    def variables(self) -> dict[str, Variable]:
+        """The variables by name, in the order of declaration."""
     @property
-    def constants(self) -> dict[str, bool | int | float]: ...
+    def constants(self) -> dict[str, bool | int | float]:
+        """All constants with their values, in the order of declaration."""
     @property
-    def actions(self) -> list[str]: ...
+    def actions(self) -> list[str]:
+        """The names of the action labels."""
     @property
-    def labels(self) -> list[str]: ...
+    def labels(self) -> list[str]:
+        """The names of the labels."""
     @property
-    def warnings(self) -> list[str]: ...
-    def state(self, **values: _Value) -> dict[str, Any]: ...
+    def warnings(self) -> list[str]:
+        """The warnings about the text, each with its place, as text."""
+    def state(self, **values: _Value) -> dict[str, Any]:
+        """Returns a state as a dictionary: the given values, and the initial values of all other
+        variables.
+
+        Raises:
+            UsageError: An unknown variable, a value of the wrong type or out of range, or a
+                variable without a value and without a single initial value.
+        """
     def explore(
         self,
         *,
@@ -106,9 +149,27 @@ class Model:
         memory: int | str | None = None,
         order: _Order | None = None,
         threads: int = 1,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> Exploration: ...
+    ) -> Exploration:
+        """Explores the states of the scope. `check` does this first; explore once for several queries.
+
+        Args:
+            scope: The valuations that are states: "reachable" from the initial states, or "all".
+            engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list.
+            memory: Bytes for the tables of the engine, or a text such as "2GiB"; None for half of
+                the machine's memory.
+            order: The order of the bits in diagrams: "auto", "declared", or names of variables or
+                bits from the root down.
+            threads: Maximum number of threads that work on diagrams.
+            timeout: Seconds, or a text such as "5s", after which the work ends with OutOfTime.
+            progress: Called with a Progress at intervals, from the calling thread; an exception
+                raised by it ends the work.
+
+        Raises:
+            InputError: An expression has no value in some state; the error shows an example.
+            LimitError: A limit was reached.
+        """
     def check(
         self,
         preferences: Preferences | _Path,
@@ -120,9 +181,24 @@ class Model:
         memory: int | str | None = None,
         order: _Order | None = None,
         threads: int = 1,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> Analysis: ...
+    ) -> Analysis:
+        """Computes the states from which improvements are possible or sure, and how many. Explores the
+        model and computes winning regions, classes, the improvement MDP and the levels of SASI and
+        SPI.
+
+        Args:
+            preferences: A Preferences, or the path of a preference file.
+            safety: How to treat actions that may weaken: "action", "transition" (the paper's
+                definition to the letter) or "prefix".
+            max_level: The search for levels ends after this level.
+            scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+
+        Raises:
+            InputError: The preferences are invalid; each problem has its place.
+            LimitError: A limit was reached; its `analysis` has the results so far.
+        """
     def reach(
         self,
         target: str,
@@ -132,13 +208,37 @@ class Model:
         memory: int | str | None = None,
         order: _Order | None = None,
         threads: int = 1,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> Reachability: ...
+    ) -> Reachability:
+        """Computes the four qualitative regions of a target: `explore` followed by
+        `Exploration.reach`.
+
+        Args:
+            target: A condition in the model's language, such as 'x = 3 & "goal"', a temporal formula,
+                or a property such as 'P>=1 [ G F x = 3 ]'.
+            scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+        """
     def _repr_html_(self) -> str: ...
 
 @final
 class Preferences:
+    """Objectives with a partial order on them: a preference file, read without a model.
+
+    `Model.check` checks that the formulas fit the model. Preferences are immutable values: they can
+    be compared, pickled, and used by several threads.
+
+    Args:
+        objectives: The formula of each objective by its name, such as "F (x = 3)" or 'F "goal"'.
+        prefer: Statements such as "D, E > A >= B", or pairs (better, worse).
+        empty: The value of nothing, for states without an almost-sure objective: "bottom", "gain"
+            or "incomparable".
+        history: "state", "play", or None for the default of the formulas.
+
+    Raises:
+        InputError: The preferences are invalid; each problem has its place in the generated text,
+            see `text`.
+    """
     def __new__(
         cls,
         objectives: dict[str, str],
@@ -148,23 +248,42 @@ class Preferences:
         history: Literal["state", "play"] | None = None,
     ) -> Self: ...
     @staticmethod
-    def from_file(path: _Path) -> Preferences: ...
+    def from_file(path: _Path) -> Preferences:
+        """Reads a preference file.
+
+        Raises:
+            InputError: The text is invalid; each problem has its place.
+            OSError: The file cannot be read.
+        """
     @staticmethod
-    def from_string(text: str, *, name: str = "preferences") -> Preferences: ...
+    def from_string(text: str, *, name: str = "preferences") -> Preferences:
+        """Reads the text of a preference file. Messages call the preferences `name`."""
     @staticmethod
     def _restore(name: str, text: str) -> Preferences: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name in messages: the path of the file."""
     @property
-    def text(self) -> str: ...
+    def text(self) -> str:
+        """The text."""
     @property
-    def objectives(self) -> dict[str, str]: ...
+    def objectives(self) -> dict[str, str]:
+        """The formula of each objective by its name, in the order of declaration."""
     @property
-    def empty(self) -> Literal["bottom", "gain", "incomparable"]: ...
+    def empty(self) -> Literal["bottom", "gain", "incomparable"]:
+        """The value of nothing, for states without an almost-sure objective: `"bottom"`, `"gain"` or
+        `"incomparable"`.
+        """
     @property
-    def history(self) -> Literal["state", "play"]: ...
-    def compare(self, first: str, second: str) -> Literal[">", "<", "~"] | None: ...
+    def history(self) -> Literal["state", "play"]:
+        """The part of a path that counts: `"state"` (from the present state on) or `"play"` (the whole
+        path).
+        """
+    def compare(self, first: str, second: str) -> Literal[">", "<", "~"] | None:
+        """Compares two objectives: `">"` if the first is strictly preferred, `"<"`, `"~"`, or None if
+        they are incomparable.
+        """
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
@@ -173,119 +292,285 @@ class Preferences:
 
 @final
 class Exploration:
+    """The states of a model's scope, with their choices.
+
+    An exploration answers any number of queries without exploring again. Operators can combine all
+    of their regions.
+    """
     @property
-    def model(self) -> Model: ...
+    def model(self) -> Model:
+        """The model."""
     @property
-    def engine(self) -> _Engine: ...
+    def engine(self) -> _Engine:
+        """`"symbolic"` or `"explicit"`."""
     @property
-    def scope(self) -> _Scope: ...
+    def scope(self) -> _Scope:
+        """`"reachable"` or `"all"`."""
     @property
-    def counts(self) -> dict[str, int]: ...
+    def counts(self) -> dict[str, int]:
+        """The numbers of `states`, `choices`, `transitions`, `deadlocks` and `initial` states. With
+        `history = play`, `model_states` is the number of states without monitors.
+        """
     @property
-    def states(self) -> Region: ...
+    def states(self) -> Region:
+        """All states of the scope."""
     @property
-    def initial(self) -> Region: ...
+    def initial(self) -> Region:
+        """The initial states."""
     @property
-    def deadlocks(self) -> Region: ...
+    def deadlocks(self) -> Region:
+        """The states without an enabled command; their only choice is a self-loop."""
     @property
-    def order(self) -> list[str] | None: ...
-    def where(self, condition: str | _State) -> Region: ...
+    def order(self) -> list[str] | None:
+        """The names of the bits in the order of the diagrams, from the root down; None with the
+        explicit engine.
+        """
+    def where(self, condition: str | _State) -> Region:
+        """Returns the states that satisfy a condition in the model's language, such as 'x = 3 &
+        "goal"', or in which some variables have the values of a dictionary.
+
+        Raises:
+            InputError: The condition is invalid (the error shows the place), or has no value in
+                some state.
+        """
     def reach(
-        self, target: Region | str | _State, *, timeout: float | None = None, progress: _Progress | None = None
-    ) -> Reachability: ...
+        self, target: Region | str | _State, *, timeout: _Timeout | None = None, progress: _Progress | None = None
+    ) -> Reachability:
+        """Computes the states from which some strategy, and from which every strategy, reaches a
+        target with probability one, and with positive probability.
+
+        Args:
+            target: A region, a dictionary of values, or a text: a condition in the model's language,
+                a temporal formula such as 'G F x = 3', or a property such as 'P>=1 [ F x = 3 ]'.
+                For a temporal formula other than 'F condition', the regions are of the product with
+                its monitors, in the states where these begin.
+        """
     def check(
         self,
         preferences: Preferences | _Path,
         *,
         safety: _Safety = "action",
         max_level: int | None = None,
-        timeout: float | None = None,
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> Analysis: ...
+    ) -> Analysis:
+        """Analyses the exploration under preferences, as `Model.check` without exploring again. With
+        `history = play` the model is explored anew in product with its monitors.
+        """
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
 class Reachability:
+    """The qualitative regions of a target."""
     @property
-    def target(self) -> Region: ...
+    def target(self) -> Region:
+        """The target; for a temporal formula other than `F condition`, the states from which it can be
+        satisfied from then on, almost surely.
+        """
     @property
-    def pmax_one(self) -> Region: ...
+    def holds(self) -> bool | None:
+        """For a property, True if it is true in all initial states; else None."""
     @property
-    def pmax_positive(self) -> Region: ...
+    def pmax_one(self) -> Region:
+        """The states from which some strategy reaches the target with probability one."""
     @property
-    def pmin_one(self) -> Region: ...
+    def pmax_positive(self) -> Region:
+        """The states from which some strategy reaches the target with positive probability."""
     @property
-    def pmin_positive(self) -> Region: ...
+    def pmin_one(self) -> Region:
+        """The states from which every strategy reaches the target with probability one."""
+    @property
+    def pmin_positive(self) -> Region:
+        """The states from which every strategy reaches the target with positive probability."""
 
 @final
 class Analysis:
+    """The result of `Model.check`: the states from which improvements are possible or sure, and how
+    many.
+
+    `sasi` and `spi` are the levels; `target`, `almost_sure` and `positive` are the regions of each
+    objective. `classes` are the states with the same most preferred objectives, and `strategy`
+    returns the strategies. Several threads may use an analysis: their calls take turns.
+    """
     @property
-    def model(self) -> Model: ...
+    def model(self) -> Model:
+        """The model."""
     @property
-    def preferences(self) -> Preferences: ...
+    def preferences(self) -> Preferences:
+        """The preferences."""
     @property
-    def engine(self) -> _Engine: ...
+    def engine(self) -> _Engine:
+        """`"symbolic"` or `"explicit"`."""
     @property
-    def scope(self) -> _Scope: ...
+    def scope(self) -> _Scope:
+        """`"reachable"` or `"all"`."""
     @property
-    def safety(self) -> _Safety: ...
+    def safety(self) -> _Safety:
+        """`"action"`, `"transition"` or `"prefix"`."""
     @property
-    def exploration(self) -> Exploration: ...
+    def exploration(self) -> Exploration:
+        """The exploration that is analysed. With `history = play` its states have the variables of the
+        monitors too.
+        """
     @property
-    def complete(self) -> bool: ...
-    def resume(self, *, timeout: float | None = None, progress: _Progress | None = None) -> None: ...
+    def complete(self) -> bool:
+        """True if all results are known: no limit ended the work."""
+    def resume(self, *, timeout: _Timeout | None = None, progress: _Progress | None = None) -> None:
+        """Continues after a limit; does nothing if the analysis is complete."""
     @property
-    def counts(self) -> dict[str, int] | None: ...
+    def counts(self) -> dict[str, int] | None:
+        """The numbers of `states`, `choices`, `transitions`, `deadlocks` and `initial` states. With
+        `history = play`, `model_states` is the number of states without monitors. None if a limit
+        ended the work before.
+        """
     @property
-    def improvement(self) -> dict[str, int] | None: ...
+    def improvement(self) -> dict[str, int] | None:
+        """The sizes of the improvement MDP: `states`, `transitions`, and the number of `dropped`
+        transitions of the model. None with `safety="prefix"`, which has no such MDP, and if a limit
+        ended the work before.
+        """
     @property
-    def usage(self) -> dict[str, int]: ...
+    def usage(self) -> dict[str, int]:
+        """The resources used so far: `peak_nodes`, the largest number of live diagram nodes; `bytes`
+        of the engine's own tables; and `peak_rss_bytes`, the largest size of this process.
+        """
     @property
-    def target(self) -> dict[str, Region]: ...
+    def target(self) -> dict[str, Region]:
+        """The targets of the objectives by name, as far as they are known. The target of a temporal
+        objective is the set of states from which its condition can be satisfied from then on,
+        almost surely.
+        """
     @property
-    def almost_sure(self) -> dict[str, Region]: ...
+    def almost_sure(self) -> dict[str, Region]:
+        """The almost-sure regions by objective: some strategy reaches the target with probability one."""
     @property
-    def positive(self) -> dict[str, Region]: ...
+    def positive(self) -> dict[str, Region]:
+        """The positive regions by objective: some strategy reaches the target with positive
+        probability.
+        """
     @property
-    def classes(self) -> dict[tuple[str, ...], Region]: ...
-    def most_preferred(self, state: _State) -> tuple[str, ...]: ...
+    def classes(self) -> dict[tuple[str, ...], Region]:
+        """The states of each class. The keys are the most preferred objectives, as tuples of names in
+        the order of declaration; () is the class of the states without an almost-sure objective.
+        Empty if a limit ended the work before.
+        """
+    def most_preferred(self, state: _State) -> tuple[str, ...]:
+        """Returns the most preferred objectives of a state, in the order of declaration."""
     @property
-    def region_names(self) -> list[str]: ...
-    def region(self, name: str) -> Region: ...
+    def region_names(self) -> list[str]:
+        """The names of all known regions: `target:A`, `almost-sure:A`, `class:A+B`, `sasi:1`, …, as in
+        dumps.
+        """
+    def region(self, name: str) -> Region:
+        """Returns the region with this name.
+
+        Raises:
+            UsageError: The name is unknown, or the region is not computed yet.
+        """
     @property
-    def sasi(self) -> Levels: ...
+    def sasi(self) -> Levels:
+        """The levels of almost-sure improvement."""
     @property
-    def spi(self) -> Levels: ...
-    def strategy(self, kind: _Kind) -> Strategy: ...
-    def to_dict(self) -> dict[str, Any]: ...
-    def to_text(self) -> str: ...
-    def to_html(self, grid: Sequence[str] | None = None) -> str: ...
-    def to_svg(self, picture: str = "hasse", grid: Sequence[str] | None = None) -> str: ...
+    def spi(self) -> Levels:
+        """The levels of positive improvement."""
+    def strategy(self, kind: _Kind) -> Strategy:
+        """Returns the strategies of one kind, "sasi" or "spi".
+
+        Raises:
+            UsageError: A limit ended the work before the levels of this kind were computed.
+        """
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the report of `meliora check --json` as a dictionary; its counts are decimal
+        strings.
+        """
+    def to_text(self) -> str:
+        """Returns all tables as text."""
+    def to_html(self, grid: Sequence[str] | None = None) -> str:
+        """Returns an HTML page with interactive maps that loads nothing from elsewhere.
+
+        Args:
+            grid: The integer variables that span the maps: (row, column), or (column,). None for
+                those with names that suggest rows and columns. Maps need the symbolic engine.
+        """
+    def to_svg(self, picture: str = "hasse", grid: Sequence[str] | None = None) -> str:
+        """Returns a picture as SVG: "hasse" is the preference order; "sasi", "spi" and "classes" are
+        maps, which need the symbolic engine. `grid` as in `to_html`.
+        """
     def _repr_html_(self) -> str: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
 class Levels:
+    """The levels of one kind. Level k contains the states from which k improvements can be made,
+    almost surely (SASI) or with positive probability (SPI).
+    """
     @property
-    def kind(self) -> _Kind: ...
+    def kind(self) -> _Kind:
+        """`"sasi"` or `"spi"`."""
     @property
-    def counts(self) -> list[int]: ...
+    def counts(self) -> list[int]:
+        """The sizes of the known levels from level 1 on, strictly decreasing."""
     @property
-    def regions(self) -> tuple[Region, ...]: ...
+    def regions(self) -> tuple[Region, ...]:
+        """The known levels from level 1 on."""
     @property
-    def unbounded(self) -> Region | None: ...
+    def unbounded(self) -> Region | None:
+        """The states from which any number of improvements is possible. None if this is unknown,
+        because `max_level` or a limit ended the search.
+        """
     @property
-    def complete(self) -> bool: ...
+    def complete(self) -> bool:
+        """True if all levels are known: neither `max_level` nor a limit ended the search."""
     def __len__(self) -> int: ...
-    def at_least(self, k: int) -> Region: ...
-    def exactly(self, k: float) -> Region: ...
-    def rank(self, state: _State) -> _Rank: ...
-    def to_numpy(self, row: str | None, column: str, where: _State | None = None) -> NDArray[np.float64]: ...
-    def strategy(self) -> Strategy: ...
+    @overload
+    def __getitem__(self, index: int, /) -> Region: ...
+    @overload
+    def __getitem__(self, index: slice, /) -> tuple[Region, ...]: ...
+    def __iter__(self) -> Iterator[Region]: ...
+    def at_least(self, k: int) -> Region:
+        """Returns the states of rank k or more; all states for k = 0.
+
+        Raises:
+            UsageError: The level was not computed.
+        """
+    def exactly(self, k: float) -> Region:
+        """Returns the states of rank k exactly; `math.inf` for those of unbounded rank.
+
+        Raises:
+            UsageError: The levels that determine these states were not computed.
+        """
+    def rank(self, state: _State) -> _Rank:
+        """Returns the rank of a state: the number of possible or sure improvements, an int or
+        `math.inf`. If `max_level` ended the search, the true rank of a state in the last level may
+        be larger; see `complete`.
+
+        Raises:
+            UsageError: A variable is missing or unknown.
+        """
+    def to_numpy(self, row: str | None, column: str, where: _State | None = None) -> NDArray[np.float64]:
+        """Returns the greatest ranks over one or two integer variables. The result is an array of
+        floats of shape (rows, columns), or (columns,) if `row` is None, from the smallest values
+        on. A cell contains the greatest rank of its states in which the variables of `where` have
+        their values; all other variables are free. A cell without states is NaN, an unbounded rank
+        is infinity.
+
+        The symbolic engine does not enumerate states for this. Needs NumPy.
+        """
+    def strategy(self) -> Strategy:
+        """Returns the strategies of this kind."""
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
 class Region:
+    """A set of states, as an immutable value. Its size is that of its diagram, which does not depend
+    on the number of states.
+
+    `a & b`, `a | b`, `a - b`, `a ^ b` and `~a` return new regions. `a <= b` tests inclusion, and
+    `state in a` tests membership of a dictionary with a value for every variable. `bool(a)` is
+    False for the empty region. Iteration returns the states in the order of their values, first
+    variable first. Operators combine regions of one exploration, also from different analyses.
+    Regions of different explorations are never equal, and operators refuse them.
+    """
     def __and__(self, other: Region, /) -> Region: ...
     def __rand__(self, other: Region, /) -> Region: ...
     def __or__(self, other: Region, /) -> Region: ...
@@ -304,145 +589,293 @@ class Region:
     def __bool__(self) -> bool: ...
     def __contains__(self, state: _State, /) -> bool: ...
     def __iter__(self) -> RegionIterator: ...
-    def count(self) -> int: ...
-    def states(self, limit: int = 1000) -> list[dict[str, Any]]: ...
-    def sample(self, size: int = 1, seed: int = 0) -> list[dict[str, Any]]: ...
-    def where(self, **values: _Value) -> Region: ...
-    def to_numpy(self, row: str | None, column: str, where: _State | None = None) -> NDArray[np.bool_]: ...
-    def to_dd(self, manager: Any = None) -> Any: ...
-    def to_dddmp(self) -> str: ...
-    def to_dot(self) -> str: ...
+    def count(self) -> int:
+        """Returns the exact number of states. (`len` is limited to 2**63 - 1.)"""
+    def states(self, limit: int = 1000) -> list[dict[str, Any]]:
+        """Returns up to `limit` states as dictionaries, in the order of their values, first variable
+        first.
+        """
+    def sample(self, size: int = 1, seed: int = 0) -> list[dict[str, Any]]:
+        """Draws `size` distinct states uniformly at random.
+
+        Equal seeds draw the same states with the same engine and order of bits.
+
+        Raises:
+            UsageError: The region has fewer states.
+        """
+    def where(self, **values: _Value) -> Region:
+        """Returns the states in which some variables have these values: `region.where(b=8, d=True)`."""
+    def to_numpy(self, row: str | None, column: str, where: _State | None = None) -> NDArray[np.bool_]:
+        """Returns the projection of the region onto one or two integer variables. The result is a
+        Boolean array of shape (rows, columns), or (columns,) if `row` is None, from the smallest
+        values on. A cell is True if the region has a state there in which the variables of `where`
+        have their values; all other variables are free.
+
+        The symbolic engine does not enumerate states for this. Needs NumPy.
+        """
+    def to_dd(self, manager: Any = None) -> Any:
+        """Returns the region as a function of the package `dd`, over variables named by bits: `x.2`
+        for bit 2 of x.
+
+        Args:
+            manager: A BDD manager of `dd`, to which missing bits are added; None for a new one of
+                `dd.autoref`. The function's `bdd` is the manager.
+
+        Raises:
+            UsageError: The region belongs to the explicit engine, which has no diagrams.
+        """
+    def to_dddmp(self) -> str:
+        """Returns the diagram of the region in DDDMP 2.0 text, as CUDD and `dd` read it, over the
+        names of the bits.
+        """
+    def to_dot(self) -> str:
+        """Returns a picture of the region's diagram in the language DOT."""
     def _picture(self) -> tuple[str | None, str, list[list[bool]]] | None: ...
     def _repr_html_(self) -> str: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
 class RegionIterator(Iterator[dict[str, Any]]):
+    """An iterator over the states of a region."""
     def __iter__(self) -> Self: ...
     def __next__(self) -> dict[str, Any]: ...
 
 @final
 class Strategy:
+    """The strategies of all levels of one kind.
+
+    Actions are named by their labels. An unlabelled command is `module#k`. If a label has several
+    choices in a state, the names distinguish them: `label(m1#2,m2#1)`.
+    """
     @property
-    def kind(self) -> _Kind: ...
-    def actions(self, state: _State, which: _Which = "permitted") -> list[str]: ...
-    def successors(self, state: _State) -> dict[str, list[tuple[float, dict[str, Any]]]]: ...
-    def explain(self, state: _State) -> Explanation: ...
+    def kind(self) -> _Kind:
+        """`"sasi"` or `"spi"`."""
+    def actions(self, state: _State, which: _Which = "permitted") -> list[str]:
+        """Returns the actions of a start state: the permitted ones, the one of the progress strategy,
+        or those that the safety mode keeps, even if they do not lead to an improvement.
+
+        Args:
+            state: A dictionary with a value for every variable.
+            which: "permitted", "progress" or "kept".
+
+        Raises:
+            UsageError: The state is not in the scope.
+        """
+    def successors(self, state: _State) -> dict[str, list[tuple[float, dict[str, Any]]]]:
+        """Returns the successors of the enabled actions: for each action a list of pairs (probability,
+        state).
+        """
+    def explain(self, state: _State) -> Explanation:
+        """Explains every enabled action of a start state: if it is permitted, its successors, and the
+        reason.
+        """
     def mask(
         self, state: _State, actions: Sequence[str] | None = None, which: _Which = "permitted"
-    ) -> NDArray[np.bool_]: ...
-    def play(self, state: _State) -> Play: ...
+    ) -> NDArray[np.bool_]:
+        """Returns an action mask for reinforcement learning: a Boolean array with an entry for each of
+        `actions`; None for the labels of the model in the order of `Model.actions`. Needs NumPy.
+
+        This is for start states; use `play` to follow a run.
+        """
+    def play(self, state: _State) -> Play:
+        """Starts a run in a state; it keeps the memory of the strategy."""
     def simulate(
         self,
         state: _State,
         *,
-        runs: int = 1,
+        runs: int = 1000,
         steps: int = 1000,
-        seed: int = 0,
-        picks: Literal["permissive", "progress"] = "permissive",
-        timeout: float | None = None,
+        seed: int = 1,
+        picks: Literal["permissive", "progress"] = "progress",
+        timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> Simulation: ...
+    ) -> Simulation:
+        """Simulates random runs from a state, as arrays. The same seed gives the same runs, with any
+        engine, on any machine.
+
+        Args:
+            state: The start state of the runs.
+            runs: Number of runs.
+            steps: Maximum number of steps of a run.
+            seed: An integer from 0.
+            picks: "progress" takes the action of the progress strategy; "permissive" draws
+                uniformly from the permitted actions.
+            timeout, progress: As in `Model.explore`.
+        """
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
 class Play:
+    """A run under a strategy, step by step: the caller, or an environment, says what happens.
+
+    Must not be used by several threads at once.
+    """
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """The present state."""
     @property
-    def ahead(self) -> _Rank: ...
+    def ahead(self) -> _Rank:
+        """The number of improvements that the strategy still aims for: an int, or `math.inf`; 0 at the
+        end of the run.
+        """
     @property
-    def improvements(self) -> int: ...
+    def improvements(self) -> int:
+        """The number of improvements so far."""
     @property
-    def over(self) -> bool: ...
-    def actions(self, which: _Which = "permitted") -> list[str]: ...
-    def mask(self, actions: Sequence[str] | None = None, which: _Which = "permitted") -> NDArray[np.bool_]: ...
-    def explain(self) -> Explanation: ...
-    def step(self, state: _State) -> bool: ...
+    def over(self) -> bool:
+        """True if no improvement is left; then no action is permitted."""
+    def actions(self, which: _Which = "permitted") -> list[str]:
+        """Returns the actions of the present state, as `Strategy.actions`."""
+    def mask(self, actions: Sequence[str] | None = None, which: _Which = "permitted") -> NDArray[np.bool_]:
+        """Returns the action mask of the present state, as `Strategy.mask`."""
+    def explain(self) -> Explanation:
+        """Explains the present state, as `Strategy.explain`."""
+    def step(self, state: _State) -> bool:
+        """Moves to the state that a step led to. Returns True if the step was an improvement.
+
+        Raises:
+            UsageError: The state is not in the scope, or no enabled action leads to it.
+        """
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
 class Explanation:
+    """A state under a strategy, with every enabled action."""
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """The state."""
     @property
-    def most_preferred(self) -> tuple[str, ...]: ...
+    def most_preferred(self) -> tuple[str, ...]:
+        """The most preferred objectives of the state."""
     @property
-    def rank(self) -> _Rank: ...
+    def rank(self) -> _Rank:
+        """The rank of the state: an int, or `math.inf`."""
     @property
-    def progress_action(self) -> str | None: ...
+    def progress_action(self) -> str | None:
+        """The action of the progress strategy; None if no improvement is left."""
     @property
-    def actions(self) -> tuple[Action, ...]: ...
+    def actions(self) -> tuple[Action, ...]:
+        """All enabled actions, in the order of the program."""
 
 @final
 class Action:
+    """An enabled action."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Its name."""
     @property
-    def kept(self) -> bool: ...
+    def kept(self) -> bool:
+        """True if the safety mode keeps the action."""
     @property
-    def permitted(self) -> bool: ...
+    def permitted(self) -> bool:
+        """True if the strategy permits it."""
     @property
-    def progress(self) -> bool: ...
+    def progress(self) -> bool:
+        """True if it comes closer to an improvement with positive probability."""
     @property
-    def verdict(self) -> str: ...
+    def verdict(self) -> str:
+        """The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
+        `"weakens"`, `"unsafe"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`.
+        """
     @property
-    def reason(self) -> str: ...
+    def reason(self) -> str:
+        """The reason in a sentence."""
     @property
-    def successors(self) -> tuple[Successor, ...]: ...
+    def successors(self) -> tuple[Successor, ...]:
+        """The possible successors."""
 
 @final
 class Successor:
+    """A successor of an action."""
     @property
-    def state(self) -> dict[str, Any]: ...
+    def state(self) -> dict[str, Any]:
+        """The state."""
     @property
-    def probability(self) -> float: ...
+    def probability(self) -> float:
+        """The probability of this successor."""
     @property
-    def most_preferred(self) -> tuple[str, ...]: ...
+    def most_preferred(self) -> tuple[str, ...]:
+        """The most preferred objectives of this successor."""
     @property
-    def rank(self) -> _Rank: ...
+    def rank(self) -> _Rank:
+        """Its rank: an int, or `math.inf`."""
     @property
-    def change(self) -> Literal["improving", "weakening", "lateral"]: ...
+    def change(self) -> Literal["improving", "weakening", "lateral"]:
+        """The kind of the step: `"improving"`, `"weakening"` or `"lateral"`."""
     @property
-    def gained(self) -> tuple[str, ...]: ...
+    def gained(self) -> tuple[str, ...]:
+        """The most preferred objectives of the successor that are preferred to one of the state (of the
+        reference class under `prefix`).
+        """
     @property
-    def lost(self) -> tuple[str, ...]: ...
+    def lost(self) -> tuple[str, ...]:
+        """The most preferred objectives of the state (of the reference class under `prefix`) that are
+        preferred to one of the successor.
+        """
     @property
-    def dropped(self) -> bool: ...
+    def dropped(self) -> bool:
+        """True if `safety="transition"` ignores this branch."""
     @property
-    def goal(self) -> bool: ...
+    def goal(self) -> bool:
+        """True if it is an improvement that the strategy counts."""
 
 @final
 class Simulation:
+    """Random runs under a strategy. Arrays need NumPy."""
     def __len__(self) -> int: ...
     @property
-    def rank(self) -> _Rank: ...
+    def rank(self) -> _Rank:
+        """The rank of the start state: an int, or `math.inf`."""
     @property
-    def settled(self) -> int: ...
+    def settled(self) -> int:
+        """The number of runs that ended without a further improvement ahead; the others reached the
+        limit on steps.
+        """
     @property
-    def weakened_step(self) -> int: ...
+    def weakened_step(self) -> int:
+        """The number of runs with a step that weakens the state before it."""
     @property
-    def weakened_start(self) -> int: ...
+    def weakened_start(self) -> int:
+        """The number of runs with a state that weakens the start state."""
     @property
-    def improvements(self) -> dict[int, int]: ...
+    def improvements(self) -> dict[int, int]:
+        """The number of runs for each number of improvements."""
     @property
-    def variables(self) -> list[str]: ...
+    def variables(self) -> list[str]:
+        """The names of the variables, in the order of the last axis of `states`."""
     @property
-    def action_names(self) -> list[str]: ...
+    def action_names(self) -> list[str]:
+        """The names of the actions taken, indexed by the numbers in `actions`."""
     @property
-    def lengths(self) -> NDArray[np.int64]: ...
+    def lengths(self) -> NDArray[np.int64]:
+        """The number of steps of each run: integers of shape (runs,)."""
     @property
-    def states(self) -> NDArray[np.int64]: ...
+    def states(self) -> NDArray[np.int64]:
+        """The states of each run, its start first: integers of shape (runs, longest + 1, variables),
+        Booleans as 0 and 1. A run that has ended stays in its last state.
+        """
     @property
-    def actions(self) -> NDArray[np.int64]: ...
+    def actions(self) -> NDArray[np.int64]:
+        """The actions of each run by their indices in `action_names`: integers of shape (runs,
+        longest), -1 after the end of a run.
+        """
     @property
-    def improves(self) -> NDArray[np.bool_]: ...
+    def improves(self) -> NDArray[np.bool_]:
+        """The steps that are improvements: Booleans of shape (runs, longest), False after the end of a
+        run.
+        """
 
 @final
 class Progress:
+    """The progress of a long call, as received by a `progress` callback."""
     @property
-    def phase(self) -> str: ...
+    def phase(self) -> str:
+        """The phase: `"model"`, `"states"`, `"counts"`, `"outcomes"`, `"improvement"`, `"sasi"`,
+        `"spi"`, `"strategy"` or `"plays"`.
+        """
     @property
-    def detail(self) -> str: ...
+    def detail(self) -> str:
+        """The part of the phase, in words; may be empty."""
     @property
-    def elapsed(self) -> float: ...
+    def elapsed(self) -> float:
+        """Seconds since the call began."""

@@ -19,7 +19,7 @@ use serde_json::{Map, Value as Json, json};
 
 use super::exit::Status;
 use super::options::{ModelArgs, ShownArgs};
-use super::terminal;
+use super::{signals, terminal};
 use file::CsvFile;
 use process::{Outcome, Pool};
 use ranges::Range;
@@ -128,10 +128,8 @@ impl Sweep {
 
     fn run(mut self, shown: &ShownArgs) -> Result<Status, Error> {
         let pool = Arc::new(Pool::default());
-        let stop = Arc::clone(&pool);
-        // Without a handler Ctrl-C still ends the process, and the file has a row for each instance
-        // that has ended.
-        let _ = ctrlc::set_handler(move || stop.stop());
+        // The processes are ended below. The file has a row for each instance that has ended.
+        let _ = signals::set_on_interrupt(&pool.stopped);
         let outcomes = pool.run(self.jobs, self.instances.iter().map(|i| self.arguments(i)).collect());
         let table = (!shown.json).then(|| self.table());
         if let Some(table) = &table {

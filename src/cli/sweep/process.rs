@@ -8,10 +8,10 @@ use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 
 use meliora::output::{Failure, FailureKind};
+use meliora::supervise::lock;
 use serde::Deserialize;
 use serde_json::Value as Json;
 
-use super::super::watch::lock;
 use super::row::{Ended, Found};
 
 /// The result of one instance.
@@ -30,7 +30,7 @@ pub(crate) struct Outcome {
 #[derive(Default)]
 pub(crate) struct Pool {
     running: Mutex<Vec<(usize, Child)>>,
-    stopped: AtomicBool,
+    pub(super) stopped: Arc<AtomicBool>,
 }
 
 impl Pool {

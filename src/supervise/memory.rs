@@ -2,7 +2,10 @@
 
 /// Reads a number of bytes: `1048576`, `512MiB`, `2GB`, `1.5g`. `KiB`, `MiB`, `GiB`, `TiB` and the
 /// bare letters are powers of 1024; `KB`, `MB`, `GB` and `TB` powers of 1000.
-pub(super) fn parse(text: &str) -> Result<u64, String> {
+///
+/// # Errors
+/// The text is not a size, or the size is 0.
+pub fn parse(text: &str) -> Result<u64, String> {
     const ADVICE: &str = "a size is a positive number and a unit, such as 512MiB or 2GiB";
     let trimmed = text.trim();
     let split = trimmed.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(trimmed.len());
@@ -26,7 +29,7 @@ pub(super) fn parse(text: &str) -> Result<u64, String> {
 
 /// Returns half of the memory that this process may use: of the machine, or of the control group if
 /// its limit is lower. Returns 2 GiB if neither is known.
-pub(super) fn default_memory() -> u64 {
+pub fn default_memory() -> u64 {
     let limits = [machine_memory(), control_group_limit()];
     limits.into_iter().flatten().min().map_or(2 << 30, |all| all / 2)
 }
@@ -45,15 +48,19 @@ fn control_group_limit() -> Option<u64> {
 
 /// Returns the largest resident set of this process so far, in bytes; 0 if the system does not
 /// tell.
-pub(super) fn peak_rss() -> u64 {
+pub fn peak_rss() -> u64 {
     let high_water = || {
         let text = std::fs::read_to_string("/proc/self/status").ok()?;
         let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
         let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
         Some(kib * 1024)
     };
-    let present = || memory_stats::memory_stats().map(|m| m.physical_mem as u64);
-    high_water().or_else(present).unwrap_or(0)
+    high_water().or_else(resident).unwrap_or(0)
+}
+
+/// Returns the resident set of this process in bytes; `None` if the system does not tell.
+pub(super) fn resident() -> Option<u64> {
+    memory_stats::memory_stats().map(|m| m.physical_mem as u64)
 }
 
 #[cfg(test)]

@@ -1,0 +1,160 @@
+//! The progress sink of a run: a line on the terminal, and messages with `-v`.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use meliora::advanced::escape;
+use meliora::engine::ProgressSink;
+use meliora::error::{Diagnostic, Limit, render};
+use meliora::supervise::{Supervisor, lock};
+
+use super::options::ShownArgs;
+use super::terminal;
+
+/// Progress is shown after this time.
+const QUIET_AT_FIRST: Duration = Duration::from_secs(1);
+
+/// Shows the progress of a supervised run.
+pub(super) struct TerminalSink {
+    pub(super) supervisor: Arc<Supervisor>,
+    /// The phase of the library that was reported last.
+    reported: Mutex<&'static str>,
+    line: Mutex<Option<ProgressBar>>,
+    quiet: bool,
+    verbose: u8,
+}
+
+impl TerminalSink {
+    pub(super) fn new(supervisor: &Arc<Supervisor>, shown: &ShownArgs) -> Self {
+        TerminalSink {
+            supervisor: Arc::clone(supervisor),
+            reported: Mutex::default(),
+            line: Mutex::default(),
+            quiet: shown.quiet,
+            verbose: shown.verbose,
+        }
+    }
+
+    /// Checks for cancellation, for work outside of the library's loops.
+    ///
+    /// # Errors
+    /// The limit that ends the work.
+    pub(super) fn check(&self) -> Result<(), Limit> {
+        self.stop().map_or(Ok(()), Err)
+    }
+
+    /// Shows that a part of a phase begins; without a part, the phase.
+    pub(super) fn report(&self, phase: &'static str, part: String) {
+        if self.verbose > 1 && !part.is_empty() {
+            self.say_with_time(&part);
+        }
+        self.supervisor.set_position(phase, part);
+        self.refresh();
+    }
+
+    /// Shows the seconds of a phase that has ended.
+    pub(super) fn finished(&self, phase: &str, seconds: f64) {
+        if self.verbose > 0 {
+            self.say(&format!("{phase}: {seconds:.3} s"));
+        }
+    }
+
+    /// Writes a warning to stderr.
+    pub(super) fn warn(&self, text: &str) {
+        if !self.quiet {
+            let warning = terminal::stderr_style().warn("warning");
+            self.say(&format!("{warning}: {}", escape::lines(text)));
+        }
+    }
+
+    /// Writes warnings that point into a text.
+    pub(super) fn warn_at(&self, warnings: &[Diagnostic]) {
+        if !self.quiet && !warnings.is_empty() {
+            self.say(render(warnings, terminal::stderr_style().color).trim_end());
+        }
+    }
+
+    /// Writes a note for `-v`.
+    pub(super) fn note(&self, text: &str) {
+        if self.verbose > 0 {
+            self.say(&format!("note: {}", escape::lines(text)));
+        }
+    }
+
+    fn say(&self, text: &str) {
+        match &*lock(&self.line) {
+            Some(line) => line.suspend(|| terminal::message(text)),
+            None => terminal::message(text),
+        }
+    }
+
+    fn say_with_time(&self, text: &str) {
+        self.say(&format!("{:9.3} s  {text}", self.supervisor.elapsed().as_secs_f64()));
+    }
+
+    /// Describes how far the work got.
+    pub(super) fn position(&self) -> Option<String> {
+        let position = self.supervisor.position();
+        match (position.phase, position.words()) {
+            ("", _) => None,
+            (phase, words) if words.is_empty() => Some(format!("stopped in the phase `{phase}`")),
+            (phase, words) => Some(format!("stopped in the phase `{phase}` ({words})")),
+        }
+    }
+
+    /// Shows progress once the work has taken a while.
+    pub(super) fn tick(&self) {
+        let elapsed = self.supervisor.elapsed();
+        if !self.quiet && elapsed > QUIET_AT_FIRST {
+            lock(&self.line).get_or_insert_with(|| progress_line(elapsed));
+        }
+        self.refresh();
+    }
+
+    fn refresh(&self) {
+        if let Some(line) = &*lock(&self.line) {
+            line.set_message(self.supervisor.position().line());
+            line.tick();
+        }
+    }
+
+    /// Removes the progress from the terminal.
+    pub(super) fn clear(&self) {
+        if let Some(line) = lock(&self.line).take() {
+            line.finish_and_clear();
+        }
+    }
+}
+
+/// Creates the progress line on stderr, which only a terminal shows.
+fn progress_line(elapsed: Duration) -> ProgressBar {
+    let line = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_elapsed(elapsed);
+    match ProgressStyle::with_template("{spinner} {elapsed} {wide_msg}") {
+        Ok(style) => line.with_style(style),
+        Err(_) => line,
+    }
+}
+
+impl ProgressSink for TerminalSink {
+    fn stop(&self) -> Option<Limit> {
+        self.supervisor.stop()
+    }
+
+    fn clock(&self) -> Duration {
+        self.supervisor.clock()
+    }
+
+    fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
+        // The first message of each phase is always shown, so that short work shows some too.
+        let is_new = self.verbose > 1 && std::mem::replace(&mut *lock(&self.reported), phase) != phase;
+        if !self.supervisor.wants_detail() && !is_new {
+            return;
+        }
+        let detail = format!("{phase}: {}", detail());
+        if self.verbose > 1 {
+            self.say_with_time(&detail);
+        }
+        self.supervisor.set_detail(detail);
+    }
+}

@@ -1,0 +1,50 @@
+//! Methods of an analysis of [`AnyEngine`] for owned sets and strategies.
+
+use std::sync::Arc;
+
+use super::{Exploration, States};
+use crate::engine::AnyEngine;
+use crate::error::{Error, Result};
+use crate::model::Program;
+use crate::planning::regions::regions;
+use crate::planning::{Analysis, FiniteMemoryStrategy, Kind};
+
+impl Analysis {
+    /// Returns the states that are analysed: the explored ones, or with `history = play` those of
+    /// the product with the monitors.
+    pub fn exploration(&self) -> Exploration {
+        Exploration::of(AnyEngine::clone(self.engine()))
+    }
+
+    /// Returns the program, with the targets of the preferences.
+    pub fn program(&self) -> &Arc<Program> {
+        self.engine().program()
+    }
+
+    /// Returns the names of the regions known so far: `target:A`, `almost-sure:A`, `positive:A`,
+    /// `class:A+B`, `sasi:1`, …
+    pub fn region_names(&self) -> Vec<String> {
+        regions(self).into_iter().map(|(name, _)| name).collect()
+    }
+
+    /// Returns the region with a name, if it is known.
+    pub fn region(&self, name: &str) -> Option<States> {
+        let (_, set) = regions(self).into_iter().find(|(own, _)| own == name)?;
+        Some(States::of(self.engine(), set.clone()))
+    }
+
+    /// Returns the states of the levels W_1 ⊋ W_2 ⊋ … of one kind that are known.
+    pub fn level_states(&self, kind: Kind) -> Vec<States> {
+        let found = &self.levels(kind).found;
+        found.iter().map(|level| States::of(self.engine(), level.states.clone())).collect()
+    }
+
+    /// Returns the strategies of one kind, which do not borrow from the analysis.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] before the levels of this kind were computed.
+    pub fn strategy(&self, kind: Kind) -> Result<FiniteMemoryStrategy> {
+        let missing = || Error::Usage("strategies need the levels; run the analysis first".to_owned());
+        FiniteMemoryStrategy::new(self, self.program(), kind).ok_or_else(missing)
+    }
+}
