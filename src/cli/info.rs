@@ -10,7 +10,7 @@ use meliora::lang::flat::Flat;
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
 use meliora::output::InfoReport;
-use meliora::output::info::{FlatReport, Nodes};
+use meliora::output::info::{FlatReport, Nodes, RewardSummary};
 use meliora::output::report::{Counts, ModelSummary};
 
 use super::exit::Status;
@@ -73,7 +73,10 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
         }
     };
     let (program, overlap) = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    job.update(|r| r.model = ModelSummary::of(&args.model.path(), &program));
+    job.update(|r| {
+        r.model = ModelSummary::of(&args.model.path(), &program);
+        r.rewards = RewardSummary::all(&program);
+    });
     let build = || load::engine(&program, &args.model, args.engine.engine, &job.watch);
     let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
     if let Some(engine) = engine.symbolic() {

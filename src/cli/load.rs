@@ -124,9 +124,6 @@ fn parsed(args: &ModelArgs, watch: &Watch) -> Result<Loaded, Error> {
 fn loaded(model: &Path, given: &Given, watch: &Watch) -> Result<Loaded, Error> {
     let checked = lang::load_given(&read(model)?, given, watch)?;
     watch.warn_of(&checked.warnings);
-    if checked.ignored_rewards > 0 {
-        watch.note("rewards are read and ignored");
-    }
     let mut program = checked.program;
     let overlap = match program.kind {
         ModelKind::Dtmc => Some(program.overlap()),

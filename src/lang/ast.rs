@@ -290,7 +290,7 @@ pub struct RenamedModule {
     pub renames: Vec<(Ident, Ident)>,
 }
 
-/// A reward structure; its syntax is checked, otherwise it is ignored.
+/// A reward structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rewards<E = Expr> {
     /// Name without quotes.

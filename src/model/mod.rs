@@ -3,11 +3,13 @@
 //!
 //! This module is independent of decision diagrams and state arrays.
 
+pub mod exact;
 pub mod expr;
 pub mod fault;
 pub mod hasse;
 mod overlap;
 pub mod preference;
+pub mod rewards;
 pub(crate) mod rounding;
 pub mod step;
 pub mod temporal;
@@ -19,6 +21,7 @@ use std::sync::Arc;
 use crate::error::SourceFile;
 use crate::span::Span;
 use expr::{ExprId, ExprPool};
+use rewards::RewardStructure;
 use smallvec::SmallVec;
 use value::{Type, Value};
 
@@ -85,6 +88,8 @@ pub struct Program {
     pub labels: Vec<(String, ExprId)>,
     /// The formulas by name, for use in targets; only those that have a meaning of their own.
     pub formulas: Vec<(String, ExprId)>,
+    /// The reward structures, in the order of declaration.
+    pub rewards: Vec<RewardStructure>,
     /// The monitors for temporal formulas, which are the last module.
     pub monitors: Option<temporal::Monitors>,
 }

@@ -249,14 +249,6 @@ fn built_in_labels_can_be_targets() {
 }
 
 #[test]
-fn rewards_are_ignored() {
-    let text =
-        "mdp\nmodule m endmodule\nrewards \"r\" [a] true : 1; true : unknown; endrewards\nrewards endrewards";
-    let checked = load(&SourceFile::new("m", text), &SourceFile::new("--const", "")).expect("it is right");
-    assert_eq!(checked.ignored_rewards, 2);
-}
-
-#[test]
 fn a_state_takes_what_is_left_out_from_the_initial_state() {
     let program = program("mdp\nmodule m\n x : [-3..3] init 1; b : bool init true;\nendmodule");
     let state = |text: &str| parse_state(&SourceFile::new("--at", text), &program).ok();

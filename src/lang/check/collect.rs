@@ -8,7 +8,8 @@ use super::limits::MOST_RENAMINGS;
 use super::lower::Lowerer;
 use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::lang::ast::{
-    ConstDef, FormulaDef, Ident, Item, LabelDef, ModelType, Module, RenamedModule, Span, System, VarDecl,
+    ConstDef, FormulaDef, Ident, Item, LabelDef, ModelType, Module, RenamedModule, Rewards, Span, System,
+    VarDecl,
 };
 use crate::lang::parse::Outline;
 use crate::model::VarId;
@@ -46,7 +47,7 @@ pub(super) struct Parts<'a> {
     pub(super) variables: Vec<Declared<'a>>,
     pub(super) init: Option<Span>,
     pub(super) system: Option<&'a System>,
-    pub(super) rewards: usize,
+    pub(super) rewards: Vec<&'a Rewards<Span>>,
     /// First place of each label and of each module.
     label_at: AHashMap<&'a str, Span>,
     module_at: AHashMap<&'a str, Span>,
@@ -64,7 +65,7 @@ impl Default for Parts<'_> {
             variables: Vec::new(),
             init: None,
             system: None,
-            rewards: 0,
+            rewards: Vec::new(),
             label_at: AHashMap::new(),
             module_at: AHashMap::new(),
         }
@@ -99,7 +100,7 @@ impl<'a> Parts<'a> {
                 }
                 Item::Init(e) => self.init(*e, lowerer),
                 Item::System(s) => self.system(s, lowerer),
-                Item::Rewards(_) => self.rewards += 1,
+                Item::Rewards(r) => self.rewards.push(r),
                 Item::Const(_) => {}
             }
         }

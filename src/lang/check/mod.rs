@@ -10,6 +10,7 @@ mod modules;
 mod ops;
 mod preference;
 mod read;
+mod rewards;
 mod scope;
 mod system;
 mod target;
@@ -31,6 +32,7 @@ pub(in crate::lang) use constants::{Wanted, given_values};
 pub(in crate::lang) use lower::Lowerer;
 pub(in crate::lang) use ops::Operand;
 pub use preference::{load_preferences, lower_preferences, outline_preferences};
+pub(in crate::lang) use rewards::warnings as reward_warnings;
 pub(in crate::lang) use scope::Scope;
 pub(in crate::lang) use target::lower_value;
 pub use target::{lower_part, lower_target};
@@ -42,8 +44,6 @@ pub struct Checked {
     pub program: Program,
     /// Warnings.
     pub warnings: Vec<Diagnostic>,
-    /// Number of reward structures read and ignored.
-    pub ignored_rewards: usize,
     /// Properties that the model names, if its format has them.
     pub properties: Vec<super::named::Property>,
 }
@@ -78,9 +78,8 @@ pub(in crate::lang) fn check(
     lowerer.poll.check()?;
     match program {
         Some(program) if lowerer.diagnostics.is_empty() => Ok(Checked {
+            warnings: rewards::warnings(&program.rewards),
             program: Program { pool: lowerer.pool, ..program },
-            warnings: Vec::new(),
-            ignored_rewards: parts.rewards,
             properties: Vec::new(),
         }),
         _ => Err(Error::Input(lowerer.diagnostics)),
@@ -98,6 +97,7 @@ impl<'a> Lowerer<'a> {
         let labels: Vec<_> = parts.labels.iter().map(|l| self.label_definition(l)).collect();
         let composed = self.synchronisations(parts, &commands, actions);
         let (actions, synchronisations) = composed?;
+        let rewards = self.rewards(parts, &actions);
         Some(Program {
             source: Arc::clone(&self.source),
             kind: match parts.kind {
@@ -115,6 +115,7 @@ impl<'a> Lowerer<'a> {
             synchronisations,
             labels: labels.into_iter().collect::<Option<_>>()?,
             formulas: formulas.into_iter().collect::<Option<_>>()?,
+            rewards,
             monitors: None,
         })
     }

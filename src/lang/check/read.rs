@@ -109,7 +109,6 @@ impl<'a> Reading<'_, 'a> {
 impl Maker for Reading<'_, '_> {
     type Expr = Lowered;
     type Command = Command<Lowered>;
-    const KEEPS_REWARDS: bool = false;
 
     fn atom(&mut self, atom: Atom<'_>, span: Span) -> Lowered {
         let env = self.env;

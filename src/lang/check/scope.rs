@@ -95,7 +95,6 @@ pub(super) struct Mentioned {
 impl Maker for &mut Mentioned {
     type Expr = ();
     type Command = ();
-    const KEEPS_REWARDS: bool = false;
 
     fn atom(&mut self, atom: Atom<'_>, span: Span) {
         if let Atom::Name(name) = atom

@@ -216,9 +216,7 @@ impl<'a, M: Maker> Parser<'a, M> {
                 return Err(self.expected("`endrewards`"));
             }
             match self.reward_item() {
-                Ok(item) if M::KEEPS_REWARDS => items.push(item),
-                // Only the syntax is checked.
-                Ok(_) => {}
+                Ok(item) => items.push(item),
                 Err(Failed) => self.recover(&["endrewards", "module"]),
             }
             if self.at_word("module") {

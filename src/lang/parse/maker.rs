@@ -21,8 +21,6 @@ pub(crate) trait Maker {
     type Expr: Clone;
     /// Representation of a command.
     type Command;
-    /// True if rewards are kept. Their syntax is checked; they have no other use here.
-    const KEEPS_REWARDS: bool;
 
     fn atom(&mut self, atom: Atom<'_>, span: Span) -> Self::Expr;
 
@@ -50,7 +48,6 @@ pub(crate) struct Trees;
 impl Maker for Trees {
     type Expr = Expr;
     type Command = Command;
-    const KEEPS_REWARDS: bool = true;
 
     fn atom(&mut self, atom: Atom<'_>, span: Span) -> Expr {
         let kind = match atom {
@@ -96,7 +93,6 @@ pub(crate) struct Places;
 impl Maker for Places {
     type Expr = Span;
     type Command = Span;
-    const KEEPS_REWARDS: bool = false;
 
     fn atom(&mut self, _: Atom<'_>, span: Span) -> Span {
         span

@@ -52,8 +52,8 @@ pub(crate) fn items_at(source: &Arc<SourceFile>, place: Span) -> Result<Vec<Item
     parser.finish(model.items)
 }
 
-/// A model of which only the places of expressions and commands are kept, and no rewards. It needs
-/// little more memory than the text.
+/// A model of which only the places of expressions and commands are kept. It needs little more
+/// memory than the text.
 pub(crate) type Outline = Model<Span, Span>;
 
 /// Same as [`parse_model`], but keeps only places, and can be cancelled by the sink.

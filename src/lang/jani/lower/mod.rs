@@ -8,6 +8,7 @@
 mod declare;
 mod edges;
 mod expr;
+mod rewards;
 mod scope;
 mod system;
 
@@ -19,7 +20,7 @@ use super::Inputs;
 use super::ast::Model;
 use crate::error::{Diagnostic, Error, Result, Severity};
 use crate::lang::ast::{ModelType, Span};
-use crate::lang::check::{Checked, Lowerer, Scope};
+use crate::lang::check::{self, Checked, Lowerer, Scope};
 use crate::lang::named::{Asked, Property};
 use crate::lang::names::Names;
 use crate::lang::valuation::Binding;
@@ -81,6 +82,8 @@ struct Lowering<'a> {
     /// Number of nested definitions being read.
     depth: usize,
     warnings: Vec<Diagnostic>,
+    /// Rewards of steps.
+    earned: rewards::Earned,
 }
 
 /// Flattens a model.
@@ -116,6 +119,7 @@ pub(super) fn program<'a>(
         stages: 0,
         depth: 0,
         warnings: Vec::new(),
+        earned: rewards::Earned::default(),
     };
     let mut foreign = lowering.constants(inputs, bindings);
     if foreign.is_empty() && lowering.lowerer.diagnostics.is_empty() {
@@ -147,6 +151,8 @@ impl Lowering<'_> {
         self.own(&commands, &synchronisations);
         self.warn();
         let labels = self.labels(&properties);
+        let rewards = self.reward_structures();
+        self.warnings.extend(check::reward_warnings(&rewards));
         let joint = self.joint_modules.into_iter().map(|(_, name)| name);
         let program = Program {
             source: Arc::clone(&self.lowerer.source),
@@ -165,10 +171,10 @@ impl Lowering<'_> {
             synchronisations,
             labels,
             formulas,
+            rewards,
             monitors: None,
         };
-        let rewards = self.transients.iter().filter(|t| t.variable.ty.ty != Type::Bool).count();
-        Ok(Checked { program, warnings: self.warnings, ignored_rewards: rewards, properties })
+        Ok(Checked { program, warnings: self.warnings, properties })
     }
 
     /// Lowers the targets of the properties that ask for reachability.

@@ -200,7 +200,8 @@ impl<'a> Lowering<'a> {
             let number = made.numbers.entry((instance, action)).or_default();
             *number += 1;
             let number = *number;
-            let command = self.command(&[(instance, edge)]);
+            let parts = [(instance, edge)];
+            let command = self.command(&parts);
             let moves = match &edge.action {
                 None => true,
                 Some(action) => used.contains(&(instance, action.name.as_str())),
@@ -208,6 +209,7 @@ impl<'a> Lowering<'a> {
             if moves {
                 let id = CommandId(u32::try_from(made.commands.len()).unwrap_or(u32::MAX));
                 made.single.insert((instance, index), id);
+                self.earn(&parts, command.as_ref(), id);
                 made.commands.push(command.map(|c| Command { module: instance, action, number, ..c }));
             }
         }
@@ -271,7 +273,9 @@ impl<'a> Lowering<'a> {
             *number += 1;
             let number = *number;
             let command = self.command(&parts).map(|c| Command { module, action, number, ..c });
-            factor.push(CommandId(u32::try_from(made.commands.len()).ok()?));
+            let id = CommandId(u32::try_from(made.commands.len()).ok()?);
+            self.earn(&parts, command.as_ref(), id);
+            factor.push(id);
             made.commands.push(command);
         }
         Some(factor)
