@@ -91,6 +91,7 @@ pub mod output;
 pub mod planning;
 pub mod progress;
 pub mod projections;
+pub mod quantities;
 pub mod query;
 mod random;
 mod reading;

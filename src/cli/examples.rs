@@ -35,6 +35,13 @@ const EXAMPLES: &[(&str, [&str; 2])] = &[
         ],
     ),
     (
+        "values",
+        [
+            "meliora values models/drone.prism models/drone.pref",
+            "meliora values models/robot5x5.prism models/robot5x5.pref --all --levels 2 --csv values.csv",
+        ],
+    ),
+    (
         "report",
         [
             "meliora report models/robot5x5.prism models/robot5x5.pref --out robot.html",

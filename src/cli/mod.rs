@@ -32,6 +32,7 @@ mod reach;
 mod report;
 mod simulate;
 mod strategy;
+mod values;
 mod verify;
 
 use std::ffi::OsString;
@@ -72,6 +73,7 @@ enum Command {
     Info(info::InfoArgs),
     Strategy(strategy::StrategyArgs),
     Simulate(simulate::SimulateArgs),
+    Values(values::ValuesArgs),
     Report(report::ReportArgs),
     Export(export::ExportArgs),
     Query(query::QueryArgs),
@@ -102,6 +104,7 @@ pub(crate) fn run(args: &[OsString]) -> Status {
         Command::Info(args) => info::run(args),
         Command::Strategy(args) => strategy::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Values(args) => values::run(args),
         Command::Report(args) => report::run(args),
         Command::Export(args) => export::run(args),
         Command::Query(args) => query::run(args),

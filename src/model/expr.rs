@@ -5,10 +5,11 @@
 
 use std::num::NonZeroU32;
 
-use ahash::RandomState;
+use ahash::{AHashMap, RandomState};
 use hashbrown::HashTable;
 
 use super::VarId;
+use super::exact::{self, Ratio};
 use super::value::{self, EvalError, Type, Value};
 pub use super::value::{Binary, Unary};
 
@@ -52,6 +53,8 @@ pub struct ExprPool {
     /// A hash index of the nodes; their content is in `nodes`.
     index: HashTable<ExprId>,
     hasher: RandomState,
+    /// The exact values of the real literals. Two literals with the same double may differ here.
+    exact: AHashMap<ExprId, Ratio>,
 }
 
 /// The type and the constant properties of a node.
@@ -101,9 +104,23 @@ impl ExprPool {
         }
     }
 
-    /// Returns the node of a literal.
+    /// Returns the node of a literal. A real stands for the shortest decimal that rounds to it.
     pub fn value(&mut self, v: Value) -> ExprId {
-        self.intern(Node::Literal(v), v.ty())
+        self.exact_value(v, exact::of_value(v))
+    }
+
+    /// Returns the node of a literal that rounds the number `exact`.
+    pub(crate) fn exact_value(&mut self, v: Value, exact: Option<Ratio>) -> ExprId {
+        let id = self.intern_exact(Node::Literal(v), v.ty(), exact.as_ref());
+        if let Some(exact) = exact {
+            self.exact.insert(id, exact);
+        }
+        id
+    }
+
+    /// Returns the exact value of a real literal; `None` if it is not finite, or not a real.
+    pub(super) fn exact_literal(&self, id: ExprId) -> Option<&Ratio> {
+        self.exact.get(&id)
     }
 
     /// Returns the node of a variable of the given type.
@@ -114,7 +131,8 @@ impl ExprPool {
     /// Returns the node of `op(a)`; the caller has checked the types. Folds literals.
     pub fn unary(&mut self, op: Unary, a: ExprId) -> ExprId {
         if let Some(Ok(v)) = self.literal(a).map(|v| value::unary(op, v)) {
-            return self.value(v);
+            let exact = self.folded_unary(op, a, v).or_else(|| exact::of_value(v));
+            return self.exact_value(v, exact);
         }
         if let (Unary::Not, Node::Unary(Unary::Not, b)) = (op, self.node(a)) {
             return b;
@@ -138,7 +156,8 @@ impl ExprPool {
             (Binary::Or, ..) if self.never(a) == Some(false) => return a,
             (_, Some(x), Some(y)) => {
                 if let Ok(v) = value::binary(op, x, y) {
-                    return self.value(v);
+                    let exact = self.folded_binary(op, a, b, v).or_else(|| exact::of_value(v));
+                    return self.exact_value(v, exact);
                 }
             }
             _ => {}
@@ -268,8 +287,13 @@ impl ExprPool {
     }
 
     fn intern(&mut self, node: Node, ty: Type) -> ExprId {
+        self.intern_exact(node, ty, None)
+    }
+
+    fn intern_exact(&mut self, node: Node, ty: Type, exact: Option<&Ratio>) -> ExprId {
         let hash = self.hasher.hash_one(node);
-        if let Some(&id) = self.index.find(hash, |id| self.nodes[id.index()] == node) {
+        let is_it = |id: &ExprId| self.nodes[id.index()] == node && self.exact.get(id) == exact;
+        if let Some(&id) = self.index.find(hash, is_it) {
             return id;
         }
         let id = ExprId::at(self.nodes.len());

@@ -40,6 +40,16 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
             let label = format!("gives {sum}");
             diagnostic(program, span(program, id), message, label, Some(help.to_owned())).into()
         }
+        StepError::Support(id, p) => {
+            let message = format!(
+                "rounding decides whether a branch of {} exists in the state {at}: its probability is {p} \
+                 in double precision",
+                title(program, id)
+            );
+            let help = "write probabilities such that no branch has nearly 0 by cancellation";
+            let label = format!("{p} after rounding");
+            diagnostic(program, span(program, id), message, label, Some(help.to_owned())).into()
+        }
         StepError::OutOfRange(id, variable, value) => {
             let declared = &program.variables[variable.index()];
             let name = &declared.name;

@@ -14,6 +14,7 @@ pub(crate) mod rounding;
 pub mod step;
 pub mod temporal;
 pub mod value;
+mod weight;
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -120,7 +120,7 @@ impl Program {
 
     fn value(&self, structure: &RewardStructure, item: &RewardItem, state: &[i64]) -> Result<BigRational> {
         let value = self.pool.eval_exact(item.value, state);
-        let value = value.map_err(|reason| self.undefined(structure, item, state, reason))?.number();
+        let value = value.map_err(|reason| self.undefined(structure, item, state, reason))?;
         if !value.is_negative() {
             return Ok(value);
         }

@@ -1,11 +1,14 @@
 //! One step of a program from one state: the reference semantics of commands.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
+use super::exact::Ratio;
 use super::expr::ExprId;
 use super::rounding::Sum;
 use super::value::{EvalError, Value};
-use super::{Command, CommandId, ModelKind, Program, State, VarId};
+use super::weight::Weight;
+use super::{CommandId, ModelKind, Program, State, VarId};
 
 /// A choice of a state, as in the choice sets of the engines.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -25,13 +28,13 @@ pub enum Choice {
 
 /// A choice with its distribution over successors.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Step {
+pub struct Step<W = f64> {
     /// The choice.
     pub choice: Choice,
     /// Its name: see [`Program::choices`].
     pub name: String,
     /// Each successor once, with its probability.
-    pub successors: Vec<(State, f64)>,
+    pub successors: Vec<(State, W)>,
 }
 
 /// The reasons why a step has no meaning in a state.
@@ -41,6 +44,8 @@ pub enum StepError {
     Eval(CommandId, EvalError),
     /// The sum of a command's probabilities, or one of them, is this invalid number.
     Probability(CommandId, f64),
+    /// The double of a probability is 0 and its exact value is not, or the other way round.
+    Support(CommandId, f64),
     /// An update assigns this value, which is outside the variable's range.
     OutOfRange(CommandId, VarId, i64),
     /// There are more choices or successors than [`MOST_WAYS`].
@@ -52,7 +57,7 @@ pub enum StepError {
 pub const MOST_WAYS: usize = 1 << 20;
 
 /// New values by position of the variable, and the probability.
-type Taken = (Vec<(usize, i64)>, f64);
+type Taken<W> = (Vec<(usize, i64)>, W);
 
 impl Program {
     /// Returns all choices of `state` in the order of the program, each with its name. Checks the
@@ -83,9 +88,26 @@ impl Program {
     /// # Errors
     /// A command has no meaning in this state, or there are too many choices or successors.
     pub fn steps(&self, state: &[i64]) -> Result<Vec<Step>, StepError> {
+        self.weighted_steps(state)
+    }
+
+    /// Returns the same choices and successors as [`Program::steps`], with exact probabilities.
+    ///
+    /// Probabilities are those of the text: 0.1 is one tenth, and divisions are exact; see
+    /// [`super::exact`]. If those of a command do not sum to 1 (three times 0.333333), each is
+    /// divided by the sum.
+    ///
+    /// # Errors
+    /// The errors of [`Program::steps`]; [`StepError::Support`] if rounding decides whether a
+    /// branch exists.
+    pub fn exact_steps(&self, state: &[i64]) -> Result<Vec<Step<Ratio>>, StepError> {
+        self.weighted_steps(state)
+    }
+
+    fn weighted_steps<W: Weight>(&self, state: &[i64]) -> Result<Vec<Step<W>>, StepError> {
         let combinations = self.combinations(state)?;
         if combinations.is_empty() {
-            let successors = vec![(state.to_vec(), 1.0)];
+            let successors = vec![(state.to_vec(), W::one())];
             return Ok(vec![Step { choice: Choice::Deadlock, name: "deadlock".into(), successors }]);
         }
         let names = self.names(&combinations);
@@ -143,19 +165,19 @@ impl Program {
         if Sum::of(sum) == Sum::Wrong { Err(StepError::Probability(id, sum)) } else { Ok(()) }
     }
 
-    fn real(&self, e: ExprId, id: CommandId, state: &[i64]) -> Result<f64, StepError> {
+    pub(super) fn real(&self, e: ExprId, id: CommandId, state: &[i64]) -> Result<f64, StepError> {
         Ok(self.pool.eval(e, state).map_err(|e| StepError::Eval(id, e))?.to_f64())
     }
 
     /// Returns the successors for all ways to take a branch of each command; `ways` counts the ways
     /// over all choices of a state.
-    fn distribution(
+    fn distribution<W: Weight>(
         &self,
         commands: &[CommandId],
         state: &[i64],
         ways: &mut usize,
-    ) -> Result<Vec<(State, f64)>, StepError> {
-        let mut partial = vec![(state.to_vec(), 1.0)];
+    ) -> Result<Vec<(State, W)>, StepError> {
+        let mut partial = vec![(state.to_vec(), W::one())];
         for &id in commands {
             let taken = self.taken_branches(id, state)?;
             if ways.saturating_add(partial.len().saturating_mul(taken.len())) > MOST_WAYS {
@@ -168,7 +190,7 @@ impl Program {
                     for &(variable, value) in updates {
                         values[variable] = value;
                     }
-                    next.push((values, weight * p));
+                    next.push((values, weight.times(p)));
                 }
             }
             partial = next;
@@ -178,15 +200,11 @@ impl Program {
     }
 
     /// Returns the branches of positive probability: the new values and the probability.
-    fn taken_branches(&self, id: CommandId, state: &[i64]) -> Result<Vec<Taken>, StepError> {
-        let command: &Command = &self.commands[id.index()];
+    fn taken_branches<W: Weight>(&self, id: CommandId, state: &[i64]) -> Result<Vec<Taken<W>>, StepError> {
         let mut taken = Vec::new();
-        for branch in &command.branches {
-            let p = self.real(branch.probability, id, state)?;
-            if p > 0.0 {
-                let new = |&(v, e): &(VarId, ExprId)| Ok((v.index(), self.updated(id, v, e, state)?));
-                taken.push((branch.updates.iter().map(new).collect::<Result<_, StepError>>()?, p));
-            }
+        for (branch, p) in W::branches(self, id, state)? {
+            let new = |&(v, e): &(VarId, ExprId)| Ok((v.index(), self.updated(id, v, e, state)?));
+            taken.push((branch.updates.iter().map(new).collect::<Result<_, StepError>>()?, p));
         }
         Ok(taken)
     }
@@ -235,18 +253,23 @@ impl Program {
 }
 
 /// Merges all choices into one that selects each with the same probability.
-fn uniform(steps: Vec<Step>) -> Step {
-    let share = 1.0 / steps.len() as f64;
+fn uniform<W: Weight>(steps: Vec<Step<W>>) -> Step<W> {
+    let share = W::share(steps.len());
     let name = steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join("+");
-    let all = steps.into_iter().flat_map(|s| s.successors).map(|(s, p)| (s, p * share)).collect();
+    let all = steps.into_iter().flat_map(|s| s.successors).map(|(s, p)| (s, p.times(&share))).collect();
     Step { choice: Choice::Uniform, name, successors: merge(all) }
 }
 
 /// Adds up the probabilities of equal states; the result is ordered by state.
-fn merge(weighted: Vec<(State, f64)>) -> Vec<(State, f64)> {
-    let mut sums: BTreeMap<State, f64> = BTreeMap::new();
+fn merge<W: Weight>(weighted: Vec<(State, W)>) -> Vec<(State, W)> {
+    let mut sums: BTreeMap<State, W> = BTreeMap::new();
     for (state, p) in weighted {
-        *sums.entry(state).or_default() += p;
+        match sums.entry(state) {
+            Entry::Vacant(entry) => {
+                entry.insert(p);
+            }
+            Entry::Occupied(mut entry) => entry.get_mut().add(&p),
+        }
     }
     sums.into_iter().collect()
 }

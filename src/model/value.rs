@@ -154,12 +154,6 @@ pub enum EvalError {
     /// The exponent of a `pow` of integers is negative.
     #[error("`pow` of integers needs an exponent that is not negative")]
     NegativeExponent,
-    /// The divisor of an exact division is 0.
-    #[error("division by zero")]
-    DivisionByZero,
-    /// An exact real is infinite or not a number.
-    #[error("the value is not a finite number")]
-    NotFinite,
     /// The operand of `floor`, `ceil` or `round` is not finite or too large for an integer.
     #[error("the value is not a finite number, or too large for an integer")]
     NotAnInteger,

@@ -19,6 +19,7 @@ pub mod simulate;
 pub mod strategy;
 pub mod strategy_table;
 pub mod style;
+pub mod values;
 pub mod verify;
 
 mod check_text;
@@ -27,6 +28,7 @@ mod reason;
 mod simulate_text;
 mod strategy_text;
 mod text;
+mod values_text;
 
 pub use check::CheckReport;
 pub use compare::CompareReport;
@@ -42,4 +44,5 @@ pub use report::{Failure, FailureKind, Report};
 pub use simulate::SimulateReport;
 pub use strategy::StrategyReport;
 pub use style::Style;
+pub use values::ValuesReport;
 pub use verify::VerifyReport;

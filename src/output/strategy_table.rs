@@ -45,7 +45,7 @@ pub fn csv_rows(state: &StateReport) -> String {
 }
 
 /// Joins cells with commas as in RFC 4180, except for the end of the line.
-fn line(cells: impl Iterator<Item = String>) -> String {
+pub(super) fn line(cells: impl Iterator<Item = String>) -> String {
     let quoted = |cell: String| match cell.contains([',', '"', '\n']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),
         false => cell,

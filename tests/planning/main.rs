@@ -16,6 +16,7 @@ mod phases;
 mod plays;
 mod preorder;
 mod projections;
+mod quantities;
 mod reasons;
 mod regions;
 mod robot;

@@ -11,6 +11,7 @@ use super::scope::{DefId, Env, Mentioned, Scope, Symbol};
 use crate::error::{Diagnostic, Error, SourceFile};
 use crate::lang::ast::Span;
 use crate::lang::parse::expression_at;
+use crate::model::exact;
 use crate::model::expr::{ExprId, ExprPool};
 use crate::model::value::{Type, Value};
 use crate::progress::{Poll, ProgressSink};
@@ -137,6 +138,16 @@ impl<'a> Lowerer<'a> {
         Some(self.pool.value(value))
     }
 
+    /// Returns a real literal with the exact value of its text, which may have more digits than a
+    /// double. The text of a literal from another source is not at hand.
+    pub(super) fn real(&mut self, x: f64, span: Span) -> ExprId {
+        let text = self.source.text.get(span.range()).filter(|text| text.parse() == Ok(x));
+        match text.and_then(exact::decimal) {
+            Some(exact) => self.pool.exact_value(Value::Real(x), Some(exact)),
+            None => self.pool.value(Value::Real(x)),
+        }
+    }
+
     pub(super) fn name(&mut self, name: &str, span: Span, env: Env) -> Option<ExprId> {
         let (name, inside) = self.scope.rename(name, env);
         match self.scope.symbol(name) {
@@ -233,7 +244,7 @@ impl<'a> Lowerer<'a> {
             Some(ty) => {
                 let what = format!("the constant `{}`", self.scope.definitions[definition as usize].name);
                 let id = self.typed(&body, env, ty, &what)?;
-                self.constant_value(id, body, &what).map(|value| self.pool.value(value))
+                self.constant_value(id, body, &what).map(|_| id)
             }
         }
     }

@@ -115,7 +115,7 @@ impl Maker for Reading<'_, '_> {
         self.part(span, |lowerer| match atom {
             Atom::Bool(b) => lowerer.literal(Value::Bool(b)),
             Atom::Int(i) => lowerer.literal(Value::Int(i)),
-            Atom::Real(x) => lowerer.literal(Value::Real(x)),
+            Atom::Real(x) => Some(lowerer.real(x, span)),
             Atom::Name(name) => lowerer.name(name, span, env),
             Atom::Label(name) => lowerer.label(name, span),
         })

@@ -1,0 +1,189 @@
+//! `meliora values`: how likely improvements are, how soon they come, and at what cost.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use meliora::engine::{Algebra, AnyEngine, Engine};
+use meliora::error::{Error, Limit, Result};
+use meliora::model::State;
+use meliora::output::report::{Counts, ModelSummary};
+use meliora::output::values::StateValues;
+use meliora::output::{Number, ValuesReport};
+use meliora::planning::{Analysis, Phase};
+use meliora::quantities::{Setup, Steps, Values};
+
+use super::exit::Status;
+use super::files::Target;
+use super::load::{self, Question};
+use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::plan;
+use super::supervise::{Job, supervise};
+
+/// The name of the cost that every model has.
+const STEPS: &str = "steps";
+/// The default of `--levels`.
+const LEVELS: usize = 10;
+
+/// Compute how likely improvements are, how soon they come, and at what cost
+///
+/// Prints for each state and number of improvements the greatest probability to make them, the
+/// least expected cost where they are certain, and both for each action that the safety mode
+/// keeps, the best action first. All numbers are bounds that contain the true value.
+#[derive(Debug, Clone, Args)]
+pub(super) struct ValuesArgs {
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    preferences: PreferenceArgs,
+
+    /// State to evaluate, such as r=2,c=2; variables left out have their initial value (repeatable)
+    /// [default: the initial states]
+    #[arg(long, value_name = "STATE", conflicts_with = "all", allow_hyphen_values = true)]
+    at: Vec<String>,
+
+    /// Evaluate all states of the scope
+    #[arg(long)]
+    all: bool,
+
+    /// Maximum number of states to list
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
+    limit: u32,
+
+    /// Greatest number of improvements [default: the levels found, at most 10]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
+    levels: Option<u32>,
+
+    /// Reward structure that is the cost of a step; `steps`: each step costs 1
+    #[arg(long, value_name = "NAME", default_value = STEPS)]
+    reward: String,
+
+    /// Compute also the probabilities of success within 0, 1, …, N steps
+    #[arg(long, value_name = "N")]
+    within: Option<u32>,
+
+    /// Largest width of a result, absolute for probabilities, relative above 1 for other numbers
+    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = precision)]
+    precision: f64,
+
+    /// Compute with fractions; for small models
+    #[arg(long)]
+    exact: bool,
+
+    /// Write all values to a file, as comma-separated values
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+
+    #[command(flatten)]
+    engine: EngineArgs,
+    #[command(flatten)]
+    shown: ShownArgs,
+}
+
+fn precision(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x < 1.0 => Ok(x),
+        _ => Err("expected a number between 0 and 1".to_owned()),
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The input is wrong, or a limit is hit.
+pub(super) fn run(args: ValuesArgs) -> Result<Status> {
+    args.engine.validate(&args.model)?;
+    if args.reward != STEPS {
+        let message = format!("`--reward {}`: the only cost is `{STEPS}`", args.reward);
+        return Err(Error::Usage(message));
+    }
+    let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
+    let csv = args.csv.as_deref().map(|path| Target::new(path, &inputs)).transpose()?;
+    let report = ValuesReport::new(
+        (&args.model.path(), &args.preferences.path()),
+        args.engine.engine.name(),
+        args.model.scope.into(),
+        args.preferences.safety.name(),
+        (&args.reward, args.precision),
+    );
+    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    supervise(report, timeout, &shown, move |job| work(job, &args, csv.as_ref()))
+}
+
+fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
+    let read = || {
+        let question = load::question(&args.model, &args.preferences, &job.watch)?;
+        let states = plan::states(&question.program, &args.at)?;
+        Ok((question, states))
+    };
+    let (question, given) = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    job.update(|r| {
+        r.model = ModelSummary::of(&args.model.path(), &question.program);
+        r.empty = Some(question.preferences.empty.name());
+        r.history = question.preferences.whole_plays();
+    });
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    plan::in_scope(&*engine, &args.model, &args.at, &given)?;
+    let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];
+    let levels = || plan::analysis(&engine, &question, &args.preferences, &phases, &job.watch);
+    let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
+    job.update(|r| r.counts = analysis.result().counts.as_ref().map(Counts::from));
+    let states = if args.at.is_empty() { listed(job, args, &engine)? } else { given };
+    let end = evaluate(job, args, (&question, &analysis), &states);
+    job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
+    end?;
+    let mut text = None;
+    job.update(|r| text = csv.map(|_| r.csv(&question.program)));
+    match (csv, text) {
+        (Some(target), Some(text)) => target.write(&text),
+        _ => Ok(()),
+    }
+}
+
+/// Returns the initial states or all states, up to the limit.
+fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -> Result<Vec<State>> {
+    let set = if args.all { engine.all_states() } else { engine.initial_states() };
+    let count = engine.count(&set)?;
+    let states = engine.list_states(&set, args.limit as usize)?;
+    if count > meliora::engine::Count::from(states.len()) {
+        let (listed, all) = (states.len(), Number(count).grouped());
+        job.watch.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
+    }
+    Ok(states)
+}
+
+/// Computes the values and adds them to the report, also those known when a limit is hit.
+fn evaluate(
+    job: &Job<ValuesReport>,
+    args: &ValuesArgs,
+    (question, analysis): (&Question, &Analysis<AnyEngine>),
+    states: &[State],
+) -> Result<()> {
+    let program = &*question.program;
+    let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
+    let within = args.within.map(|n| n as usize);
+    let mut values = Values::new(Setup { levels, exact: args.exact, within });
+    let explore = || values.explore(analysis, program, states, &Steps);
+    let explored = job.timed("explore", explore, |r, s| r.time.explore = Some(s));
+    let solve = || explored.and_then(|()| values.solve(analysis.engine()));
+    let solved = job.timed("solve", solve, |r, s| r.time.solve = Some(s));
+    let mut found = Vec::new();
+    for state in states {
+        found.extend(StateValues::of(analysis, program, &values, state)?);
+    }
+    let mut widest = 0.0;
+    job.update(|r| {
+        r.states = found;
+        widest = r.widest();
+    });
+    solved?;
+    if widest > args.precision {
+        let what = format!(
+            "some bounds are {widest:e} apart, more than the precision {:e}; `--exact` finds the values of small models",
+            args.precision
+        );
+        return Err(Limit::Size { what }.into());
+    }
+    Ok(())
+}

@@ -1,0 +1,296 @@
+//! The report of `meliora values`.
+
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value as Json};
+
+use super::envelope::{Envelope, Findings, Time};
+use super::report::{Counts, ModelSummary, json_state};
+use super::strategy_table::line;
+use super::{Style, ranks, values_text};
+use crate::engine::{Engine, Scope};
+use crate::error::Result;
+use crate::model::{Program, State, fault};
+use crate::planning::{Analysis, Kind, Rank};
+use crate::quantities::{Aim, Bounds, ChoiceValues, Node, Values};
+
+/// The results of `values`, in the order of the JSON fields.
+#[derive(Debug, Clone, Serialize)]
+pub struct ValuesFindings {
+    /// The model.
+    pub model: ModelSummary,
+    /// The preference file as the user named it.
+    #[serde(skip)]
+    pub preferences: String,
+    /// The name of the engine.
+    pub engine: &'static str,
+    /// The valuations that are states.
+    pub scope: Scope,
+    /// The name of the safety mode.
+    pub safety: &'static str,
+    /// The value of nothing: the `empty` statement of the preferences.
+    pub empty: Option<&'static str>,
+    /// The history that objectives judge; present only if it is the whole path.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history: Option<&'static str>,
+    /// Sizes of the model.
+    pub counts: Option<Counts>,
+    /// The name of the cost: `steps`, or that of a reward structure.
+    pub reward: String,
+    /// The largest width of a result.
+    pub precision: f64,
+    /// The states.
+    pub states: Vec<StateValues>,
+    /// Number of states that were asked for.
+    #[serde(skip)]
+    pub asked: usize,
+}
+
+/// The report with times and memory.
+pub type ValuesReport = Envelope<ValuesFindings>;
+
+/// The values of a state.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StateValues {
+    /// Its values by variable.
+    pub state: Map<String, Json>,
+    /// The most preferred objectives that are certain there.
+    pub most_preferred: Vec<String>,
+    /// Number of improvements that are certain (SASI rank).
+    pub sasi_rank: Rank,
+    /// Number of improvements that are possible (SPI rank).
+    pub spi_rank: Rank,
+    /// The values for 1, 2, … improvements.
+    pub levels: Vec<LevelValues>,
+    /// The largest expected number of improvements.
+    pub number: Bound,
+    /// The greatest probability of an improvement within 0, 1, 2, … steps.
+    pub within: Option<Vec<f64>>,
+}
+
+/// The values of a state for one number of improvements.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LevelValues {
+    /// The number of improvements.
+    pub improvements: usize,
+    /// The greatest probability of these improvements.
+    pub probability: Bound,
+    /// The least expected cost until the last of them, where they are certain.
+    pub cost: Option<Bound>,
+    /// The kept actions, best first.
+    pub actions: Vec<ActionValues>,
+    /// The greatest probability of these improvements within 0, 1, 2, … steps.
+    pub within: Option<Vec<f64>>,
+}
+
+/// The values of an action for one number of improvements.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ActionValues {
+    /// Its name.
+    pub action: String,
+    /// The greatest probability of the improvements after this action.
+    pub probability: Bound,
+    /// The least expected cost after this action, if the improvements stay certain.
+    pub cost: Option<Bound>,
+}
+
+/// Bounds of a number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bound {
+    /// The lower bound.
+    pub lower: f64,
+    /// The upper bound; may be infinite.
+    pub upper: f64,
+    /// The fraction, if fractions were asked for.
+    pub exact: Option<String>,
+}
+
+impl Bound {
+    /// Copies bounds; `exact` says whether fractions were asked for.
+    pub fn new(bounds: &Bounds, exact: bool) -> Self {
+        let fraction = bounds.exact.as_ref().filter(|_| exact).map(ToString::to_string);
+        Bound { lower: bounds.interval.lower, upper: bounds.interval.upper, exact: fraction }
+    }
+
+    /// Returns the width, divided by the value where that is above 1.
+    pub fn width(&self) -> f64 {
+        if self.lower == self.upper { 0.0 } else { (self.upper - self.lower) / self.lower.max(1.0) }
+    }
+}
+
+/// An object with `lower`, `upper` and perhaps `exact`; infinity is `"inf"`.
+impl Serialize for Bound {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for (name, x) in [("lower", self.lower), ("upper", self.upper)] {
+            match x.is_finite() {
+                true => map.serialize_entry(name, &x)?,
+                false => map.serialize_entry(name, "inf")?,
+            }
+        }
+        if let Some(exact) = &self.exact {
+            map.serialize_entry("exact", exact)?;
+        }
+        map.end()
+    }
+}
+
+/// Seconds by phase; `None` for an unfinished phase.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct ValuesTime {
+    /// Reading the model and the preferences.
+    pub parse: Option<f64>,
+    /// Finding the states of the scope.
+    pub build: Option<f64>,
+    /// The levels.
+    pub levels: Option<f64>,
+    /// Finding the states that the values depend on.
+    pub explore: Option<f64>,
+    /// Computing the values.
+    pub solve: Option<f64>,
+    /// Everything.
+    pub total: f64,
+}
+
+impl Time for ValuesTime {
+    fn total(&mut self) -> &mut f64 {
+        &mut self.total
+    }
+}
+
+impl ValuesReport {
+    /// Creates a report without results.
+    pub fn new(
+        (model, preferences): (&str, &str),
+        engine: &'static str,
+        scope: Scope,
+        safety: &'static str,
+        (reward, precision): (&str, f64),
+    ) -> Self {
+        Envelope::of(ValuesFindings {
+            model: ModelSummary::of_path(model),
+            preferences: preferences.to_owned(),
+            engine,
+            scope,
+            safety,
+            empty: None,
+            history: None,
+            counts: None,
+            reward: reward.to_owned(),
+            precision,
+            states: Vec::new(),
+            asked: 0,
+        })
+    }
+}
+
+impl ValuesFindings {
+    /// Returns the width of the widest bound.
+    pub fn widest(&self) -> f64 {
+        let level = |level: &LevelValues| {
+            level.probability.width().max(level.cost.as_ref().map_or(0.0, Bound::width))
+        };
+        let state = |state: &StateValues| state.levels.iter().map(level).fold(state.number.width(), f64::max);
+        self.states.iter().map(state).fold(0.0, f64::max)
+    }
+
+    /// Returns all values as lines of comma-separated values, one per state, number of improvements
+    /// and action, with a heading. A line without an action has the values of the state.
+    pub fn csv(&self, program: &Program) -> String {
+        let variables = program.variables.iter().map(|v| v.name.as_str());
+        let columns = [
+            "most_preferred",
+            "sasi_rank",
+            "spi_rank",
+            "improvements",
+            "action",
+            "probability_lower",
+            "probability_upper",
+            "cost_lower",
+            "cost_upper",
+        ];
+        let mut text = line(variables.chain(columns).map(str::to_owned));
+        for state in &self.states {
+            let mut first: Vec<String> = state.state.values().map(plain).collect();
+            first.push(state.most_preferred.join("+"));
+            first.extend([state.sasi_rank, state.spi_rank].map(ranks::cell));
+            for level in &state.levels {
+                let own = ("", &level.probability, &level.cost);
+                let actions = level.actions.iter().map(|a| (a.action.as_str(), &a.probability, &a.cost));
+                for (action, probability, cost) in std::iter::once(own).chain(actions) {
+                    let mut cells = first.clone();
+                    cells.extend([level.improvements.to_string(), action.to_owned()]);
+                    cells.extend([probability.lower, probability.upper].map(|x| x.to_string()));
+                    let cost =
+                        |x: fn(&Bound) -> f64| cost.as_ref().map_or(String::new(), |c| x(c).to_string());
+                    cells.extend([cost(|c| c.lower), cost(|c| c.upper)]);
+                    text.push_str(&line(cells.into_iter()));
+                }
+            }
+        }
+        text
+    }
+}
+
+/// Formats a value of a variable without quotes.
+fn plain(value: &Json) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+impl StateValues {
+    /// Collects the values of a state of the scope; `None` if it was not reached before a limit.
+    ///
+    /// # Errors
+    /// A command has no meaning in the state.
+    pub fn of<E: Engine>(
+        analysis: &Analysis<E>,
+        program: &Program,
+        values: &Values,
+        state: &State,
+    ) -> Result<Option<Self>> {
+        let Some(node) = values.start(state) else { return Ok(None) };
+        let names = program.choices(state).map_err(|f| fault::error(program, &f, state))?;
+        let names: Vec<&str> = names.iter().map(|(_, name)| name.as_str()).collect();
+        let setup = values.setup();
+        let levels = (1..=setup.levels).map(|k| level(values, node, k, &names)).collect();
+        let engine = analysis.engine();
+        let rank = |kind| analysis.levels(kind).rank(engine, state);
+        let class = analysis.classes().and_then(|c| Some(&c.list[c.of(engine, state)?].most_preferred));
+        let most_preferred = class.map_or_else(Vec::new, |mp| analysis.preferences().names(mp));
+        Ok(Some(StateValues {
+            state: json_state(program, state),
+            most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
+            sasi_rank: rank(Kind::Sasi),
+            spi_rank: rank(Kind::Spi),
+            levels,
+            number: Bound::new(&values.number(node), setup.exact),
+            within: values.within(node, 1).map(<[f64]>::to_vec),
+        }))
+    }
+}
+
+fn level(values: &Values, node: Node, k: usize, names: &[&str]) -> LevelValues {
+    let exact = values.setup().exact;
+    let bound = |b: &Bounds| Bound::new(b, exact);
+    let action = |choice: &ChoiceValues| ActionValues {
+        action: names.get(choice.position).copied().unwrap_or_default().to_owned(),
+        probability: bound(&choice.probability),
+        cost: choice.cost.as_ref().map(bound),
+    };
+    LevelValues {
+        improvements: k,
+        probability: bound(&values.probability(node, k)),
+        cost: values.cost(node, k).as_ref().map(bound),
+        actions: values.choices(node, k, Aim::Likely).iter().map(action).collect(),
+        within: values.within(node, k).map(<[f64]>::to_vec),
+    }
+}
+
+impl Findings for ValuesFindings {
+    const SCHEMA: &str = "meliora.values/1";
+    type Time = ValuesTime;
+
+    fn text(report: &ValuesReport, style: Style) -> String {
+        values_text::render(report, style)
+    }
+}

@@ -1,0 +1,152 @@
+//! The text of the report of `meliora values`.
+
+use std::fmt::Write;
+
+use super::report::show_state;
+use super::text::{Grid, footer, incomplete, model, names, plural, title};
+use super::values::{Bound, LevelValues, StateValues, ValuesReport};
+use super::{Style, ranks};
+
+/// Maximum number of columns of a success curve.
+const CURVE: usize = 10;
+
+/// Probabilities of success curves above this number are shown as 1.
+const ALMOST: f64 = 1.0 - 1e-12;
+
+/// Renders the report.
+pub(super) fn render(report: &ValuesReport, style: Style) -> String {
+    let mut settings =
+        vec![("engine", report.engine), ("scope", report.scope.name()), ("safety", report.safety)];
+    settings.extend(report.empty.map(|empty| ("empty", empty)));
+    settings.extend(report.history.map(|history| ("history", history)));
+    let mut text = title(&[&report.model.path, &report.preferences], &settings, style);
+    text.push_str(&model(&report.model, report.counts.as_ref(), style));
+    text.push_str(&incomplete(report.error.as_ref(), style));
+    if report.safety == "transition" && !report.states.is_empty() {
+        text.push_str("\nProbabilities are those of improving before any step weakens.\n");
+    }
+    for state in &report.states {
+        text.push_str(&one(state, &report.reward, style));
+    }
+    let time = &report.time;
+    let phases = [
+        ("parse", time.parse),
+        ("build", time.build),
+        ("levels", time.levels),
+        ("explore", time.explore),
+        ("solve", time.solve),
+    ];
+    text.push_str(&footer(time.total, &phases, report.memory, style));
+    text
+}
+
+fn one(state: &StateValues, reward: &str, style: Style) -> String {
+    let mut text = format!("\n{}\n", style.bold(&show_state(&state.state).replace(',', ", ")));
+    let _ = writeln!(text, "  most preferred: {}", names(&state.most_preferred));
+    let _ = writeln!(
+        text,
+        "  improvements: {} certain, {} possible, {} expected at most",
+        ranks::cell(state.sasi_rank),
+        ranks::cell(state.spi_rank),
+        number(&state.number)
+    );
+    for level in state.levels.iter().filter(|level| level.probability.upper > 0.0) {
+        text.push_str(&table(level, reward, style));
+    }
+    text
+}
+
+fn table(level: &LevelValues, reward: &str, style: Style) -> String {
+    let mut text = format!(
+        "\n  {}: probability {}",
+        plural(level.improvements, "improvement"),
+        number(&level.probability)
+    );
+    if let Some(cost) = &level.cost {
+        let _ = write!(text, ", {} {reward} expected", number(cost));
+    }
+    text.push('\n');
+    let mut grid = Grid::new(&["action", "probability", reward], style);
+    for action in &level.actions {
+        let cost = action.cost.as_ref().map_or_else(|| "-".to_owned(), number);
+        grid.row(vec![action.action.clone(), number(&action.probability), cost]);
+    }
+    if !level.actions.is_empty() {
+        text.push_str(&grid.text(style));
+    }
+    if let Some(curve) = &level.within {
+        text.push_str(&success(curve));
+    }
+    text
+}
+
+/// Renders some points of a success curve, the last one among them.
+fn success(curve: &[f64]) -> String {
+    let last = curve.len().saturating_sub(1);
+    let every = last.div_ceil(CURVE).max(1);
+    let mut text = String::new();
+    for n in (1..=last).filter(|n| n.is_multiple_of(every) || *n == last) {
+        // The lower bounds of certain success are below 1 by rounding.
+        let x = if curve[n] > ALMOST { 1.0 } else { curve[n] };
+        let _ = writeln!(text, "  within {}: {}", plural(n, "step"), digits(x));
+    }
+    text
+}
+
+/// Formats bounds: a fraction, one number if the bounds agree in six digits, or both bounds.
+fn number(bound: &Bound) -> String {
+    if let Some(exact) = &bound.exact
+        && exact.len() <= 24
+    {
+        return exact.clone();
+    }
+    let [lower, upper] = [bound.lower, bound.upper].map(digits);
+    // Bounds on both sides of a rounding limit look different although they are close.
+    if lower == upper || bound.width() <= 1e-9 { upper } else { format!("{lower} to {upper}") }
+}
+
+/// Formats a number with at most six significant digits. A probability below 1 is never shown as 1.
+fn digits(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return x.to_string();
+    }
+    if x < 1e-4 || x >= 1e9 {
+        return format!("{x:.5e}");
+    }
+    if x < 1.0 && x > 0.999_999 {
+        return format!("1 - {:.2e}", 1.0 - x);
+    }
+    let decimals = (5 - x.log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{x:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_six_digits_and_one_is_exact() {
+        for (x, text) in [
+            (0.0, "0"),
+            (1.0, "1"),
+            (1.0 / 3.0, "0.333333"),
+            (12.5, "12.5"),
+            (1e-12, "1.00000e-12"),
+            (1.0 - 1e-12, "1 - 1.00e-12"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(digits(x), text);
+        }
+    }
+
+    #[test]
+    fn bounds_that_differ_are_both_shown() {
+        let bound = |lower, upper| Bound { lower, upper, exact: None };
+        assert_eq!(number(&bound(0.25, 0.25)), "0.25");
+        assert_eq!(number(&bound(0.25, 0.5)), "0.25 to 0.5");
+    }
+}

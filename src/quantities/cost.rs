@@ -1,0 +1,37 @@
+//! Costs of choices.
+
+use num_traits::One;
+
+use crate::error::Result;
+use crate::model::State;
+use crate::model::exact::Ratio;
+use crate::model::step::Step;
+
+/// A cost for each step: what a choice costs in a state, at least 0.
+///
+/// For a reward structure, this is the sum of its state rewards in the state and of its transition
+/// rewards for the action of the choice.
+pub trait Cost {
+    /// Returns the name in reports.
+    fn name(&self) -> &str;
+
+    /// Returns the cost of a choice in a state.
+    ///
+    /// # Errors
+    /// The cost is negative or has no value in this state.
+    fn of(&self, state: &State, step: &Step<Ratio>) -> Result<Ratio>;
+}
+
+/// The number of steps: every step costs 1.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Steps;
+
+impl Cost for Steps {
+    fn name(&self) -> &str {
+        "steps"
+    }
+
+    fn of(&self, _: &State, _: &Step<Ratio>) -> Result<Ratio> {
+        Ok(Ratio::one())
+    }
+}

@@ -1,0 +1,163 @@
+//! Linear equations of a Markov chain, by elimination of states.
+//!
+//! Solves x_i · d_i = b_i + Σ p_ij x_j, where d_i = e_i + Σ p_ij is the probability to leave node i:
+//! to other nodes j of the chain, or out of it (e_i). The diagonal is never computed as 1 - p_ii but
+//! as this sum, so no subtraction occurs and the relative error stays small, however rarely the
+//! chain is left. W. Grassmann, M. Taksar, D. Heyman, "Regenerative analysis and steady state
+//! distributions for Markov chains", Operations Research 1985.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::meter::Meter;
+use super::number::Number;
+use crate::error::Result;
+
+/// The row of a node: its edges to other nodes, sorted, and the probability to leave the chain.
+#[derive(Debug, Clone)]
+pub(super) struct Row<N> {
+    pub(super) edges: Vec<(u32, N)>,
+    pub(super) escape: N,
+    pub(super) constant: N,
+}
+
+impl<N: Number> Row<N> {
+    /// Returns d, the probability to leave the node.
+    pub(super) fn leaving(&self) -> N {
+        self.edges.iter().fold(self.escape.clone(), |sum, (_, p)| sum.plus(p))
+    }
+}
+
+/// Solves the equations; `None` if some node cannot leave the chain. Memory and time depend on the
+/// entries that fill in; nodes with few neighbours are eliminated first.
+///
+/// # Errors
+/// A limit is reached.
+pub(super) fn solve<N: Number>(rows: Vec<Row<N>>, meter: &mut Meter<'_>) -> Result<Option<Vec<N>>> {
+    let mut work = Elimination::new(rows);
+    let taken = work.run(meter);
+    meter.release(work.bytes);
+    Ok(taken?.map(|order| work.substitute(&order)))
+}
+
+struct Elimination<N> {
+    rows: Vec<Row<N>>,
+    /// The nodes that have an edge to a node, with some that had one.
+    sources: Vec<Vec<u32>>,
+    done: Vec<bool>,
+    /// The probability to leave each node when it was eliminated.
+    leaving: Vec<N>,
+    bytes: usize,
+}
+
+impl<N: Number> Elimination<N> {
+    fn new(rows: Vec<Row<N>>) -> Self {
+        let mut sources = vec![Vec::new(); rows.len()];
+        for (node, row) in (0..).zip(&rows) {
+            row.edges.iter().for_each(|&(to, _)| sources[to as usize].push(node));
+        }
+        let n = rows.len();
+        Elimination { rows, sources, done: vec![false; n], leaving: vec![N::zero(); n], bytes: 0 }
+    }
+
+    /// Returns the number of entries that the elimination of a node touches.
+    fn cost(&self, node: u32) -> usize {
+        self.sources[node as usize].len() * self.rows[node as usize].edges.len()
+    }
+
+    fn run(&mut self, meter: &mut Meter<'_>) -> Result<Option<Vec<u32>>> {
+        let mut queue: BinaryHeap<_> =
+            (0..self.rows.len() as u32).map(|node| Reverse((self.cost(node), node))).collect();
+        let mut order = Vec::with_capacity(self.rows.len());
+        while let Some(Reverse((_, node))) = queue.pop() {
+            let cost = self.cost(node);
+            // The cost may have grown since the node was queued.
+            if queue.peek().is_some_and(|&Reverse((next, _))| cost > next) {
+                queue.push(Reverse((cost, node)));
+                meter.step()?;
+                continue;
+            }
+            if !self.eliminate(node, meter)? {
+                return Ok(None);
+            }
+            order.push(node);
+        }
+        Ok(Some(order))
+    }
+
+    /// Replaces the edges into a node by its own edges; returns false if the node cannot be left.
+    fn eliminate(&mut self, node: u32, meter: &mut Meter<'_>) -> Result<bool> {
+        let row = std::mem::replace(
+            &mut self.rows[node as usize],
+            Row { edges: Vec::new(), escape: N::zero(), constant: N::zero() },
+        );
+        let leaving = row.leaving();
+        if leaving.is_zero() {
+            return Ok(false);
+        }
+        let mut sources = std::mem::take(&mut self.sources[node as usize]);
+        sources.sort_unstable();
+        sources.dedup();
+        for source in sources {
+            meter.step()?;
+            if !self.done[source as usize] {
+                self.redirect(source, node, &row, &leaving, meter)?;
+            }
+        }
+        self.done[node as usize] = true;
+        self.leaving[node as usize] = leaving;
+        self.rows[node as usize] = row;
+        Ok(true)
+    }
+
+    fn redirect(
+        &mut self,
+        source: u32,
+        node: u32,
+        row: &Row<N>,
+        leaving: &N,
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        let Ok(position) = self.rows[source as usize].edges.binary_search_by_key(&node, |edge| edge.0) else {
+            return Ok(());
+        };
+        let own = &mut self.rows[source as usize];
+        let factor = own.edges.remove(position).1.over(leaving);
+        own.escape = own.escape.plus(&factor.times(&row.escape));
+        own.constant = own.constant.plus(&factor.times(&row.constant));
+        let before = own.edges.len();
+        let old = std::mem::replace(&mut own.edges, Vec::with_capacity(before + row.edges.len()));
+        let mut old = old.into_iter().peekable();
+        for (to, p) in row.edges.iter().filter(|edge| edge.0 != source) {
+            while let Some(edge) = old.next_if(|edge| edge.0 < *to) {
+                own.edges.push(edge);
+            }
+            let moved = factor.times(p);
+            match old.next_if(|edge| edge.0 == *to) {
+                Some((_, q)) => own.edges.push((*to, q.plus(&moved))),
+                None => {
+                    own.edges.push((*to, moved));
+                    self.sources[*to as usize].push(source);
+                }
+            }
+        }
+        own.edges.extend(old);
+        let grown = own.edges.len().saturating_sub(before) * (N::BYTES + 12);
+        self.bytes += grown;
+        meter.take(grown)
+    }
+
+    /// Computes the solution from the last eliminated node to the first.
+    fn substitute(&self, order: &[u32]) -> Vec<N> {
+        let mut x = vec![N::zero(); self.rows.len()];
+        for &node in order.iter().rev() {
+            let row = &self.rows[node as usize];
+            let sum = row
+                .edges
+                .iter()
+                .fold(row.constant.clone(), |sum, (to, p)| sum.plus(&p.times(&x[*to as usize])));
+            x[node as usize] = sum.over(&self.leaving[node as usize]);
+        }
+        x
+    }
+}

@@ -1,0 +1,67 @@
+//! Limits of the solver: memory, time and the user.
+
+use crate::engine::Engine;
+use crate::error::{Limit, Result};
+use crate::progress::Poll;
+
+/// Counts the bytes of the solver's arrays, and asks the progress sink whether to go on.
+pub(super) struct Meter<'o> {
+    poll: Poll<'o>,
+    bytes: u64,
+    limit: u64,
+}
+
+impl<'o> Meter<'o> {
+    /// Creates a meter for what an engine leaves of its memory.
+    pub(super) fn new<E: Engine>(engine: &'o E) -> Self {
+        let settings = engine.settings();
+        let limit = settings.memory.saturating_sub(engine.usage().bytes).max(settings.memory / 4);
+        Meter { poll: Poll::new(&*settings.sink), bytes: 0, limit }
+    }
+
+    /// Counts bytes that are kept.
+    ///
+    /// # Errors
+    /// The memory limit is reached, or the work is cancelled.
+    pub(super) fn take(&mut self, bytes: usize) -> Result<()> {
+        self.bytes += bytes as u64;
+        if self.bytes > self.limit {
+            let what = format!("the quantities would exceed {} bytes", self.limit);
+            return Err(Limit::Memory { what }.into());
+        }
+        self.step()
+    }
+
+    /// Gives bytes back.
+    pub(super) fn release(&mut self, bytes: usize) {
+        self.bytes = self.bytes.saturating_sub(bytes as u64);
+    }
+
+    /// Counts one of many small steps.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(super) fn step(&mut self) -> Result<()> {
+        Ok(self.poll.step()?)
+    }
+
+    /// Converts a position.
+    ///
+    /// # Errors
+    /// The position does not fit 32 bits.
+    pub(super) fn number(&self, position: usize) -> Result<u32> {
+        // The greatest number has a meaning of its own.
+        match u32::try_from(position) {
+            Ok(number) if number < u32::MAX => Ok(number),
+            _ => {
+                Err(Limit::Size { what: "the quantities need more than 2^32 nodes or edges".to_owned() }
+                    .into())
+            }
+        }
+    }
+
+    /// Reports the progress.
+    pub(super) fn progress(&self, detail: &dyn Fn() -> String) {
+        self.poll.sink().progress("quantities", detail);
+    }
+}

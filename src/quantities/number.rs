@@ -1,0 +1,278 @@
+//! Numbers that are not negative: intervals of doubles with outward rounding, and fractions.
+//!
+//! The solver only adds, multiplies and divides such numbers. Without subtraction there is no
+//! cancellation, so intervals stay narrow however close to 1 a probability is.
+
+use num_rational::BigRational;
+use num_traits::{FromPrimitive, One, ToPrimitive, Zero};
+
+use crate::model::exact::Ratio;
+
+/// Lower and upper bound of a number that is not negative; the upper one may be infinite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// The lower bound.
+    pub lower: f64,
+    /// The upper bound.
+    pub upper: f64,
+}
+
+impl Interval {
+    /// The number 0.
+    pub const ZERO: Interval = Interval::point(0.0);
+    /// The number 1.
+    pub const ONE: Interval = Interval::point(1.0);
+
+    /// Returns the interval of one double.
+    pub const fn point(x: f64) -> Self {
+        Interval { lower: x, upper: x }
+    }
+
+    /// Returns the smallest interval that contains a fraction.
+    pub fn around(exact: &Ratio) -> Self {
+        let near = exact.to_f64().unwrap_or(f64::MAX).min(f64::MAX);
+        let compare = |x: f64| BigRational::from_f64(x).map(|x| x.cmp(exact));
+        let (mut lower, mut upper) = (near, near);
+        while lower > 0.0 && compare(lower).is_none_or(|order| order.is_gt()) {
+            lower = lower.next_down();
+        }
+        while upper < f64::INFINITY && compare(upper).is_none_or(|order| order.is_lt()) {
+            upper = upper.next_up();
+        }
+        Interval { lower: lower.max(0.0), upper }
+    }
+
+    /// Returns the distance of the bounds.
+    pub fn width(self) -> f64 {
+        if self.lower == self.upper { 0.0 } else { self.upper - self.lower }
+    }
+}
+
+/// A number of the solver: exact, or between two bounds. All values are at least 0.
+pub(super) trait Number: Clone + Send + Sync {
+    fn zero() -> Self;
+    fn one() -> Self;
+    fn of(exact: &Ratio) -> Self;
+    fn plus(&self, other: &Self) -> Self;
+    fn times(&self, other: &Self) -> Self;
+    /// Returns the quotient; the divisor is positive.
+    fn over(&self, divisor: &Self) -> Self;
+    /// Returns whether this number is certainly greater.
+    fn exceeds(&self, other: &Self) -> bool;
+    fn is_zero(&self) -> bool;
+    /// Returns the lower bound as a number.
+    fn low(&self) -> Self;
+    /// Returns the upper bound as a number.
+    fn high(&self) -> Self;
+    /// Returns the number between these two.
+    fn between(low: &Self, high: &Self) -> Self;
+    /// Returns an upper bound of `self` - `other`, at least 0: the largest possible excess.
+    fn excess(&self, other: &Self) -> Self;
+    /// Returns a lower bound of `self` - `other`, at least 0.
+    fn less(&self, other: &Self) -> Self;
+    fn bounds(&self) -> Interval;
+    fn exact(&self) -> Option<&Ratio>;
+    /// Returns all numbers from 0 to 1, or from 0 on; `None` if this is not a number of its kind.
+    fn anything(up_to_one: bool) -> Option<Self>;
+    /// Returns an estimate of the bytes of a number.
+    const BYTES: usize;
+}
+
+fn down(x: f64) -> f64 {
+    x.next_down().max(0.0)
+}
+
+impl Number for Interval {
+    const BYTES: usize = size_of::<Interval>();
+
+    fn zero() -> Self {
+        Interval::ZERO
+    }
+
+    fn one() -> Self {
+        Interval::ONE
+    }
+
+    fn of(exact: &Ratio) -> Self {
+        Interval::around(exact)
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        if Number::is_zero(self) {
+            return *other;
+        }
+        if Number::is_zero(other) {
+            return *self;
+        }
+        Interval { lower: down(self.lower + other.lower), upper: (self.upper + other.upper).next_up() }
+    }
+
+    fn times(&self, other: &Self) -> Self {
+        if Number::is_zero(self) || Number::is_zero(other) {
+            return Interval::ZERO;
+        }
+        if *self == Interval::ONE {
+            return *other;
+        }
+        if *other == Interval::ONE {
+            return *self;
+        }
+        // A bound of 0 times an infinite one is 0, not NaN.
+        let lower = if self.lower == 0.0 || other.lower == 0.0 { 0.0 } else { self.lower * other.lower };
+        Interval { lower: down(lower), upper: (self.upper * other.upper).next_up() }
+    }
+
+    fn over(&self, divisor: &Self) -> Self {
+        if Number::is_zero(self) || *divisor == Interval::ONE {
+            return *self;
+        }
+        let upper = if divisor.lower == 0.0 { f64::INFINITY } else { (self.upper / divisor.lower).next_up() };
+        Interval { lower: down(self.lower / divisor.upper), upper }
+    }
+
+    fn exceeds(&self, other: &Self) -> bool {
+        self.lower > other.upper
+    }
+
+    fn is_zero(&self) -> bool {
+        self.upper == 0.0
+    }
+
+    fn low(&self) -> Self {
+        Interval::point(self.lower)
+    }
+
+    fn high(&self) -> Self {
+        Interval::point(self.upper)
+    }
+
+    fn between(low: &Self, high: &Self) -> Self {
+        Interval { lower: low.lower, upper: high.upper.max(low.lower) }
+    }
+
+    fn excess(&self, other: &Self) -> Self {
+        if self.upper <= other.lower {
+            Interval::ZERO
+        } else {
+            Interval::point((self.upper - other.lower).next_up())
+        }
+    }
+
+    fn less(&self, other: &Self) -> Self {
+        Interval::point(down(self.lower - other.upper))
+    }
+
+    fn bounds(&self) -> Interval {
+        *self
+    }
+
+    fn exact(&self) -> Option<&Ratio> {
+        None
+    }
+
+    fn anything(up_to_one: bool) -> Option<Self> {
+        Some(Interval { lower: 0.0, upper: if up_to_one { 1.0 } else { f64::INFINITY } })
+    }
+}
+
+impl Number for Ratio {
+    /// Two vectors of digits with their headers; long fractions take more.
+    const BYTES: usize = 128;
+
+    fn zero() -> Self {
+        Zero::zero()
+    }
+
+    fn one() -> Self {
+        One::one()
+    }
+
+    fn of(exact: &Ratio) -> Self {
+        exact.clone()
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        self + other
+    }
+
+    fn times(&self, other: &Self) -> Self {
+        self * other
+    }
+
+    fn over(&self, divisor: &Self) -> Self {
+        self / divisor
+    }
+
+    fn exceeds(&self, other: &Self) -> bool {
+        self > other
+    }
+
+    fn is_zero(&self) -> bool {
+        Zero::is_zero(self)
+    }
+
+    fn low(&self) -> Self {
+        self.clone()
+    }
+
+    fn high(&self) -> Self {
+        self.clone()
+    }
+
+    fn between(low: &Self, _: &Self) -> Self {
+        low.clone()
+    }
+
+    fn excess(&self, other: &Self) -> Self {
+        if self > other { self - other } else { Zero::zero() }
+    }
+
+    fn less(&self, other: &Self) -> Self {
+        self.excess(other)
+    }
+
+    fn bounds(&self) -> Interval {
+        Interval::around(self)
+    }
+
+    fn exact(&self) -> Option<&Ratio> {
+        Some(self)
+    }
+
+    fn anything(_: bool) -> Option<Self> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_contain_the_exact_results() {
+        let numbers: Vec<Ratio> = [(1, 3), (2, 7), (1, 1_000_000_007), (999_999, 1_000_000)]
+            .map(|(n, d): (i64, i64)| Ratio::new(n.into(), d.into()))
+            .into();
+        let holds = |x: Interval, exact: &Ratio| {
+            let [lower, upper] = [x.lower, x.upper].map(|x| Ratio::from_f64(x).unwrap());
+            lower <= *exact && *exact <= upper && x.width() <= 1e-14 * x.upper
+        };
+        for a in &numbers {
+            for b in &numbers {
+                let (x, y) = (Interval::of(a), Interval::of(b));
+                assert!(holds(x, a));
+                assert!(holds(x.plus(&y), &(a + b)));
+                assert!(holds(x.times(&y), &(a * b)));
+                assert!(holds(x.over(&y), &(a / b)));
+            }
+        }
+    }
+
+    #[test]
+    fn fractions_beyond_doubles_have_bounds() {
+        let tiny = Ratio::new(1.into(), num_bigint::BigInt::from(10).pow(400));
+        let huge = tiny.recip();
+        assert_eq!(Interval::around(&tiny), Interval { lower: 0.0, upper: f64::from_bits(1) });
+        assert_eq!(Interval::around(&huge), Interval { lower: f64::MAX, upper: f64::INFINITY });
+    }
+}

@@ -1,0 +1,97 @@
+//! The solutions of all systems of equations of one graph, with one kind of numbers.
+
+use super::graph::Graph;
+use super::meter::Meter;
+use super::number::Number;
+use super::solve::{Quantity, Solution, System};
+use super::values::Bounds;
+use crate::error::Result;
+
+/// The solutions so far.
+#[derive(Debug)]
+pub(super) struct Solved<N> {
+    /// The fractions of the graph as numbers.
+    fractions: Vec<N>,
+    /// P_1, P_2, …
+    pub(super) probability: Vec<Solution<N>>,
+    /// C_1, C_2, …
+    pub(super) cost: Vec<Solution<N>>,
+    number: Option<Solution<N>>,
+}
+
+impl<N: Number> Solved<N> {
+    /// Creates solutions without results.
+    pub(super) fn new() -> Self {
+        Solved { fractions: Vec::new(), probability: Vec::new(), cost: Vec::new(), number: None }
+    }
+
+    /// Solves the systems of all levels, and that of the expected numbers.
+    ///
+    /// # Errors
+    /// A limit is reached; the solutions before it are kept.
+    pub(super) fn run(&mut self, graph: &Graph, levels: usize, meter: &mut Meter<'_>) -> Result<()> {
+        meter.take(graph.fractions.len() * N::BYTES)?;
+        self.fractions = graph.fractions.iter().map(N::of).collect();
+        for k in 1..=levels as u32 {
+            next(graph, &self.fractions, Quantity::Probability(k), &mut self.probability, meter)?;
+        }
+        for k in 1..=levels as u32 {
+            next(graph, &self.fractions, Quantity::Cost(k), &mut self.cost, meter)?;
+        }
+        let mut numbers = Vec::new();
+        let end = next(graph, &self.fractions, Quantity::Number, &mut numbers, meter);
+        self.number = numbers.pop();
+        end
+    }
+
+    pub(super) fn probability(&self, node: u32, index: usize) -> Option<Bounds> {
+        self.probability.get(index)?.get(node).map(Bounds::of)
+    }
+
+    pub(super) fn cost(&self, node: u32, index: usize) -> Option<Bounds> {
+        self.cost.get(index)?.get(node).map(Bounds::of)
+    }
+
+    pub(super) fn number(&self, node: u32) -> Option<Bounds> {
+        self.number.as_ref()?.get(node).map(Bounds::of)
+    }
+
+    /// Returns the probability of level `index` + 1 if a choice is taken.
+    pub(super) fn choice_probability(&self, graph: &Graph, choice: u32, index: usize) -> Option<Bounds> {
+        let quantity = Quantity::Probability(index as u32 + 1);
+        self.choice(graph, quantity, &self.probability, choice, index)
+    }
+
+    /// Returns the cost of level `index` + 1 if a choice is taken; `None` if it is not permitted.
+    pub(super) fn choice_cost(&self, graph: &Graph, choice: u32, index: usize) -> Option<Bounds> {
+        self.choice(graph, Quantity::Cost(index as u32 + 1), &self.cost, choice, index)
+    }
+
+    fn choice(
+        &self,
+        graph: &Graph,
+        quantity: Quantity,
+        solutions: &[Solution<N>],
+        choice: u32,
+        index: usize,
+    ) -> Option<Bounds> {
+        let below = index.checked_sub(1).and_then(|below| solutions.get(below));
+        let system = System { graph, quantity, below, fractions: &self.fractions };
+        system.value(choice, solutions.get(index)?).as_ref().map(Bounds::of)
+    }
+}
+
+/// Solves the next system of a list.
+fn next<N: Number>(
+    graph: &Graph,
+    fractions: &[N],
+    quantity: Quantity,
+    solutions: &mut Vec<Solution<N>>,
+    meter: &mut Meter<'_>,
+) -> Result<()> {
+    let system = System { graph, quantity, below: solutions.last(), fractions };
+    let mut solution = system.start(meter)?;
+    let end = system.solve(&mut solution, meter);
+    solutions.push(solution);
+    end
+}

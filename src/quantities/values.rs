@@ -1,0 +1,288 @@
+//! The quantities of a finished analysis: probabilities, costs and expected numbers of improvements.
+
+use super::cost::Cost;
+use super::explore::{Explorer, Facts, Place, Places};
+use super::graph::{Graph, LOST};
+use super::horizon::Horizon;
+use super::meter::Meter;
+use super::number::{Interval, Number};
+use super::solve::NONE;
+use super::solved::Solved;
+use crate::engine::Engine;
+use crate::error::Result;
+use crate::model::exact::Ratio;
+use crate::model::{Program, State};
+use crate::planning::{Analysis, Kind};
+
+/// The options of [`Values`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setup {
+    /// The greatest k for which P_k and C_k are computed.
+    pub levels: usize,
+    /// Computes with fractions instead of intervals. Fractions can become very long: this is for
+    /// small models.
+    pub exact: bool,
+    /// The greatest number of steps of the success curves; `None` for no curves.
+    pub within: Option<usize>,
+}
+
+/// Bounds of a number, and the number itself if it is known exactly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bounds {
+    /// The bounds.
+    pub interval: Interval,
+    /// The exact value.
+    pub exact: Option<Ratio>,
+}
+
+impl Bounds {
+    pub(super) fn of<N: Number>(number: &N) -> Self {
+        Bounds { interval: number.bounds(), exact: number.exact().cloned() }
+    }
+
+    fn any(upper: f64) -> Self {
+        Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
+    }
+
+    fn point(x: u8) -> Self {
+        Bounds { interval: Interval::point(f64::from(x)), exact: Some(Ratio::from_integer(x.into())) }
+    }
+}
+
+/// The values of a choice at one level.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChoiceValues {
+    /// The position among the choices of the state, as in [`Program::choices`].
+    pub position: usize,
+    /// The probability to make k improvements if this choice is taken now.
+    pub probability: Bounds,
+    /// The expected cost; `None` if the choice does not keep the improvements certain.
+    pub cost: Option<Bounds>,
+}
+
+/// What a choice is to be best at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Aim {
+    /// The greatest probability of k improvements; where it is 1, also the least cost.
+    Likely,
+    /// The least expected cost until the k-th improvement, where it is certain.
+    Cheap,
+}
+
+/// A state in an arena of the improvement MDP, as a node of the solver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Node(u32);
+
+#[derive(Debug)]
+enum Numbers {
+    Rounded(Solved<Interval>),
+    Exact(Solved<Ratio>),
+}
+
+macro_rules! on {
+    ($numbers:expr, $solved:ident => $body:expr) => {
+        match $numbers {
+            Numbers::Rounded($solved) => $body,
+            Numbers::Exact($solved) => $body,
+        }
+    };
+}
+
+/// The quantities of the states that some states reach.
+#[derive(Debug)]
+pub struct Values {
+    setup: Setup,
+    graph: Graph,
+    places: Places,
+    /// The nodes of the states asked for.
+    starts: Vec<u32>,
+    numbers: Numbers,
+    horizon: Option<Horizon>,
+}
+
+impl Values {
+    /// Creates quantities without results.
+    pub fn new(setup: Setup) -> Self {
+        let numbers = match setup.exact {
+            true => Numbers::Exact(Solved::new()),
+            false => Numbers::Rounded(Solved::new()),
+        };
+        let (graph, places) = (Graph::default(), Places::default());
+        Values { setup, graph, places, starts: Vec::new(), numbers, horizon: None }
+    }
+
+    /// Returns the options.
+    pub fn setup(&self) -> Setup {
+        self.setup
+    }
+
+    /// Returns the number of levels that an analysis found, at most `limit`: beyond it, P_k is 0 or
+    /// the state is in the fixpoint.
+    pub fn levels_found<E: Engine>(analysis: &Analysis<E>, limit: usize) -> usize {
+        analysis.levels(Kind::Spi).found.len().min(limit)
+    }
+
+    /// Finds the states that kept choices reach from some states of the scope. To be called once,
+    /// before [`Values::solve`]. Cost: one evaluation of the commands, and some membership tests,
+    /// per state.
+    ///
+    /// # Errors
+    /// A limit is reached, a command or a cost has no meaning in some state, or the levels of the
+    /// analysis are not known.
+    pub fn explore<E: Engine>(
+        &mut self,
+        analysis: &Analysis<E>,
+        program: &Program,
+        starts: &[State],
+        costs: &dyn Cost,
+    ) -> Result<()> {
+        let facts = Facts::new(analysis, program, self.setup.levels)?;
+        let mut meter = Meter::new(analysis.engine());
+        let (graph, places) = (&mut self.graph, &mut self.places);
+        let mut explorer = Explorer { facts: &facts, costs, graph, places, meter: &mut meter };
+        for start in starts {
+            self.starts.push(explorer.start(start)?);
+        }
+        explorer.run()
+    }
+
+    /// Computes all quantities. What is computed before an error is kept.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
+        let mut meter = Meter::new(engine);
+        meter.take(self.graph.bytes())?;
+        let (graph, levels) = (&self.graph, self.setup.levels);
+        on!(&mut self.numbers, solved => solved.run(graph, levels, &mut meter))?;
+        if let Some(steps) = self.setup.within {
+            let horizon = self.horizon.insert(Horizon::default());
+            horizon.run(graph, (levels, steps), &self.starts, &mut meter)?;
+        }
+        Ok(())
+    }
+
+    /// Returns the node of a state in an arena, by its position in
+    /// [`Improvement::arenas`](crate::planning::Improvement::arenas); `None` if it was not explored.
+    pub fn node(&self, arena: Option<usize>, state: &State) -> Option<Node> {
+        let arena = match arena {
+            Some(arena) => Some(u32::try_from(arena).ok()?),
+            None => None,
+        };
+        let place = Place { arena, junction: false, state: state.clone() };
+        self.places.index.get(&place).copied().map(Node)
+    }
+
+    /// Returns the node of a state with which planning starts there; `None` if it was not explored.
+    pub fn start(&self, state: &State) -> Option<Node> {
+        let own = |arena: Option<u32>| {
+            let place = Place { arena, junction: false, state: state.clone() };
+            self.places.index.get(&place).copied().filter(|&node| self.places.own[node as usize])
+        };
+        (0..self.places.arenas).map(Some).chain([None]).find_map(own).map(Node)
+    }
+
+    /// Returns the state of a node.
+    pub fn state(&self, node: Node) -> &State {
+        &self.places.states[node.0 as usize]
+    }
+
+    /// Returns P_k, the greatest probability of k improvements.
+    pub fn probability(&self, node: Node, k: usize) -> Bounds {
+        let Some(index) = k.checked_sub(1) else { return Bounds::point(1) };
+        let rank = self.graph.ranks[node.0 as usize];
+        if (rank.positive as usize) < k {
+            return Bounds::point(0);
+        }
+        if rank.sure as usize >= k {
+            return Bounds::point(1);
+        }
+        let known = on!(&self.numbers, solved => solved.probability(node.0, index));
+        known.unwrap_or_else(|| Bounds::any(1.0))
+    }
+
+    /// Returns C_k, the least expected cost until the k-th improvement; `None` where P_k < 1.
+    pub fn cost(&self, node: Node, k: usize) -> Option<Bounds> {
+        let Some(index) = k.checked_sub(1) else { return Some(Bounds::point(0)) };
+        if (self.graph.ranks[node.0 as usize].sure as usize) < k {
+            return None;
+        }
+        let known = on!(&self.numbers, solved => solved.cost(node.0, index));
+        Some(known.unwrap_or_else(|| Bounds::any(f64::INFINITY)))
+    }
+
+    /// Returns N, the largest expected number of improvements.
+    pub fn number(&self, node: Node) -> Bounds {
+        if self.graph.ranks[node.0 as usize].positive == 0 {
+            return Bounds::point(0);
+        }
+        let known = on!(&self.numbers, solved => solved.number(node.0));
+        known.unwrap_or_else(|| Bounds::any(f64::INFINITY))
+    }
+
+    /// Returns P_k^0, P_k^1, …, the greatest probabilities of k improvements within so many steps, as
+    /// far as they are known; lower bounds with an error of some 1e-16 per step.
+    pub fn within(&self, node: Node, k: usize) -> Option<&[f64]> {
+        self.horizon.as_ref()?.curve(node.0, k)
+    }
+
+    /// Returns the values of the kept choices of a state at level k, those that are best first: the
+    /// [`Values::best_choice`], then by probability or cost, then in the order of the program.
+    pub fn choices(&self, node: Node, k: usize, aim: Aim) -> Vec<ChoiceValues> {
+        let Some(index) = k.checked_sub(1) else { return Vec::new() };
+        let value = |choice: u32| ChoiceValues {
+            position: self.graph.positions[choice as usize] as usize,
+            probability: on!(&self.numbers, s => s.choice_probability(&self.graph, choice, index))
+                .unwrap_or_else(|| Bounds::any(1.0)),
+            cost: on!(&self.numbers, s => s.choice_cost(&self.graph, choice, index)),
+        };
+        let best = self.best_choice(node, k, aim);
+        let mut values: Vec<ChoiceValues> = self.graph.choices(node.0).map(value).collect();
+        let key = |v: &ChoiceValues| {
+            let cost = v.cost.as_ref().map_or(f64::INFINITY, |cost| cost.interval.lower);
+            let loss = -v.probability.interval.lower;
+            let (first, second) = if aim == Aim::Likely { (loss, cost) } else { (cost, loss) };
+            (Some(v.position) != best, first, second, v.position)
+        };
+        values.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal));
+        values
+    }
+
+    /// Returns the choice that a strategy takes to attain P_k or C_k, by its position among the
+    /// choices of the state; `None` where P_k = 0 (for [`Aim::Cheap`]: where P_k < 1), or if it is
+    /// not known.
+    ///
+    /// The choices of all nodes together attain the values, up to the precision: among equally good
+    /// choices this is one that comes closer to an improvement. After a step, go on with
+    /// [`Values::successor`].
+    pub fn best_choice(&self, node: Node, k: usize, aim: Aim) -> Option<usize> {
+        let choice = self.pick(node.0, k, aim)?;
+        Some(self.graph.positions[choice as usize] as usize)
+    }
+
+    fn pick(&self, node: u32, k: usize, aim: Aim) -> Option<u32> {
+        let index = k.checked_sub(1)?;
+        let rank = self.graph.ranks[node as usize];
+        let choice = match aim {
+            _ if rank.sure as usize >= k => on!(&self.numbers, s => s.cost.get(index)?.picks[node as usize]),
+            Aim::Likely => on!(&self.numbers, s => s.probability.get(index)?.picks[node as usize]),
+            Aim::Cheap => NONE,
+        };
+        (choice != NONE).then_some(choice)
+    }
+
+    /// Returns the node and the number of improvements still wanted after a step by the best choice
+    /// to a state; `None` if the step is lost or does not follow from that choice.
+    pub fn successor(&self, node: Node, k: usize, aim: Aim, to: &State) -> Option<(Node, usize)> {
+        let choice = self.pick(node.0, k, aim)?;
+        let is_there =
+            |edge: &&super::graph::Edge| edge.to != LOST && self.places.states[edge.to as usize] == *to;
+        let edge = self.graph.edges(choice).iter().find(is_there)?;
+        let (mut edge, mut left) = (*edge, k - usize::from(edge.counts));
+        while self.graph.junction[edge.to as usize] {
+            edge = *self.graph.edges(self.pick(edge.to, left, aim)?).first()?;
+            left -= usize::from(edge.counts);
+        }
+        Some((Node(edge.to), left))
+    }
+}

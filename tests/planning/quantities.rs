@@ -1,0 +1,379 @@
+//! Quantities against their equations. With fractions, a value is right if it satisfies the
+//! equations (so it is not too small, for costs not too large) and if the chosen actions attain it
+//! (so it is not too large, for costs not too small). Both are checked here from the definitions,
+//! with linear equations solved by plain elimination.
+
+use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
+
+use meliora::engine::explicit::ExplicitEngine;
+use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::{Engine, Settings};
+use meliora::model::State;
+use meliora::model::exact::Ratio;
+use meliora::model::preference::{Change, Empty, Goal, Objective, ObjectiveSet, Preferences, Preorder};
+use meliora::model::step::Step;
+use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
+use meliora::quantities::{Aim, Interval, Node, Setup, Steps, Values};
+use num_rational::BigRational;
+use num_traits::{FromPrimitive, One, Signed, Zero};
+use proptest::prelude::*;
+
+use crate::loaded::Loaded;
+use crate::worlds::{World, factored, graph};
+use crate::{EMPTIES, SAFETIES};
+
+/// The greatest number of improvements that is checked.
+const LEVELS: usize = 3;
+
+/// A finished analysis with its exact quantities.
+struct Check<'a, E: Engine> {
+    world: &'a World,
+    analysis: &'a Analysis<E>,
+    values: Values,
+    states: Vec<State>,
+}
+
+fn exact(bounds: &meliora::quantities::Bounds) -> Ratio {
+    bounds.exact.clone().unwrap()
+}
+
+impl<'a, E: Engine> Check<'a, E> {
+    fn new(world: &'a World, analysis: &'a Analysis<E>, exact: bool) -> Self {
+        let engine = analysis.engine();
+        let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
+        let mut values = Values::new(Setup { levels: LEVELS, exact, within: Some(4) });
+        values.explore(analysis, &world.program, &states, &Steps).unwrap();
+        values.solve(engine).unwrap();
+        Check { world, analysis, values, states }
+    }
+
+    fn safety(&self) -> Safety {
+        self.analysis.options().safety
+    }
+
+    fn most_preferred(&self, state: &State) -> ObjectiveSet {
+        let classes = self.analysis.classes().unwrap();
+        classes.list[classes.of(self.analysis.engine(), state).unwrap()].most_preferred.clone()
+    }
+
+    /// MP of what steps from a state of an arena are compared with.
+    fn reference(&self, arena: usize, state: &State) -> ObjectiveSet {
+        match self.analysis.improvement().unwrap().arenas[arena].reference {
+            Some(class) => self.analysis.classes().unwrap().list[class].most_preferred.clone(),
+            None => self.most_preferred(state),
+        }
+    }
+
+    fn p(&self, node: Option<Node>, k: usize) -> Ratio {
+        node.map_or_else(Ratio::zero, |node| exact(&self.values.probability(node, k)))
+    }
+
+    fn c(&self, node: Option<Node>, k: usize) -> Option<Ratio> {
+        self.values.cost(node?, k).as_ref().map(exact)
+    }
+
+    fn kept(&self, arena: usize, state: &State) -> Vec<Step<Ratio>> {
+        let choices = &self.analysis.improvement().unwrap().arenas[arena].choices;
+        let mut steps = self.world.program.exact_steps(state).unwrap();
+        steps.retain(|s| self.analysis.engine().contains_choice(choices, state, &s.choice));
+        steps
+    }
+
+    fn all(&self) {
+        for arena in 0..self.analysis.improvement().unwrap().arenas.len() {
+            for state in &self.states {
+                let Some(node) = self.values.node(Some(arena), state) else { continue };
+                for k in 1..=LEVELS {
+                    self.probability(arena, state, node, k);
+                    self.cost(arena, state, node, k);
+                }
+            }
+        }
+        for state in &self.states {
+            let start = self.values.start(state).unwrap();
+            self.facts(state, start);
+            for k in 1..=LEVELS {
+                self.attained(start, k, Aim::Likely);
+                if self.values.cost(start, k).is_some() {
+                    self.attained(start, k, Aim::Cheap);
+                }
+                self.curve(start, k);
+            }
+        }
+    }
+
+    /// P_k = max over kept choices of Σ p·v
+    fn probability(&self, arena: usize, state: &State, node: Node, k: usize) {
+        let reference = self.reference(arena, state);
+        let value = |step: &Step<Ratio>| {
+            let term = |(to, p): &(State, Ratio)| {
+                let stay = || self.p(self.values.node(Some(arena), to), k);
+                let count = || self.p(self.values.start(to), k - 1);
+                let change = self.analysis.preferences().change(&reference, &self.most_preferred(to));
+                let v = match (change, self.safety()) {
+                    (Change::Weakening, _) => Ratio::zero(),
+                    (Change::Lateral, _) => stay(),
+                    (Change::Improving, Safety::Prefix) => count().max(stay()),
+                    (Change::Improving, _) => count(),
+                };
+                p * v
+            };
+            step.successors.iter().map(term).fold(Ratio::zero(), |a, b| a + b)
+        };
+        // Where no improvement is possible, nothing is explored: the value 0 is a fact.
+        if self.p(Some(node), 1).is_zero() {
+            return;
+        }
+        let best = self.kept(arena, state).iter().map(value).max().unwrap_or_else(Ratio::zero);
+        assert_eq!(self.p(Some(node), k), best, "P_{k} in {state:?}, {}", self.safety());
+    }
+
+    /// C_k = min over permitted choices of 1 + Σ p·w
+    fn cost(&self, arena: usize, state: &State, node: Node, k: usize) {
+        let Some(cost) = self.c(Some(node), k) else { return };
+        let reference = self.reference(arena, state);
+        let value = |step: &Step<Ratio>| {
+            let mut sum = Ratio::one();
+            for (to, p) in &step.successors {
+                let improves = self.analysis.preferences().change(&reference, &self.most_preferred(to))
+                    == Change::Improving;
+                let count = self.c(self.values.start(to), k - 1).filter(|_| improves);
+                let stay = self.c(self.values.node(Some(arena), to), k);
+                sum += p * match (count, stay, self.safety()) {
+                    (Some(a), Some(b), Safety::Prefix) => a.min(b),
+                    (Some(a), _, _) => a,
+                    (None, b, _) => b?,
+                };
+            }
+            Some(sum)
+        };
+        let best = self.kept(arena, state).iter().filter_map(value).min();
+        assert_eq!(Some(cost), best, "C_{k} in {state:?}, {}", self.safety());
+    }
+
+    /// {P_k > 0} and {P_k = 1} are levels.
+    fn facts(&self, state: &State, node: Node) {
+        let engine = self.analysis.engine();
+        let at_least = |rank: Rank, k: usize| match rank {
+            Rank::Finite(n) | Rank::AtLeast(n) => n >= k,
+            Rank::Unbounded => true,
+        };
+        let [sasi, spi] = [Kind::Sasi, Kind::Spi].map(|kind| self.analysis.levels(kind).rank(engine, state));
+        for k in 1..=LEVELS {
+            let p = self.p(Some(node), k);
+            assert_eq!(!p.is_zero(), at_least(spi, k));
+            assert!(p.is_zero() || p.is_positive() && p <= Ratio::one());
+            assert_eq!(p.is_one(), self.values.cost(node, k).is_some());
+            match self.safety() {
+                Safety::Transition => assert!(!p.is_one() || at_least(sasi, k)),
+                _ => assert_eq!(p.is_one(), at_least(sasi, k)),
+            }
+        }
+        let number = exact(&self.values.number(node));
+        let sum = (1..=LEVELS).map(|k| self.p(Some(node), k)).max().unwrap();
+        assert!(number >= sum, "N is at least P_1");
+    }
+
+    /// The choices of a strategy attain the value.
+    fn attained(&self, start: Node, k: usize, aim: Aim) {
+        let (mut nodes, mut index) = (vec![(start, k)], HashMap::from([((start, k), 0)]));
+        let mut rows = Vec::new();
+        while rows.len() < nodes.len() {
+            let (node, left) = nodes[rows.len()];
+            let mut row = Vec::new();
+            if left > 0
+                && let Some(position) = self.values.best_choice(node, left, aim)
+            {
+                let state = self.values.state(node);
+                let step = self.world.program.exact_steps(state).unwrap().swap_remove(position);
+                for (to, p) in step.successors {
+                    if let Some(next) = self.values.successor(node, left, aim, &to) {
+                        let number = *index.entry(next).or_insert(nodes.len());
+                        if number == nodes.len() {
+                            nodes.push(next);
+                        }
+                        row.push((number, p));
+                    }
+                }
+            }
+            rows.push(row);
+        }
+        let goal = |n: usize| nodes[n].1 == 0;
+        let reaches = chain(&rows, |n| if goal(n) { Some(Ratio::one()) } else { None }, |_| Ratio::zero());
+        assert_eq!(reaches[0], self.p(Some(start), k), "level {k} by {aim:?}, {}", self.safety());
+        if aim == Aim::Cheap {
+            let cost = chain(&rows, |n| goal(n).then(Ratio::zero), |_| Ratio::one());
+            assert_eq!(Some(cost[0].clone()), self.c(Some(start), k));
+        }
+    }
+
+    /// Curves grow towards the value.
+    fn curve(&self, node: Node, k: usize) {
+        let curve = self.values.within(node, k).unwrap();
+        assert_eq!(curve.len(), 5);
+        assert!(curve.windows(2).all(|w| w[0] <= w[1]) && curve[0] == 0.0);
+        assert!(Ratio::from_f64(curve[4]).unwrap() <= self.p(Some(node), k));
+    }
+}
+
+/// Solves x_n = reward(n) + Σ p·x, with given values at ends; 0 where no end can be reached.
+fn chain(
+    rows: &[Vec<(usize, Ratio)>],
+    end: impl Fn(usize) -> Option<Ratio>,
+    reward: impl Fn(usize) -> Ratio,
+) -> Vec<Ratio> {
+    let n = rows.len();
+    let mut ahead: BTreeSet<usize> = (0..n).filter(|&i| end(i).is_some()).collect();
+    while let Some(more) =
+        (0..n).find(|i| !ahead.contains(i) && rows[*i].iter().any(|(to, _)| ahead.contains(to)))
+    {
+        ahead.insert(more);
+    }
+    let mut a = vec![vec![Ratio::zero(); n + 1]; n];
+    for i in 0..n {
+        a[i][i] = Ratio::one();
+        match end(i) {
+            Some(value) => a[i][n] = value,
+            None if ahead.contains(&i) => {
+                a[i][n] = reward(i);
+                rows[i].iter().for_each(|(to, p)| a[i][*to] -= p);
+            }
+            None => {}
+        }
+    }
+    for i in 0..n {
+        let pivot = (i..n).find(|&r| !a[r][i].is_zero()).unwrap();
+        a.swap(i, pivot);
+        let row = a[i].clone();
+        for (r, other) in a.iter_mut().enumerate() {
+            if r != i && !other[i].is_zero() {
+                let f = &other[i] / &row[i];
+                other.iter_mut().zip(&row).for_each(|(x, y)| *x -= &f * y);
+            }
+        }
+    }
+    (0..n).map(|i| &a[i][n] / &a[i][i]).collect()
+}
+
+fn holds(interval: Interval, value: &Ratio) -> bool {
+    let [lower, upper] = [interval.lower, interval.upper].map(|x| BigRational::from_f64(x).unwrap());
+    lower <= *value && *value <= upper && interval.width() <= 1e-9 * interval.upper.max(1.0)
+}
+
+fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
+    let objective = |(i, &target): (usize, &meliora::model::expr::ExprId)| Objective {
+        name: format!("o{i}"),
+        goal: Goal::Reach(target),
+        span: None,
+    };
+    let preferences = Arc::new(Preferences {
+        objectives: world.targets.iter().enumerate().map(objective).collect(),
+        order: Preorder::new(world.targets.len(), &world.statements).unwrap(),
+        empty,
+        history: Default::default(),
+    });
+    for safety in SAFETIES {
+        let mut analysis = Analysis::new(engine, &preferences, Options { safety, max_level: None });
+        analysis.run(&mut |_| ()).unwrap();
+        let right = Check::new(world, &analysis, true);
+        right.all();
+        let rounded = Check::new(world, &analysis, false);
+        for state in &right.states {
+            let [x, y] = [&right.values, &rounded.values].map(|v| v.start(state).unwrap());
+            assert!(holds(rounded.values.number(y).interval, &exact(&right.values.number(x))));
+            for k in 1..=LEVELS {
+                assert!(holds(rounded.values.probability(y, k).interval, &right.p(Some(x), k)));
+                if let Some(cost) = right.c(Some(x), k) {
+                    assert!(holds(rounded.values.cost(y, k).unwrap().interval, &cost));
+                }
+            }
+        }
+    }
+}
+
+fn both(world: &World) {
+    let settings = || Settings { scope: world.scope, memory: 64 << 20, ..Settings::default() };
+    let explicit = Arc::new(ExplicitEngine::new(world.program.clone(), settings()).unwrap());
+    EMPTIES.iter().for_each(|&empty| check(&explicit, world, empty));
+    let symbolic = Arc::new(SymbolicEngine::new(world.program.clone(), settings()).unwrap());
+    check(&symbolic, world, Empty::Bottom);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn values_satisfy_their_equations_and_are_attained_on_graphs(graph in graph(9)) {
+        both(&graph.world());
+    }
+
+    #[test]
+    fn values_satisfy_their_equations_and_are_attained_on_programs(factored in factored()) {
+        both(&factored.world());
+    }
+}
+
+fn values(loaded: &Loaded, safety: Safety, levels: usize, exact: bool) -> (Values, Node) {
+    let analysis = loaded.analyse(safety, None);
+    let starts = loaded.engine.list_states(&loaded.engine.initial_states(), 1).unwrap();
+    let mut values = Values::new(Setup { levels, exact, within: None });
+    values.explore(&analysis, &loaded.program, &starts, &Steps).unwrap();
+    values.solve(&*loaded.engine).unwrap();
+    let start = values.start(&starts[0]).unwrap();
+    (values, start)
+}
+
+const TWO: &str = "objective A = F x=0; objective B = F x=1; prefer B > A;";
+
+#[test]
+fn a_third_is_exact() {
+    let model =
+        "mdp const double p = 1/3; module m x:[0..2] init 0; [] x=0 -> p:(x'=1) + 1-p:(x'=2); endmodule";
+    let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
+    let (values, start) = values(&loaded, Safety::Action, 1, true);
+    assert_eq!(exact(&values.probability(start, 1)), Ratio::new(1.into(), 3.into()));
+}
+
+#[test]
+fn a_rare_exit_from_a_loop_costs_no_precision() {
+    // Every round succeeds with 1e-12 and fails for good with 2e-12.
+    let model = "mdp module m x:[0..3] init 0;\n\
+        [] x=0 -> (x'=3); [] x=3 -> 1e-12:(x'=1) + 2e-12:(x'=2) + 1-3e-12:(x'=0); endmodule";
+    let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
+    let (values, start) = values(&loaded, Safety::Action, 1, false);
+    let found = values.probability(start, 1).interval;
+    assert!(found.lower <= 1.0 / 3.0 && 1.0 / 3.0 <= found.upper && found.width() < 1e-14, "{found:?}");
+}
+
+#[test]
+fn a_long_chain_is_solved_without_recursion() {
+    let model =
+        "mdp module m x:[0..100001] init 0; [] x<100000 -> 0.99999:(x'=x+1) + 0.00001:(x'=100001); endmodule";
+    let loaded = Loaded::new(model, "objective B = F x=100000; empty = gain;");
+    let (values, start) = values(&loaded, Safety::Action, 1, false);
+    let found = values.probability(start, 1).interval;
+    let expected = 0.99999f64.powi(100_000);
+    assert!((found.lower - expected).abs() < 1e-9 && found.width() < 1e-9, "{found:?}");
+}
+
+#[test]
+fn a_tie_that_turns_in_a_circle_is_not_chosen() {
+    // Waiting in 0 and 3 is as good as trying, for ever.
+    let model = "mdp module m x:[0..3] init 0; [wait] x=0 -> (x'=3); [back] x=3 -> (x'=0);\n\
+        [try] x=0 -> 1/2:(x'=1) + 1/2:(x'=2); endmodule";
+    let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
+    let (values, start) = values(&loaded, Safety::Action, 1, false);
+    assert_eq!(values.probability(start, 1).interval, Interval::point(0.5));
+    let best = values.best_choice(start, 1, Aim::Likely).unwrap();
+    assert_eq!(loaded.program.choices(&vec![0]).unwrap()[best].1, "try");
+}
+
+#[test]
+fn what_weakens_is_lost_under_transition() {
+    let model = "mdp module m x:[0..3] init 0; [a] x=0 -> 1/4:(x'=1) + 3/4:(x'=2); endmodule";
+    let loaded = Loaded::new(model, &format!("{TWO} objective C = F x=2; prefer A > C;"));
+    let (values, start) = values(&loaded, Safety::Transition, 1, true);
+    assert_eq!(exact(&values.probability(start, 1)), Ratio::new(1.into(), 4.into()));
+    assert!(values.cost(start, 1).is_none());
+}
