@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares `meliora values` and `meliora reach` with exact values, on random small models.
 
-    reference_quantities.py random [--models N] [--seed S] [--jobs J] [--binary PATH] [--keep DIR]
+    reference_quantities.py random [--models N] [--seed S] [--few] [--jobs J] [--binary PATH] [--keep DIR]
     reference_quantities.py compare MODEL PREFS [--safety prefix] [--reward NAME] [--levels K] [--within N]
     reference_quantities.py show MODEL PREFS ...      print the exact values
 
@@ -116,24 +116,24 @@ def ask(binary, model, prefs, options):
     return json.loads(done.stdout) if done.stdout else {"states": [], "message": done.stderr}
 
 
-def differences(binary, model, prefs, levels=2, within=4, safeties=SAFETIES, rewards=("steps", "cost")):
+ALL = [(reward, safety, engine) for reward in ("steps", "cost") for safety in SAFETIES for engine in ENGINES]
+
+
+def differences(binary, model, prefs, levels=2, within=4, settings=ALL):
     """The first difference in each setting, as texts."""
-    found = []
-    for reward in rewards:
-        exact = Exact(model, prefs, reward)
-        for safety in safeties:
-            for engine in ENGINES:
-                options = ["--safety", safety, "--engine", engine, "--levels", str(levels)]
-                options += ["--within", str(within), "--reward", reward]
-                report = ask(binary, model, prefs, options)
-                if report["schema"] != "meliora.values/1" or report.get("error"):
-                    found.append(f"{safety} {engine} {reward}: {report.get('error') or report.get('message')}")
-                    continue
-                found += [f"{engine} {reward}: {p}" for p in problems(exact, safety, report, levels, within)[:1]]
+    found, exact = [], {reward: Exact(model, prefs, reward) for reward in {reward for reward, _, _ in settings}}
+    for reward, safety, engine in settings:
+        options = ["--safety", safety, "--engine", engine, "--levels", str(levels)]
+        options += ["--within", str(within), "--reward", reward]
+        report = ask(binary, model, prefs, options)
+        if report.get("schema") != "meliora.values/1" or report.get("error"):
+            found.append(f"{safety} {engine} {reward}: {report.get('error') or report.get('message')}")
+            continue
+        found += [f"{engine} {reward}: {p}" for p in problems(exact[reward], safety, report, levels, within)[:1]]
     return found
 
 
-def reach_differences(binary, model, prefs, precision=1e-6):
+def reach_differences(binary, model, prefs, engines=ENGINES, precision=1e-6):
     """Differences of `meliora reach` with the extremes over all policies, for the first objective."""
     exact = Exact(model, prefs, "cost")
     _, formula = read_preferences(prefs).objectives[0]
@@ -143,7 +143,7 @@ def reach_differences(binary, model, prefs, precision=1e-6):
         return []
     texts = [text.replace("T", f"({target_of(formula)})") for text in expected]
     given = [part for text in texts for part in ("--property", text)]
-    for engine in ENGINES:
+    for engine in engines:
         done = subprocess.run(
             [binary, "reach", model, "--json", "--engine", engine, *given], capture_output=True, text=True, timeout=600
         )
@@ -159,8 +159,12 @@ def reach_differences(binary, model, prefs, precision=1e-6):
 class Draw:
     """A random model and preferences, as parts that can be left out."""
 
-    def __init__(self, seed):
+    def __init__(self, seed, few=False):
         self.random = rng = random.Random(seed)
+        self.settings, self.engines = ALL, ENGINES
+        if few:
+            self.engines = [rng.choice(ENGINES)]
+            self.settings = [(rng.choice(("steps", "cost")), safety, rng.choice(ENGINES)) for safety in SAFETIES]
         self.size = rng.randint(2, 8)
         self.forward = rng.random()
         self.commands = [self.command(x) for x in range(self.size + 1) for _ in range(rng.choice([0, 1, 2, 2, 3, 3]))]
@@ -215,7 +219,8 @@ class Draw:
             return []
         with tempfile.TemporaryDirectory() as folder:
             model, prefs = self.write(folder)
-            return reach_differences(binary, model, prefs) + differences(binary, model, prefs)
+            reach = reach_differences(binary, model, prefs, self.engines)
+            return reach + differences(binary, model, prefs, settings=self.settings)
 
     def shrink(self, binary):
         """Leaves out what the difference does not need."""
@@ -231,7 +236,7 @@ def run_random(args):
     wrong = 0
 
     def one(seed):
-        drawn = Draw(seed)
+        drawn = Draw(seed, args.few)
         found = drawn.differs(args.binary)
         if found:
             drawn.shrink(args.binary)
@@ -265,7 +270,8 @@ def show(args):
 
 
 def compare(args):
-    found = differences(args.binary, args.model, args.prefs, args.levels, args.within, [args.safety], [args.reward])
+    settings = [(args.reward, args.safety, engine) for engine in ENGINES]
+    found = differences(args.binary, args.model, args.prefs, args.levels, args.within, settings)
     print("\n".join(found) or "all values agree")
     return int(bool(found))
 
@@ -276,6 +282,7 @@ def main():
     drawn = commands.add_parser("random")
     drawn.add_argument("--models", type=int, default=5000)
     drawn.add_argument("--seed", type=int, default=0)
+    drawn.add_argument("--few", action="store_true", help="each safety mode with one engine and one cost, at random")
     drawn.add_argument("--jobs", type=int, default=2)
     drawn.add_argument("--keep", default="target/differences", help="where models that differ are written")
     for name in ("compare", "show"):

@@ -6,19 +6,21 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use meliora::dump::manifest;
+use meliora::engine::regions::Regions;
 use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
 use meliora::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora::lang::ast::Span;
 use meliora::lang::ltl::{Formula, Monitoring};
 use meliora::lang::named::{self, Property};
-use meliora::lang::property::{Bound, Strategies};
+use meliora::lang::property::{Measure, Question as Asks};
 use meliora::lang::{self, Given};
 use meliora::model::expr::ExprId;
 use meliora::model::preference::{Empty, Preferences};
 use meliora::model::temporal::{Begin, Condition};
 use meliora::model::{ModelKind, Program, fault};
 use meliora::output::Number;
+use meliora::planning::temporal;
 
 use super::options::{ModelArgs, PreferenceArgs};
 use super::watch::Watch;
@@ -54,8 +56,10 @@ pub(super) struct Asking {
     pub(super) text: String,
     /// The goal of the paths.
     pub(super) goal: Goal,
-    /// The quantifier and the bound of `--property`, for the initial states.
-    pub(super) property: Option<(Strategies, Bound)>,
+    /// The question of `--property`, for the initial states.
+    pub(super) property: Option<Asks>,
+    /// The states in which the rewards that the question names are wrong.
+    pub(super) wrong: Option<ExprId>,
 }
 
 /// The goal of the paths.
@@ -75,6 +79,21 @@ impl Goal {
         match self {
             Goal::Target(_) => Ok(engine.all_states()),
             Goal::Formula(watched) => engine.states_where(watched.fresh),
+        }
+    }
+
+    /// Returns the regions within the states whose paths are judged.
+    ///
+    /// # Errors
+    /// A limit is hit.
+    pub(super) fn restricted<E: Engine>(
+        &self,
+        engine: &E,
+        regions: Regions<E::States>,
+    ) -> Result<Regions<E::States>, Error> {
+        match self {
+            Goal::Target(_) => Ok(regions),
+            Goal::Formula(watched) => temporal::judged(engine, watched.fresh, regions),
         }
     }
 }
@@ -203,24 +222,33 @@ pub(super) fn asked(
         let source = SourceFile::new("--target", text);
         let tree = lang::parse_expression(&source)?;
         let goal = Goal::Target(lang::lower_target(&mut program, &source, &tree)?);
-        questions.push(Asking { text: text.to_owned(), goal, property: None });
+        questions.push(Asking { text: text.to_owned(), goal, property: None, wrong: None });
     }
     for text in properties {
         let (goal, property) = match named.iter().find(|p| p.name == *text) {
             Some(named) => {
                 let found = of_model(named)?;
-                (Goal::Target(found.target), found.compared)
+                (Goal::Target(found.target), Some(found.question))
             }
             None => {
                 let source = SourceFile::new("--property", text.as_str());
                 let property = lang::parse_property(&source)?;
-                let asks = Some((property.strategies, property.bound));
-                (goal(&mut program, &source, &property.formula)?, asks)
+                property.check(&program, &source)?;
+                (goal(&mut program, &source, &property.formula)?, Some(property.question))
             }
         };
-        questions.push(Asking { text: text.clone(), goal, property });
+        let wrong = property.as_ref().and_then(|asks| wrong_rewards(&mut program, asks));
+        questions.push(Asking { text: text.clone(), goal, property, wrong });
     }
     Ok(Asked { program: Arc::new(program), questions, overlap })
+}
+
+/// Returns the states in which the rewards that a question names are wrong.
+pub(super) fn wrong_rewards(program: &mut Program, asks: &Asks) -> Option<ExprId> {
+    let Asks::Quantity(quantity) = asks else { return None };
+    let Measure::Reward(rewards) = &quantity.measure else { return None };
+    let structure = rewards.find(program)?;
+    Some(program.wrong_rewards(structure))
 }
 
 /// Turns a formula into a goal: a target, or monitors next to the model.

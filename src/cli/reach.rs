@@ -6,6 +6,7 @@ use clap::Args;
 use meliora::engine::regions::{self, Which};
 use meliora::engine::{Count, Engine};
 use meliora::error::Error;
+use meliora::lang::property::Question as Asks;
 use meliora::model::expr::ExprId;
 use meliora::output::reach::{InitialShare, ReachTime, Share};
 use meliora::output::report::{Counts, ModelSummary};
@@ -16,6 +17,7 @@ use super::exit::Status;
 use super::load::{self, Asked, Asking, Goal};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::properties::{self, satisfying};
+use super::quantity;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -32,18 +34,22 @@ pub(super) struct ReachArgs {
     #[arg(long, value_name = "EXPR", group = "question", allow_hyphen_values = true)]
     target: Option<String>,
 
-    /// Property to check in the initial states, such as 'P>=1 [ F "goal" ]' or 'P>0 [ G F a ]'
-    /// (repeatable)
+    /// Property to check in the initial states, such as 'P>=1 [ F "goal" ]', 'Pmax=? [ G F a ]' or
+    /// 'R{"cost"}min=? [ F "goal" ]' (repeatable)
     #[arg(long, value_name = "PROPERTY", group = "question")]
     property: Vec<String>,
 
-    /// PRISM property file: answers the qualitative properties, and gives a reason for the others
+    /// PRISM property file: answers the supported properties, and gives a reason for the others
     #[arg(long, value_name = "FILE", group = "question")]
     properties: Option<PathBuf>,
 
     /// Check only the property with this name
     #[arg(long, value_name = "NAME", requires = "properties")]
     only: Option<String>,
+
+    /// Largest width of a value, absolute for probabilities, relative above 1 for rewards
+    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = super::quantity::precision)]
+    precision: f64,
 
     #[command(flatten)]
     engine: EngineArgs,
@@ -63,12 +69,12 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
         return Ok(status);
     }
     if let Some(file) = args.properties {
-        let ReachArgs { model, engine, only, shown, .. } = args;
-        return properties::run(properties::Questions { model, engine, file, only }, &shown);
+        let ReachArgs { model, engine, only, precision, shown, .. } = args;
+        return properties::run(properties::Questions { model, engine, file, only, precision }, &shown);
     }
     if args.property.len() > 1 {
-        let ReachArgs { model, engine, property, shown, .. } = args;
-        return properties::several(model, engine, property, &shown);
+        let ReachArgs { model, engine, property, precision, shown, .. } = args;
+        return properties::several(model, engine, (property, precision), &shown);
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
     let report =
@@ -88,7 +94,7 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     };
     let build = || load::engine(program, &args.model, args.engine.engine, &job.watch);
     let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
-    answer(job, &*engine, &asked, asking)
+    answer(job, &*engine, &asked, asking, args.precision)
 }
 
 /// Computes the four regions. Each is added to the report as soon as it is known.
@@ -97,6 +103,7 @@ fn answer<E: Engine>(
     engine: &E,
     asked: &Asked,
     asking: &Asking,
+    precision: f64,
 ) -> Result<(), Error> {
     let judged = asking.goal.judged(engine)?;
     let counts = job.timed(
@@ -115,18 +122,24 @@ fn answer<E: Engine>(
             regions::regions_by(engine, &states, |which, find| search.region(which, find))?
         }
         Goal::Formula(watched) => {
-            let found =
-                temporal::regions_by(engine, &watched.condition, |which, find| search.region(which, find))?;
-            temporal::judged(engine, watched.fresh, found)?
+            temporal::regions_by(engine, &watched.condition, |which, find| search.region(which, find))?
         }
     };
-    if let Some(property) = asking.property {
-        let holds = search.share(&satisfying(engine, property, found)?)? == Share::All;
-        job.update(|r| {
-            r.holds = Some(holds);
+    let answered = || quantity::answer(engine, asking, &asked.program, &found, precision);
+    let (value, holds) = job.timed("value", answered, |r, s| r.time.value = Some(s))?;
+    let holds = match asking.property {
+        Some(Asks::Qualitative(strategies, bound)) => {
+            let found = asking.goal.restricted(engine, found)?;
+            Some(search.share(&satisfying(engine, (strategies, bound), found)?)? == Share::All)
+        }
+        _ => holds,
+    };
+    job.update(|r| {
+        (r.holds, r.value) = (holds, value);
+        if asking.property.is_some() {
             r.list_property();
-        });
-    }
+        }
+    });
     Ok(())
 }
 

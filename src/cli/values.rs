@@ -6,12 +6,12 @@ use std::sync::Arc;
 use clap::Args;
 use meliora::engine::{Algebra, AnyEngine, Engine};
 use meliora::error::{Error, Limit, Result};
-use meliora::model::State;
+use meliora::model::{Program, State};
 use meliora::output::report::{Counts, ModelSummary};
 use meliora::output::values::StateValues;
 use meliora::output::{Number, ValuesReport};
 use meliora::planning::{Analysis, Phase};
-use meliora::quantities::{Setup, Steps, Values};
+use meliora::quantities::{Cost, Earned, Setup, Steps, Values};
 
 use super::exit::Status;
 use super::files::Target;
@@ -93,10 +93,6 @@ fn precision(text: &str) -> std::result::Result<f64, String> {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: ValuesArgs) -> Result<Status> {
     args.engine.validate(&args.model)?;
-    if args.reward != STEPS {
-        let message = format!("`--reward {}`: the only cost is `{STEPS}`", args.reward);
-        return Err(Error::Usage(message));
-    }
     let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
     let csv = args.csv.as_deref().map(|path| Target::new(path, &inputs)).transpose()?;
     let report = ValuesReport::new(
@@ -141,6 +137,19 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     }
 }
 
+/// Returns the cost with a name: a reward structure, or the number of steps.
+fn costs<'p>(program: &'p Program, name: &str) -> Result<Box<dyn Cost + 'p>> {
+    if let Some(at) = program.reward_structure(Some(name)) {
+        return Ok(Box::new(Earned { program, structure: &program.rewards[at] }));
+    }
+    if name == STEPS {
+        return Ok(Box::new(Steps));
+    }
+    let known = program.rewards.iter().filter_map(|r| r.name.as_deref());
+    let known = std::iter::once(STEPS).chain(known).collect::<Vec<_>>().join(", ");
+    Err(Error::Usage(format!("`--reward {name}`: the model has no such reward structure; there are {known}")))
+}
+
 /// Returns the initial states or all states, up to the limit.
 fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -> Result<Vec<State>> {
     let set = if args.all { engine.all_states() } else { engine.initial_states() };
@@ -164,7 +173,8 @@ fn evaluate(
     let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
     let within = args.within.map(|n| n as usize);
     let mut values = Values::new(Setup { levels, exact: args.exact, within });
-    let explore = || values.explore(analysis, program, states, &Steps);
+    let costs = costs(program, &args.reward)?;
+    let explore = || values.explore(analysis, program, states, &*costs);
     let explored = job.timed("explore", explore, |r, s| r.time.explore = Some(s));
     let solve = || explored.and_then(|()| values.solve(analysis.engine()));
     let solved = job.timed("solve", solve, |r, s| r.time.solve = Some(s));

@@ -60,6 +60,15 @@ pub enum ModelKind {
     Dtmc,
 }
 
+/// The extreme of a value over all strategies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Optimum {
+    /// The least value.
+    Min,
+    /// The greatest value.
+    Max,
+}
+
 /// A program of the PRISM language, flattened: no constants, formulas, renamings or compositions.
 #[derive(Debug, Clone)]
 pub struct Program {

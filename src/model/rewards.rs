@@ -5,7 +5,7 @@ use num_traits::{Signed, Zero};
 
 use super::expr::ExprId;
 use super::step::Choice;
-use super::value::{EvalError, Value};
+use super::value::{Binary, EvalError, Unary, Value};
 use super::{CommandId, Program};
 use crate::error::{Diagnostic, Error, Result};
 use crate::span::Span;
@@ -62,6 +62,62 @@ impl Program {
             None => (!self.rewards.is_empty()).then_some(0),
             Some(_) => self.rewards.iter().position(|r| r.name.as_deref() == name),
         }
+    }
+
+    /// Adds a predicate to the program's pool for the states in which some choice earns a negative
+    /// or infinite reward, judged in double precision; [`Program::reward`] says why. Its height grows
+    /// with the logarithm of the number of items.
+    pub fn wrong_rewards(&mut self, structure: usize) -> ExprId {
+        let items = self.rewards.get(structure).map_or_else(Vec::new, |s| s.items.clone());
+        let bounds = [0.0, f64::MAX].map(|x| self.pool.value(Value::Real(x)));
+        let mut wrong = Vec::with_capacity(items.len());
+        for item in &items {
+            let earned = self.earned_where(item.earner);
+            let guard = self.pool.binary(Binary::And, item.guard, earned);
+            let least = self.pool.binary(Binary::Le, bounds[0], item.value);
+            let most = self.pool.binary(Binary::Le, item.value, bounds[1]);
+            let right = self.pool.binary(Binary::And, least, most);
+            let not = self.pool.unary(Unary::Not, right);
+            wrong.push(self.pool.binary(Binary::And, guard, not));
+        }
+        self.joined(Binary::Or, wrong)
+    }
+
+    /// Returns the states in which some choice earns.
+    fn earned_where(&mut self, earner: Earner) -> ExprId {
+        match earner {
+            Earner::State => self.pool.value(Value::Bool(true)),
+            Earner::Command(command) => self.commands[command.index()].guard,
+            Earner::Action(action) => {
+                let with: Vec<usize> = (0..self.synchronisations.len())
+                    .filter(|&s| self.synchronisations[s].action == action)
+                    .collect();
+                let enabled = with.into_iter().map(|s| self.enabled_where(s)).collect();
+                self.joined(Binary::Or, enabled)
+            }
+        }
+    }
+
+    /// Returns the states in which a synchronisation has an enabled combination.
+    fn enabled_where(&mut self, synchronisation: usize) -> ExprId {
+        let guards =
+            |factor: &Vec<CommandId>| factor.iter().map(|c| self.commands[c.index()].guard).collect();
+        let factors: Vec<Vec<ExprId>> =
+            self.synchronisations[synchronisation].factors.iter().map(guards).collect();
+        let factors = factors.into_iter().map(|guards| self.joined(Binary::Or, guards)).collect();
+        self.joined(Binary::And, factors)
+    }
+
+    /// Joins conditions pair by pair; without any, returns the neutral element.
+    fn joined(&mut self, op: Binary, mut row: Vec<ExprId>) -> ExprId {
+        while row.len() > 1 {
+            let join = |pair: &[ExprId]| match *pair {
+                [a, b] => self.pool.binary(op, a, b),
+                _ => pair[0],
+            };
+            row = row.chunks(2).map(join).collect();
+        }
+        row.first().copied().unwrap_or_else(|| self.pool.value(Value::Bool(op == Binary::And)))
     }
 
     /// Returns what a choice of a state earns: the sum of the rewards of the state, of the action of

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::envelope::{Envelope, Findings, Total};
 use super::report::{Counts, ModelSummary};
 use super::text::{self, Grid};
+use super::values::Bound;
 use super::{Number, Style};
 use crate::engine::Scope;
 
@@ -32,7 +33,7 @@ pub struct PropertiesFindings {
 pub type PropertiesReport = Envelope<PropertiesFindings>;
 
 /// A property with its answer, or the reason for no answer.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PropertyAnswer {
     /// Its name in the file.
     pub name: Option<String>,
@@ -40,6 +41,9 @@ pub struct PropertyAnswer {
     pub property: String,
     /// True if it holds in all initial states; `None` if it was not answered.
     pub holds: Option<bool>,
+    /// The probability or the reward over the initial states, if it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<Bound>,
     /// Number of states from which some strategy satisfies the formula surely.
     pub pmax_one: Option<Number>,
     /// Number of states from which some strategy possibly satisfies it.
@@ -60,6 +64,7 @@ impl PropertyAnswer {
             name,
             property,
             holds: None,
+            value: None,
             pmax_one: None,
             pmax_positive: None,
             pmin_one: None,
@@ -92,16 +97,27 @@ impl PropertiesReport {
                 Some(false) => "does not hold",
                 None => "",
             };
+            let value = answer.value.as_ref().map_or_else(String::new, shown);
+            let words = [holds.to_owned(), value];
+            let answered: Vec<String> = words.into_iter().filter(|w| !w.is_empty()).collect();
             grid.row(vec![
                 title(answer),
                 count(&answer.pmax_one),
                 count(&answer.pmax_positive),
                 count(&answer.pmin_one),
                 count(&answer.pmin_positive),
-                holds.to_owned(),
+                answered.join(": "),
             ]);
         }
         grid.text(style)
+    }
+}
+
+/// Formats the bounds of a value: one number if they are equal, otherwise an interval.
+pub(super) fn shown(value: &Bound) -> String {
+    match value.lower == value.upper {
+        true => value.lower.to_string(),
+        false => format!("[{}, {}]", value.lower, value.upper),
     }
 }
 

@@ -5,9 +5,10 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings, Time};
-use super::properties::PropertyAnswer;
+use super::properties::{PropertyAnswer, shown};
 use super::report::{Counts, ModelSummary};
 use super::text::{self, Grid};
+use super::values::Bound;
 use super::{Number, Style};
 use crate::engine::Scope;
 
@@ -40,6 +41,9 @@ pub struct ReachFindings {
     /// True if the property of `--property` holds in all initial states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
+    /// The value of the property over the initial states.
+    #[serde(skip)]
+    pub value: Option<Bound>,
     /// The property with its answer, as for several properties.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub properties: Vec<PropertyAnswer>,
@@ -98,6 +102,9 @@ pub struct ReachTime {
     pub pmin_positive: Option<f64>,
     /// The region of that name.
     pub pmin_one: Option<f64>,
+    /// The value of a probability or a reward.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
     /// The total.
     pub total: f64,
 }
@@ -124,6 +131,7 @@ impl ReachReport {
             pmin_positive: None,
             initial: InitialShare::default(),
             holds: None,
+            value: None,
             properties: Vec::new(),
         })
     }
@@ -151,6 +159,9 @@ impl Findings for ReachFindings {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", report.expression)));
             out.push_str(&report.regions(style));
         }
+        if let Some(value) = &report.value {
+            let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
+        }
         if let Some(holds) = report.holds {
             let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
             let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
@@ -165,7 +176,7 @@ impl ReachReport {
     /// Adds the property with its answer to the list.
     pub fn list_property(&mut self) {
         let mut answer = PropertyAnswer::open(None, self.expression.clone(), None);
-        answer.holds = self.holds;
+        (answer.holds, answer.value) = (self.holds, self.value.clone());
         (answer.pmax_one, answer.pmax_positive) = (self.pmax_one.clone(), self.pmax_positive.clone());
         (answer.pmin_one, answer.pmin_positive) = (self.pmin_one.clone(), self.pmin_positive.clone());
         self.properties = vec![answer];
@@ -198,6 +209,7 @@ impl ReachReport {
             ("Pmax = 1", time.pmax_one),
             ("Pmin > 0", time.pmin_positive),
             ("Pmin = 1", time.pmin_one),
+            ("value", time.value),
         ];
         text::footer(time.total, &phases, self.memory, style)
     }

@@ -110,7 +110,7 @@ fn digits(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return x.to_string();
     }
-    if x < 1e-4 || x >= 1e9 {
+    if !(1e-4..1e9).contains(&x) {
         return format!("{x:.5e}");
     }
     if x < 1.0 && x > 0.999_999 {

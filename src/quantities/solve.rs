@@ -23,6 +23,8 @@ pub(super) enum Quantity {
     Cost(u32),
     /// N
     Number,
+    /// The largest expected cost until a counted edge, where every strategy takes one almost surely.
+    Reward,
 }
 
 /// The solution of one system of equations, as far as it is known.
@@ -67,7 +69,7 @@ impl<N: Number> System<'_, N> {
     fn sense(&self) -> Sense {
         match self.quantity {
             Quantity::Cost(_) => Sense::Min,
-            Quantity::Probability(_) | Quantity::Number => Sense::Max,
+            Quantity::Probability(_) | Quantity::Number | Quantity::Reward => Sense::Max,
         }
     }
 
@@ -86,6 +88,7 @@ impl<N: Number> System<'_, N> {
     fn is_open(&self, node: u32) -> bool {
         match self.quantity {
             Quantity::Cost(k) => self.graph.ranks[node as usize].sure >= k,
+            Quantity::Reward => self.graph.ranks[node as usize].sure > 0,
             _ => self.fact(node).is_none(),
         }
     }
@@ -107,7 +110,7 @@ impl<N: Number> System<'_, N> {
         if edge.counts && self.quantity != Quantity::Number {
             return End::Known(match (self.below, self.quantity) {
                 (Some(below), _) => below.values[edge.to as usize].clone(),
-                (None, Quantity::Cost(_)) => N::zero(),
+                (None, Quantity::Cost(_) | Quantity::Reward) => N::zero(),
                 (None, _) => N::one(),
             });
         }
@@ -120,7 +123,9 @@ impl<N: Number> System<'_, N> {
     /// Returns the constant part of a choice that does not depend on its successors.
     fn own_constant(&self, choice: u32) -> N {
         match self.quantity {
-            Quantity::Cost(_) => self.fractions[self.graph.costs[choice as usize] as usize].clone(),
+            Quantity::Cost(_) | Quantity::Reward => {
+                self.fractions[self.graph.costs[choice as usize] as usize].clone()
+            }
             _ => N::zero(),
         }
     }

@@ -1,7 +1,7 @@
 //! The tree of a JANI model, close to its text; every part has its place.
 
-use crate::lang::ast::{Ident, ModelType, Span};
-use crate::lang::property::{Bound, Strategies};
+use crate::lang::ast::{BinaryOp, Ident, ModelType, Span};
+use crate::lang::property::Extreme;
 use crate::model::value::{Type, Value};
 
 /// An expression with its place.
@@ -27,7 +27,7 @@ pub(super) enum ExprKind {
 /// The operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Op {
-    Binary(crate::lang::ast::BinaryOp),
+    Binary(BinaryOp),
     Not,
     Ite,
     /// A function of the modelling language: min, max, floor, ceil, pow, mod, log.
@@ -136,13 +136,25 @@ pub(super) struct Vector {
 /// A named property.
 pub(super) struct Property {
     pub(super) name: Ident,
-    /// The question, or the reason why the property is not a reachability of a state set.
+    /// The question, or the reason why the property is not about reaching a state set.
     pub(super) asks: Result<Reach, String>,
 }
 
-/// The probability to reach a target.
+/// A question about reaching a target.
 pub(super) struct Reach {
     pub(super) target: Expr,
-    /// The comparison with 0 or 1, if there is one.
-    pub(super) compared: Option<(Strategies, Bound)>,
+    pub(super) extreme: Extreme,
+    /// The expected reward until the target is reached; `None` for the probability to reach it.
+    pub(super) reward: Option<Reward>,
+    /// The comparison with a number, if there is one.
+    pub(super) bound: Option<(BinaryOp, f64)>,
+}
+
+/// A reward that is accumulated.
+pub(super) struct Reward {
+    pub(super) value: Expr,
+    /// With every step: the value after its assignments.
+    pub(super) steps: bool,
+    /// When a state is left: the value in the state.
+    pub(super) exit: bool,
 }

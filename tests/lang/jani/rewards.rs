@@ -1,6 +1,7 @@
 //! Rewards of JANI models: transient numbers.
 
 use meliora::error::Error;
+use meliora::lang::property::{Measure, Optimum, Question, Rewards};
 use meliora::model::Program;
 use serde_json::{Value as Json, json};
 
@@ -61,4 +62,45 @@ fn an_initial_value_that_every_step_would_earn_is_not_supported() {
     let program = checked.program;
     let choice = program.choices(&[0]).unwrap().remove(0).0;
     assert!(matches!(program.reward(&program.rewards[0], &[0], &choice), Err(Error::Input(_))));
+}
+
+#[test]
+fn properties_accumulate_what_they_name() {
+    let edges = json!([{"location": "l", "destinations": [
+        {"location": "l", "assignments": [{"ref": "cost", "value": 2}]}]}]);
+    let mut model = costly(edges, 0.0);
+    model["automata"][0]["locations"][0]["transient-values"] = json!([{"ref": "cost", "value": 5}]);
+    let asked = |name: &str, exp: Json, accumulate: Json| {
+        let target = json!({"op": "=", "left": "x", "right": 3});
+        let asked = json!({"op": "Emax", "exp": exp, "accumulate": accumulate, "reach": target});
+        json!({"name": name, "expression": {"op": "filter", "fun": "max", "states": {"op": "initial"}, "values": asked}})
+    };
+    model["properties"] = json!([
+        asked("both", json!("cost"), json!(["exit", "steps", "time"])),
+        asked("left", json!("cost"), json!(["exit"])),
+        asked("taken", json!("cost"), json!(["steps"])),
+        asked("number", json!(1), json!(["steps"])),
+        asked("sum", json!("x"), json!(["exit"])),
+        asked("after", json!("x"), json!(["steps"])),
+    ]);
+    let checked = load(&model).unwrap();
+    let program = &checked.program;
+    let choice = program.choices(&[3]).unwrap().remove(0).0;
+    let mut earned = Vec::new();
+    for property in &checked.properties {
+        let Ok(asked) = &property.asks else {
+            earned.push((property.name.as_str(), "no answer".to_owned()));
+            continue;
+        };
+        let Question::Quantity(quantity) = &asked.question else { panic!("{:?}", asked.question) };
+        assert_eq!((quantity.optimum, quantity.bound), (Some(Optimum::Max), None));
+        let Measure::Reward(rewards @ Rewards::Numbered(_)) = &quantity.measure else {
+            panic!("{quantity:?}")
+        };
+        let structure = &program.rewards[rewards.find(program).unwrap()];
+        earned.push((&property.name, program.reward(structure, &[3], &choice).unwrap().to_string()));
+    }
+    let expected =
+        [("both", "7"), ("left", "5"), ("taken", "2"), ("number", "1"), ("sum", "3"), ("after", "no answer")];
+    assert_eq!(earned, expected.map(|(name, value)| (name, value.to_owned())));
 }

@@ -25,6 +25,7 @@ use crate::lang::named::{Asked, Property};
 use crate::lang::names::Names;
 use crate::lang::valuation::Binding;
 use crate::model::expr::{ExprId, ExprPool};
+use crate::model::rewards::RewardStructure;
 use crate::model::value::{Type, Value};
 use crate::model::{Command, ModelKind, Program, Synchronisation, VarId, Variable};
 use crate::progress::ProgressSink;
@@ -140,7 +141,8 @@ impl Lowering<'_> {
     fn finish(mut self, bindings: &[Binding]) -> Result<Checked> {
         let initial = self.initial();
         let moves = self.moves();
-        let properties = self.properties();
+        let mut rewards = self.reward_structures();
+        let properties = self.properties(&mut rewards);
         let formulas = self.formulas();
         self.lowerer.poll.check()?;
         let (Some(initial), Some((commands, synchronisations)), true) =
@@ -151,7 +153,6 @@ impl Lowering<'_> {
         self.own(&commands, &synchronisations);
         self.warn();
         let labels = self.labels(&properties);
-        let rewards = self.reward_structures();
         self.warnings.extend(check::reward_warnings(&rewards));
         let joint = self.joint_modules.into_iter().map(|(_, name)| name);
         let program = Program {
@@ -177,8 +178,8 @@ impl Lowering<'_> {
         Ok(Checked { program, warnings: self.warnings, properties })
     }
 
-    /// Lowers the targets of the properties that ask for reachability.
-    fn properties(&mut self) -> Vec<Property> {
+    /// Lowers the properties about reaching a set of states.
+    fn properties(&mut self, rewards: &mut Vec<RewardStructure>) -> Vec<Property> {
         let mut properties = Vec::new();
         for property in &self.model.properties {
             let asks = match &property.asks {
@@ -186,7 +187,10 @@ impl Lowering<'_> {
                 Ok(reach) => {
                     let what = format!("the target of the property `{}`", property.name.name);
                     match self.typed(&reach.target, Place::default(), Type::Bool, &what) {
-                        Some(target) => Ok(Asked { target, compared: reach.compared }),
+                        Some(target) => {
+                            let question = self.question(&property.name.name, reach, rewards);
+                            question.map(|question| Asked { target, question })
+                        }
                         None => continue,
                     }
                 }

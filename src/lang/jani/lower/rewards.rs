@@ -1,12 +1,13 @@
 //! Reward structures from transient numbers: the values that locations give are earned when a state
 //! is left, the values that edges assign are earned by the step.
 
-use super::super::ast::Destination;
+use super::super::ast::{Destination, ExprKind, Reach, Reward};
 use super::Lowering;
 use super::edges::EdgeOf;
-use super::scope::Slot;
+use super::scope::{Meaning, Place, Slot};
 use crate::error::Diagnostic;
 use crate::lang::ast::{BinaryOp, Span};
+use crate::lang::property::{self, Measure, Question, Rewards};
 use crate::model::expr::ExprId;
 use crate::model::rewards::{Earner, RewardItem, RewardStructure};
 use crate::model::value::{Type, Value};
@@ -52,8 +53,7 @@ impl<'a> Lowering<'a> {
         let mut all = Vec::new();
         for &(instance, edge) in parts {
             for assignment in edge.destinations.iter().flat_map(|d| &d.assignments) {
-                if let Some(super::scope::Meaning::Transient(t)) =
-                    self.meaning(&assignment.variable.name, Some(instance))
+                if let Some(Meaning::Transient(t)) = self.meaning(&assignment.variable.name, Some(instance))
                     && self.is_reward(t)
                 {
                     all.push(t);
@@ -162,6 +162,69 @@ impl<'a> Lowering<'a> {
             let diagnostic = self.lowerer.wrong(span, message).severity(crate::error::Severity::Unsupported);
             self.lowerer.report(diagnostic.help(help));
         }
+    }
+}
+
+impl Lowering<'_> {
+    /// Returns the question of a property, or the reason why it cannot be answered. A reward that is
+    /// not a structure of the model becomes one with the name of the property.
+    pub(super) fn question(
+        &mut self,
+        property: &str,
+        reach: &Reach,
+        structures: &mut Vec<RewardStructure>,
+    ) -> Result<Question, String> {
+        let Some(reward) = &reach.reward else {
+            return Ok(match reach.bound {
+                Some((comparison, value)) => property::compared(reach.extreme, comparison, value),
+                None => Question::Quantity(property::quantity(Measure::Probability, reach.extreme, None)),
+            });
+        };
+        let own = match &reward.value.kind {
+            ExprKind::Name(name) => match self.meaning(name, None) {
+                Some(Meaning::Transient(t)) if self.is_reward(t) => self.reward_structure(t, reward.into()),
+                _ => self.reward_of_expression(reward)?,
+            },
+            _ => self.reward_of_expression(reward)?,
+        };
+        let same = |s: &RewardStructure| s.name == own.name && s.items.len() == own.items.len();
+        let number = match structures.iter().position(same) {
+            Some(known) => known + 1,
+            None => {
+                structures.push(RewardStructure { name: Some(property.to_owned()), ..own });
+                structures.len()
+            }
+        };
+        let measure = Measure::Reward(Rewards::Numbered(number));
+        Ok(Question::Quantity(property::quantity(measure, reach.extreme, reach.bound)))
+    }
+
+    /// Returns the structure of a reward that is an expression over the state.
+    fn reward_of_expression(&mut self, reward: &Reward) -> Result<RewardStructure, String> {
+        let span = reward.value.span;
+        let told = self.lowerer.diagnostics.len();
+        let value = self.typed(&reward.value, Place::default(), Type::Real, "a reward");
+        let errors = self.lowerer.diagnostics.split_off(told);
+        let (Some(value), Some(guard)) = (value, self.lowerer.literal(Value::Bool(true))) else {
+            return Err(errors
+                .first()
+                .map_or_else(|| "its reward is wrong".to_owned(), |e| e.message.clone()));
+        };
+        // A constant that is earned by every step is earned by every state that is left.
+        let is_constant = self.lowerer.pool.literal(value).is_some();
+        let items = match (reward.steps, reward.exit) {
+            (false, false) => Vec::new(),
+            (true, false) if is_constant => vec![RewardItem { earner: Earner::State, guard, value, span }],
+            (false, true) => vec![RewardItem { earner: Earner::State, guard, value, span }],
+            _ => return Err("it accumulates an expression with every step".to_owned()),
+        };
+        Ok(RewardStructure { name: None, items, errors, span })
+    }
+}
+
+impl From<&Reward> for Accumulation {
+    fn from(reward: &Reward) -> Self {
+        Accumulation { steps: reward.steps, exit: reward.exit }
     }
 }
 

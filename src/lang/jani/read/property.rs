@@ -1,17 +1,17 @@
-//! Properties: those that ask for the probability to reach a state set, and reasons against the
-//! others.
+//! Properties: those that ask for the probability to reach a state set, or for the expected reward
+//! until it is reached, and reasons against the others.
 
-use super::super::ast::{Expr, ExprKind, Property, Reach};
+use super::super::ast::{Expr, ExprKind, Property, Reach, Reward};
 use super::super::json::Node;
 use super::reader::{Object, Reader, Value};
 use crate::lang::ast::BinaryOp;
-use crate::lang::property::{self, Extreme};
+use crate::lang::property::Extreme;
 use crate::model::value;
 
 /// The question of a property, or the reason why a well-formed property is not a reachability.
 type Asks<T> = Option<Result<T, String>>;
 
-const NO_REACHABILITY: &str = "it does not ask for the probability to reach a set of states";
+const NO_REACHABILITY: &str = "it does not ask for a probability or a reward to reach a set of states";
 
 impl<'a> Reader<'a> {
     /// Reads a property.
@@ -33,9 +33,8 @@ impl<'a> Reader<'a> {
                 let values = self.required(&object, "a filter", "values")?;
                 self.asked(values)
             }
-            "Pmin" | "Pmax" => Some(self.path(&object)?.map(|target| Reach { target, compared: None })),
+            "Pmin" | "Pmax" | "Emin" | "Emax" => self.value(&object, &op, None),
             "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
-            "Emin" | "Emax" => Some(Err("it asks for an expected value".to_owned())),
             "Smin" | "Smax" => Some(Err("it asks for a steady-state probability".to_owned())),
             _ => Some(Err(NO_REACHABILITY.to_owned())),
         }
@@ -46,14 +45,14 @@ impl<'a> Reader<'a> {
         let left = self.required(object, "a comparison", "left")?;
         let right = self.required(object, "a comparison", "right")?;
         let Value::Object(inner) = self.any(left)? else { return Some(Err(NO_REACHABILITY.to_owned())) };
-        let Some(extreme) = inner.get("op") else { return Some(Err(NO_REACHABILITY.to_owned())) };
-        let extreme = self.name(extreme, "an operator")?.name;
-        if !matches!(extreme.as_str(), "Pmin" | "Pmax") {
+        let Some(asked) = inner.get("op") else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let asked = self.name(asked, "an operator")?.name;
+        if !matches!(asked.as_str(), "Pmin" | "Pmax" | "Emin" | "Emax") {
             return Some(Err(NO_REACHABILITY.to_owned()));
         }
         let value = match self.expression(right)?.kind {
-            ExprKind::Literal(v @ (value::Value::Int(_) | value::Value::Real(_))) => Some(v.to_f64()),
-            _ => None,
+            ExprKind::Literal(v @ (value::Value::Int(_) | value::Value::Real(_))) => v.to_f64(),
+            _ => return Some(Err("its bound is not a number".to_owned())),
         };
         let comparison = match op {
             "≥" => BinaryOp::Ge,
@@ -61,12 +60,37 @@ impl<'a> Reader<'a> {
             "<" => BinaryOp::Lt,
             _ => BinaryOp::Le,
         };
-        let extreme = if extreme == "Pmax" { Extreme::Max } else { Extreme::Min };
-        let compared = value.and_then(|value| property::meaning(extreme, comparison, value));
-        if compared.is_none() {
-            return Some(Err("its bound is neither 0 nor 1".to_owned()));
+        self.value(&inner, &asked, Some((comparison, value)))
+    }
+
+    /// Reads `Pmin`, `Pmax`, `Emin` or `Emax`.
+    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(BinaryOp, f64)>) -> Asks<Reach> {
+        let extreme = if op.ends_with("max") { Extreme::Max } else { Extreme::Min };
+        if op.starts_with('P') {
+            let target = self.path(object)?;
+            return Some(target.map(|target| Reach { target, extreme, reward: None, bound }));
         }
-        Some(self.path(&inner)?.map(|target| Reach { target, compared }))
+        let others = ["step-instant", "time-instant", "reward-instants"];
+        if let Some(other) = others.iter().find(|o| object.get(o).is_some()) {
+            return Some(Err(format!("it has a {other}")));
+        }
+        let (Some(target), Some(accumulated)) = (object.get("reach"), object.get("accumulate")) else {
+            return Some(Err(
+                "it asks for an expected value without accumulating it until a set of states is reached"
+                    .to_owned(),
+            ));
+        };
+        let moments =
+            self.items(Some(accumulated), "the moments of rewards", |r, n| r.name(n, "a moment"))?;
+        let at = |moment: &str| moments.iter().any(|m| m.name == moment);
+        let (steps, exit) = (at("steps"), at("exit"));
+        if self.is_temporal(target)? {
+            return Some(Err("its formula is nested".to_owned()));
+        }
+        let target = self.expression(target);
+        let value = self.operand(object, "an expected value", "exp");
+        let reward = Some(Reward { value: value?, steps, exit });
+        Some(Ok(Reach { target: target?, extreme, reward, bound }))
     }
 
     /// Reads the target of `F e` or `true U e`.
