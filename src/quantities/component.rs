@@ -48,8 +48,10 @@ pub(super) struct Action<N> {
 }
 
 impl<N: Number> Action<N> {
-    pub(super) fn new(choice: u32, node: u32, row: Row<N>, high: N) -> Self {
-        let leaving = row.leaving();
+    /// Creates an action. `whole` says that no edge back to the group was left out: then it leaves
+    /// the group with probability 1.
+    pub(super) fn new(choice: u32, node: u32, (row, high): (Row<N>, N), whole: bool) -> Self {
+        let leaving = if whole { N::one() } else { row.leaving() };
         Action { choice, node, row, high, leaving }
     }
 
@@ -248,7 +250,8 @@ impl<N: Number> Component<N> {
         let round = |action: &Action<N>| {
             let edges = action.row.edges.iter().map(|(to, p)| (*to, p.bounds())).collect();
             let row = Row { edges, escape: action.row.escape.bounds(), constant: Interval::ONE };
-            Action::new(action.choice, action.node, row, Interval::ONE)
+            let leaving = action.leaving.bounds();
+            Action { choice: action.choice, node: action.node, row, high: Interval::ONE, leaving }
         };
         let actions = self.actions.iter().map(|actions| actions.iter().map(round).collect()).collect();
         Component { sense: Sense::Max, actions }

@@ -3,6 +3,8 @@
 //! The solver only adds, multiplies and divides such numbers. Without subtraction there is no
 //! cancellation, so intervals stay narrow however close to 1 a probability is.
 
+use std::cmp::Ordering;
+
 use num_rational::BigRational;
 use num_traits::{FromPrimitive, One, ToPrimitive, Zero};
 
@@ -78,6 +80,23 @@ pub(super) trait Number: Clone + Send + Sync {
     const BYTES: usize;
 }
 
+/// Returns bounds of the sum of two numbers that are not negative. An exact sum keeps its value:
+/// D. Knuth's TwoSum computes the rounding error exactly.
+fn sum(a: f64, b: f64) -> (f64, f64) {
+    let near = a + b;
+    if !near.is_finite() {
+        return (f64::MAX, f64::INFINITY);
+    }
+    let part = near - a;
+    let error = (a - (near - part)) + (b - part);
+    match error.total_cmp(&0.0) {
+        _ if error == 0.0 => (near, near),
+        Ordering::Less => (near.next_down(), near),
+        _ => (near, near.next_up()),
+    }
+}
+
+/// Returns a lower bound of a number that was rounded to the nearest double.
 fn down(x: f64) -> f64 {
     x.next_down().max(0.0)
 }
@@ -104,7 +123,7 @@ impl Number for Interval {
         if Number::is_zero(other) {
             return *self;
         }
-        Interval { lower: down(self.lower + other.lower), upper: (self.upper + other.upper).next_up() }
+        Interval { lower: sum(self.lower, other.lower).0, upper: sum(self.upper, other.upper).1 }
     }
 
     fn times(&self, other: &Self) -> Self {

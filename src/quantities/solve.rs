@@ -1,5 +1,10 @@
-//! The equations of SEMANTICS: probabilities, costs and expected numbers, level by level, component
-//! by component.
+//! The equations of probabilities, costs and expected numbers, level by level, component by
+//! component.
+//!
+//! With v(s') = P_{k-1}(s') if the step to s' improves, P_k(s') if not, and 0 if it is lost:
+//! P_k(s) = max over kept choices a of Σ p(s,a,s') · v(s'), the least solution. C_k is the least
+//! cost + Σ p · w(s') over the choices that keep k improvements certain, with w from C_{k-1} and C_k
+//! in the same way. N has 1 + N(s') on improving steps.
 
 use ahash::AHashMap;
 
@@ -285,8 +290,8 @@ impl<'n> Groups<'n> {
             for (number, choice) in system.graph.choices(node).enumerate() {
                 meter.step()?;
                 if system.permits(choice) && !self.stays(index, number) {
-                    let (row, high) = self.row(system, choice, self.group[index], solution);
-                    let action = Action::new(choice, node, row, high);
+                    let (row, high, whole) = self.row(system, choice, self.group[index], solution);
+                    let action = Action::new(choice, node, (row, high), whole);
                     if action.leaves() {
                         actions[self.group[index] as usize].push(action);
                     }
@@ -296,14 +301,16 @@ impl<'n> Groups<'n> {
         Ok(actions)
     }
 
-    /// Returns the row of a choice, and the upper bound of its constant.
+    /// Returns the row of a choice, the upper bound of its constant, and whether the row has all edges
+    /// of the choice.
     fn row<N: Number>(
         &self,
         system: &System<'_, N>,
         choice: u32,
         own: u32,
         solution: &Solution<N>,
-    ) -> (Row<N>, N) {
+    ) -> (Row<N>, N, bool) {
+        let mut whole = true;
         let constant = system.own_constant(choice);
         let (mut low, mut high) = (constant.low(), constant.high());
         let (mut edges, mut escape): (Vec<(u32, N)>, N) = (Vec::new(), N::zero());
@@ -319,7 +326,7 @@ impl<'n> Groups<'n> {
                     escape = escape.plus(p);
                 }
                 End::Open(to) => match self.position.get(&to).map(|&i| self.group[i as usize]) {
-                    Some(to) if to == own => {}
+                    Some(to) if to == own => whole = false,
                     Some(to) => match edges.iter_mut().find(|edge| edge.0 == to) {
                         Some((_, q)) => *q = q.plus(p),
                         None => edges.push((to, p.clone())),
@@ -329,7 +336,7 @@ impl<'n> Groups<'n> {
             }
         }
         edges.sort_unstable_by_key(|edge| edge.0);
-        (Row { edges, escape, constant: low }, high)
+        (Row { edges, escape, constant: low }, high, whole)
     }
 
     /// Stores the values of the groups for their nodes, and the choices that attain them.

@@ -40,6 +40,12 @@ impl Bounds {
         Bounds { interval: number.bounds(), exact: number.exact().cloned() }
     }
 
+    /// Returns the bounds of a probability, which is at most 1.
+    fn at_most_one(mut self) -> Self {
+        self.interval.upper = self.interval.upper.min(1.0);
+        self
+    }
+
     fn any(upper: f64) -> Self {
         Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
     }
@@ -198,7 +204,7 @@ impl Values {
             return Bounds::point(1);
         }
         let known = on!(&self.numbers, solved => solved.probability(node.0, index));
-        known.unwrap_or_else(|| Bounds::any(1.0))
+        known.map_or_else(|| Bounds::any(1.0), Bounds::at_most_one)
     }
 
     /// Returns C_k, the least expected cost until the k-th improvement; `None` where P_k < 1.
@@ -230,11 +236,16 @@ impl Values {
     /// [`Values::best_choice`], then by probability or cost, then in the order of the program.
     pub fn choices(&self, node: Node, k: usize, aim: Aim) -> Vec<ChoiceValues> {
         let Some(index) = k.checked_sub(1) else { return Vec::new() };
-        let value = |choice: u32| ChoiceValues {
-            position: self.graph.positions[choice as usize] as usize,
-            probability: on!(&self.numbers, s => s.choice_probability(&self.graph, choice, index))
-                .unwrap_or_else(|| Bounds::any(1.0)),
-            cost: on!(&self.numbers, s => s.choice_cost(&self.graph, choice, index)),
+        let probability = |choice: u32| {
+            let known = on!(&self.numbers, s => s.choice_probability(&self.graph, choice, index));
+            known.map_or_else(|| Bounds::any(1.0), Bounds::at_most_one)
+        };
+        let value = |choice: u32| {
+            let cost = on!(&self.numbers, s => s.choice_cost(&self.graph, choice, index));
+            // A choice that keeps the improvements certain has the probability 1 without rounding.
+            let probability = if cost.is_some() { Bounds::point(1) } else { probability(choice) };
+            let position = self.graph.positions[choice as usize] as usize;
+            ChoiceValues { position, probability, cost }
         };
         let best = self.best_choice(node, k, aim);
         let mut values: Vec<ChoiceValues> = self.graph.choices(node.0).map(value).collect();

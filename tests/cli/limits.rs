@@ -72,6 +72,7 @@ const COMMANDS: &[&str] = &[
     "info MODEL --json",
     "strategy MODEL PREFS --json",
     "simulate MODEL PREFS --json",
+    "values MODEL PREFS --json",
     "export MODEL PREFS --out OUT --json",
     "compare MODEL PREFS --json",
 ];
