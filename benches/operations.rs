@@ -5,7 +5,7 @@ mod common;
 use std::sync::Arc;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Scope};
 
 use common::Case;

@@ -37,6 +37,9 @@ pub enum Error {
         /// The message of the system.
         message: String,
     },
+    /// A set of states or choices was given to an engine that did not make it.
+    #[error("the set belongs to another exploration; an engine accepts only the sets that it made")]
+    ForeignSet,
     /// The arguments of a call are inconsistent.
     #[error("{0}")]
     Usage(String),
@@ -67,6 +70,14 @@ impl Error {
             _ => Error::Io { path, message },
         }
     }
+}
+
+/// Returns an error if a condition is false.
+///
+/// # Errors
+/// The given error.
+pub(crate) fn ensure<E>(holds: bool, error: impl FnOnce() -> E) -> std::result::Result<(), E> {
+    if holds { Ok(()) } else { Err(error()) }
 }
 
 /// Returns the message of the system, without a path that was added to it.

@@ -30,6 +30,10 @@
 //! regions over two variables, and [`generate`] writes models of any size. [`embed`] provides
 //! owning types for other programs and languages. Imports between these modules form no cycle.
 //!
+//! Most programs need the types on this page only: a [`Model`] is explored, an [`Exploration`] is
+//! asked for sets of [`States`], and a [`Planning`] has the results under preferences. [`advanced`]
+//! has the sets of each engine, variable orders and thresholds.
+//!
 //! The library never prints, reads the clock or the environment, or ends the process. A computation
 //! that runs out of memory or time returns [`error::Limit`] and keeps its results. A
 //! [`progress::ProgressSink`] cancels the work.
@@ -66,26 +70,28 @@
 //! assert_eq!(one.result(), other.result());
 //!
 //! let start = model.state("s=0")?;
-//! assert_eq!(one.most_preferred(&start), ["First"]);
-//! assert_eq!(one.rank(Kind::Sasi, &start), Rank::Finite(1));
+//! assert_eq!(one.most_preferred(&start)?, ["First"]);
+//! assert_eq!(one.rank(Kind::Sasi, &start)?, Rank::Finite(1));
 //! assert_eq!(one.strategy(Kind::Sasi)?.permitted(&start)?, ["b", "c"]);
 //! # Ok(())
 //! # }
 //! ```
 
+pub mod advanced;
 mod automata;
 pub mod certify;
-pub mod diagnostic;
+mod csv;
+mod diagnostic;
 pub mod dump;
 pub mod embed;
 pub mod engine;
 pub mod error;
-pub mod escape;
+mod escape;
 pub mod export;
 pub mod generate;
 pub mod lang;
 pub mod model;
-pub mod names;
+mod names;
 #[cfg(feature = "output")]
 pub mod output;
 pub mod planning;
@@ -98,8 +104,20 @@ mod reading;
 mod span;
 pub mod tutorial;
 
-pub use embed::{Exploration, Model, Planning, States, Strategy};
-pub use engine::{Scope, Settings, Storage};
-pub use error::{Error, Limit, Result, SourceFile};
-pub use planning::{Kind, Options, Rank, Safety};
-pub use progress::ProgressSink;
+#[doc(inline)]
+#[cfg(feature = "output")]
+pub use embed::Drawing;
+#[doc(inline)]
+pub use embed::{Exploration, Listing, Model, Planning, Projection, States, Strategy};
+#[doc(inline)]
+pub use engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
+#[doc(inline)]
+pub use error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
+#[doc(inline)]
+pub use model::{Program, State};
+#[doc(inline)]
+pub use planning::{
+    AnalysisResult, Event, Explanation, Kind, Options, Phase, Rank, Safety, Scheduler, Setup,
+};
+#[doc(inline)]
+pub use progress::{NoProgress, ProgressSink};

@@ -5,41 +5,41 @@
 use std::fmt::Display;
 
 /// All states of the scope.
-pub const REACHABLE: &str = "reachable";
+pub(crate) const REACHABLE: &str = "reachable";
 /// The initial states.
-pub const INITIAL: &str = "initial";
+pub(crate) const INITIAL: &str = "initial";
 /// The states without an enabled command.
-pub const DEADLOCK: &str = "deadlock";
+pub(crate) const DEADLOCK: &str = "deadlock";
 /// All enabled choices.
-pub const CHOICES: &str = "choices";
+pub(crate) const CHOICES: &str = "choices";
 /// The level of the states from which any number of improvements is possible.
-pub const UNBOUNDED: &str = "unbounded";
+pub(crate) const UNBOUNDED: &str = "unbounded";
 /// The class of the states without an almost-sure objective.
-pub const NOTHING: &str = "nothing";
+pub(crate) const NOTHING: &str = "nothing";
 
 /// Returns `target:A`.
-pub fn target(objective: &str) -> String {
+pub(crate) fn target(objective: &str) -> String {
     format!("target:{objective}")
 }
 
 /// Returns `almost-sure:A`.
-pub fn almost_sure(objective: &str) -> String {
+pub(crate) fn almost_sure(objective: &str) -> String {
     format!("almost-sure:{objective}")
 }
 
 /// Returns `secured:A:1`: the region of a disjunct, numbered from 1, of an objective over whole
 /// paths.
-pub fn secured(objective: &str, case: usize) -> String {
+pub(crate) fn secured(objective: &str, case: usize) -> String {
     format!("secured:{objective}:{case}")
 }
 
 /// Returns `secured:A:1:2`: the part of such a region's certificate for its second recurring mark.
-pub fn recurring(secured: &str, mark: usize) -> String {
+pub(crate) fn recurring(secured: &str, mark: usize) -> String {
     format!("{secured}:{mark}")
 }
 
 /// Returns `positive:A`.
-pub fn positive(objective: &str) -> String {
+pub(crate) fn positive(objective: &str) -> String {
     format!("positive:{objective}")
 }
 
@@ -55,44 +55,44 @@ pub fn class(class: &str) -> String {
 }
 
 /// Returns `sasi:1`.
-pub fn level(kind: &str, level: impl Display) -> String {
+pub(crate) fn level(kind: &str, level: impl Display) -> String {
     format!("{kind}:{level}")
 }
 
 /// Returns `sasi:1@A+B`: a level with a class as the reference.
-pub fn against(level: &str, class: &str) -> String {
+pub(crate) fn against(level: &str, class: &str) -> String {
     format!("{level}@{class}")
 }
 
 /// Returns `strategy:sasi:1`.
-pub fn strategy(region: &str) -> String {
+pub(crate) fn strategy(region: &str) -> String {
     format!("strategy:{region}")
 }
 
 /// Returns the name of the fixpoint of a level: `spi:unbounded` for `spi:3`; none if the name is
 /// not one of a numbered level.
-pub fn unbounded_of(name: &str) -> Option<String> {
+pub(crate) fn unbounded_of(name: &str) -> Option<String> {
     let (of, number) = name.rsplit_once(':')?;
     let is_level = matches!(of, "sasi" | "spi" | "strategy:sasi" | "strategy:spi");
     (is_level && number.parse::<u64>().ok()? > 0).then(|| level(of, UNBOUNDED))
 }
 
 /// Returns true if the name is that of a strategy.
-pub fn is_strategy(name: &str) -> bool {
+pub(crate) fn is_strategy(name: &str) -> bool {
     name.starts_with("strategy:")
 }
 
 /// Returns `safe:A+B`: the states from which a strategy avoids weakening a class forever.
-pub fn safe(class: &str) -> String {
+pub(crate) fn safe(class: &str) -> String {
     format!("safe:{class}")
 }
 
 /// Returns `layers:sasi:1:0`: the states of a region at this distance from its goal.
-pub fn layer(region: &str, distance: usize) -> String {
+pub(crate) fn layer(region: &str, distance: usize) -> String {
     format!("layers:{region}:{distance}")
 }
 
 /// Returns `refuted:sasi:1:0`: the states outside of a region that this round removes.
-pub fn refuted(region: &str, round: usize) -> String {
+pub(crate) fn refuted(region: &str, round: usize) -> String {
     format!("refuted:{region}:{round}")
 }

@@ -56,7 +56,7 @@ impl<'o> Poll<'o> {
     }
 
     /// Returns true if the work must stop. Called in each of many small steps.
-    pub(crate) fn is_over(&mut self) -> bool {
+    pub(crate) fn should_stop(&mut self) -> bool {
         self.steps = self.steps.wrapping_add(1);
         if self.limit.is_none() && self.steps.is_multiple_of(PATIENCE) {
             self.limit = self.sink.stop();
@@ -69,7 +69,7 @@ impl<'o> Poll<'o> {
     /// # Errors
     /// The limit that ended the work.
     pub(crate) fn step(&mut self) -> Result<(), Limit> {
-        if self.is_over() { self.check() } else { Ok(()) }
+        if self.should_stop() { self.check() } else { Ok(()) }
     }
 
     /// Checks that the work may continue, without a query.

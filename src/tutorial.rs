@@ -66,17 +66,17 @@
 //! # 3. Engines and regions
 //!
 //! An [`Engine`](crate::engine::Engine) provides sets of states and sets of choices with their
-//! operations. The [symbolic](crate::engine::symbolic) engine stores them as decision diagrams, the
-//! [explicit](crate::engine::explicit) engine as bit vectors over an enumeration. Code that is
+//! operations. The [symbolic](crate::engine::SymbolicEngine) engine stores them as decision diagrams,
+//! the [explicit](crate::engine::ExplicitEngine) engine as bit vectors over an enumeration. Code that is
 //! generic over the trait runs on both.
 //!
 //! ```
 //! # use std::sync::Arc;
 //! # use meliora::error::{Error, Result, SourceFile};
 //! # use meliora::{lang, tutorial};
-//! use meliora::engine::explicit::ExplicitEngine;
+//! use meliora::engine::ExplicitEngine;
 //! use meliora::engine::regions::{pmax_one, pmax_positive};
-//! use meliora::engine::symbolic::SymbolicEngine;
+//! use meliora::engine::SymbolicEngine;
 //! use meliora::engine::{Count, Engine, Settings};
 //! use meliora::model::expr::ExprId;
 //!
@@ -109,7 +109,7 @@
 //!
 //! ```
 //! # use std::sync::Arc;
-//! # use meliora::engine::symbolic::SymbolicEngine;
+//! # use meliora::engine::SymbolicEngine;
 //! # use meliora::engine::Settings;
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
@@ -130,8 +130,8 @@
 //! })?;
 //! // From one state, the start, one improvement is almost sure, and a second is impossible.
 //! assert_eq!(heard, ["SASI 1: 1", "SPI 1: 1"]);
-//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[0]), Rank::Finite(1));
-//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[3]), Rank::Finite(0));
+//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[0])?, Rank::Finite(1));
+//! assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[3])?, Rank::Finite(0));
 //! # Ok(())
 //! # }
 //! ```
@@ -143,7 +143,7 @@
 //!
 //! ```
 //! # use std::sync::Arc;
-//! # use meliora::engine::symbolic::SymbolicEngine;
+//! # use meliora::engine::SymbolicEngine;
 //! # use meliora::engine::Settings;
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
@@ -189,7 +189,7 @@
 //!
 //! ```
 //! # use std::sync::Arc;
-//! # use meliora::engine::explicit::ExplicitEngine;
+//! # use meliora::engine::ExplicitEngine;
 //! # use meliora::engine::Settings;
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
@@ -204,7 +204,7 @@
 //! let rank = |safety: Safety| -> Result<Rank, Error> {
 //!     let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
 //!     analysis.run(&mut |_| ())?;
-//!     Ok(analysis.levels(Kind::Sasi).rank(&engine, &[0]))
+//!     analysis.levels(Kind::Sasi).rank(&engine, &[0])
 //! };
 //! assert_eq!(rank(Safety::Transition)?, Rank::Finite(1));
 //! assert_eq!(rank(Safety::Action)?, Rank::Finite(0));
@@ -220,7 +220,7 @@
 //!
 //! ```
 //! # use std::sync::Arc;
-//! # use meliora::engine::symbolic::SymbolicEngine;
+//! # use meliora::engine::SymbolicEngine;
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};
 //! # use meliora::planning::{Analysis, Options, Phase};
@@ -267,7 +267,7 @@
 //!
 //! ```
 //! # use std::sync::Arc;
-//! # use meliora::engine::symbolic::SymbolicEngine;
+//! # use meliora::engine::SymbolicEngine;
 //! # use meliora::engine::{Count, Settings, NoProgress};
 //! # use meliora::error::{Error, SourceFile};
 //! # use meliora::{lang, tutorial};

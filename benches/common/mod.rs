@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use criterion::Criterion;
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::ExplicitEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::generate::{self, Choices, Parameters};

@@ -5,8 +5,7 @@ use std::sync::{Arc, Mutex};
 use meliora::embed::{Drawing, Planning};
 use meliora::engine::Engine;
 use meliora::output::page::Picture;
-use meliora::output::report::ModelSummary;
-use meliora::output::{CheckReport, Report, Style};
+use meliora::output::{CheckReport, Header, Report, Style};
 use meliora::planning::{Kind, Options, Phase};
 use meliora::{Result, SourceFile};
 use pyo3::prelude::*;
@@ -136,14 +135,14 @@ impl Analysis {
         let Settings { engine, scope, safety } = self.settings;
         let (model, preferences) = (self.model.get(), self.preferences.get());
         let path = model.inner.program().source.name.as_str();
-        let mut report = CheckReport::new(path, &preferences.source.name, engine, scope, safety);
-        report.model = ModelSummary::of(path, model.inner.program());
+        let header = Header { scope: Some(scope), ..Header::of_model(path) }.with_engine(engine);
+        let mut report = CheckReport::new(header.with_preferences(&preferences.source.name, safety));
         let mut program = meliora::model::Program::clone(model.inner.program());
         let source: &Arc<SourceFile> = &preferences.source;
         let read = meliora::lang::load_preferences(source, &mut program);
         let read = read.map_err(|error| Failure::of(error).raise(py))?;
-        report.empty = Some(read.empty.name());
-        report.fill(&read, &lock(&self.shared.known));
+        report.header.read_both(model.inner.program(), &read);
+        report.result = lock(&self.shared.known).clone();
         report.complete = false;
         Ok(report)
     }
@@ -207,7 +206,7 @@ impl Analysis {
     /// True if all results are known: no limit ended the work.
     #[getter]
     fn complete(&self, py: Python<'_>) -> PyResult<bool> {
-        self.look(py, |p| Ok(Phase::ALL.into_iter().all(|phase| p.analysis().is_done(phase))))
+        self.look(py, |p| Ok(Phase::ALL.iter().all(|&phase| p.analysis().is_done(phase))))
     }
 
     /// Continues after a limit; does nothing if the analysis is complete.
@@ -280,7 +279,7 @@ impl Analysis {
         let found = self.look(py, |planning| {
             let class = |class: &meliora::planning::Class<_>| {
                 let names = planning.preferences().names(&class.most_preferred);
-                let name = meliora::names::class(&meliora::names::members(&names));
+                let name = meliora::advanced::names::class(&meliora::advanced::names::members(&names));
                 let states = planning.region(&name).unwrap_or_else(|| planning.exploration().deadlocks());
                 (names.into_iter().map(str::to_owned).collect::<Vec<_>>(), states)
             };
@@ -301,7 +300,7 @@ impl Analysis {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let state = self.space.names.state(state)?;
         let names = self.look(py, |planning| {
-            Ok(planning.most_preferred(&state).into_iter().map(str::to_owned).collect::<Vec<_>>())
+            Ok(planning.most_preferred(&state)?.into_iter().map(str::to_owned).collect::<Vec<_>>())
         })?;
         PyTuple::new(py, names)
     }
@@ -368,20 +367,11 @@ impl Analysis {
         self.draw(py, Drawing::Html, grid)
     }
 
-    /// Returns the report as Markdown.
-    fn to_markdown(&self, py: Python<'_>) -> PyResult<String> {
-        self.draw(py, Drawing::Markdown, None)
-    }
-
     /// Returns a picture as SVG: "hasse" is the preference order; "sasi", "spi" and "classes" are
     /// maps, which need the symbolic engine. `grid` as in `to_html`.
     #[pyo3(signature = (picture="hasse", grid=None))]
     fn to_svg(&self, py: Python<'_>, picture: &str, grid: Option<Vec<String>>) -> PyResult<String> {
-        let all = [Picture::Hasse, Picture::Sasi, Picture::Spi, Picture::Classes];
-        let Some(picture) = all.into_iter().find(|p| p.name() == picture) else {
-            let known = all.map(|p| format!("{:?}", p.name())).join(", ");
-            return Err(usage(format!("picture={picture:?}: it is one of {known}")));
-        };
+        let picture = options::named("picture", picture, Picture::ALL, Picture::name)?;
         let grid = self.grid(grid)?;
         self.draw(py, Drawing::Svg(picture), grid)
     }

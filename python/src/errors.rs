@@ -77,6 +77,7 @@ impl Failure {
                 return PyOSError::new_err(format!("{path}: {message}"));
             }
             Cause::Library(Error::Usage(message)) => return usage(message),
+            Cause::Library(Error::ForeignSet) => return usage(Error::ForeignSet.to_string()),
             Cause::Library(other) => instance(py, "Error", (other.to_string(),)),
         };
         made.unwrap_or_else(|error| error)

@@ -1,6 +1,6 @@
 //! Explanations of permitted and forbidden actions.
 
-use meliora::output::strategy::{ActionReport, StateReport, SuccessorReport};
+use meliora::output::reason::Words;
 use meliora::planning::Rank;
 use meliora::planning::explain::{Action as Enabled, Explanation as Explained, Successor as Reached};
 use pyo3::prelude::*;
@@ -75,52 +75,54 @@ impl Explanation {
         names: &Names,
         at: &Explained,
         rank: Rank,
-        report: StateReport,
+        words: Words<'_>,
     ) -> PyResult<Self> {
-        let mut actions = Vec::with_capacity(at.actions.len());
-        for (action, report) in at.actions.iter().zip(report.actions) {
-            actions.push(Py::new(py, Action::new(py, names, action, report)?)?);
-        }
+        let action = |action| Py::new(py, Action::new(py, names, at, action, words)?);
+        let actions = at.actions.iter().map(action).collect::<PyResult<Vec<_>>>()?;
         Ok(Explanation {
             state: names.dict(py, &at.state)?.unbind(),
-            most_preferred: PyTuple::new(py, report.most_preferred)?.unbind(),
+            most_preferred: PyTuple::new(py, words.names(&at.most_preferred))?.unbind(),
             rank: rank_of(py, rank)?.unbind(),
-            progress_action: report.progress_action,
+            progress_action: at.pick.map(|pick| at.actions[pick].name.clone()),
             actions: PyTuple::new(py, actions)?.unbind(),
         })
     }
 }
 
 impl Action {
-    fn new(py: Python<'_>, names: &Names, action: &Enabled, report: ActionReport) -> PyResult<Self> {
-        let mut successors = Vec::with_capacity(action.successors.len());
-        for (successor, report) in action.successors.iter().zip(report.successors) {
-            successors.push(Py::new(py, Successor::new(py, names, successor, report)?)?);
-        }
+    fn new(
+        py: Python<'_>,
+        names: &Names,
+        at: &Explained,
+        action: &Enabled,
+        words: Words<'_>,
+    ) -> PyResult<Self> {
+        let successor = |reached| Py::new(py, Successor::new(py, names, reached, words)?);
+        let successors = action.successors.iter().map(successor).collect::<PyResult<Vec<_>>>()?;
         Ok(Action {
-            name: report.name,
-            kept: report.kept,
-            permitted: report.permitted,
-            progress: report.progress,
-            verdict: report.verdict,
-            reason: report.reason,
+            name: action.name.clone(),
+            kept: action.kept,
+            permitted: action.permitted,
+            progress: action.progress,
+            verdict: action.verdict.name(),
+            reason: words.reason(at, action),
             successors: PyTuple::new(py, successors)?.unbind(),
         })
     }
 }
 
 impl Successor {
-    fn new(py: Python<'_>, names: &Names, reached: &Reached, report: SuccessorReport) -> PyResult<Self> {
+    fn new(py: Python<'_>, names: &Names, reached: &Reached, words: Words<'_>) -> PyResult<Self> {
         Ok(Successor {
             state: names.dict(py, &reached.state)?.unbind(),
-            probability: report.probability,
-            most_preferred: PyTuple::new(py, report.most_preferred)?.unbind(),
-            rank: rank_of(py, report.rank)?.unbind(),
-            change: report.change,
-            gained: PyTuple::new(py, report.gained)?.unbind(),
-            lost: PyTuple::new(py, report.lost)?.unbind(),
-            dropped: report.dropped,
-            goal: report.goal,
+            probability: reached.probability,
+            most_preferred: PyTuple::new(py, words.names(&reached.most_preferred))?.unbind(),
+            rank: rank_of(py, reached.rank)?.unbind(),
+            change: reached.change.name(),
+            gained: PyTuple::new(py, words.names(&reached.gained))?.unbind(),
+            lost: PyTuple::new(py, words.names(&reached.lost))?.unbind(),
+            dropped: reached.dropped,
+            goal: reached.goal,
         })
     }
 }

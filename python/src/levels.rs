@@ -152,7 +152,7 @@ impl Levels {
     ///     UsageError: A variable is missing or unknown.
     fn rank<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let state = self.space.names.state(state)?;
-        let rank = self.look(py, |planning| Ok(planning.rank(self.kind, &state)))?;
+        let rank = self.look(py, |planning| planning.rank(self.kind, &state))?;
         rank_of(py, rank)
     }
 

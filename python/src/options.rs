@@ -1,9 +1,10 @@
 //! Options by their Python names.
 
+use std::str::FromStr;
 use std::sync::Arc;
 
 use meliora::embed::Exploration;
-use meliora::engine::symbolic::Order;
+use meliora::engine::Order;
 use meliora::planning::{Kind, Options, Scheduler};
 use meliora::{Safety, Scope, Settings, SourceFile, Storage};
 use pyo3::prelude::*;
@@ -14,28 +15,32 @@ use crate::size;
 use crate::worker::Worker;
 
 /// Returns the value with a name.
-fn named<T: Copy>(what: &str, given: &str, known: &[(&str, T)]) -> PyResult<T> {
-    let found = known.iter().find(|(name, _)| *name == given).map(|(_, value)| *value);
-    found.ok_or_else(|| {
-        let names: Vec<String> = known.iter().map(|(name, _)| format!("{name:?}")).collect();
+pub(crate) fn named<T: Copy + FromStr>(
+    what: &str,
+    given: &str,
+    known: &[T],
+    name: fn(T) -> &'static str,
+) -> PyResult<T> {
+    given.parse().map_err(|_| {
+        let names: Vec<String> = known.iter().map(|&value| format!("{:?}", name(value))).collect();
         usage(format!("{what}={given:?}: it is one of {}", names.join(", ")))
     })
 }
 
 pub(crate) fn scope(name: &str) -> PyResult<Scope> {
-    named("scope", name, &[Scope::Reachable, Scope::All].map(|s| (s.name(), s)))
+    named("scope", name, Scope::ALL, Scope::name)
 }
 
 pub(crate) fn engine(name: &str) -> PyResult<Storage> {
-    named("engine", name, &[Storage::Symbolic, Storage::Explicit].map(|s| (s.name(), s)))
+    named("engine", name, Storage::ALL, Storage::name)
 }
 
 pub(crate) fn kind(name: &str) -> PyResult<Kind> {
-    named("kind", name, &Kind::ALL.map(|k| (k.name(), k)))
+    named("kind", name, Kind::ALL, Kind::name)
 }
 
 pub(crate) fn picks(name: &str) -> PyResult<Scheduler> {
-    named("picks", name, &[Scheduler::Permissive, Scheduler::Progress].map(|p| (p.name(), p)))
+    named("picks", name, Scheduler::ALL, Scheduler::name)
 }
 
 /// Reads the options of an analysis.
@@ -43,8 +48,7 @@ pub(crate) fn picks(name: &str) -> PyResult<Scheduler> {
 /// # Errors
 /// `UsageError` if the name is unknown or the level is 0.
 pub(crate) fn planning(safety: &str, max_level: Option<usize>) -> PyResult<Options> {
-    let all = [Safety::Action, Safety::Transition, Safety::Prefix];
-    let safety = named("safety", safety, &all.map(|s| (s.name(), s)))?;
+    let safety = named("safety", safety, Safety::ALL, Safety::name)?;
     if max_level == Some(0) {
         return Err(usage("max_level=0: levels are counted from 1"));
     }

@@ -122,7 +122,8 @@ impl Region {
     }
 
     fn is_subset(&self, py: Python<'_>, other: &Region) -> PyResult<bool> {
-        Ok(self.with(py, other, States::difference)?.states.is_empty())
+        let rest = self.with(py, other, States::difference)?.states;
+        self.space.worker.quick(py, || rest.is_empty())
     }
 
     fn members<'py>(&self, py: Python<'py>, states: &[Vec<i64>]) -> PyResult<Bound<'py, PyList>> {
@@ -174,13 +175,13 @@ impl Region {
         Ok(answer.into_pyobject(py)?.to_owned().into_any())
     }
 
-    fn __bool__(&self) -> bool {
-        !self.states.is_empty()
+    fn __bool__(&self, py: Python<'_>) -> PyResult<bool> {
+        self.space.worker.quick(py, || Ok(!self.states.is_empty()?))
     }
 
     fn __contains__(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<bool> {
         let state = self.space.names.state(state)?;
-        self.space.worker.quick(py, || Ok(self.states.contains(&state)))
+        self.space.worker.quick(py, || self.states.contains(&state))
     }
 
     /// Returns the exact number of states. (`len` is limited to 2**63 - 1.)

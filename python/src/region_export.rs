@@ -2,8 +2,9 @@
 
 use meliora::dump::{Diagram, Edge, dddmp, dot};
 use meliora::embed::States;
-use meliora::engine::symbolic::Set;
-use meliora::engine::{Dumpable, any::AnyStates};
+use meliora::advanced::symbolic::Set;
+use meliora::advanced::any::AnyStates;
+use meliora::engine::Dumpable;
 use meliora::{Error, Result};
 use pyo3::exceptions::{PyImportError, PyRuntimeError};
 use pyo3::prelude::*;

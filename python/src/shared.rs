@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use meliora::Result;
 use meliora::embed::Planning;
-use meliora::planning::{AnalysisResult, Event, Kind, Phase};
+use meliora::planning::{AnalysisResult, Event, Phase};
 
 use crate::watch::lock;
 use crate::worker::Teller;
@@ -20,7 +20,7 @@ impl Shared {
     pub(crate) fn run(&self, teller: &Teller<'_>) -> Result<()> {
         let mut planning = lock(&self.planning);
         let objectives = planning.preferences().objectives.len();
-        for phase in Phase::ALL {
+        for &phase in Phase::ALL {
             let found = {
                 let known = lock(&self.known).objectives.len();
                 let mut hear = |event: Event<'_>| self.hear(event, teller, known, objectives);
@@ -33,6 +33,7 @@ impl Shared {
     }
 
     fn hear(&self, event: Event<'_>, teller: &Teller<'_>, known: usize, objectives: usize) {
+        lock(&self.known).add(event);
         match event {
             Event::Started(phase) => {
                 let part = match phase {
@@ -42,23 +43,13 @@ impl Shared {
                 };
                 teller.turn_to(phase.name(), part);
             }
-            Event::Objective(counts) => {
-                let mut result = lock(&self.known);
-                result.objectives.push(counts.clone());
-                let done = result.objectives.len();
-                drop(result);
+            Event::Objective(_) => {
+                let done = lock(&self.known).objectives.len();
                 if done < objectives {
                     teller.turn_to(Phase::Outcomes.name(), format!("objective {} of {objectives}", done + 1));
                 }
             }
-            Event::Level(kind, number, count) => {
-                let mut result = lock(&self.known);
-                let levels = match kind {
-                    Kind::Sasi => &mut result.sasi,
-                    Kind::Spi => &mut result.spi,
-                };
-                levels.levels.push(count.clone());
-                drop(result);
+            Event::Level(kind, number, _) => {
                 teller.turn_to(kind.name(), format!("level {}", number + 1));
             }
             Event::Finished(..) => {}

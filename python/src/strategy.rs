@@ -2,10 +2,11 @@
 
 use std::sync::{Arc, Mutex};
 
+use meliora::Error;
 use meliora::embed;
+use meliora::output::reason::Words;
 use meliora::planning::explain::Explanation as Explained;
 use meliora::planning::{Kind, Memory, Rank, Setup};
-use meliora::{Error, output};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -70,7 +71,7 @@ impl Worker {
         let known = self.space.worker.quick(py, || {
             let mut book = lock(&self.book);
             let book = book.book();
-            let memory = memory.unwrap_or_else(|| book.start(&state));
+            let memory = memory.map_or_else(|| book.start(&state), Ok)?;
             book.knows(memory).then(|| book.explain(&state, memory)).transpose()
         })?;
         if let Some(found) = known {
@@ -81,7 +82,7 @@ impl Worker {
             teller.turn_to("strategy", String::new());
             let mut book = lock(&book);
             let book = book.book();
-            let memory = memory.unwrap_or_else(|| book.start(&state));
+            let memory = memory.map_or_else(|| book.start(&state), Ok)?;
             book.explain(&state, memory)
         };
         self.space.worker.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
@@ -90,7 +91,7 @@ impl Worker {
     /// Returns a state; it must be in the scope.
     fn state(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Vec<i64>> {
         let state = self.space.names.state(state)?;
-        let inside = self.space.worker.quick(py, || Ok(lock(&self.book).book().is_state(&state)))?;
+        let inside = self.space.worker.quick(py, || lock(&self.book).book().is_state(&state))?;
         if inside {
             return Ok(state);
         }
@@ -118,17 +119,12 @@ impl Worker {
     }
 
     fn explanation(&self, py: Python<'_>, at: &Explained) -> PyResult<Explanation> {
-        let rank = self.space.worker.quick(py, || Ok(lock(&self.book).book().rank(&at.state)))?;
+        let rank = self.space.worker.quick(py, || lock(&self.book).book().rank(&at.state))?;
         let mut book = lock(&self.book);
         let book = book.book();
-        let report = output::strategy::StateReport::new(
-            &self.space.names.program,
-            book.preferences(),
-            self.kind,
-            at,
-            [rank, rank],
-        );
-        Explanation::new(py, &self.space.names, at, rank, report)
+        let (program, preferences) = (&*self.space.names.program, book.preferences());
+        let words = Words { program, preferences, kind: self.kind };
+        Explanation::new(py, &self.space.names, at, rank, words)
     }
 }
 
@@ -214,7 +210,7 @@ impl Strategy {
     fn play(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Play> {
         let state = self.worker.state(py, state)?;
         let memory =
-            self.worker.space.worker.quick(py, || Ok(lock(&self.worker.book).book().start(&state)))?;
+            self.worker.space.worker.quick(py, || lock(&self.worker.book).book().start(&state))?;
         let at = Moment { state, memory, improvements: 0 };
         Ok(Play { worker: self.worker.clone(), at: Mutex::new(at) })
     }
@@ -360,7 +356,7 @@ impl Play {
                 let (from, to) = (program.show_state(&from), program.show_state(&state));
                 return Err(Error::Usage(format!("no enabled action leads from {from} to {to}")));
             }
-            Ok(lock(&self.worker.book).book().after(memory, &from, &state))
+            lock(&self.worker.book).book().after(memory, &from, &state)
         });
         let (memory, is_improvement) = improved?;
         let mut at = lock(&self.at);

@@ -1,9 +1,9 @@
 //! The arenas of the checker: kept choices, goal edges, dropped edges.
 
 use super::checker::Checker;
+use super::error::{CheckError, CheckResult};
 use super::outcomes::Class;
 use super::sets::Sets;
-use super::stop::{Check, Stop};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, EdgeLabels, Engine};
 use crate::model::preference::Change;
@@ -32,17 +32,17 @@ struct Side {
 }
 
 /// Builds the arenas for the safety mode of the dump.
-pub(super) fn arenas(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check<Vec<Arena>> {
+pub(super) fn arenas(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResult<Vec<Arena>> {
     let sides = sides(checker, classes)?;
     match checker.manifest.safety.as_str() {
         "action" => Ok(vec![single(checker, sides, false)?]),
         "transition" => Ok(vec![single(checker, sides, true)?]),
         "prefix" => prefix(checker, sides),
-        other => Err(Stop::violated(format!("`{}` is a safety mode", other.escape_debug()), None)),
+        other => Err(CheckError::violated(format!("`{}` is a safety mode", other.escape_debug()), None)),
     }
 }
 
-fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> Check<Vec<Side>> {
+fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> CheckResult<Vec<Side>> {
     let engine = &checker.engine;
     let mut sides = Vec::new();
     for class in &classes {
@@ -62,7 +62,7 @@ fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> Check<Vec<Side>> {
 /// Builds the one arena of `action` and `transition`. `action` keeps no choice with a weakening
 /// edge. `transition` (`drops`) drops weakening edges, and removes the choices that have no other
 /// edges.
-fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Arena> {
+fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> CheckResult<Arena> {
     let engine = &checker.engine;
     let mut kept = engine.all_choices();
     let mut edge_labels = Vec::new();
@@ -82,7 +82,7 @@ fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> Check<Arena> 
 
 /// Builds one arena per class, over the states from which a strategy can avoid weakening the class
 /// forever.
-fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
+fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> CheckResult<Vec<Arena>> {
     let mut arenas = Vec::new();
     for class in sides {
         let name = names::safe(&class.name);
@@ -98,7 +98,7 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
         let goal = engine.intersection(&class.better, &safe)?;
         let edge_labels = EdgeLabels { from: safe.clone(), goal, dropped: engine.no_states() };
         let start = engine.intersection(&class.states, &safe)?;
-        if !engine.is_empty(&start) {
+        if !engine.is_empty(&start)? {
             arenas.push(Arena {
                 reference: Some(class.name),
                 start,
@@ -114,7 +114,7 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> Check<Vec<Arena>> {
 
 /// Checks the states outside of a safe region: each state removed in a round weakens the class, or
 /// each of its choices may lead to a state removed earlier.
-fn unsafe_rounds(checker: &Checker<'_>, name: &str, safe: &StateSet, worse: &StateSet) -> Check {
+fn unsafe_rounds(checker: &Checker<'_>, name: &str, safe: &StateSet, worse: &StateSet) -> CheckResult {
     let engine = &checker.engine;
     let left = checker.rounds(name, &engine.all_states(), |j, lost, left, _| {
         let staying = engine.sources(&engine.every_successor_in(left)?)?;
@@ -142,8 +142,8 @@ impl Arena {
     pub(super) fn into(
         &self,
         checker: &Checker<'_>,
-        target: impl Fn(usize, &EdgeLabels<StateSet>) -> Check<StateSet>,
-    ) -> Check<ChoiceSet> {
+        target: impl Fn(usize, &EdgeLabels<StateSet>) -> CheckResult<StateSet>,
+    ) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;
         let mut all = engine.no_choices();
         for (index, part) in self.edge_labels.iter().enumerate() {

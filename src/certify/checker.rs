@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::Checked;
+use super::error::{CheckError, CheckResult};
 use super::sets::Sets;
-use super::stop::{Check, Stop};
 use crate::dump::manifest::RootKind;
 use crate::dump::{Dump, Edge, Manifest};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
@@ -32,17 +32,17 @@ impl<'a> Checker<'a> {
         preferences: &'a Preferences,
         dump: &'a Dump,
         settings: Settings,
-    ) -> Check<Self> {
+    ) -> CheckResult<Self> {
         let manifest = &dump.manifest;
         let Some(order) = Encoding::order_of(program, &manifest.encoding.order) else {
-            return Err(Stop::violated("the order contains exactly the bits of the model", None));
+            return Err(CheckError::violated("the order contains exactly the bits of the model", None));
         };
         let root = manifest.regions.root(names::REACHABLE).filter(|r| r.kind == RootKind::States);
         let Some(all) = root.and_then(|r| Edge::new(i64::from(r.node))) else {
-            return Err(Stop::violated("the dump has the region `reachable`", None));
+            return Err(CheckError::violated("the dump has the region `reachable`", None));
         };
         let (Some(file), Some(certificate)) = (&manifest.certificate, &dump.certificate) else {
-            return Err(Stop::violated("the dump has a certificate", None));
+            return Err(CheckError::violated("the dump has a certificate", None));
         };
         let engine = SymbolicEngine::with_states(Arc::clone(program), order, settings, &dump.regions, all)?;
         let regions = Sets::load(&engine, &manifest.regions, &dump.regions)?;
@@ -56,17 +56,22 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks X ⊆ Y; a violation shows a state of X \ Y.
-    pub(super) fn subset(&self, x: &StateSet, y: &StateSet, condition: impl FnOnce() -> String) -> Check {
+    pub(super) fn subset(
+        &self,
+        x: &StateSet,
+        y: &StateSet,
+        condition: impl FnOnce() -> String,
+    ) -> CheckResult {
         let bad = self.engine.difference(x, y)?;
-        if self.engine.is_empty(&bad) {
+        if self.engine.is_empty(&bad)? {
             return Ok(());
         }
         let example = self.engine.list_states(&bad, 1)?.pop();
-        Err(Stop::violated(condition(), example))
+        Err(CheckError::violated(condition(), example))
     }
 
     /// Checks X = Y.
-    pub(super) fn equal(&self, x: &StateSet, y: &StateSet, condition: impl Fn() -> String) -> Check {
+    pub(super) fn equal(&self, x: &StateSet, y: &StateSet, condition: impl Fn() -> String) -> CheckResult {
         self.subset(x, y, &condition)?;
         self.subset(y, x, &condition)
     }
@@ -77,7 +82,7 @@ impl<'a> Checker<'a> {
         c: &ChoiceSet,
         d: &ChoiceSet,
         condition: impl Fn() -> String,
-    ) -> Check {
+    ) -> CheckResult {
         for (more, less) in [(c, d), (d, c)] {
             let bad = self.engine.sources(&self.engine.difference(more, less)?)?;
             self.subset(&bad, &self.engine.no_states(), &condition)?;
@@ -91,8 +96,8 @@ impl<'a> Checker<'a> {
         name: &str,
         region: &StateSet,
         start: &StateSet,
-        step: impl Fn(&StateSet) -> Check<StateSet>,
-    ) -> Check {
+        step: impl Fn(&StateSet) -> CheckResult<StateSet>,
+    ) -> CheckResult {
         let mut open = region.clone();
         let mut next = start.clone();
         let layers = self.proof.sequence(|j| names::layer(name, j))?;
@@ -119,8 +124,8 @@ impl<'a> Checker<'a> {
         &self,
         name: &str,
         x: &StateSet,
-        check: impl Fn(usize, &StateSet, &StateSet, &StateSet) -> Check,
-    ) -> Check<StateSet> {
+        check: impl Fn(usize, &StateSet, &StateSet, &StateSet) -> CheckResult,
+    ) -> CheckResult<StateSet> {
         let mut left = x.clone();
         for (j, lost) in self.proof.sequence(|j| names::refuted(name, j))?.iter().enumerate() {
             self.some(lost, || format!("round {j} of `{name}` has a state"))?;
@@ -133,13 +138,13 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks X ≠ ∅.
-    fn some(&self, x: &StateSet, condition: impl FnOnce() -> String) -> Check {
-        if self.engine.is_empty(x) { Err(Stop::violated(condition(), None)) } else { Ok(()) }
+    fn some(&self, x: &StateSet, condition: impl FnOnce() -> String) -> CheckResult {
+        if self.engine.is_empty(x)? { Err(CheckError::violated(condition(), None)) } else { Ok(()) }
     }
 
     /// Checks the states and the enabled choices. All values are in range; the states are all
     /// valuations, or the states reachable from the start states and closed under all choices.
-    pub(super) fn scope(&mut self) -> Check {
+    pub(super) fn scope(&mut self) -> CheckResult {
         let engine = &self.engine;
         let all = self.regions.states(names::REACHABLE)?;
         self.subset(&all, &engine.valuations(), || {
@@ -172,7 +177,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks the counts that the manifest states for both files.
-    pub(super) fn counts(&self) -> Check {
+    pub(super) fn counts(&self) -> CheckResult {
         let proof = self.manifest.certificate.iter().flat_map(|file| &file.roots);
         let regions = self.manifest.regions.roots.iter().map(|root| (root, &self.regions));
         for (root, sets) in regions.chain(proof.map(|root| (root, &self.proof))) {
@@ -180,17 +185,19 @@ impl<'a> Checker<'a> {
             if count.to_string() != root.count {
                 let said = root.count.escape_debug();
                 let condition = format!("`{}` has {said} members: it has {count}", root.name);
-                return Err(Stop::violated(condition, None));
+                return Err(CheckError::violated(condition, None));
             }
         }
         Ok(())
     }
 
     /// Checks that each set of both files was used by some check.
-    pub(super) fn nothing_else(&self) -> Check {
+    pub(super) fn nothing_else(&self) -> CheckResult {
         match self.regions.unknown().or_else(|| self.proof.unknown()) {
             None => Ok(()),
-            Some(name) => Err(Stop::violated(format!("`{name}` belongs to a dump with these options"), None)),
+            Some(name) => {
+                Err(CheckError::violated(format!("`{name}` belongs to a dump with these options"), None))
+            }
         }
     }
 }

@@ -2,20 +2,21 @@
 
 use super::arena::{Arena, arenas};
 use super::checker::Checker;
+use super::error::{CheckError, CheckResult};
 use super::outcomes::Class;
-use super::stop::{Check, Stop};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, Engine};
 use crate::names;
 
 /// Checks the levels of both kinds.
-pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> Check {
+pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResult {
     let arenas = arenas(checker, classes)?;
     let found = [levels(checker, &arenas, "sasi")?, levels(checker, &arenas, "spi")?];
     match checker.manifest.max_level {
-        Some(max) if found.iter().max() != Some(&max) => {
-            Err(Stop::violated(format!("the search for levels stopped at the maximum level {max}"), None))
-        }
+        Some(max) if found.iter().max() != Some(&max) => Err(CheckError::violated(
+            format!("the search for levels stopped at the maximum level {max}"),
+            None,
+        )),
         _ => Ok(()),
     }
 }
@@ -31,15 +32,15 @@ struct Level<'n> {
 }
 
 /// Checks the levels of one kind; returns their number.
-fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> Check<usize> {
+fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> CheckResult<usize> {
     let found = (1..).take_while(|k| checker.regions.has(&names::level(kind, k))).count();
     let (mut entered, mut below) = (checker.engine.all_states(), None);
     for k in 1..=found {
         let level = Level { kind, name: names::level(kind, k), entered, below };
         let states = checker.regions.states(&level.name)?;
         let condition = || format!("`{}` has a state, and fewer than the level below", level.name);
-        if checker.engine.is_empty(&states) || checker.engine.same(&states, &level.entered) && k > 1 {
-            return Err(Stop::violated(condition(), None));
+        if checker.engine.is_empty(&states)? || checker.engine.same(&states, &level.entered)? && k > 1 {
+            return Err(CheckError::violated(condition(), None));
         }
         checker.subset(&states, &level.entered, || {
             format!("each state of `{}` is in the level below", level.name)
@@ -67,10 +68,10 @@ fn ending(
     kind: &str,
     found: usize,
     unbounded: Level<'_>,
-) -> Check {
+) -> CheckResult {
     let name = &unbounded.name;
     let states = checker.regions.states(name)?;
-    if !checker.engine.is_empty(&states) {
+    if !checker.engine.is_empty(&states)? {
         checker.equal(&states, &unbounded.entered, || format!("`{name}` is the last level"))?;
         return whole(checker, arenas, &unbounded, &states);
     }
@@ -94,7 +95,7 @@ fn ending(
 }
 
 /// Checks a level in all arenas.
-fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states: &StateSet) -> Check {
+fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states: &StateSet) -> CheckResult {
     let name = &level.name;
     let mut won = checker.engine.no_states();
     let mut permitted = checker.engine.no_choices();
@@ -119,12 +120,12 @@ fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states:
 
 impl Level<'_> {
     /// Returns the choices with a goal edge: an edge that improves and enters the level below.
-    fn goals(&self, checker: &Checker<'_>, arena: &Arena) -> Check<ChoiceSet> {
+    fn goals(&self, checker: &Checker<'_>, arena: &Arena) -> CheckResult<ChoiceSet> {
         arena.into(checker, |_, part| Ok(checker.engine.intersection(&part.goal, &self.entered)?))
     }
 
     /// Returns the choices with a kept edge into X that is not a goal edge.
-    fn straying(&self, checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> Check<ChoiceSet> {
+    fn straying(&self, checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;
         arena.into(checker, |_, part| {
             let goal = engine.intersection(&part.goal, &self.entered)?;
@@ -134,7 +135,7 @@ impl Level<'_> {
 }
 
 /// Returns the choices with a kept edge into X.
-fn moving(checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> Check<ChoiceSet> {
+fn moving(checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> CheckResult<ChoiceSet> {
     arena.into(checker, |_, part| Ok(checker.engine.difference(x, &part.dropped)?))
 }
 
@@ -146,7 +147,7 @@ fn inside(
     name: &str,
     region: &StateSet,
     strategy: &ChoiceSet,
-) -> Check {
+) -> CheckResult {
     let engine = &checker.engine;
     let kept = engine.choices_in(&arena.kept, region)?;
     let goals = level.goals(checker, arena)?;
@@ -169,7 +170,7 @@ fn inside(
 
 /// Checks the states outside of a level. SASI: rounds remove the states of the level below that are
 /// not in this one. SPI: no kept choice of an outside state enters the region or has a goal edge.
-fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &StateSet) -> Check {
+fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &StateSet) -> CheckResult {
     let engine = &checker.engine;
     let name = arena.name(&level.name);
     let goals = level.goals(checker, arena)?;

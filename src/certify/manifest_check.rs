@@ -5,7 +5,8 @@
 
 use serde_json::Value as Json;
 
-use super::stop::{Check, Stop};
+use super::Hashes;
+use super::error::{CheckError, CheckResult};
 use crate::dump::Manifest;
 use crate::dump::manifest::File;
 use crate::engine::symbolic::SymbolicEngine;
@@ -14,16 +15,17 @@ use crate::export::describe::{self, Subject};
 use crate::model::preference::Preferences;
 
 /// Compares the hashes of the texts with those of the dump.
-pub(super) fn inputs(manifest: &Manifest, (model, preferences): (&str, &str)) -> Check {
-    for (what, now, then) in
-        [("model", model, &manifest.model.sha256), ("preferences", preferences, &manifest.preferences.sha256)]
-    {
+pub(super) fn inputs(manifest: &Manifest, hashes: Hashes<'_>) -> CheckResult {
+    for (what, now, then) in [
+        ("model", hashes.model, &manifest.model.sha256),
+        ("preferences", hashes.preferences, &manifest.preferences.sha256),
+    ] {
         if now != then {
             let condition = format!(
                 "the SHA-256 of the {what} is the one that the dump was made from: it is {now}, the dump says {}",
                 then.escape_debug()
             );
-            return Err(Stop::violated(condition, None));
+            return Err(CheckError::violated(condition, None));
         }
     }
     Ok(())
@@ -34,12 +36,12 @@ pub(super) fn inputs(manifest: &Manifest, (model, preferences): (&str, &str)) ->
 pub(super) fn all(
     engine: &SymbolicEngine,
     preferences: &Preferences,
-    hashes: (&str, &str),
+    hashes: Hashes<'_>,
     manifest: &Manifest,
-) -> Check {
+) -> CheckResult {
     let inputs = Inputs {
-        model: (manifest.model.path.clone(), hashes.0.to_owned()),
-        preferences: (manifest.preferences.path.clone(), hashes.1.to_owned()),
+        model: (manifest.model.path.clone(), hashes.model.to_owned()),
+        preferences: (manifest.preferences.path.clone(), hashes.preferences.to_owned()),
     };
     let subject = Subject {
         engine,
@@ -54,13 +56,13 @@ pub(super) fn all(
     match difference(&json(&expected)?, &json(&said)?, String::new()) {
         None => Ok(()),
         Some((path, expected, said)) => {
-            Err(Stop::violated(format!("`{path}` is {expected}: the manifest says {said}"), None))
+            Err(CheckError::violated(format!("`{path}` is {expected}: the manifest says {said}"), None))
         }
     }
 }
 
-fn json(manifest: &Manifest) -> Check<Json> {
-    let failed = |error| Stop::violated(format!("the manifest can be written as JSON: {error}"), None);
+fn json(manifest: &Manifest) -> CheckResult<Json> {
+    let failed = |error| CheckError::violated(format!("the manifest can be written as JSON: {error}"), None);
     serde_json::to_value(manifest).map_err(failed)
 }
 

@@ -19,11 +19,11 @@
 
 mod arena;
 mod checker;
+mod error;
 mod levels;
 mod manifest_check;
 mod outcomes;
 mod sets;
-mod stop;
 mod temporal;
 
 use std::path::Path;
@@ -36,7 +36,7 @@ use crate::error::{Error, Result};
 use crate::model::preference::Preferences;
 use crate::model::{Program, State};
 use checker::Checker;
-use stop::Stop;
+use error::CheckError;
 
 /// The result of [`verify`].
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,25 +67,33 @@ pub struct Violation {
     pub state: Option<State>,
 }
 
+/// The SHA-256 of the present texts of model and preferences, in hexadecimal digits.
+#[derive(Debug, Clone, Copy)]
+pub struct Hashes<'a> {
+    /// The SHA-256 of the model.
+    pub model: &'a str,
+    /// The SHA-256 of the preferences.
+    pub preferences: &'a str,
+}
+
 /// Checks a dump against the program and the preferences that it claims to be made from.
 ///
-/// `hashes` are the SHA-256 of the present texts of model and preferences. Cost: two images per
-/// layer or round.
+/// Cost: two images per layer or round.
 ///
 /// # Errors
 /// A limit is reached; a command has no meaning in a state of the dump.
 pub fn verify(
     program: &Arc<Program>,
     preferences: &Preferences,
-    hashes: (&str, &str),
+    hashes: Hashes<'_>,
     dump: &Dump,
     settings: Settings,
 ) -> Result<Verdict> {
     let mut checked = Vec::new();
     match run(program, preferences, hashes, dump, settings, &mut checked) {
         Ok(()) => Ok(Verdict { checked, violation: None }),
-        Err(Stop::Violation(violation)) => Ok(Verdict { checked, violation: Some(violation) }),
-        Err(Stop::Error(error)) => Err(error),
+        Err(CheckError::Violation(violation)) => Ok(Verdict { checked, violation: Some(violation) }),
+        Err(CheckError::Error(error)) => Err(error),
     }
 }
 
@@ -108,11 +116,11 @@ pub fn pictures(directory: &Path, dump: &Dump, sink: &dyn ProgressSink) -> Resul
 fn run(
     program: &Arc<Program>,
     preferences: &Preferences,
-    hashes: (&str, &str),
+    hashes: Hashes<'_>,
     dump: &Dump,
     settings: Settings,
     checked: &mut Vec<Checked>,
-) -> Result<(), Stop> {
+) -> Result<(), CheckError> {
     let manifest = &dump.manifest;
     manifest_check::inputs(manifest, hashes)?;
     manifest.check_file(FILE, &manifest.regions, &dump.regions)?;

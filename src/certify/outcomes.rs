@@ -1,7 +1,7 @@
 //! Checks of targets, positive and almost-sure regions, and classes.
 
 use super::checker::Checker;
-use super::stop::Check;
+use super::error::CheckResult;
 use super::temporal;
 use crate::engine::symbolic::StateSet;
 use crate::engine::{Algebra, Engine};
@@ -19,7 +19,7 @@ pub(super) struct Class {
 }
 
 /// Checks the winning regions of all objectives; returns the classes.
-pub(super) fn check(checker: &mut Checker<'_>) -> Check<Vec<Class>> {
+pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Vec<Class>> {
     let mut sure = Vec::new();
     for objective in &checker.preferences.objectives {
         let (target, what) = match &objective.goal {
@@ -39,7 +39,7 @@ pub(super) fn check(checker: &mut Checker<'_>) -> Check<Vec<Class>> {
 }
 
 /// Checks P = μX. F ∪ pre(X): no choice enters P from outside, and inside layers lead to F.
-fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check {
+fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> CheckResult {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
     checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
@@ -54,7 +54,7 @@ fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check
 /// Checks an almost-sure region, and returns it. Inside: the strategy stays in it, and from each
 /// layer some permitted choice enters the layer before. Outside: each choice of a state removed in
 /// a round may lead to a state removed earlier, or does not enter the rest.
-fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check<StateSet> {
+fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> CheckResult<StateSet> {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
     checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
@@ -80,7 +80,7 @@ fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Ch
 }
 
 /// Checks that each class is in the dump, with the states that follow from the almost-sure regions.
-fn classes(checker: &mut Checker<'_>, sure: &[StateSet]) -> Check<Vec<Class>> {
+fn classes(checker: &mut Checker<'_>, sure: &[StateSet]) -> CheckResult<Vec<Class>> {
     let classes = most_preferred(checker, sure)?;
     for class in &classes {
         let name = names::class(&class.name);
@@ -99,7 +99,7 @@ fn classes(checker: &mut Checker<'_>, sure: &[StateSet]) -> Check<Vec<Class>> {
 
 /// Partitions the states by MP(s), by splitting the scope at one objective after the other: i ∈
 /// MP(s) if and only if s ∈ ASWin(F_i) and s ∉ ASWin(F_j) for all j strictly preferred to i.
-fn most_preferred(checker: &Checker<'_>, sure: &[StateSet]) -> Check<Vec<Class>> {
+fn most_preferred(checker: &Checker<'_>, sure: &[StateSet]) -> CheckResult<Vec<Class>> {
     let (engine, preferences) = (&checker.engine, checker.preferences);
     let mut parts = vec![(ObjectiveSet::new(), engine.all_states())];
     for (i, own) in sure.iter().enumerate() {
@@ -113,10 +113,15 @@ fn most_preferred(checker: &Checker<'_>, sure: &[StateSet]) -> Check<Vec<Class>>
         for (without, states) in parts {
             let mut with = without.clone();
             with.insert(i);
-            split.push((with, engine.intersection(&states, &undominated)?));
-            split.push((without, engine.difference(&states, &undominated)?));
+            for part in [
+                (with, engine.intersection(&states, &undominated)?),
+                (without, engine.difference(&states, &undominated)?),
+            ] {
+                if !engine.is_empty(&part.1)? {
+                    split.push(part);
+                }
+            }
         }
-        split.retain(|(_, states)| !engine.is_empty(states));
         parts = split;
     }
     let named =

@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::stop::{Check, Stop};
+use super::error::{CheckError, CheckResult};
 use crate::dump::manifest::{File, Root, RootKind};
 use crate::dump::{Diagram, Edge};
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
@@ -20,7 +20,7 @@ pub(super) struct Sets {
 
 impl Sets {
     /// Loads all sets of a file, and checks their sizes in nodes against the manifest.
-    pub(super) fn load(engine: &SymbolicEngine, file: &File, diagram: &Diagram) -> Check<Self> {
+    pub(super) fn load(engine: &SymbolicEngine, file: &File, diagram: &Diagram) -> CheckResult<Self> {
         let mut sets = Sets::default();
         let (states, choices): (Vec<&Root>, Vec<&Root>) =
             file.roots.iter().partition(|r| r.kind == RootKind::States);
@@ -31,7 +31,10 @@ impl Sets {
         let numbers = engine.numbered_choices().len();
         for root in choices {
             let Some(set) = engine.load_choices(diagram, edge(root), numbers)? else {
-                return Err(Stop::violated(format!("`{}` has only choices of the model", root.name), None));
+                return Err(CheckError::violated(
+                    format!("`{}` has only choices of the model", root.name),
+                    None,
+                ));
             };
             sets.choices.insert(root.name.clone(), set);
         }
@@ -39,26 +42,26 @@ impl Sets {
         for (root, nodes) in file.roots.iter().zip(diagram.sizes(&edges)) {
             if root.nodes != nodes {
                 let condition = format!("`{}` has {} nodes: it has {nodes}", root.name, root.nodes);
-                return Err(Stop::violated(condition, None));
+                return Err(CheckError::violated(condition, None));
             }
         }
         Ok(sets)
     }
 
     /// Returns a set of states; a violation if the file does not have it.
-    pub(super) fn states(&self, name: &str) -> Check<StateSet> {
+    pub(super) fn states(&self, name: &str) -> CheckResult<StateSet> {
         self.asked.borrow_mut().insert(name.to_owned());
         self.states.get(name).cloned().ok_or_else(|| missing(name, "states"))
     }
 
     /// Returns a set of choices; a violation if the file does not have it.
-    pub(super) fn choices(&self, name: &str) -> Check<ChoiceSet> {
+    pub(super) fn choices(&self, name: &str) -> CheckResult<ChoiceSet> {
         self.asked.borrow_mut().insert(name.to_owned());
         self.choices.get(name).cloned().ok_or_else(|| missing(name, "choices"))
     }
 
     /// Returns the number of members of the set of a root.
-    pub(super) fn count(&self, engine: &SymbolicEngine, root: &Root) -> Check<Count> {
+    pub(super) fn count(&self, engine: &SymbolicEngine, root: &Root) -> CheckResult<Count> {
         let name = &root.name;
         match (root.kind, self.states.get(name), self.choices.get(name)) {
             (RootKind::States, Some(x), _) => Ok(engine.count(x)?),
@@ -74,7 +77,7 @@ impl Sets {
     }
 
     /// Returns the sets of states named `name(0)`, `name(1)`, … up to the first that is missing.
-    pub(super) fn sequence(&self, name: impl Fn(usize) -> String) -> Check<Vec<StateSet>> {
+    pub(super) fn sequence(&self, name: impl Fn(usize) -> String) -> CheckResult<Vec<StateSet>> {
         (0..).map(name).take_while(|name| self.has(name)).map(|name| self.states(&name)).collect()
     }
 
@@ -90,8 +93,8 @@ impl Sets {
     }
 }
 
-fn missing(name: &str, kind: &str) -> Stop {
-    Stop::violated(format!("the dump has `{name}`, a set of {kind}, which this check needs"), None)
+fn missing(name: &str, kind: &str) -> CheckError {
+    CheckError::violated(format!("the dump has `{name}`, a set of {kind}, which this check needs"), None)
 }
 
 fn edge(root: &Root) -> Edge {

@@ -16,34 +16,38 @@
 //! count as one.
 
 use super::checker::Checker;
-use super::stop::{Check, Stop};
+use super::error::{CheckError, CheckResult};
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, Engine};
 use crate::model::temporal::{Condition, Disjunct};
 use crate::names;
 
 /// Checks the region of each disjunct of a condition; returns ⋃_d U_d.
-pub(super) fn secured(checker: &mut Checker<'_>, objective: &str, condition: &Condition) -> Check<StateSet> {
+pub(super) fn secured(
+    checker: &mut Checker<'_>,
+    objective: &str,
+    condition: &Condition,
+) -> CheckResult<StateSet> {
     let Some(disjuncts) = condition.disjuncts() else {
-        return Err(Stop::violated(
+        return Err(CheckError::violated(
             format!("the formula of `{objective}` has a disjunctive normal form"),
             None,
         ));
     };
     let mut all = checker.engine.no_states();
     for (case, disjunct) in disjuncts.iter().enumerate() {
-        let kept = Kept::of(checker, names::secured(objective, case + 1), disjunct)?;
-        kept.inside(checker)?;
-        kept.outside(checker)?;
-        all = checker.engine.union(&all, &kept.region)?;
-        checker.passed(&kept.name);
-        checker.passed(&names::strategy(&kept.name));
+        let secured = SecuredRegion::of(checker, names::secured(objective, case + 1), disjunct)?;
+        secured.inside(checker)?;
+        secured.outside(checker)?;
+        all = checker.engine.union(&all, &secured.region)?;
+        checker.passed(&secured.name);
+        checker.passed(&names::strategy(&secured.name));
     }
     Ok(all)
 }
 
 /// U_d, with the conditions that it must satisfy.
-struct Kept {
+struct SecuredRegion {
     name: String,
     region: StateSet,
     /// The choices that stay in it.
@@ -54,8 +58,8 @@ struct Kept {
     again: Vec<StateSet>,
 }
 
-impl Kept {
-    fn of(checker: &Checker<'_>, name: String, disjunct: &Disjunct) -> Check<Self> {
+impl SecuredRegion {
+    fn of(checker: &Checker<'_>, name: String, disjunct: &Disjunct) -> CheckResult<Self> {
         let engine = &checker.engine;
         let mut allowed = engine.all_states();
         for &(mark, sign) in &disjunct.always {
@@ -67,10 +71,10 @@ impl Kept {
         let again = again.collect::<Result<_, _>>()?;
         let region = checker.regions.states(&name)?;
         let strategy = checker.regions.choices(&names::strategy(&name))?;
-        Ok(Kept { name, region, strategy, allowed, again })
+        Ok(SecuredRegion { name, region, strategy, allowed, again })
     }
 
-    fn inside(&self, checker: &Checker<'_>) -> Check {
+    fn inside(&self, checker: &Checker<'_>) -> CheckResult {
         let (engine, name) = (&checker.engine, &self.name);
         let condition =
             || format!("each state of `{name}` satisfies the conditions that must always hold there");
@@ -88,7 +92,7 @@ impl Kept {
         Ok(())
     }
 
-    fn outside(&self, checker: &Checker<'_>) -> Check {
+    fn outside(&self, checker: &Checker<'_>) -> CheckResult {
         let (engine, name) = (&checker.engine, &self.name);
         let left = checker.rounds(name, &engine.all_states(), |j, lost, left, rest| {
             let open = engine.intersection(lost, &self.allowed)?;
@@ -99,7 +103,7 @@ impl Kept {
             checker.subset(&saved, &engine.no_states(), condition)?;
             let moving = engine.sources(&safe)?;
             for mark in &self.again {
-                if engine.is_empty(&engine.intersection(mark, &moving)?) {
+                if engine.is_empty(&engine.intersection(mark, &moving)?)? {
                     return Ok(());
                 }
             }

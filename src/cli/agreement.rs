@@ -73,7 +73,6 @@ impl Tally {
 /// Compares all counts, classes and levels.
 fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<E>, right: &Analysis<F>) {
     let (a, b) = (left.result(), right.result());
-    let names = left.preferences();
     if let (Some(a), Some(b)) = (&a.counts, &b.counts) {
         tally.check(|| "states".to_owned(), &a.states, &b.states);
         tally.check(|| "choices".to_owned(), &a.choices, &b.choices);
@@ -83,7 +82,7 @@ fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<E>, right: &
     }
     tally.check(|| "number of objectives".to_owned(), &a.objectives.len(), &b.objectives.len());
     for (a, b) in a.objectives.iter().zip(&b.objectives) {
-        let name = |what: &str| format!("{what} states of `{}`", names.objectives[a.objective].name);
+        let name = |what: &str| format!("{what} states of `{}`", a.name);
         tally.check(|| name("target"), &a.target, &b.target);
         tally.check(|| name("almost-sure"), &a.almost_sure, &b.almost_sure);
         tally.check(|| name("positive"), &a.positive, &b.positive);
@@ -91,7 +90,7 @@ fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<E>, right: &
     let classes = (a.classes.as_deref().unwrap_or_default(), b.classes.as_deref().unwrap_or_default());
     tally.check(|| "number of classes".to_owned(), &classes.0.len(), &classes.1.len());
     for (a, b) in classes.0.iter().zip(classes.1) {
-        let name = || format!("class {{{}}}", names.names(&a.most_preferred).join(", "));
+        let name = || format!("class {{{}}}", a.most_preferred.join(", "));
         tally.check(name, &(&a.most_preferred, &a.states), &(&b.most_preferred, &b.states));
     }
     tally.check(|| "improvement MDP".to_owned(), &a.improvement, &b.improvement);
@@ -124,7 +123,7 @@ fn state_by_state<E: Engine, F: Engine>(
         }
         for ((name, mine), (_, theirs)) in mine.iter().zip(&theirs) {
             let (mine, theirs) =
-                (left.engine().contains(mine, state), right.engine().contains(theirs, state));
+                (left.engine().contains(mine, state)?, right.engine().contains(theirs, state)?);
             if mine != theirs && tally.difference.is_none() {
                 let at = program.show_state(state);
                 tally.difference = Some(format!("{name} at {at}: symbolic {mine}, explicit {theirs}"));
@@ -138,8 +137,8 @@ fn state_by_state<E: Engine, F: Engine>(
 mod tests {
     use std::sync::Arc;
 
+    use meliora::engine::ExplicitEngine;
     use meliora::engine::Settings;
-    use meliora::engine::explicit::ExplicitEngine;
     use meliora::error::SourceFile;
     use meliora::lang;
     use meliora::planning::Options;

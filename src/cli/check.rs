@@ -6,7 +6,6 @@ use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::output::CheckReport;
-use meliora::output::report::ModelSummary;
 use meliora::planning::{Analysis, Event, Phase};
 
 use super::exit::Status;
@@ -51,13 +50,8 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     )? {
         return Ok(status);
     }
-    let report = CheckReport::new(
-        &args.model.path(),
-        &args.preferences.path(),
-        args.engine.engine.name(),
-        args.model.scope.into(),
-        args.preferences.safety.name(),
-    );
+    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let report = CheckReport::new(header);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -76,14 +70,13 @@ impl Checked for CheckReport {
 
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     let read = || load::question(&args.model, &args.preferences, &job.watch);
-    let question = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    let question = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| {
-        r.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.empty = Some(question.preferences.empty.name());
-        r.history = question.preferences.whole_plays();
+        r.header.read_both(&question.program, &question.preferences);
+        r.header.history = question.preferences.whole_plays();
     });
     let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
-    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     analyse(job, &engine, &question, &args.preferences).map(|_| ())
 }
 
@@ -121,19 +114,19 @@ struct Run<'a, E: Engine, R: Checked> {
 
 impl<E: Engine, R: Checked> Run<'_, E, R> {
     fn phase(&mut self, phase: Phase) -> Result<(), Error> {
-        let (job, preferences) = (self.job, &self.question.preferences);
+        let job = self.job;
         let mut hear = |event: Event<'_>| {
-            job.update(|r| match (r.check(), event) {
-                (r, Event::Objective(counts)) => r.add_objective(preferences, counts),
-                (r, Event::Level(kind, _, count)) => r.add_level(kind, count),
-                (r, Event::Started(_) | Event::Finished(..)) => phases::note(&mut r.time, event),
+            job.update(|r| {
+                let r = r.check();
+                r.result.add(event);
+                phases::note(&mut r.time, event);
             });
         };
         let result = phases::run(self.analysis, &[phase], &job.watch, &mut hear);
         let usage = self.analysis.engine().usage();
         job.update(|r| {
             let r = r.check();
-            r.fill(preferences, self.analysis.result());
+            r.result.clone_from(self.analysis.result());
             r.memory.peak_nodes = usage.peak_nodes;
         });
         result
@@ -142,8 +135,7 @@ impl<E: Engine, R: Checked> Run<'_, E, R> {
     /// Adds the current results for the initial states to the report.
     fn initial(&mut self) -> Result<(), Error> {
         let prospects = self.analysis.initial_prospects(&self.question.program, LISTED)?;
-        let question = self.question;
-        self.job.update(|r| r.check().set_initial(&question.program, &question.preferences, &prospects));
+        self.job.update(|r| r.check().initial = prospects);
         Ok(())
     }
 
@@ -161,7 +153,7 @@ impl<E: Engine, R: Checked> Run<'_, E, R> {
     fn warn_of_empty_targets(&self) {
         for found in &self.analysis.result().objectives {
             if found.target == meliora::engine::Count::ZERO {
-                let name = &self.question.preferences.objectives[found.objective].name;
+                let name = &found.name;
                 let what = match self.question.preferences.whole_plays() {
                     Some(_) => "no strategy can guarantee the objective",
                     None => "no state satisfies the target of objective",

@@ -6,9 +6,9 @@ use clap::Args;
 use meliora::engine::{AnyEngine, Engine, Storage};
 use meliora::error::Error;
 use meliora::output::CompareReport;
-use meliora::output::check::CheckTime;
+use meliora::output::check::CheckFindings;
 use meliora::output::compare::{EngineReport, Preference};
-use meliora::output::report::{Counts, ModelSummary};
+use meliora::output::envelope::Times;
 use meliora::planning::{Analysis, Phase};
 
 use super::agreement::{self, Agreement};
@@ -54,22 +54,18 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
     {
         return Ok(status);
     }
-    let (model, preferences) = (args.model.path(), args.preferences.path());
-    let safety = args.preferences.safety.name();
-    let report = CompareReport::new(&model, &preferences, args.model.scope.into(), safety);
+    let report = CompareReport::new(args.preferences.header(&args.model));
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
     let read = || load::question(&args.model, &args.preferences, &job.watch);
-    let question = job.timed("parse", read, |_, _| ())?;
-    job.update(|r| {
-        r.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.empty = Some(question.preferences.empty.name());
-    });
-    let left = analysed(job, args, &question, (Storage::Symbolic, "symbolic: build"))?;
-    let right = analysed(job, args, &question, (Storage::Explicit, "explicit: build"))?;
+    let mut parsed = 0.0;
+    let question = job.timed("parse", read, |_, seconds| parsed = seconds)?;
+    job.update(|r| r.header.read_both(&question.program, &question.preferences));
+    let left = analysed(job, args, &question, (Storage::Symbolic, "symbolic: build"), parsed)?;
+    let right = analysed(job, args, &question, (Storage::Explicit, "explicit: build"), parsed)?;
     conclude(job, args, &question, &left, &right)
 }
 
@@ -79,13 +75,15 @@ fn analysed(
     args: &CompareArgs,
     question: &Question,
     (storage, phase): (Storage, &'static str),
+    parsed: f64,
 ) -> Result<Analysis<AnyEngine>, Error> {
     let start = Instant::now();
     let build = || load::engine(&question.program, &args.model, storage, &job.watch);
     let engine = job.timed(phase, build, |_, _| ())?;
-    let built = start.elapsed().as_secs_f64();
+    let mut time = Times::of::<CheckFindings>();
+    time.add("build", start.elapsed().as_secs_f64());
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    analyse(job, storage.name(), built, &mut analysis)?;
+    analyse(job, storage.name(), (time, parsed), &mut analysis)?;
     Ok(analysis)
 }
 
@@ -93,16 +91,16 @@ fn analysed(
 fn analyse<E: Engine>(
     job: &Job<CompareReport>,
     name: &'static str,
-    built: f64,
+    (mut time, parsed): (Times, f64),
     analysis: &mut Analysis<E>,
 ) -> Result<(), Error> {
-    let mut time = CheckTime { build: Some(built), ..CheckTime::default() };
-    phases::run(analysis, &Phase::ALL, &job.watch, &mut |event| phases::note(&mut time, event))?;
-    let parts = [time.build, time.outcomes, time.improvement, time.sasi, time.spi];
-    time.total = parts.into_iter().flatten().sum();
+    phases::run(analysis, Phase::ALL, &job.watch, &mut |event| phases::note(&mut time, event))?;
+    time.total = time.phases().filter_map(|(_, seconds)| seconds).sum();
+    // Both engines share the parsed input, so its time is not a part of the total.
+    time.add("parse", parsed);
     let usage = analysis.engine().usage();
     job.update(|r| {
-        r.counts = analysis.result().counts.as_ref().map(Counts::from);
+        r.counts.clone_from(&analysis.result().counts);
         r.memory.peak_nodes = r.memory.peak_nodes.max(usage.peak_nodes);
         let (peak_nodes, table_bytes) = (usage.peak_nodes, usage.bytes);
         r.engines.push(EngineReport { engine: name, time, peak_nodes, table_bytes });

@@ -27,7 +27,7 @@ impl Status {
     /// Returns the exit status for an error.
     pub(crate) fn of(error: &Error) -> Self {
         match error {
-            Error::Usage(_) => Status::Usage,
+            Error::Usage(_) | Error::ForeignSet => Status::Usage,
             Error::Limit(Limit::Interrupted) => Status::Interrupted,
             Error::Limit(_) => Status::Limit,
             // An error in a model, a dump or another file.

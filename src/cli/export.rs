@@ -7,8 +7,7 @@ use globset::{Glob, GlobSet, GlobSetBuilder};
 use meliora::dump::directory::{check_directory, sha256, write_directory};
 use meliora::error::Error;
 use meliora::export::{Inputs, Selection, export};
-use meliora::output::ExportReport;
-use meliora::output::report::ModelSummary;
+use meliora::output::{ExportReport, Header};
 use meliora::planning::{Analysis, Phase};
 
 use super::exit::Status;
@@ -109,12 +108,8 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
         return export_explicit::run(Wanted { model, preferences, out, texts, limit, strategy }, &shown);
     }
     let globs = globs(&args.region)?;
-    let report = ExportReport::new(
-        &args.model.path(),
-        args.model.scope.into(),
-        args.preferences.safety.name(),
-        &args.out.display().to_string(),
-    );
+    let header = Header { safety: Some(args.preferences.safety.name()), ..args.model.header() };
+    let report = ExportReport::to_directory(header, &args.out.display().to_string());
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args, &globs))
 }
@@ -143,11 +138,11 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     check_directory(&args.out)?;
     let read = || load::question(&args.model, &args.preferences, &job.watch);
     let question = job.timed("parse", read, |_, _| ())?;
-    job.update(|r| r.model = ModelSummary::of(&args.model.path(), &question.program));
+    job.update(|r| r.header.read(&question.program));
     let build = || load::symbolic(&question.program, &args.model, &job.watch);
     let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    phases::run(&mut analysis, &Phase::ALL, &job.watch, &mut |_| ())?;
+    phases::run(&mut analysis, Phase::ALL, &job.watch, &mut |_| ())?;
     let inputs = Inputs {
         model: (args.model.path(), sha256(question.program.source.original().as_bytes())),
         preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),

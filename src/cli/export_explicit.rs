@@ -8,8 +8,7 @@ use clap::ValueEnum;
 use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::export::explicit::{Graph, action_table, drn, explored, induced, prism};
-use meliora::output::ExplicitReport;
-use meliora::output::report::ModelSummary;
+use meliora::output::{ExplicitReport, Header};
 use meliora::planning::induced_model::Scheduler;
 use meliora::planning::{Analysis, Kind, Phase};
 
@@ -31,8 +30,8 @@ impl StrategyArg {
     /// Reads `sasi`, `spi:progress`, …
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         let (kind, scheduler) = text.split_once(':').unwrap_or((text, "permissive"));
-        match (Kind::named(kind), Scheduler::named(scheduler)) {
-            (Some(kind), Some(scheduler)) => Ok(StrategyArg { kind, scheduler }),
+        match (kind.parse(), scheduler.parse()) {
+            (Ok(kind), Ok(scheduler)) => Ok(StrategyArg { kind, scheduler }),
             _ => Err("expected a strategy such as sasi, spi, sasi:progress or spi:permissive".to_owned()),
         }
     }
@@ -67,13 +66,9 @@ pub(super) struct Wanted {
 /// # Errors
 /// The input is wrong, a limit is hit, or the directory cannot be written.
 pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
-    let report = ExplicitReport::new(
-        &wanted.model.path(),
-        wanted.model.scope.into(),
-        wanted.preferences.safety.name(),
-        &wanted.out.display().to_string(),
-        wanted.strategy.map(StrategyArg::name),
-    );
+    let header = Header { safety: Some(wanted.preferences.safety.name()), ..wanted.model.header() };
+    let directory = wanted.out.display().to_string();
+    let report = ExplicitReport::to_directory(header, &directory, wanted.strategy.map(StrategyArg::name));
     supervise(report, wanted.model.timeout, shown, move |job| work(job, &wanted))
 }
 
@@ -82,11 +77,11 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || load::question(&wanted.model, &wanted.preferences, &job.watch);
     let question = job.timed("parse", read, |_, _| ())?;
-    job.update(|r| r.model = ModelSummary::of(&wanted.model.path(), &question.program));
+    job.update(|r| r.header.read(&question.program));
     let build = || load::symbolic(&question.program, &wanted.model, &job.watch);
     let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());
-    phases::run(&mut analysis, &Phase::ALL, &job.watch, &mut |_| ())?;
+    phases::run(&mut analysis, Phase::ALL, &job.watch, &mut |_| ())?;
     let list = || listed(wanted, &analysis, &question.program);
     let graph = job.timed("states", list, |_, _| ())?;
     let names = job.timed("write", || folder.write(&texts(wanted, &graph)), |_, _| ())?;

@@ -73,6 +73,11 @@ impl Target {
         matches!(&self.place, Place::File { old: Some(_), .. })
     }
 
+    /// Returns whether the destination is a regular file, which may not exist yet.
+    pub(super) fn is_regular(&self) -> bool {
+        matches!(self.place, Place::File { .. })
+    }
+
     /// Returns whether the destination is standard output.
     pub(super) fn is_stdout(&self) -> bool {
         matches!(self.place, Place::Stdout)
@@ -90,6 +95,25 @@ impl Target {
     /// The destination cannot be written, or the disk is full.
     pub(super) fn write(&self, text: &str) -> Result<(), Error> {
         write_all(&[(self, text)])
+    }
+
+    /// Replaces the text, as [`Target::write`] does, and returns the open file, to which more can be
+    /// appended.
+    ///
+    /// # Errors
+    /// The errors of [`Target::write`].
+    pub(super) fn begin(&self, text: &str) -> Result<File, Error> {
+        if self.is_regular() {
+            self.write(text)?;
+        }
+        let begin = || {
+            let mut out = OpenOptions::new().append(true).open(&self.given)?;
+            if !self.is_regular() {
+                out.write_all(text.as_bytes())?;
+            }
+            Ok(out)
+        };
+        begin().map_err(|e| Error::writing(&self.given, &e))
     }
 
     /// Writes a text to a temporary file next to the destination. With `copied`, also copies an old

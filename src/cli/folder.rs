@@ -4,9 +4,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use meliora::dump::directory::temporary_directory;
 use meliora::dump::manifest;
 use meliora::error::Error;
-use tempfile::{Builder, TempDir};
 
 use super::files::{self, Target};
 
@@ -69,7 +69,7 @@ impl Folder {
     }
 
     fn create(&self, texts: &[String]) -> io::Result<()> {
-        let new = beside(&self.given)?;
+        let new = temporary_directory(files::folder(&self.given))?;
         for (name, text) in self.names.iter().zip(texts) {
             fs::write(new.path().join(name), text)?;
         }
@@ -77,16 +77,4 @@ impl Folder {
         let _ = new.keep();
         Ok(())
     }
-}
-
-/// Creates a temporary folder next to the destination, with the mode of new folders.
-fn beside(place: &Path) -> io::Result<TempDir> {
-    let mut builder = Builder::new();
-    builder.prefix(".meliora-export-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o777));
-    }
-    builder.tempdir_in(files::folder(place))
 }

@@ -47,7 +47,7 @@ struct GridworldArgs {
     /// Value of nothing: how a state without a sure objective compares [default: from the map, or
     /// bottom]
     #[arg(long, value_enum)]
-    empty: Option<EmptyArg>,
+    empty: Option<Empty>,
 
     /// Seed of the random numbers: the same seed always gives the same files
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -130,17 +130,6 @@ struct RandomArgs {
 #[derive(Debug, Clone, Copy)]
 struct Battery(Option<u32>);
 
-/// `empty = …`.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum EmptyArg {
-    /// Achieving nothing is worse than every objective
-    Bottom,
-    /// Gaining a first objective improves; losing the last one does not weaken
-    Gain,
-    /// Achieving nothing is incomparable to every objective
-    Incomparable,
-}
-
 /// One of the two files.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum Text {
@@ -157,8 +146,7 @@ enum Text {
 /// The parameters or the map are wrong, or a file cannot be written.
 pub(super) fn run(args: &GenerateArgs) -> Result<Status, Error> {
     let Family::Gridworld(args) = &args.family;
-    let choices =
-        Choices { prefer: args.prefer.clone(), empty: args.empty.map(EmptyArg::value), seed: args.seed };
+    let choices = Choices { prefer: args.prefer.clone(), empty: args.empty, seed: args.seed };
     let generated = match &args.from_map {
         Some(path) => generate::from_map(&load::read(path)?, &choices)?,
         None => generate::gridworld(&args.parameters(), &choices)?,
@@ -192,16 +180,6 @@ impl GridworldArgs {
             robots: random.robots,
             patrols: random.patrols,
             ..standard
-        }
-    }
-}
-
-impl EmptyArg {
-    fn value(self) -> Empty {
-        match self {
-            EmptyArg::Bottom => Empty::Bottom,
-            EmptyArg::Gain => Empty::Gain,
-            EmptyArg::Incomparable => Empty::Incomparable,
         }
     }
 }

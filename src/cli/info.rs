@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use meliora::engine::symbolic::order;
-use meliora::engine::{Engine, Scope};
+use meliora::advanced::symbolic::order;
+use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::lang::flat::Flat;
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
-use meliora::output::InfoReport;
 use meliora::output::info::{FlatReport, Nodes, RewardSummary};
-use meliora::output::report::{Counts, ModelSummary};
+use meliora::output::{Header, InfoReport};
+use meliora::planning::result::ModelCounts;
 
 use super::exit::Status;
 use super::load;
@@ -46,8 +46,9 @@ pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
     if args.flat {
         return show_flat(&args);
     }
-    let scope: Scope = args.model.scope.into();
-    let report = InfoReport::new(&args.model.path(), args.engine.engine.name(), scope);
+    let scope = args.model.scope;
+    let header = Header::of_model(&args.model.path());
+    let report = InfoReport::with_settings(header, args.engine.engine.name(), scope);
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -72,13 +73,13 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
             Ok((question.program, question.overlap))
         }
     };
-    let (program, overlap) = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    let (program, overlap) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| {
-        r.model = ModelSummary::of(&args.model.path(), &program);
+        r.header.read(&program);
         r.rewards = RewardSummary::all(&program);
     });
     let build = || load::engine(&program, &args.model, args.engine.engine, &job.watch);
-    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     if let Some(engine) = engine.symbolic() {
         let sizes = engine.sizes();
         job.update(|r| {
@@ -97,8 +98,8 @@ fn count<E: Engine>(
     program: &Program,
     overlap: Option<ExprId>,
 ) -> Result<(), Error> {
-    let counts = job.timed("count", || Counts::of(engine), |r, s| r.time.count = Some(s))?;
-    load::warn_of_states(&job.watch, engine, program, &counts.deadlocks.0, overlap)?;
+    let counts = job.timed("count", || ModelCounts::of(engine), |r, s| r.time.add("count", s))?;
+    load::warn_of_states(&job.watch, engine, program, &counts.deadlocks, overlap)?;
     job.update(|r| {
         r.counts = Some(counts);
         r.memory.peak_nodes = engine.usage().peak_nodes;

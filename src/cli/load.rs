@@ -7,10 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use meliora::dump::manifest;
 use meliora::engine::regions::Regions;
-use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Diagnostic, Error, Severity, SourceFile};
-use meliora::lang::ast::Span;
 use meliora::lang::ltl::{Formula, Monitoring};
 use meliora::lang::named::{self, Property};
 use meliora::lang::property::{Measure, Question as Asks};
@@ -258,10 +257,10 @@ pub(super) fn wrong_rewards(program: &mut Program, asks: &Asks) -> Option<ExprId
 pub(super) fn goal(
     program: &mut Program,
     source: &Arc<SourceFile>,
-    formula: &Formula<Span>,
+    formula: &Formula,
 ) -> Result<Goal, Error> {
     if let Some(target) = formula.reachability() {
-        return Ok(Goal::Target(lang::lower_part(program, source, *target)?));
+        return Ok(Goal::Target(lang::lower_target(program, source, target)?));
     }
     let mut watched = program.clone();
     let mut watching = Monitoring::new(&mut watched);
@@ -313,7 +312,7 @@ pub(super) fn settings(args: &ModelArgs, storage: Storage, watch: &Arc<Watch>) -
         file => Order::Text(read(Path::new(file))?),
     };
     Ok(Settings {
-        scope: args.scope.into(),
+        scope: args.scope,
         storage,
         memory: args.memory(),
         order,
@@ -330,10 +329,10 @@ pub(super) fn settings(args: &ModelArgs, storage: Storage, watch: &Arc<Watch>) -
 pub(super) fn engine(
     program: &Arc<Program>,
     args: &ModelArgs,
-    storage: impl Into<Storage>,
+    storage: Storage,
     watch: &Arc<Watch>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    AnyEngine::new(Arc::clone(program), settings(args, storage.into(), watch)?).map(Arc::new)
+    AnyEngine::new(Arc::clone(program), settings(args, storage, watch)?).map(Arc::new)
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.

@@ -7,6 +7,9 @@ use meliora::error::Error;
 use super::exit::Status;
 use super::terminal;
 
+/// The program and its version, at the foot of the page.
+const SOURCE: &str = concat!("meliora ", env!("CARGO_PKG_VERSION"));
+
 /// Print the manual page of the program or of one command, in roff
 #[derive(Debug, Args)]
 pub(super) struct ManArgs {
@@ -34,7 +37,7 @@ pub(super) fn run(args: &ManArgs) -> Result<Status, Error> {
         },
     };
     let mut text = Vec::new();
-    if let Err(e) = Man::new(page).render(&mut text) {
+    if let Err(e) = Man::new(page).source(SOURCE).render(&mut text) {
         return Err(Error::Io { path: "standard output".to_owned(), message: e.to_string() });
     }
     terminal::print(&String::from_utf8_lossy(&text))?;

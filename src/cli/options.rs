@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use meliora::engine::{Scope, Storage};
 use meliora::error::Error;
+use meliora::output::Header;
 use meliora::planning::{Options, Safety};
 
 use super::size;
@@ -33,7 +34,7 @@ pub(super) struct ModelArgs {
 
     /// Valuations of the variables that count as states
     #[arg(long, value_enum, default_value_t)]
-    pub(super) scope: ScopeArg,
+    pub(super) scope: Scope,
 
     /// Order of the BDD variables: as declared, chosen by a heuristic, or from a file with one name
     /// per line
@@ -59,10 +60,15 @@ pub(super) struct ModelArgs {
 
     /// The number of instances of a sweep that share the memory
     #[arg(long, hide = true, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-    beside: u64,
+    sharing: u64,
 }
 
 impl ModelArgs {
+    /// Returns the header of a report about the model.
+    pub(super) fn header(&self) -> Header {
+        Header { scope: Some(self.scope.into()), ..Header::of_model(&self.path()) }
+    }
+
     /// Returns the path of the model as reports show it.
     pub(super) fn path(&self) -> String {
         self.model.display().to_string()
@@ -70,7 +76,7 @@ impl ModelArgs {
 
     /// Returns the memory limit of the engine, in bytes.
     pub(super) fn memory(&self) -> u64 {
-        self.memory.unwrap_or_else(size::default_memory) / self.beside
+        self.memory.unwrap_or_else(size::default_memory) / self.sharing
     }
 
     /// Returns the number of threads for the symbolic engine.
@@ -100,7 +106,7 @@ impl ModelArgs {
 pub(super) struct EngineArgs {
     /// Representation of states: in decision diagrams or one by one
     #[arg(help_heading = LIMITS, long, value_enum, default_value_t)]
-    pub(super) engine: EngineArg,
+    pub(super) engine: Storage,
 }
 
 impl EngineArgs {
@@ -110,7 +116,7 @@ impl EngineArgs {
     /// [`Error::Usage`] for `--order` with the explicit engine.
     pub(super) fn validate(self, model: &ModelArgs) -> Result<(), Error> {
         match self.engine {
-            EngineArg::Explicit if model.order != "auto" => Err(Error::Usage(
+            Storage::Explicit if model.order != "auto" => Err(Error::Usage(
                 "`--order` orders BDD variables; it cannot be used with `--engine explicit`, which has none"
                     .to_owned(),
             )),
@@ -128,7 +134,7 @@ pub(super) struct PreferenceArgs {
 
     /// Treatment of actions that can make the prospects worse
     #[arg(long, value_enum, default_value_t)]
-    pub(super) safety: SafetyArg,
+    pub(super) safety: Safety,
 
     /// Maximum number of levels to compute
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -136,10 +142,15 @@ pub(super) struct PreferenceArgs {
 }
 
 impl PreferenceArgs {
+    /// Returns the header of a report about a model and these preferences.
+    pub(super) fn header(&self, model: &ModelArgs) -> Header {
+        model.header().with_preferences(&self.path(), self.safety.name())
+    }
+
     /// Returns the options of the analysis.
     pub(super) fn options(&self) -> Options {
         let max_level = self.max_level.map(|n| usize::try_from(n).unwrap_or(usize::MAX));
-        Options { safety: self.safety.into(), max_level }
+        Options { safety: self.safety, max_level }
     }
 
     /// Returns the path of the preference file as reports show it.
@@ -175,81 +186,6 @@ impl ShownArgs {
         let is_instance = model.instance.is_some();
         let quiet = self.quiet || (is_instance && self.verbose == 0);
         ShownArgs { json: self.json || is_instance, quiet, ..self.clone() }
-    }
-}
-
-/// The valuations that are states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub(super) enum ScopeArg {
-    /// The valuations that are reachable from the initial states
-    #[default]
-    Reachable,
-    /// Every valuation of the declared variables
-    All,
-}
-
-impl From<ScopeArg> for Scope {
-    fn from(scope: ScopeArg) -> Self {
-        match scope {
-            ScopeArg::Reachable => Scope::Reachable,
-            ScopeArg::All => Scope::All,
-        }
-    }
-}
-
-/// The representation of states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub(super) enum EngineArg {
-    /// Sets of states are binary decision diagrams
-    #[default]
-    Symbolic,
-    /// States are stored one by one; for small models and cross-checks
-    Explicit,
-}
-
-impl From<EngineArg> for Storage {
-    fn from(engine: EngineArg) -> Self {
-        match engine {
-            EngineArg::Symbolic => Storage::Symbolic,
-            EngineArg::Explicit => Storage::Explicit,
-        }
-    }
-}
-
-impl EngineArg {
-    /// Returns the name that reports show.
-    pub(super) fn name(self) -> &'static str {
-        Storage::from(self).name()
-    }
-}
-
-/// The treatment of choices that may weaken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub(super) enum SafetyArg {
-    /// Drop every action with a successor that weakens the state: no step of a path weakens
-    #[default]
-    Action,
-    /// Drop weakening successors and keep the others, as in the paper: such an action may still
-    /// weaken
-    Transition,
-    /// Never weaken the state where planning started; after an improvement, the improved state
-    Prefix,
-}
-
-impl SafetyArg {
-    /// Returns the name that reports show.
-    pub(super) fn name(self) -> &'static str {
-        Safety::from(self).name()
-    }
-}
-
-impl From<SafetyArg> for Safety {
-    fn from(safety: SafetyArg) -> Self {
-        match safety {
-            SafetyArg::Action => Safety::Action,
-            SafetyArg::Transition => Safety::Transition,
-            SafetyArg::Prefix => Safety::Prefix,
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use meliora::engine::Engine;
 use meliora::error::Error;
-use meliora::output::check::CheckTime;
+use meliora::output::envelope::Times;
 use meliora::planning::{Analysis, Event, Phase};
 
 use super::watch::Watch;
@@ -43,14 +43,9 @@ pub(super) fn run<E: Engine>(
 }
 
 /// Records the time of a phase. Counting is a part of building.
-pub(super) fn note(time: &mut CheckTime, event: Event<'_>) {
-    let Event::Finished(phase, took) = event else { return };
-    let took = took.as_secs_f64();
-    match phase {
-        Phase::Counts => time.build = Some(time.build.unwrap_or(0.0) + took),
-        Phase::Outcomes => time.outcomes = Some(took),
-        Phase::Improvement => time.improvement = Some(took),
-        Phase::Sasi => time.sasi = Some(took),
-        Phase::Spi => time.spi = Some(took),
+pub(super) fn note(time: &mut Times, event: Event<'_>) {
+    if let Event::Finished(phase, took) = event {
+        let name = if phase == Phase::Counts { "build" } else { phase.name() };
+        time.add(name, took.as_secs_f64());
     }
 }

@@ -2,55 +2,16 @@
 
 use std::sync::Arc;
 
-use clap::ValueEnum;
 use meliora::engine::{Engine, Scope};
 use meliora::error::{Diagnostic, Error, SourceFile};
 use meliora::lang;
 use meliora::model::{Program, State};
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, Scheduler};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Phase};
 
 use super::load::Question;
 use super::options::{ModelArgs, PreferenceArgs};
 use super::phases;
 use super::watch::Watch;
-
-/// `--kind`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub(super) enum KindArg {
-    /// Safe and almost-surely improving
-    #[default]
-    Sasi,
-    /// Safe and positively improving
-    Spi,
-}
-
-impl From<KindArg> for Kind {
-    fn from(kind: KindArg) -> Self {
-        match kind {
-            KindArg::Sasi => Kind::Sasi,
-            KindArg::Spi => Kind::Spi,
-        }
-    }
-}
-
-/// `--strategy`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub(super) enum PicksArg {
-    /// The first permitted action that comes closer to an improvement
-    #[default]
-    Progress,
-    /// All permitted actions, each with the same probability
-    Permissive,
-}
-
-impl From<PicksArg> for Scheduler {
-    fn from(scheduler: PicksArg) -> Self {
-        match scheduler {
-            PicksArg::Permissive => Scheduler::Permissive,
-            PicksArg::Progress => Scheduler::Progress,
-        }
-    }
-}
 
 /// Reads `--at`.
 ///
@@ -79,18 +40,19 @@ pub(super) fn in_scope<E: Engine>(
     states: &[State],
 ) -> Result<(), Error> {
     let all = engine.all_states();
-    let outside = |(text, state): (&String, &State)| {
-        (!engine.contains(&all, state)).then(|| {
-            let source = SourceFile::new("--at", text.as_str());
-            let message = "this state cannot be reached from the initial states";
-            let diagnostic = Diagnostic::new(&source, 0..text.len(), message);
-            match Scope::from(args.scope) {
-                Scope::Reachable => diagnostic.help("`--scope all` accepts every valuation as a state"),
-                Scope::All => diagnostic,
-            }
-        })
-    };
-    let wrong: Vec<Diagnostic> = texts.iter().zip(states).filter_map(outside).collect();
+    let mut wrong = Vec::new();
+    for (text, state) in texts.iter().zip(states) {
+        if engine.contains(&all, state)? {
+            continue;
+        }
+        let source = SourceFile::new("--at", text.as_str());
+        let message = "this state cannot be reached from the initial states";
+        let diagnostic = Diagnostic::new(&source, 0..text.len(), message);
+        wrong.push(match args.scope {
+            Scope::Reachable => diagnostic.help("`--scope all` accepts every valuation as a state"),
+            Scope::All => diagnostic,
+        });
+    }
     if wrong.is_empty() { Ok(()) } else { Err(Error::Input(wrong)) }
 }
 

@@ -12,8 +12,8 @@ use meliora::lang::property::{Bound, Question as Asks, Strategies};
 use meliora::lang::{open_constants, parse_properties, split_constants};
 use meliora::model::Program;
 use meliora::output::PropertiesReport;
-use meliora::output::properties::PropertyAnswer;
-use meliora::output::report::{Counts, ModelSummary};
+use meliora::output::properties::{PropertyAnswer, Sizes};
+use meliora::planning::result::ModelCounts;
 use meliora::planning::temporal;
 
 use super::exit::Status;
@@ -31,14 +31,17 @@ pub(super) struct Questions {
     pub(super) precision: f64,
 }
 
+fn report(model: &ModelArgs, engine: EngineArgs) -> PropertiesReport {
+    PropertiesReport::new(model.header().with_engine(engine.engine.name()))
+}
+
 /// Runs the command for a property file.
 ///
 /// # Errors
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Error> {
-    let file = questions.file.display().to_string();
-    let Questions { model, engine, .. } = &questions;
-    let report = PropertiesReport::new(&model.path(), Some(&file), engine.engine.name(), model.scope.into());
+    let mut report = report(&questions.model, questions.engine);
+    report.header.file = Some(questions.file.display().to_string());
     let shown = shown.of(&questions.model);
     supervise(report, questions.model.timeout, &shown, move |job| {
         let (asked, open) = job.timed("parse", || read(job, &questions), |_, _| ())?;
@@ -56,7 +59,7 @@ pub(super) fn several(
     (properties, precision): (Vec<String>, f64),
     shown: &ShownArgs,
 ) -> Result<Status, Error> {
-    let report = PropertiesReport::new(&model.path(), None, engine.engine.name(), model.scope.into());
+    let report = report(&model, engine);
     let (shown, timeout) = (shown.of(&model), model.timeout);
     supervise(report, timeout, &shown, move |job| {
         let read = || load::asked(&model, None, &properties, &job.watch);
@@ -109,7 +112,7 @@ fn work(
     open: &[usize],
     precision: f64,
 ) -> Result<(), Error> {
-    job.update(|r| r.model = ModelSummary::of(&args.0.path(), &asked.program));
+    job.update(|r| r.header.read(&asked.program));
     let all = || asked.questions.iter().zip(open.iter().copied());
     let plain: Vec<_> = all().filter(|(q, _)| matches!(q.goal, Goal::Target(_))).collect();
     if !plain.is_empty() || asked.questions.is_empty() {
@@ -147,11 +150,11 @@ fn answer<E: Engine>(
         Some((asking, _)) => asking.goal.judged(engine)?,
         None => engine.all_states(),
     };
-    let counts = job.timed("count", || Counts::within(engine, &judged), |_, _| ())?;
+    let counts = job.timed("count", || ModelCounts::within(engine, &judged), |_, _| ())?;
     let mut known = false;
     job.update(|r| known = r.counts.is_some());
     if !known {
-        load::warn_of_states(&job.watch, engine, &asked.program, &counts.deadlocks.0, asked.overlap)?;
+        load::warn_of_states(&job.watch, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
         job.update(|r| r.counts = Some(counts));
     }
     let initial = engine.initial_states();
@@ -165,20 +168,22 @@ fn answer<E: Engine>(
         let (value, holds) = job.timed("value", answered, |_, _| ())?;
         let found = asking.goal.restricted(engine, found)?;
         let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));
-        let (pmax_one, pmax_positive) = (size(&found.pmax_one)?, size(&found.pmax_positive)?);
-        let (pmin_one, pmin_positive) = (size(&found.pmin_one)?, size(&found.pmin_positive)?);
+        let sizes = Sizes {
+            pmax_one: size(&found.pmax_one)?,
+            pmax_positive: size(&found.pmax_positive)?,
+            pmin_one: size(&found.pmin_one)?,
+            pmin_positive: size(&found.pmin_positive)?,
+        };
         let holds = match asking.property {
             Some(Asks::Qualitative(strategies, bound)) => {
                 let satisfying = satisfying(engine, (strategies, bound), found)?;
-                Some(engine.is_empty(&engine.difference(&initial, &satisfying)?))
+                Some(engine.is_empty(&engine.difference(&initial, &satisfying)?)?)
             }
             _ => holds,
         };
         job.update(|r| {
             let answer = &mut r.properties[position];
-            (answer.pmax_one, answer.pmax_positive) = (pmax_one, pmax_positive);
-            (answer.pmin_one, answer.pmin_positive) = (pmin_one, pmin_positive);
-            (answer.holds, answer.value) = (holds, value);
+            (answer.holds, answer.value, answer.sizes) = (holds, value, sizes);
             r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
         });
     }

@@ -36,7 +36,7 @@ pub(super) fn precision(text: &str) -> std::result::Result<f64, String> {
 /// The regions contain all states, also those with monitors that are not fresh.
 ///
 /// # Errors
-/// A limit is hit; a reward is wrong; the bounds of the value are too wide.
+/// A limit is hit, or a reward is wrong.
 pub(super) fn answer<E: Engine>(
     engine: &E,
     asking: &Asking,
@@ -59,22 +59,15 @@ pub(super) fn answer<E: Engine>(
     let optimum = quantity.strategies(program).unwrap_or(Optimum::Max);
     let wanted = wanted(program, quantity, &target)?;
     let values = |exact| reach::values(engine, program, (&wanted, optimum), regions, &states, exact);
-    let found = values(false)?;
-    let value = over(&found);
-    let Some(value) = value else { return Ok((None, None)) };
-    let holds = match quantity.bound {
-        None => None,
-        Some(bound) => Some(match truth(&found, bound) {
-            Some(truth) => truth,
-            // The bound lies within an interval: exact numbers decide.
-            None => truth(&values(true)?, bound).unwrap_or(false),
-        }),
-    };
-    if holds.is_none() && value.width() > precision {
-        let what = format!("the bounds {} and {} are too far apart", value.lower, value.upper);
-        return Err(Limit::Size { what }.into());
+    let mut found = values(false)?;
+    let is_narrow = |found: &[Value]| over(found).is_none_or(|value| value.width() <= precision);
+    let is_decided = |found: &[Value]| quantity.bound.is_none_or(|bound| truth(found, bound).is_some());
+    // Where bounds are too wide, or contain the bound of the property, exact numbers decide.
+    if !is_narrow(&found) || !is_decided(&found) {
+        found = values(true)?;
     }
-    Ok((Some(value), holds))
+    let holds = quantity.bound.and_then(|bound| truth(&found, bound));
+    Ok((over(&found), holds))
 }
 
 /// Checks the rewards in all states of the scope; the error names one of the wrong ones.

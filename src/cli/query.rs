@@ -7,9 +7,9 @@ use std::time::Duration;
 use clap::Args;
 use meliora::engine::{Scope, Settings};
 use meliora::error::Error;
+use meliora::model::valuation::Valuation;
 use meliora::output::QueryReport;
 use meliora::output::query::{Contained, Rows};
-use meliora::output::report::json_state;
 use meliora::query::{Archive, Selected};
 
 use super::exit::Status;
@@ -84,7 +84,7 @@ impl LimitArgs {
 /// The dump or the region expression is wrong, or a limit is hit.
 pub(super) fn run(args: QueryArgs) -> Result<Status, Error> {
     let directory = args.directory.display().to_string();
-    let mut report = QueryReport::new(&directory, &args.region, args.condition.as_deref());
+    let mut report = QueryReport::of_region(&directory, &args.region, args.condition.as_deref());
     report.plain = args.count;
     let (timeout, shown) = (args.limits.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
@@ -108,7 +108,7 @@ fn work(job: &Job<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
         let state = archive.state(text)?;
         let member = archive.member(&selected, &state)?;
         let found = Contained {
-            state: json_state(archive.program(), &state),
+            state: Valuation::of(archive.program(), &state),
             contained: member.is_some(),
             choices: member.and_then(|m| m.choices),
         };

@@ -8,9 +8,9 @@ use meliora::engine::{Count, Engine};
 use meliora::error::Error;
 use meliora::lang::property::Question as Asks;
 use meliora::model::expr::ExprId;
-use meliora::output::reach::{InitialShare, ReachTime, Share};
-use meliora::output::report::{Counts, ModelSummary};
-use meliora::output::{Number, ReachReport};
+use meliora::output::ReachReport;
+use meliora::output::reach::Share;
+use meliora::planning::result::ModelCounts;
 use meliora::planning::temporal;
 
 use super::exit::Status;
@@ -77,23 +77,23 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
         return properties::several(model, engine, (property, precision), &shown);
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
-    let report =
-        ReachReport::new(&args.model.path(), args.engine.engine.name(), args.model.scope.into(), &asked);
+    let header = args.model.header().with_engine(args.engine.engine.name());
+    let report = ReachReport::of_expression(header, &asked);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     let read = || load::asked(&args.model, args.target.as_deref(), &args.property, &job.watch);
-    let asked = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    job.update(|r| r.model = ModelSummary::of(&args.model.path(), &asked.program));
+    let asked = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    job.update(|r| r.header.read(&asked.program));
     let Some(asking) = asked.questions.first() else { return Ok(()) };
     let program = match &asking.goal {
         Goal::Target(_) => &asked.program,
         Goal::Formula(watched) => &watched.program,
     };
     let build = || load::engine(program, &args.model, args.engine.engine, &job.watch);
-    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     answer(job, &*engine, &asked, asking, args.precision)
 }
 
@@ -106,14 +106,10 @@ fn answer<E: Engine>(
     precision: f64,
 ) -> Result<(), Error> {
     let judged = asking.goal.judged(engine)?;
-    let counts = job.timed(
-        "count",
-        || Counts::within(engine, &judged),
-        |r, s| {
-            r.time.build = Some(r.time.build.unwrap_or(0.0) + s);
-        },
-    )?;
-    load::warn_of_states(&job.watch, engine, &asked.program, &counts.deadlocks.0, asked.overlap)?;
+    // Counting is a part of building.
+    let count = || ModelCounts::within(engine, &judged);
+    let counts = job.timed("count", count, |r, s| r.time.add("build", s))?;
+    load::warn_of_states(&job.watch, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
     job.update(|r| r.counts = Some(counts));
     let search = Search { job, engine, judged };
     let found = match &asking.goal {
@@ -126,7 +122,7 @@ fn answer<E: Engine>(
         }
     };
     let answered = || quantity::answer(engine, asking, &asked.program, &found, precision);
-    let (value, holds) = job.timed("value", answered, |r, s| r.time.value = Some(s))?;
+    let (value, holds) = job.timed("value", answered, |r, s| r.time.add("value", s))?;
     let holds = match asking.property {
         Some(Asks::Qualitative(strategies, bound)) => {
             let found = asking.goal.restricted(engine, found)?;
@@ -143,26 +139,13 @@ fn answer<E: Engine>(
     Ok(())
 }
 
-/// The place of a region in the report.
-struct Slot {
-    name: &'static str,
-    size: fn(&mut ReachReport) -> &mut Option<Number>,
-    share: fn(&mut InitialShare) -> &mut Option<Share>,
-    time: fn(&mut ReachTime) -> &mut Option<f64>,
-}
-
-/// Returns the slot of a region: the field with its name in each part of the report.
-fn slot(which: Which) -> Slot {
-    macro_rules! of {
-        ($name:literal, $field:ident) => {
-            Slot { name: $name, size: |r| &mut r.$field, share: |i| &mut i.$field, time: |t| &mut t.$field }
-        };
-    }
+/// Returns the name of a region as a phase.
+fn phase(which: Which) -> &'static str {
     match which {
-        Which::PmaxPositive => of!("Pmax > 0", pmax_positive),
-        Which::PmaxOne => of!("Pmax = 1", pmax_one),
-        Which::PminPositive => of!("Pmin > 0", pmin_positive),
-        Which::PminOne => of!("Pmin = 1", pmin_one),
+        Which::PmaxPositive => "Pmax > 0",
+        Which::PmaxOne => "Pmax = 1",
+        Which::PminPositive => "Pmin > 0",
+        Which::PminOne => "Pmin = 1",
     }
 }
 
@@ -191,17 +174,16 @@ impl<E: Engine> Search<'_, E> {
         which: Which,
         find: &mut dyn FnMut() -> Result<E::States, Error>,
     ) -> Result<E::States, Error> {
-        let slot = slot(which);
         let work = || {
             let states = find()?;
             Ok((self.engine.intersection(&states, &self.judged)?, states))
         };
-        let (judged, states) = self.job.timed(slot.name, work, |r, s| *(slot.time)(&mut r.time) = Some(s))?;
+        let (judged, states) = self.job.timed(phase(which), work, |r, s| r.time.add(which.name(), s))?;
         let size = self.engine.count(&judged)?;
         let share = self.share(&judged)?;
         self.job.update(|r| {
-            *(slot.size)(r) = Some(size.into());
-            *(slot.share)(&mut r.initial) = Some(share);
+            *r.sizes.get_mut(which) = Some(size.into());
+            *r.initial.get_mut(which) = Some(share);
             r.memory.peak_nodes = self.engine.usage().peak_nodes;
         });
         Ok(states)
@@ -212,8 +194,8 @@ impl<E: Engine> Search<'_, E> {
         let initial = self.engine.initial_states();
         let inside = self.engine.intersection(&initial, states)?;
         Ok(match () {
-            () if self.engine.same(&inside, &initial) => Share::All,
-            () if self.engine.is_empty(&inside) => Share::None,
+            () if self.engine.same(&inside, &initial)? => Share::All,
+            () if self.engine.is_empty(&inside)? => Share::None,
             () => Share::Some,
         })
     }

@@ -1,25 +1,25 @@
-//! `meliora report`: the results of `check` as an interactive page, a picture or Markdown.
+//! `meliora report`: the results of `check` as an interactive page or a picture.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use meliora::engine::Engine;
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::{Engine, Storage, SymbolicEngine};
 use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::page::{Content, Picture, Play, Written};
-use meliora::output::report::{ModelSummary, Report};
+use meliora::output::report::Report;
 use meliora::output::simulate::TraceReport;
 use meliora::output::{CheckReport, PageReport};
-use meliora::planning::{Analysis, Kind, Rank, Setup, Simulation};
+use meliora::planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation};
 use meliora::projections::{self, Plane, Projections};
+use strum::{Display, IntoStaticStr};
 
 use super::check::{self, Checked};
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Question};
-use super::options::{EngineArg, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, KindArg, PicksArg};
+use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::plan;
 use super::size;
 use super::supervise::{Job, supervise};
 
@@ -44,13 +44,13 @@ pub(super) struct ReportArgs {
     #[arg(short, long, value_name = "FILE", required_if_eq("json", "true"))]
     out: Option<PathBuf>,
 
-    /// html: the page; svg: one picture; dot: the preference order; md: Markdown
+    /// html: the page; svg: one picture; dot: the preference order
     #[arg(long, value_enum, default_value_t)]
-    format: FormatArg,
+    format: Format,
 
     /// Picture that `--format svg` draws [default: sasi, or hasse for models without a map]
     #[arg(long, value_enum)]
-    picture: Option<PictureArg>,
+    picture: Option<Picture>,
 
     /// Integer variables of the maps [default: variables with names such as r and c, row and col, y
     /// and x, else the first two]
@@ -64,11 +64,11 @@ pub(super) struct ReportArgs {
 
     /// Improvements that the run aims for [default: sasi if its rank is positive, else spi]
     #[arg(long, value_enum)]
-    kind: Option<KindArg>,
+    kind: Option<Kind>,
 
     /// Strategy of the run
-    #[arg(long, value_enum, default_value_t)]
-    strategy: PicksArg,
+    #[arg(long, value_enum, default_value_t = Scheduler::Progress)]
+    strategy: Scheduler,
 
     /// Seed of the random numbers: the same seed gives the same run
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -86,48 +86,13 @@ pub(super) struct ReportArgs {
 }
 
 /// `--format`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum FormatArg {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Display, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
+enum Format {
     #[default]
     Html,
     Svg,
     Dot,
-    Md,
-}
-
-impl FormatArg {
-    fn name(self) -> &'static str {
-        match self {
-            FormatArg::Html => "html",
-            FormatArg::Svg => "svg",
-            FormatArg::Dot => "dot",
-            FormatArg::Md => "md",
-        }
-    }
-}
-
-/// `--picture`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum PictureArg {
-    /// Preference order
-    Hasse,
-    /// Map of guaranteed improvements (SASI ranks)
-    Sasi,
-    /// Map of possible improvements (SPI ranks)
-    Spi,
-    /// Map of the most preferred objectives (classes)
-    Classes,
-}
-
-impl From<PictureArg> for Picture {
-    fn from(picture: PictureArg) -> Self {
-        match picture {
-            PictureArg::Hasse => Picture::Hasse,
-            PictureArg::Sasi => Picture::Sasi,
-            PictureArg::Spi => Picture::Spi,
-            PictureArg::Classes => Picture::Classes,
-        }
-    }
 }
 
 impl Checked for PageReport {
@@ -142,13 +107,8 @@ impl Checked for PageReport {
 /// The input is wrong, a limit is hit, or the file cannot be written.
 pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
     args.validate()?;
-    let report = PageReport::new(CheckReport::new(
-        &args.model.path(),
-        &args.preferences.path(),
-        args.engine.engine.name(),
-        args.model.scope.into(),
-        args.preferences.safety.name(),
-    ));
+    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let report = PageReport::new(CheckReport::new(header));
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -156,19 +116,18 @@ pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
 impl ReportArgs {
     fn validate(&self) -> Result<(), Error> {
         self.engine.validate(&self.model)?;
-        if self.engine.engine == EngineArg::Explicit {
+        if self.engine.engine == Storage::Explicit {
             let message = "`report` draws its maps from decision diagrams; \
                            it cannot be used with `--engine explicit`, which has none";
             return Err(Error::Usage(message.to_owned()));
         }
         match (self.format, self.picture) {
-            (FormatArg::Svg, _) | (_, None) | (FormatArg::Dot, Some(PictureArg::Hasse)) => Ok(()),
-            (FormatArg::Dot, Some(_)) => Err(Error::Usage(
+            (Format::Svg, _) | (_, None) | (Format::Dot, Some(Picture::Hasse)) => Ok(()),
+            (Format::Dot, Some(_)) => Err(Error::Usage(
                 "`--format dot` draws only the preference order; use `--format svg` for maps".to_owned(),
             )),
             (format, Some(_)) => Err(Error::Usage(format!(
-                "`--picture` needs `--format svg`; `--format {}` contains all pictures",
-                format.name()
+                "`--picture` needs `--format svg`; `--format {format}` contains all pictures"
             ))),
         }
     }
@@ -191,14 +150,13 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         let start = plan::states(&question.program, &at)?.pop();
         Ok((question, plane, start))
     };
-    let (question, plane, start) = job.timed("parse", read, |r, s| r.check.time.parse = Some(s))?;
+    let (question, plane, start) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
     job.update(|r| {
-        r.check.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.check.empty = Some(question.preferences.empty.name());
-        r.check.history = question.preferences.whole_plays();
+        r.check.header.read_both(&question.program, &question.preferences);
+        r.check.header.history = question.preferences.whole_plays();
     });
     let build = || load::symbolic(&question.program, &args.model, &job.watch);
-    let engine = job.timed("build", build, |r, s| r.check.time.build = Some(s))?;
+    let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
     if let (Some(text), Some(start)) = (&args.at, &start) {
         plan::in_scope(&*engine, &args.model, std::slice::from_ref(text), std::slice::from_ref(start))?;
     }
@@ -242,7 +200,7 @@ impl Run<'_> {
         let grid = projections.as_ref().map_or_else(Vec::new, |a| a.names());
         let written = Written {
             path: target.path().display().to_string(),
-            format: self.args.format.name(),
+            format: self.args.format.into(),
             bytes: text.len() as u64,
             grid,
             nodes: projections.as_ref().map_or(0, |a| a.diagram.nodes.len() as u64),
@@ -261,13 +219,12 @@ impl Run<'_> {
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
         let content = Content { check: &check, program, preferences, projections, play };
         match self.args.format {
-            FormatArg::Html => Ok(content.html()),
-            FormatArg::Md => Ok(content.markdown()),
-            FormatArg::Dot => Ok(content.dot()),
-            FormatArg::Svg => {
-                let without = if projections.is_some() { PictureArg::Sasi } else { PictureArg::Hasse };
+            Format::Html => Ok(content.html()),
+            Format::Dot => Ok(content.dot()),
+            Format::Svg => {
+                let without = if projections.is_some() { Picture::Sasi } else { Picture::Hasse };
                 let picture = self.args.picture.unwrap_or(without);
-                content.svg(picture.into()).ok_or_else(|| {
+                content.svg(picture).ok_or_else(|| {
                     let message = "no map can be drawn: the model needs one or two integer variables of suitable \
                                    range; `--grid ROW,COLUMN` selects them";
                     Error::Usage(message.to_owned())
@@ -279,18 +236,19 @@ impl Run<'_> {
     /// Simulates a run from a state; returns `None` if nothing can be improved.
     fn play(&self, start: &State) -> Result<Option<Play>, Error> {
         let engine = self.analysis.engine();
-        let improves = |kind| self.analysis.levels(kind).rank(engine, start) != Rank::Finite(0);
+        let improves =
+            |kind| Ok::<_, Error>(self.analysis.levels(kind).rank(engine, start)? != Rank::Finite(0));
         let kind = match self.args.kind {
-            Some(kind) => kind.into(),
-            None if improves(Kind::Sasi) => Kind::Sasi,
+            Some(kind) => kind,
+            None if improves(Kind::Sasi)? => Kind::Sasi,
             None => Kind::Spi,
         };
-        if !improves(kind) {
+        if !improves(kind)? {
             return Ok(None);
         }
         let program = &self.question.program;
         let mut book = plan::finite_memory(self.analysis, program, kind)?;
-        let (scheduler, seed) = (self.args.strategy.into(), self.args.seed);
+        let (scheduler, seed) = (self.args.strategy, self.args.seed);
         let setup = Setup { scheduler, runs: PLAYS, steps: STEPS, seed };
         let (told, end) = Simulation::new(&mut book, setup).telling(start)?;
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);

@@ -7,14 +7,13 @@ use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::SimulateReport;
-use meliora::output::report::ModelSummary;
 use meliora::output::simulate::PlaysReport;
-use meliora::planning::{Phase, Setup, Simulation};
+use meliora::planning::{Kind, Phase, Scheduler, Setup, Simulation};
 
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, KindArg, PicksArg};
+use super::plan;
 use super::supervise::{Job, supervise};
 
 /// Maximum number of initial states in which runs start.
@@ -32,12 +31,12 @@ pub(super) struct SimulateArgs {
     preferences: PreferenceArgs,
 
     /// Kind of improvements: almost sure (sasi) or possible (spi)
-    #[arg(long, value_enum, default_value_t)]
-    kind: KindArg,
+    #[arg(long, value_enum, default_value_t = Kind::Sasi)]
+    kind: Kind,
 
     /// Strategy to simulate
-    #[arg(long, value_enum, default_value_t)]
-    strategy: PicksArg,
+    #[arg(long, value_enum, default_value_t = Scheduler::Progress)]
+    strategy: Scheduler,
 
     /// Number of runs
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
@@ -67,7 +66,7 @@ const MOST_STEPS: u64 = 1_000_000;
 
 impl SimulateArgs {
     fn setup(&self) -> Setup {
-        Setup { scheduler: self.strategy.into(), runs: self.runs, steps: self.steps, seed: self.seed }
+        Setup { scheduler: self.strategy, runs: self.runs, steps: self.steps, seed: self.seed }
     }
 }
 
@@ -77,15 +76,8 @@ impl SimulateArgs {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
-    let report = SimulateReport::new(
-        &args.model.path(),
-        &args.preferences.path(),
-        args.engine.engine.name(),
-        args.model.scope.into(),
-        args.preferences.safety.name(),
-        args.kind.into(),
-        args.setup(),
-    );
+    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let report = SimulateReport::of_setup(header, args.kind, args.setup());
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -96,13 +88,10 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
-    let (question, states) = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    job.update(|r| {
-        r.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.empty = Some(question.preferences.empty.name());
-    });
+    let (question, states) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    job.update(|r| r.header.read_both(&question.program, &question.preferences));
     let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
-    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     play(job, &engine, &question, args, states)
 }
 
@@ -118,20 +107,20 @@ fn play<E: Engine>(
         true => engine.list_states(&engine.initial_states(), STARTS)?,
         false => given,
     };
-    let asked = [Phase::levels(args.kind.into())];
+    let asked = [Phase::levels(args.kind)];
     let levels = || plan::analysis(engine, question, &args.preferences, &asked, &job.watch);
-    let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
-    let mut book = plan::finite_memory(&analysis, &question.program, args.kind.into())?;
+    let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+    let mut book = plan::finite_memory(&analysis, &question.program, args.kind)?;
     let mut simulation = Simulation::new(&mut book, args.setup());
     let all = || {
         for start in &starts {
             let tally = simulation.run(start)?;
-            let report = PlaysReport::new(&question.program, &question.preferences, &tally);
+            let report = PlaysReport::new(&question.program, &question.preferences, tally);
             job.update(|r| r.plays.push(report));
         }
         Ok(())
     };
-    job.timed("answer", all, |r, s| r.time.answer = Some(s))?;
+    job.timed("answer", all, |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
 }

@@ -6,15 +6,15 @@ use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::model::State;
-use meliora::output::report::ModelSummary;
-use meliora::output::strategy::StateReport;
+use meliora::output::reason::Words;
+use meliora::output::state::StateReport;
 use meliora::output::{Number, StrategyReport, strategy_table};
 use meliora::planning::{Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler};
 
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, KindArg};
+use super::plan;
 use super::supervise::{Job, supervise};
 use super::terminal;
 
@@ -33,8 +33,8 @@ pub(super) struct StrategyArgs {
     preferences: PreferenceArgs,
 
     /// Kind of improvements: almost sure (sasi) or possible (spi)
-    #[arg(long, value_enum, default_value_t)]
-    kind: KindArg,
+    #[arg(long, value_enum, default_value_t = Kind::Sasi)]
+    kind: Kind,
 
     /// State to explain, such as r=2,c=2; variables left out have their initial value (repeatable)
     /// [default: the initial states]
@@ -83,14 +83,8 @@ fn rank(text: &str) -> Result<Asked, String> {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
-    let report = StrategyReport::new(
-        &args.model.path(),
-        &args.preferences.path(),
-        args.engine.engine.name(),
-        args.model.scope.into(),
-        args.preferences.safety.name(),
-        args.kind.into(),
-    );
+    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let report = StrategyReport::of_kind(header, args.kind);
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -101,13 +95,10 @@ fn work(job: &Job<StrategyReport>, args: &StrategyArgs) -> Result<(), Error> {
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
-    let (question, states) = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
-    job.update(|r| {
-        r.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.empty = Some(question.preferences.empty.name());
-    });
+    let (question, states) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    job.update(|r| r.header.read_both(&question.program, &question.preferences));
     let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
-    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     answer(job, &engine, &question, args, states)
 }
 
@@ -121,10 +112,10 @@ fn answer<E: Engine>(
     plan::in_scope(&**engine, &args.model, &args.at, &states)?;
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.watch);
-    let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
-    let book = plan::finite_memory(&analysis, &question.program, args.kind.into())?;
+    let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+    let book = plan::finite_memory(&analysis, &question.program, args.kind)?;
     let mut run = Run { job, question, args, analysis: &analysis, book };
-    job.timed("answer", || run.answer(states), |r, s| r.time.answer = Some(s))?;
+    job.timed("answer", || run.answer(states), |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
 }
@@ -138,7 +129,7 @@ struct Run<'a, E: Engine> {
     book: FiniteMemoryStrategy<E>,
 }
 
-impl<E: Engine> Run<'_, E> {
+impl<'a, E: Engine> Run<'a, E> {
     fn answer(&mut self, given: Vec<State>) -> Result<(), Error> {
         let states = if self.args.at.is_empty() { self.found()? } else { given };
         if self.args.dot {
@@ -179,22 +170,24 @@ impl<E: Engine> Run<'_, E> {
         Ok(states)
     }
 
-    fn state(&mut self, state: &[i64]) -> Result<StateReport, Error> {
-        let (program, preferences) = (&*self.question.program, &self.question.preferences);
-        let engine = self.analysis.engine();
-        let rank = |kind| self.analysis.levels(kind).rank(engine, state);
-        let ranks = [rank(Kind::Sasi), rank(Kind::Spi)];
-        let memory = self.book.start(state);
+    /// Returns the texts of the model and the preferences.
+    fn words(&self) -> Words<'a> {
+        let (program, preferences) = (&*self.question.program, &*self.question.preferences);
+        Words { program, preferences, kind: self.args.kind }
+    }
+
+    fn state(&mut self, state: &[i64]) -> Result<StateReport<'a>, Error> {
+        let rank = |kind| self.analysis.levels(kind).rank(self.analysis.engine(), state);
+        let ranks = [rank(Kind::Sasi)?, rank(Kind::Spi)?];
+        let memory = self.book.start(state)?;
         let at = self.book.explain(state, memory)?;
-        let kind = self.args.kind.into();
-        let mut report = StateReport::new(program, preferences, kind, &at, ranks);
         // In a list of states, the induced model is left out.
+        let mut course = None;
         if self.args.rank.is_none() && !self.args.csv && memory.level != Rank::Finite(0) {
-            let course =
-                InducedModel::unfold(&mut self.book, &[state.to_vec()], Scheduler::Progress, COURSE)?;
-            report.set_course(program, preferences, kind, &course);
+            let (starts, scheduler) = ([state.to_vec()], Scheduler::Progress);
+            course = Some(InducedModel::unfold(&mut self.book, &starts, scheduler, COURSE)?);
         }
-        Ok(report)
+        Ok(StateReport { words: self.words(), at, ranks, course })
     }
 
     fn draw(&mut self, states: &[State]) -> Result<(), Error> {
@@ -205,8 +198,7 @@ impl<E: Engine> Run<'_, E> {
                 .watch
                 .warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
         }
-        let (program, preferences) = (&*self.question.program, &self.question.preferences);
-        let dot = strategy_table::dot(program, preferences, self.args.kind.into(), &course, states.len());
+        let dot = strategy_table::dot(self.words(), &course, states.len());
         self.job.update(|r| r.drawing = Some(dot));
         Ok(())
     }

@@ -3,8 +3,8 @@
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use meliora::advanced::escape;
 use meliora::error::{Error, Limit, render};
-use meliora::escape;
 use meliora::output::{Failure, FailureKind, Report, Style};
 use serde::Serialize;
 
@@ -116,7 +116,9 @@ fn one_line(text: &str) -> String {
     let wrong: Vec<&str> = text
         .lines()
         .map(str::trim)
-        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("tip:"))
+        .take_while(|line| {
+            !["Usage:", "tip:", "For more information"].iter().any(|end| line.starts_with(end))
+        })
         .collect();
     let mut line = wrong.iter().copied().filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
     if line.is_empty() {

@@ -7,7 +7,6 @@ use clap::Args;
 use meliora::engine::{Algebra, AnyEngine, Engine};
 use meliora::error::{Error, Limit, Result};
 use meliora::model::{Program, State};
-use meliora::output::report::{Counts, ModelSummary};
 use meliora::output::values::StateValues;
 use meliora::output::{Number, ValuesReport};
 use meliora::planning::{Analysis, Phase};
@@ -95,13 +94,8 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
     args.engine.validate(&args.model)?;
     let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
     let csv = args.csv.as_deref().map(|path| Target::new(path, &inputs)).transpose()?;
-    let report = ValuesReport::new(
-        (&args.model.path(), &args.preferences.path()),
-        args.engine.engine.name(),
-        args.model.scope.into(),
-        args.preferences.safety.name(),
-        (&args.reward, args.precision),
-    );
+    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let report = ValuesReport::of_cost(header, &args.reward, args.precision);
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args, csv.as_ref()))
 }
@@ -112,19 +106,18 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
-    let (question, given) = job.timed("parse", read, |r, s| r.time.parse = Some(s))?;
+    let (question, given) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| {
-        r.model = ModelSummary::of(&args.model.path(), &question.program);
-        r.empty = Some(question.preferences.empty.name());
-        r.history = question.preferences.whole_plays();
+        r.header.read_both(&question.program, &question.preferences);
+        r.header.history = question.preferences.whole_plays();
     });
     let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
-    let engine = job.timed("build", build, |r, s| r.time.build = Some(s))?;
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     plan::in_scope(&*engine, &args.model, &args.at, &given)?;
     let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(&engine, &question, &args.preferences, &phases, &job.watch);
-    let analysis = job.timed("levels", levels, |r, s| r.time.levels = Some(s))?;
-    job.update(|r| r.counts = analysis.result().counts.as_ref().map(Counts::from));
+    let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+    job.update(|r| r.counts = analysis.result().counts.clone());
     let states = if args.at.is_empty() { listed(job, args, &engine)? } else { given };
     let end = evaluate(job, args, (&question, &analysis), &states);
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
@@ -175,9 +168,9 @@ fn evaluate(
     let mut values = Values::new(Setup { levels, exact: args.exact, within });
     let costs = costs(program, &args.reward)?;
     let explore = || values.explore(analysis, program, states, &*costs);
-    let explored = job.timed("explore", explore, |r, s| r.time.explore = Some(s));
+    let explored = job.timed("explore", explore, |r, s| r.time.add("explore", s));
     let solve = || explored.and_then(|()| values.solve(analysis.engine()));
-    let solved = job.timed("solve", solve, |r, s| r.time.solve = Some(s));
+    let solved = job.timed("solve", solve, |r, s| r.time.add("solve", s));
     let mut found = Vec::new();
     for state in states {
         found.extend(StateValues::of(analysis, program, &values, state)?);

@@ -7,7 +7,6 @@ use meliora::certify;
 use meliora::dump::directory::{read_directory, sha256};
 use meliora::dump::manifest::FILE;
 use meliora::dump::{Dump, Manifest};
-use meliora::engine::Scope;
 use meliora::error::{Error, SourceFile};
 use meliora::lang::Given;
 use meliora::output::VerifyReport;
@@ -51,7 +50,7 @@ pub(super) struct VerifyArgs {
 /// # Errors
 /// The dump or the input is wrong, or a limit is hit.
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
-    let report = VerifyReport::new(&args.directory.display().to_string());
+    let report = VerifyReport::of_directory(&args.directory.display().to_string());
     let (timeout, shown) = (args.limits.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -75,16 +74,12 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
                 .to_owned(),
         });
     }
-    let scope = Scope::named(&manifest.scope).unwrap_or_default();
+    let scope = manifest.scope.parse().unwrap_or_default();
     let settings = args.limits.settings(scope, job);
-    let hashes = (
-        sha256(question.program.source.original().as_bytes()),
-        sha256(question.source.original().as_bytes()),
-    );
-    let verify = || {
-        let hashes = (hashes.0.as_str(), hashes.1.as_str());
-        certify::verify(&question.program, &question.preferences, hashes, &dump, settings)
-    };
+    let model = sha256(question.program.source.original().as_bytes());
+    let preferences = sha256(question.source.original().as_bytes());
+    let hashes = certify::Hashes { model: &model, preferences: &preferences };
+    let verify = || certify::verify(&question.program, &question.preferences, hashes, &dump, settings);
     let mut verdict = job.timed("verify", verify, |_, _| ())?;
     if verdict.violation.is_none() {
         verdict.violation = certify::pictures(&args.directory, &dump, job.watch.as_ref())?;

@@ -5,9 +5,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use meliora::advanced::escape;
 use meliora::engine::ProgressSink;
 use meliora::error::{Diagnostic, Limit, render};
-use meliora::escape;
 
 use super::options::ShownArgs;
 use super::terminal;

@@ -8,6 +8,7 @@ use sha2::{Digest, Sha256};
 
 use super::manifest::{self, Manifest};
 use super::place::Place;
+pub use super::place::temporary_directory;
 use super::streams::{Hashing, Watched};
 use super::{Diagram, dddmp, dot};
 use crate::error::{Error, Result};
@@ -51,7 +52,7 @@ pub fn write_directory(
         None => Error::writing(directory, &e),
     };
     let place = Place::find(directory)?;
-    let new = place.beside().map_err(failed)?;
+    let new = place.temporary().map_err(failed)?;
     let manifest = &mut dump.manifest;
     fill(&mut manifest.regions, &dump.regions, new.path(), sink).map_err(failed)?;
     if let (Some(file), Some(diagram)) = (&mut manifest.certificate, &dump.certificate) {

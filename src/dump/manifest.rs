@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value as Json;
 
 use super::{Diagram, Edge};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, ensure};
 use crate::escape::is_shown;
 
 /// The schema that this version writes and reads.
@@ -230,10 +230,8 @@ fn each_once<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<Stri
 
 /// Checks a name: not empty, and every character is visible.
 fn plain(what: &str, name: &str) -> Result<(), String> {
-    if name.is_empty() || name.chars().any(|c| c.is_whitespace() || !is_shown(c)) {
-        return Err(format!("`{}` is not a valid name of {what}", name.escape_debug()));
-    }
-    Ok(())
+    let is_plain = !name.is_empty() && name.chars().all(|c| is_shown(c) && !c.is_whitespace());
+    ensure(is_plain, || format!("`{}` is not a valid name of {what}", name.escape_debug()))
 }
 
 impl Variable {
@@ -246,20 +244,17 @@ impl Variable {
         let name = &self.name;
         plain("a variable", name)?;
         self.names.iter().try_for_each(|bit| plain("a bit", bit))?;
-        if !self.is_bool() && self.ty != "int" {
-            return Err(format!(
-                "the type of `{name}` is `{}`, neither `bool` nor `int`",
-                self.ty.escape_debug()
-            ));
-        }
-        if self.low > self.high || (self.is_bool() && (self.low, self.high) != (0, 1)) {
-            return Err(format!("the range of `{name}` is {}..{}", self.low, self.high));
-        }
-        let width = u64::BITS - (self.high.wrapping_sub(self.low) as u64).leading_zeros();
-        if self.bits != width || self.names.len() != width as usize {
-            return Err(format!("`{name}` needs {width} bits for its range, not {}", self.bits));
-        }
-        Ok(())
+        ensure(self.is_bool() || self.ty == "int", || {
+            format!("the type of `{name}` is `{}`, neither `bool` nor `int`", self.ty.escape_debug())
+        })?;
+        let Variable { low, high, bits, .. } = *self;
+        ensure(low <= high && (!self.is_bool() || (low, high) == (0, 1)), || {
+            format!("the range of `{name}` is {low}..{high}")
+        })?;
+        let width = u64::BITS - (high.wrapping_sub(low) as u64).leading_zeros();
+        ensure(bits == width && self.names.len() == width as usize, || {
+            format!("`{name}` needs {width} bits for its range, not {bits}")
+        })
     }
 }
 
@@ -272,46 +267,32 @@ impl File {
     /// Checks that the roots are those of the diagram, each with its own name, and that the diagram is ordered.
     fn check(&self, diagram: &Diagram) -> Result<(), String> {
         self.check_names(&self.path)?;
-        if !diagram.is_ordered() {
-            return Err(format!(
-                "`{}` has an arc to a later node, or to a variable that is not deeper",
-                self.path
-            ));
+        let (path, nodes) = (&self.path, diagram.nodes.len() + 1);
+        ensure(diagram.is_ordered(), || {
+            format!("`{path}` has an arc to a later node, or to a variable that is not deeper")
+        })?;
+        ensure(self.nodes == nodes, || format!("`{path}` has {nodes} nodes, not {}", self.nodes))?;
+        for &Root { root, node, .. } in &self.roots {
+            ensure(diagram.roots.get(root).map(|e| e.number()) == Some(node), || {
+                format!("`{path}` has no root {root} that is node {node}")
+            })?;
         }
-        if self.nodes != diagram.nodes.len() + 1 {
-            return Err(format!("`{}` has {} nodes, not {}", self.path, diagram.nodes.len() + 1, self.nodes));
-        }
-        let mut positions = BTreeSet::new();
-        for root in &self.roots {
-            positions.insert(root.root);
-            if diagram.roots.get(root.root).map(|e| e.number()) != Some(root.node) {
-                return Err(format!("`{}` has no root {} that is node {}", self.path, root.root, root.node));
-            }
-        }
+        let positions = self.roots.iter().map(|root| root.root).collect::<BTreeSet<_>>().len();
         let (named, roots) = (self.roots.len(), diagram.roots.len());
-        if (named, roots) != (positions.len(), positions.len()) {
-            return Err(format!(
-                "`{}` has {roots} roots, but the manifest names {named}; each root needs one name",
-                self.path
-            ));
-        }
-        Ok(())
+        ensure((named, roots) == (positions, positions), || {
+            format!("`{path}` has {roots} roots, but the manifest names {named}; each root needs one name")
+        })
     }
 
     /// Checks that the file has the expected name, and that its roots have valid and distinct
     /// names.
     fn check_names(&self, path: &str) -> Result<(), String> {
-        if self.path != path {
-            return Err(format!("the file is `{path}`, not `{}`", self.path.escape_debug()));
-        }
+        ensure(self.path == path, || format!("the file is `{path}`, not `{}`", self.path.escape_debug()))?;
         let mut names = BTreeSet::new();
-        for root in &self.roots {
-            plain("a region", &root.name)?;
-            if !names.insert(&root.name) {
-                return Err(format!("the region `{}` occurs twice", root.name));
-            }
-        }
-        Ok(())
+        self.roots.iter().try_for_each(|Root { name, .. }| {
+            plain("a region", name)?;
+            ensure(names.insert(name), || format!("the region `{name}` occurs twice"))
+        })
     }
 }
 
@@ -327,10 +308,10 @@ impl Manifest {
         let mut text = String::new();
         let input = fs::File::open(&path).map_err(failed)?;
         let length = input.take(LARGEST + 1).read_to_string(&mut text).map_err(failed)?;
-        if length as u64 > LARGEST {
+        ensure(length as u64 <= LARGEST, || {
             let message = format!("the manifest is larger than {} MiB", LARGEST >> 20);
-            return Err(Error::Dump { file: name, line: 0, message });
-        }
+            Error::Dump { file: name.clone(), line: 0, message }
+        })?;
         Manifest::parse(&name, &text)
     }
 
@@ -366,15 +347,15 @@ impl Manifest {
     /// [`Error::Dump`] with the difference.
     pub fn check_file(&self, manifest: &str, file: &File, diagram: &Diagram) -> Result<()> {
         let wrong = |message: String| Error::Dump { file: manifest.to_owned(), line: 0, message };
-        if !self.variables().eq(diagram.variables.iter()) {
-            return Err(wrong(format!("the variables of `{}` are not those of the manifest", file.path)));
-        }
+        ensure(self.variables().eq(diagram.variables.iter()), || {
+            wrong(format!("the variables of `{}` are not those of the manifest", file.path))
+        })?;
         file.check(diagram).map_err(wrong)?;
         for root in file.roots.iter().filter(|r| r.kind == RootKind::States) {
             let edge = Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE);
-            if (diagram.level(edge) as usize) < self.choices.order.len() {
-                return Err(wrong(format!("`{}` is a set of states, but depends on choices", root.name)));
-            }
+            ensure(diagram.level(edge) as usize >= self.choices.order.len(), || {
+                wrong(format!("`{}` is a set of states, but depends on choices", root.name))
+            })?;
         }
         Ok(())
     }
@@ -405,41 +386,35 @@ impl Manifest {
         for variable in &self.encoding.variables {
             variable.check()?;
             for bit in &variable.names {
-                if !bits.insert(bit) {
-                    return Err(format!("the bit `{bit}` occurs twice"));
-                }
+                ensure(bits.insert(bit), || format!("the bit `{bit}` occurs twice"))?;
             }
         }
         let ordered: BTreeSet<&String> = self.encoding.order.iter().collect();
-        if ordered != bits || self.encoding.order.len() != bits.len() {
-            return Err("`order` must contain each bit of the variables exactly once".to_owned());
-        }
+        ensure(ordered == bits && self.encoding.order.len() == bits.len(), || {
+            "`order` must contain each bit of the variables exactly once".to_owned()
+        })?;
         let names: BTreeSet<&String> = self.encoding.variables.iter().map(|v| &v.name).collect();
-        if names.len() != self.encoding.variables.len() {
-            return Err("two variables have the same name".to_owned());
-        }
+        ensure(names.len() == self.encoding.variables.len(), || {
+            "two variables have the same name".to_owned()
+        })?;
         self.check_choices()
     }
 
     fn check_choices(&self) -> Result<(), String> {
         let (bits, numbers) = (self.choices.order.len(), &self.choices.numbers);
         for choice in numbers {
-            let commands = choice.commands.iter().flatten();
-            [&choice.name]
-                .into_iter()
-                .chain(&choice.action)
-                .chain(commands)
-                .try_for_each(|n| plain("a choice", n))?;
+            let mut names =
+                [&choice.name].into_iter().chain(&choice.action).chain(choice.commands.iter().flatten());
+            names.try_for_each(|name| plain("a choice", name))?;
         }
-        if bits > MOST_CHOICE_BITS as usize {
-            return Err(format!("{bits} bits for choices are more than {MOST_CHOICE_BITS}"));
-        }
-        if numbers.iter().enumerate().any(|(position, n)| n.number != position) {
-            return Err("the choices are not numbered in order".to_owned());
-        }
-        if bits > 0 && numbers.len() > 1 << bits {
-            return Err(format!("{bits} bits do not number {} choices", numbers.len()));
-        }
-        Ok(())
+        ensure(bits <= MOST_CHOICE_BITS as usize, || {
+            format!("{bits} bits for choices are more than {MOST_CHOICE_BITS}")
+        })?;
+        ensure(numbers.iter().enumerate().all(|(position, n)| n.number == position), || {
+            "the choices are not numbered in order".to_owned()
+        })?;
+        ensure(bits == 0 || numbers.len() <= 1 << bits, || {
+            format!("{bits} bits do not number {} choices", numbers.len())
+        })
     }
 }

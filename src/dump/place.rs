@@ -68,16 +68,9 @@ impl Place {
         Error::Io { path: self.given.display().to_string(), message: message.to_owned() }
     }
 
-    /// Creates a new directory next to the place, with the default mode of new directories.
-    pub(super) fn beside(&self) -> io::Result<TempDir> {
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".meliora-dump-");
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(fs::Permissions::from_mode(0o777));
-        }
-        builder.tempdir_in(self.path.parent().unwrap_or(&self.path))
+    /// Creates a new directory next to the place.
+    pub(super) fn temporary(&self) -> io::Result<TempDir> {
+        temporary_directory(self.path.parent().unwrap_or(&self.path))
     }
 
     /// Moves the new directory into place. An old dump is exchanged for it, and then removed.
@@ -115,6 +108,22 @@ impl Place {
         self.files.iter().try_for_each(|name| fs::remove_file(old.join(name)))?;
         fs::remove_dir(old)
     }
+}
+
+/// Creates a directory in another one, with the default mode of new directories. Only a killed
+/// process leaves it behind; the prefix names the program.
+///
+/// # Errors
+/// The directory cannot be written.
+pub fn temporary_directory(parent: &Path) -> io::Result<TempDir> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".meliora-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o777));
+    }
+    builder.tempdir_in(parent)
 }
 
 /// Returns the resolved path of a directory that does not exist yet.

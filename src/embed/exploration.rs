@@ -94,7 +94,7 @@ impl Exploration {
     /// # Errors
     /// The target belongs to another exploration; a limit is reached.
     pub fn reach(&self, target: &States) -> Result<Regions<States>> {
-        let found = regions(&self.engine, target.within(&self.engine)?)?;
+        let found = regions(&self.engine, target.set())?;
         let of = |set| States::of(&self.engine, set);
         Ok(Regions {
             pmax_one: of(found.pmax_one),

@@ -42,7 +42,7 @@ impl States {
     /// A limit is reached; with the explicit engine, before the first state.
     pub fn listing(&self) -> Result<Listing> {
         let rest = match (self.set(), self.engine().explicit(), self.engine().symbolic()) {
-            (AnyStates::Symbolic(x), _, Some(engine)) => Rest::Symbolic(engine.listing(x)),
+            (AnyStates::Symbolic(x), _, Some(engine)) => Rest::Symbolic(engine.listing(x)?),
             (AnyStates::Explicit(x), Some(engine), _) => Rest::Explicit(engine.listing(x)?),
             _ => return Err(Error::Usage("the set belongs to another engine".to_owned())),
         };

@@ -31,11 +31,12 @@ impl Planning {
         source: impl Into<Arc<str>>,
         options: Options,
     ) -> Self {
-        Self::new((Arc::new(engine), Arc::new(preferences)), source.into(), options)
+        Self::new(Arc::new(engine), Arc::new(preferences), source.into(), options)
     }
 
     fn new(
-        (engine, preferences): (Arc<AnyEngine>, Arc<Preferences>),
+        engine: Arc<AnyEngine>,
+        preferences: Arc<Preferences>,
         source: Arc<str>,
         options: Options,
     ) -> Self {
@@ -61,8 +62,8 @@ impl Planning {
 
     /// Returns a planning with the same model and preferences under other options, without results.
     pub fn with_options(&self, options: Options) -> Self {
-        let shared = (Arc::clone(&self.engine), Arc::clone(&self.preferences));
-        Self::new(shared, Arc::clone(&self.source), options)
+        let (engine, preferences) = (Arc::clone(&self.engine), Arc::clone(&self.preferences));
+        Self::new(engine, preferences, Arc::clone(&self.source), options)
     }
 
     /// Returns the counts of all results so far.
@@ -123,16 +124,21 @@ impl Planning {
     }
 
     /// Returns rank(s) = max { k : s ∈ W_k }.
-    pub fn rank(&self, kind: Kind, state: &[i64]) -> Rank {
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`](crate::engine::Engine::contains).
+    pub fn rank(&self, kind: Kind, state: &[i64]) -> Result<Rank> {
         self.analysis.levels(kind).rank(&self.engine, state)
     }
 
     /// Returns the names of the most preferred objectives of a state; empty before the classes are
     /// known.
-    pub fn most_preferred(&self, state: &[i64]) -> Vec<&str> {
-        let Some(classes) = self.analysis.classes() else { return Vec::new() };
-        let class = classes.of(&*self.engine, state).map(|c| &classes.list[c].most_preferred);
-        class.map_or_else(Vec::new, |mp| self.preferences.names(mp))
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`](crate::engine::Engine::contains).
+    pub fn most_preferred(&self, state: &[i64]) -> Result<Vec<&str>> {
+        let Some(classes) = self.analysis.classes() else { return Ok(Vec::new()) };
+        Ok(self.preferences.names(&classes.most_preferred(&*self.engine, state)?))
     }
 
     /// Returns the prospects of a state, as far as they are known.
@@ -161,8 +167,11 @@ pub struct Strategy {
 
 impl Strategy {
     /// Returns true if the explanation of a start state needs no further computation.
-    pub fn knows(&self, state: &[i64]) -> bool {
-        self.book.knows(self.book.start(state))
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`](crate::engine::Engine::contains).
+    pub fn knows(&self, state: &[i64]) -> Result<bool> {
+        Ok(self.book.knows(self.book.start(state)?))
     }
 
     /// Returns the finite-memory strategy, with the parts computed so far.
@@ -176,7 +185,7 @@ impl Strategy {
     /// # Errors
     /// A command has no meaning in the state; a limit is reached.
     pub fn explain(&mut self, state: &[i64]) -> Result<Explanation> {
-        let memory = self.book.start(state);
+        let memory = self.book.start(state)?;
         self.book.explain(state, memory)
     }
 

@@ -4,9 +4,8 @@ use super::Planning;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::model::State;
-use crate::output::CheckReport;
 use crate::output::page::{Content, Picture};
-use crate::output::report::ModelSummary;
+use crate::output::{CheckReport, Header};
 use crate::projections::{self, Plane};
 
 /// The maximum number of listed initial states.
@@ -21,8 +20,6 @@ pub enum Drawing {
     /// A page that loads nothing from elsewhere, with maps, levels, the preference order and all
     /// tables.
     Html,
-    /// A page with the same content but no interactive maps, as Markdown.
-    Markdown,
     /// One picture, as SVG.
     Svg(Picture),
     /// The preference order in the language DOT.
@@ -41,12 +38,12 @@ impl Planning {
         let (storage, scope) = (engine.storage().name(), engine.settings().scope);
         let safety = self.analysis().options().safety.name();
         let model = program.source.name.as_str();
-        let mut report = CheckReport::new(model, self.source(), storage, scope, safety);
-        report.model = ModelSummary::of(model, program);
-        report.empty = Some(self.preferences().empty.name());
-        report.fill(self.preferences(), self.result());
-        let initial = self.analysis().initial_prospects(program, LISTED)?;
-        report.set_initial(program, self.preferences(), &initial);
+        let header = Header { scope: Some(scope), ..Header::of_model(model) };
+        let header = header.with_engine(storage).with_preferences(self.source(), safety);
+        let mut report = CheckReport::new(header);
+        report.header.read_both(program, self.preferences());
+        report.result = self.result().clone();
+        report.initial = self.analysis().initial_prospects(program, LISTED)?;
         report.memory.peak_nodes = engine.usage().peak_nodes;
         Ok(report)
     }
@@ -77,7 +74,6 @@ impl Planning {
             Content { check: &check, program, preferences, projections: projections.as_ref(), play: None };
         match drawing {
             Drawing::Html => Ok(content.html()),
-            Drawing::Markdown => Ok(content.markdown()),
             Drawing::Dot => Ok(content.dot()),
             Drawing::Svg(picture) => content.svg(picture).ok_or_else(|| {
                 Error::Usage(

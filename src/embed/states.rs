@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::engine::any::AnyStates;
 use crate::engine::{Algebra, AnyEngine, Count, Engine};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::model::State;
 
 /// The size of small diagrams, in nodes: operations on two of them take milliseconds.
@@ -26,17 +26,6 @@ impl States {
         States { engine: engine.clone(), set }
     }
 
-    /// Returns the set, if it belongs to this engine.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if it belongs to another one.
-    pub(super) fn within(&self, engine: &AnyEngine) -> Result<&AnyStates> {
-        if self.engine.shares(engine) {
-            return Ok(&self.set);
-        }
-        Err(Error::Usage("the set of states belongs to another exploration".to_owned()))
-    }
-
     /// Returns the engine of the set.
     pub fn engine(&self) -> &AnyEngine {
         &self.engine
@@ -56,13 +45,19 @@ impl States {
     }
 
     /// Returns true if X = ∅.
-    pub fn is_empty(&self) -> bool {
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn is_empty(&self) -> Result<bool> {
         self.engine.is_empty(&self.set)
     }
 
     /// Returns true if s ∈ X.
-    pub fn contains(&self, state: &[i64]) -> bool {
-        state.len() == self.engine.program().variables.len() && self.engine.contains(&self.set, state)
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn contains(&self, state: &[i64]) -> Result<bool> {
+        Ok(state.len() == self.engine.program().variables.len() && self.engine.contains(&self.set, state)?)
     }
 
     /// Lists up to `limit` states in the order of their values, first variable first.
@@ -77,7 +72,9 @@ impl States {
     /// explicit engine, is small.
     pub fn is_small(&self) -> bool {
         match (&self.set, self.engine.symbolic()) {
-            (AnyStates::Symbolic(x), Some(engine)) => !engine.has_nodes(x, SMALL_DIAGRAM),
+            (AnyStates::Symbolic(x), Some(engine)) => {
+                engine.has_nodes(x, SMALL_DIAGRAM).is_ok_and(|large| !large)
+            }
             (AnyStates::Explicit(x), _) => x.capacity() < SMALL_SCOPE,
             (AnyStates::Symbolic(_), None) => false,
         }
@@ -86,9 +83,9 @@ impl States {
     /// Returns X ∪ Y.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the other set belongs to another exploration; a limit is reached.
+    /// [`ForeignSet`](crate::error::Error::ForeignSet) if the other set belongs to another exploration; a limit is reached.
     pub fn union(&self, other: &States) -> Result<States> {
-        Ok(States::of(&self.engine, self.engine.union(&self.set, other.within(&self.engine)?)?))
+        Ok(States::of(&self.engine, self.engine.union(&self.set, &other.set)?))
     }
 
     /// Returns X ∩ Y.
@@ -96,7 +93,7 @@ impl States {
     /// # Errors
     /// The errors of [`States::union`].
     pub fn intersection(&self, other: &States) -> Result<States> {
-        Ok(States::of(&self.engine, self.engine.intersection(&self.set, other.within(&self.engine)?)?))
+        Ok(States::of(&self.engine, self.engine.intersection(&self.set, &other.set)?))
     }
 
     /// Returns X \ Y.
@@ -104,7 +101,7 @@ impl States {
     /// # Errors
     /// The errors of [`States::union`].
     pub fn difference(&self, other: &States) -> Result<States> {
-        Ok(States::of(&self.engine, self.engine.difference(&self.set, other.within(&self.engine)?)?))
+        Ok(States::of(&self.engine, self.engine.difference(&self.set, &other.set)?))
     }
 
     /// Returns X △ Y.
@@ -129,13 +126,14 @@ impl States {
     /// # Errors
     /// The errors of [`States::union`].
     pub fn is_subset(&self, other: &States) -> Result<bool> {
-        Ok(self.difference(other)?.is_empty())
+        self.difference(other)?.is_empty()
     }
 }
 
+/// Sets of different explorations are not equal.
 impl PartialEq for States {
     fn eq(&self, other: &Self) -> bool {
-        self.engine.shares(&other.engine) && self.engine.same(&self.set, &other.set)
+        self.engine.same(&self.set, &other.set).unwrap_or(false)
     }
 }
 

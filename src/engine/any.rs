@@ -45,19 +45,19 @@ pub enum AnyChoices {
 /// Conversion of a set of either engine to the set type of one engine.
 trait Of<E: Engine> {
     type Set;
-    /// # Panics
-    /// The set belongs to the other engine.
-    fn of(&self, engine: &E) -> &Self::Set;
+    /// # Errors
+    /// The set belongs to the other kind of engine.
+    fn of(&self, engine: &E) -> Result<&Self::Set>;
 }
 
 macro_rules! sets_of {
     ($any:ident, $variant:ident, $engine:ident, $set:ty) => {
         impl Of<$engine> for $any {
             type Set = $set;
-            fn of(&self, _: &$engine) -> &$set {
+            fn of(&self, _: &$engine) -> Result<&$set> {
                 match self {
-                    $any::$variant(set) => set,
-                    _ => panic!("a set of another engine"),
+                    $any::$variant(set) => Ok(set),
+                    _ => Err(Error::ForeignSet),
                 }
             }
         }
@@ -175,51 +175,60 @@ fn region<S: Into<AnyStates>, C: Into<AnyChoices>>(found: Region<S, C>) -> Regio
 }
 
 /// Converts a region to the set types of one engine.
-fn region_of<E: Engine>(engine: &E, region: &Region<AnyStates, AnyChoices>) -> Region<E::States, E::Choices>
+fn region_of<E: Engine>(
+    engine: &E,
+    region: &Region<AnyStates, AnyChoices>,
+) -> Result<Region<E::States, E::Choices>>
 where
     AnyStates: Of<E, Set = E::States>,
     AnyChoices: Of<E, Set = E::Choices>,
 {
-    Region { states: region.states.of(engine).clone(), choices: region.choices.of(engine).clone() }
+    Ok(Region { states: region.states.of(engine)?.clone(), choices: region.choices.of(engine)?.clone() })
 }
 
 /// Converts edge labels to the set types of one engine.
-fn edge_labels_of<E: Engine>(engine: &E, edge_labels: &[EdgeLabels<AnyStates>]) -> Vec<EdgeLabels<E::States>>
+fn edge_labels_of<E: Engine>(
+    engine: &E,
+    edge_labels: &[EdgeLabels<AnyStates>],
+) -> Result<Vec<EdgeLabels<E::States>>>
 where
     AnyStates: Of<E, Set = E::States>,
 {
-    let of = |set: &AnyStates| set.of(engine).clone();
+    let of = |set: &AnyStates| set.of(engine).cloned();
     edge_labels
         .iter()
-        .map(|m| EdgeLabels { from: of(&m.from), goal: of(&m.goal), dropped: of(&m.dropped) })
+        .map(|m| Ok(EdgeLabels { from: of(&m.from)?, goal: of(&m.goal)?, dropped: of(&m.dropped)? }))
         .collect()
+}
+
+/// Defines methods without arguments by the methods of the engine.
+macro_rules! constants {
+    ($($name:ident: $result:ty;)*) => {$(
+        fn $name(&self) -> $result {
+            on!(self, e => e.$name().into())
+        }
+    )*};
+}
+
+/// Defines methods whose arguments are sets by the methods of the engine.
+macro_rules! operations {
+    ($($name:ident($($set:ident: $sort:ty),*) -> $result:ty;)*) => {$(
+        fn $name(&self, $($set: &$sort),*) -> Result<$result> {
+            on!(self, e => Ok(e.$name($($set.of(e)?),*)?.into()))
+        }
+    )*};
 }
 
 macro_rules! algebra_of {
     ($any:ident) => {
         impl Algebra<$any> for AnyEngine {
-            fn union(&self, x: &$any, y: &$any) -> Result<$any> {
-                on!(self, e => Ok(e.union(x.of(e), y.of(e))?.into()))
-            }
-
-            fn intersection(&self, x: &$any, y: &$any) -> Result<$any> {
-                on!(self, e => Ok(e.intersection(x.of(e), y.of(e))?.into()))
-            }
-
-            fn difference(&self, x: &$any, y: &$any) -> Result<$any> {
-                on!(self, e => Ok(e.difference(x.of(e), y.of(e))?.into()))
-            }
-
-            fn is_empty(&self, x: &$any) -> bool {
-                on!(self, e => e.is_empty(x.of(e)))
-            }
-
-            fn same(&self, x: &$any, y: &$any) -> bool {
-                on!(self, e => e.same(x.of(e), y.of(e)))
-            }
-
-            fn count(&self, x: &$any) -> Result<Count> {
-                on!(self, e => e.count(x.of(e)))
+            operations! {
+                union(x: $any, y: $any) -> $any;
+                intersection(x: $any, y: $any) -> $any;
+                difference(x: $any, y: $any) -> $any;
+                is_empty(x: $any) -> bool;
+                same(x: $any, y: $any) -> bool;
+                count(x: $any) -> Count;
             }
         }
     };
@@ -235,20 +244,24 @@ impl Engine for AnyEngine {
     type States = AnyStates;
     type Choices = AnyChoices;
 
-    fn all_states(&self) -> AnyStates {
-        on!(self, e => e.all_states().into())
+    constants! {
+        all_states: AnyStates;
+        no_states: AnyStates;
+        initial_states: AnyStates;
+        deadlock_states: AnyStates;
+        all_choices: AnyChoices;
+        no_choices: AnyChoices;
     }
 
-    fn no_states(&self) -> AnyStates {
-        on!(self, e => e.no_states().into())
-    }
-
-    fn initial_states(&self) -> AnyStates {
-        on!(self, e => e.initial_states().into())
-    }
-
-    fn deadlock_states(&self) -> AnyStates {
-        on!(self, e => e.deadlock_states().into())
+    operations! {
+        choices_in(c: AnyChoices, x: AnyStates) -> AnyChoices;
+        sources(c: AnyChoices) -> AnyStates;
+        entering(c: AnyChoices, x: AnyStates) -> AnyChoices;
+        some_successor_in(x: AnyStates) -> AnyChoices;
+        every_successor_in(y: AnyStates) -> AnyChoices;
+        successors(c: AnyChoices) -> AnyStates;
+        count_model_states(x: AnyStates) -> Option<Count>;
+        count_transitions(c: AnyChoices, x: AnyStates) -> Count;
     }
 
     fn rounded_state(&self) -> Option<&State> {
@@ -259,63 +272,32 @@ impl Engine for AnyEngine {
         on!(self, e => Ok(e.states_where_in(&self.program, predicate)?.into()))
     }
 
-    fn all_choices(&self) -> AnyChoices {
-        on!(self, e => e.all_choices().into())
-    }
-
-    fn no_choices(&self) -> AnyChoices {
-        on!(self, e => e.no_choices().into())
-    }
-
-    fn choices_in(&self, c: &AnyChoices, x: &AnyStates) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.choices_in(c.of(e), x.of(e))?.into()))
-    }
-
-    fn sources(&self, c: &AnyChoices) -> Result<AnyStates> {
-        on!(self, e => Ok(e.sources(c.of(e))?.into()))
-    }
-
-    fn entering(&self, c: &AnyChoices, x: &AnyStates) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.entering(c.of(e), x.of(e))?.into()))
-    }
-
-    fn some_successor_in(&self, x: &AnyStates) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.some_successor_in(x.of(e))?.into()))
-    }
-
-    fn every_successor_in(&self, y: &AnyStates) -> Result<AnyChoices> {
-        on!(self, e => Ok(e.every_successor_in(y.of(e))?.into()))
-    }
-
-    fn successors(&self, c: &AnyChoices) -> Result<AnyStates> {
-        on!(self, e => Ok(e.successors(c.of(e))?.into()))
-    }
-
     fn can_reach(
         &self,
         target: &AnyStates,
         within: &AnyChoices,
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<AnyStates> {
-        on!(self, e => Ok(e.can_reach(target.of(e), within.of(e), &edge_labels_of(e, edge_labels))?.into()))
+        on!(self, e => Ok(e.can_reach(target.of(e)?, within.of(e)?, &edge_labels_of(e, edge_labels)?)?.into()))
     }
 
     fn remove_attractor(
         &self,
         left: Region<AnyStates, AnyChoices>,
-        (within, won): (&AnyChoices, &AnyStates),
+        within: &AnyChoices,
+        won: &AnyStates,
         edge_labels: &[EdgeLabels<AnyStates>],
         lost: AnyStates,
     ) -> Result<Region<AnyStates, AnyChoices>> {
         on!(self, e => {
-            let (within, won) = (within.of(e), won.of(e));
-            let lost = lost.of(e).clone();
-            Ok(region(e.remove_attractor(region_of(e, &left), (within, won), &edge_labels_of(e, edge_labels), lost)?))
+            let (left, edge_labels) = (region_of(e, &left)?, edge_labels_of(e, edge_labels)?);
+            let (within, won, lost) = (within.of(e)?, won.of(e)?, lost.of(e)?.clone());
+            Ok(region(e.remove_attractor(left, within, won, &edge_labels, lost)?))
         })
     }
 
     fn stay_within(&self, x: &AnyStates, within: &AnyChoices) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => Ok(region(e.stay_within(x.of(e), within.of(e))?)))
+        on!(self, e => Ok(region(e.stay_within(x.of(e)?, within.of(e)?)?)))
     }
 
     fn almost_surely_reach(
@@ -323,7 +305,7 @@ impl Engine for AnyEngine {
         target: &AnyStates,
         within: &AnyChoices,
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => Ok(region(e.almost_surely_reach(target.of(e), within.of(e))?)))
+        on!(self, e => Ok(region(e.almost_surely_reach(target.of(e)?, within.of(e)?)?)))
     }
 
     fn almost_surely_win(
@@ -331,31 +313,23 @@ impl Engine for AnyEngine {
         start: Region<AnyStates, AnyChoices>,
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start), &edge_labels_of(e, edge_labels))?)))
-    }
-
-    fn count_model_states(&self, x: &AnyStates) -> Result<Option<Count>> {
-        on!(self, e => e.count_model_states(x.of(e)))
-    }
-
-    fn count_transitions(&self, c: &AnyChoices, x: &AnyStates) -> Result<Count> {
-        on!(self, e => e.count_transitions(c.of(e), x.of(e)))
+        on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start)?, &edge_labels_of(e, edge_labels)?)?)))
     }
 
     fn list_states(&self, x: &AnyStates, limit: usize) -> Result<Vec<State>> {
-        on!(self, e => e.list_states(x.of(e), limit))
+        on!(self, e => e.list_states(x.of(e)?, limit))
     }
 
     fn singleton(&self, state: &[i64]) -> Result<AnyStates> {
         on!(self, e => Ok(e.singleton(state)?.into()))
     }
 
-    fn contains(&self, x: &AnyStates, state: &[i64]) -> bool {
-        on!(self, e => e.contains(x.of(e), state))
+    fn contains(&self, x: &AnyStates, state: &[i64]) -> Result<bool> {
+        on!(self, e => e.contains(x.of(e)?, state))
     }
 
-    fn contains_choice(&self, c: &AnyChoices, state: &[i64], choice: &Choice) -> bool {
-        on!(self, e => e.contains_choice(c.of(e), state, choice))
+    fn contains_choice(&self, c: &AnyChoices, state: &[i64], choice: &Choice) -> Result<bool> {
+        on!(self, e => e.contains_choice(c.of(e)?, state, choice))
     }
 
     fn usage(&self) -> Usage {

@@ -16,15 +16,15 @@ pub trait Dumpable: Engine {
 
     /// Returns the diagram of a state set.
     ///
-    /// # Panics
-    /// The set is not a diagram; [`Dumpable::diagrams`] fails in this case.
-    fn states_diagram<'s>(&self, x: &'s Self::States) -> &'s StateSet;
+    /// # Errors
+    /// The set is not a diagram.
+    fn states_diagram<'s>(&self, x: &'s Self::States) -> Result<&'s StateSet>;
 
     /// Returns the diagrams of a choice set.
     ///
-    /// # Panics
-    /// The set is not a diagram; [`Dumpable::diagrams`] fails in this case.
-    fn choices_diagram<'s>(&self, c: &'s Self::Choices) -> &'s ChoiceSet;
+    /// # Errors
+    /// The set is not a diagram.
+    fn choices_diagram<'s>(&self, c: &'s Self::Choices) -> Result<&'s ChoiceSet>;
 }
 
 impl Dumpable for SymbolicEngine {
@@ -32,12 +32,12 @@ impl Dumpable for SymbolicEngine {
         Ok(self)
     }
 
-    fn states_diagram<'s>(&self, x: &'s StateSet) -> &'s StateSet {
-        x
+    fn states_diagram<'s>(&self, x: &'s StateSet) -> Result<&'s StateSet> {
+        Ok(x)
     }
 
-    fn choices_diagram<'s>(&self, c: &'s ChoiceSet) -> &'s ChoiceSet {
-        c
+    fn choices_diagram<'s>(&self, c: &'s ChoiceSet) -> Result<&'s ChoiceSet> {
+        Ok(c)
     }
 }
 
@@ -54,17 +54,17 @@ impl Dumpable for AnyEngine {
         Ok(self.symbolic().ok_or_else(none)?)
     }
 
-    fn states_diagram<'s>(&self, x: &'s AnyStates) -> &'s StateSet {
+    fn states_diagram<'s>(&self, x: &'s AnyStates) -> Result<&'s StateSet> {
         match x {
-            AnyStates::Symbolic(x) => x,
-            AnyStates::Explicit(_) => panic!("a set of states that is not a diagram"),
+            AnyStates::Symbolic(x) => Ok(x),
+            AnyStates::Explicit(_) => Err(Error::ForeignSet),
         }
     }
 
-    fn choices_diagram<'s>(&self, c: &'s AnyChoices) -> &'s ChoiceSet {
+    fn choices_diagram<'s>(&self, c: &'s AnyChoices) -> Result<&'s ChoiceSet> {
         match c {
-            AnyChoices::Symbolic(c) => c,
-            AnyChoices::Explicit(_) => panic!("a set of choices that is not a diagram"),
+            AnyChoices::Symbolic(c) => Ok(c),
+            AnyChoices::Explicit(_) => Err(Error::ForeignSet),
         }
     }
 }

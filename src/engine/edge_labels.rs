@@ -1,6 +1,6 @@
 //! Games on edges: goal edges win, dropped edges are not part of the game, all others are plain.
 
-use super::{Engine, Region};
+use super::{Engine, Region, position};
 use crate::error::Result;
 
 /// The labels of the edges from a set of states: goal, dropped or plain. A game has one such *part*
@@ -50,7 +50,7 @@ pub(crate) fn keeping<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn leaning<E: Engine>(
+pub(crate) fn plain_edges_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
     edge_labels: &[EdgeLabels<E::States>],
@@ -109,11 +109,11 @@ pub(crate) fn pairs_into<E: Engine>(
 pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E::States>> {
     let mut groups: Edges<E::States> = Vec::new();
     for (from, into) in pairs {
-        if engine.is_empty(&from) || engine.is_empty(&into) {
+        if engine.is_empty(&from)? || engine.is_empty(&into)? {
             continue;
         }
-        match groups.iter_mut().find(|(_, same)| engine.same(same, &into)) {
-            Some((union, _)) => *union = engine.union(union, &from)?,
+        match position(&groups, |(_, same)| engine.same(same, &into))? {
+            Some(group) => groups[group].0 = engine.union(&groups[group].0, &from)?,
             None => groups.push((from, into)),
         }
     }
@@ -147,11 +147,11 @@ fn withdraw<E: Engine>(
     left: &mut Region<E::States, E::Choices>,
     within: &E::Choices,
     lost: &E::States,
-    is_simpler: impl Fn(&E::States, &E::States) -> bool,
+    is_simpler: impl Fn(&E::States, &E::States) -> Result<bool>,
 ) -> Result<E::States> {
-    if is_simpler(&left.states, lost) {
+    if is_simpler(&left.states, lost)? {
         let outside = engine.difference(&engine.all_states(), &left.states)?;
-        if is_simpler(&outside, lost) {
+        if is_simpler(&outside, lost)? {
             left.choices = engine.difference(within, &engine.entering(within, &outside)?)?;
             return engine.difference(&left.states, &engine.sources(&left.choices)?);
         }
@@ -179,11 +179,11 @@ pub(super) fn almost_surely_win<E: Engine>(
         let reaching = engine.can_reach(&seeds, &left.choices, edge_labels)?;
         let lost = engine.difference(&left.states, &reaching)?;
         left.states = engine.intersection(&left.states, &reaching)?;
-        if engine.is_empty(&lost) {
+        if engine.is_empty(&lost)? {
             left.choices = engine.choices_in(&left.choices, &left.states)?;
             return Ok(left);
         }
-        left = engine.remove_attractor(left, (&within, &engine.no_states()), edge_labels, lost)?;
+        left = engine.remove_attractor(left, &within, &engine.no_states(), edge_labels, lost)?;
     }
 }
 
@@ -193,16 +193,17 @@ pub(super) fn almost_surely_win<E: Engine>(
 pub(super) fn remove_attractor<E: Engine>(
     engine: &E,
     mut left: Region<E::States, E::Choices>,
-    (within, won): (&E::Choices, &E::States),
+    within: &E::Choices,
+    won: &E::States,
     edge_labels: &[EdgeLabels<E::States>],
     mut lost: E::States,
-    is_simpler: impl Fn(&E::States, &E::States) -> bool,
+    is_simpler: impl Fn(&E::States, &E::States) -> Result<bool>,
 ) -> Result<Region<E::States, E::Choices>> {
-    while !engine.is_empty(&lost) {
+    while !engine.is_empty(&lost)? {
         let stuck = if edge_labels.is_empty() {
             withdraw(engine, &mut left, within, &lost, &is_simpler)?
         } else {
-            let gone = leaning(engine, &left.choices, edge_labels, &lost)?;
+            let gone = plain_edges_into(engine, &left.choices, edge_labels, &lost)?;
             disallow(engine, &mut left.choices, &gone)?
         };
         lost = engine.intersection(&engine.difference(&stuck, won)?, &left.states)?;

@@ -5,20 +5,23 @@
 //! [`crate::planning`] use only these operations; iteration over states is not part of the
 //! interface.
 
-pub mod any;
-pub mod diagrams;
-pub mod edge_labels;
-pub mod explicit;
+pub(crate) mod any;
+mod diagrams;
+pub(crate) mod edge_labels;
+pub(crate) mod explicit;
 pub mod regions;
-pub mod symbolic;
+pub(crate) mod symbolic;
 
 use std::sync::Arc;
 
 pub use any::AnyEngine;
 pub use diagrams::Dumpable;
 pub use edge_labels::EdgeLabels;
+pub use explicit::ExplicitEngine;
 use num_bigint::BigUint;
 use serde::Serialize;
+use strum::{EnumString, IntoStaticStr, VariantArray};
+pub use symbolic::{Order, SymbolicEngine};
 
 use crate::error::Result;
 use crate::model::State;
@@ -30,10 +33,12 @@ pub use crate::progress::{NoProgress, ProgressSink};
 pub type Count = BigUint;
 
 /// The valuations that count as states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]
 pub enum Scope {
-    /// The valuations reachable from the initial states.
+    /// The valuations that are reachable from the initial states.
     #[default]
     Reachable,
     /// Every valuation of the declared variables.
@@ -41,37 +46,34 @@ pub enum Scope {
 }
 
 impl Scope {
+    /// Both values.
+    pub const ALL: &[Scope] = Scope::VARIANTS;
+
     /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
-        match self {
-            Scope::Reachable => "reachable",
-            Scope::All => "all",
-        }
-    }
-
-    /// Returns the scope with this name.
-    pub fn named(name: &str) -> Option<Scope> {
-        [Scope::Reachable, Scope::All].into_iter().find(|scope| scope.name() == name)
+        self.into()
     }
 }
 
 /// The way an engine stores states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 pub enum Storage {
-    /// State sets are binary decision diagrams.
+    /// Sets of states are binary decision diagrams.
     #[default]
     Symbolic,
-    /// Every state is stored.
+    /// States are stored one by one; for small models and cross-checks.
     Explicit,
 }
 
 impl Storage {
-    /// Returns the name in reports.
+    /// Both values.
+    pub const ALL: &[Storage] = Storage::VARIANTS;
+
+    /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
-        match self {
-            Storage::Symbolic => "symbolic",
-            Storage::Explicit => "explicit",
-        }
+        self.into()
     }
 }
 
@@ -144,9 +146,15 @@ pub trait Algebra<X> {
     /// A limit of the engine is reached.
     fn difference(&self, x: &X, y: &X) -> Result<X>;
     /// Returns whether X = ∅.
-    fn is_empty(&self, x: &X) -> bool;
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    fn is_empty(&self, x: &X) -> Result<bool>;
     /// Returns whether X = Y.
-    fn same(&self, x: &X, y: &X) -> bool;
+    ///
+    /// # Errors
+    /// A set belongs to another engine.
+    fn same(&self, x: &X, y: &X) -> Result<bool>;
     /// Returns |X|.
     ///
     /// # Errors
@@ -154,12 +162,26 @@ pub trait Algebra<X> {
     fn count(&self, x: &X) -> Result<Count>;
 }
 
+/// Returns the position of the first item for which `holds` returns true.
+///
+/// # Errors
+/// The first error of `holds`.
+pub(crate) fn position<T>(items: &[T], mut holds: impl FnMut(&T) -> Result<bool>) -> Result<Option<usize>> {
+    for (at, item) in items.iter().enumerate() {
+        if holds(item)? {
+            return Ok(Some(at));
+        }
+    }
+    Ok(None)
+}
+
 /// The state sets and choice sets of one model, with the operators on them. The Boolean operations
 /// on each sort are its [`Algebra`].
 ///
 /// An operation that returns a `Result` fails with [`crate::error::Error::Limit`] if a limit of the
-/// engine is reached: memory, time, a fixed size or a cancellation by [`Settings::sink`]. All
-/// arguments must come from this engine. Engines and sets can be sent between threads.
+/// engine is reached: memory, time, a fixed size or a cancellation by [`Settings::sink`]. It fails
+/// with [`crate::error::Error::ForeignSet`] if a set belongs to another engine, even to one of the
+/// same model. Engines and sets can be sent between threads.
 pub trait Engine:
     Algebra<<Self as Engine>::States> + Algebra<<Self as Engine>::Choices> + Send + Sync
 {
@@ -257,14 +279,15 @@ pub trait Engine:
     fn remove_attractor(
         &self,
         left: Region<Self::States, Self::Choices>,
-        (within, won): (&Self::Choices, &Self::States),
+        within: &Self::Choices,
+        won: &Self::States,
         edge_labels: &[EdgeLabels<Self::States>],
         lost: Self::States,
     ) -> Result<Region<Self::States, Self::Choices>>
     where
         Self: Sized,
     {
-        edge_labels::remove_attractor(self, left, (within, won), edge_labels, lost, |_, _| false)
+        edge_labels::remove_attractor(self, left, within, won, edge_labels, lost, |_, _| Ok(false))
     }
 
     /// Computes the greatest Z ⊆ X in which every state has a pair of C with all successors in Z,
@@ -286,7 +309,7 @@ pub trait Engine:
         let removed = self.difference(&self.all_states(), &states)?;
         let left = Region { states, choices: within.clone() };
         let Region { states, choices } =
-            self.remove_attractor(left, (within, &self.no_states()), &[], removed)?;
+            self.remove_attractor(left, within, &self.no_states(), &[], removed)?;
         Ok(Region { choices: self.choices_in(&choices, &states)?, states })
     }
 
@@ -316,13 +339,13 @@ pub trait Engine:
             Region { states: self.union(&self.sources(within)?, target)?, choices: within.clone() };
         let mut lost = self.difference(&self.all_states(), &left.states)?;
         loop {
-            if !self.is_empty(&lost) {
-                left = self.remove_attractor(left, (within, target), &[], lost)?;
+            if !self.is_empty(&lost)? {
+                left = self.remove_attractor(left, within, target, &[], lost)?;
             }
             let reaching = self.can_reach(target, &left.choices, &[])?;
             lost = self.difference(&left.states, &reaching)?;
             left.states = self.intersection(&left.states, &reaching)?;
-            if self.is_empty(&lost) {
+            if self.is_empty(&lost)? {
                 left.choices = self.choices_in(&left.choices, &self.difference(&left.states, target)?)?;
                 return Ok(left);
             }
@@ -375,9 +398,15 @@ pub trait Engine:
     /// A limit of the engine is reached.
     fn singleton(&self, state: &[i64]) -> Result<Self::States>;
     /// Returns whether s ∈ X.
-    fn contains(&self, x: &Self::States, state: &[i64]) -> bool;
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    fn contains(&self, x: &Self::States, state: &[i64]) -> Result<bool>;
     /// Returns whether (s,a) ∈ C, for a choice that the program lists for the state.
-    fn contains_choice(&self, c: &Self::Choices, state: &[i64], choice: &Choice) -> bool;
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    fn contains_choice(&self, c: &Self::Choices, state: &[i64], choice: &Choice) -> Result<bool>;
 
     /// Returns the resources used so far.
     fn usage(&self) -> Usage;

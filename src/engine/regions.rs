@@ -1,10 +1,12 @@
 //! The four qualitative regions of one target.
 
+use serde::Serialize;
+
 use super::Engine;
 use crate::error::Result;
 
-/// The regions of a target T, as sets of states.
-#[derive(Debug, Clone)]
+/// The regions of a target T as sets of states, or something for each of them: a size, for example.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Regions<S> {
     /// Some strategy reaches T with probability one.
     pub pmax_one: S,
@@ -14,6 +16,18 @@ pub struct Regions<S> {
     pub pmin_one: S,
     /// Every strategy reaches T with positive probability.
     pub pmin_positive: S,
+}
+
+impl<S> Regions<S> {
+    /// Returns the region of a name.
+    pub fn get_mut(&mut self, which: Which) -> &mut S {
+        match which {
+            Which::PmaxPositive => &mut self.pmax_positive,
+            Which::PmaxOne => &mut self.pmax_one,
+            Which::PminPositive => &mut self.pmin_positive,
+            Which::PminOne => &mut self.pmin_one,
+        }
+    }
 }
 
 /// Computes { s : Pmax(◇T) > 0 } = μX. T ∪ { s : some a has succ(s,a) ∩ X ≠ ∅ }. Cost: one backward
@@ -70,6 +84,18 @@ pub enum Which {
     PminPositive,
     /// Pmin = 1
     PminOne,
+}
+
+impl Which {
+    /// Returns the name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Which::PmaxPositive => "pmax_positive",
+            Which::PmaxOne => "pmax_one",
+            Which::PminPositive => "pmin_positive",
+            Which::PminOne => "pmin_one",
+        }
+    }
 }
 
 /// Computes all four regions. Cost: that of [`pmin_positive`], [`pmax_one`], [`pmax_positive`] and

@@ -3,11 +3,10 @@
 //! Layers confirm the states inside: each has a step to an earlier layer. Removal rounds refute the
 //! states outside: each can only reach states removed earlier, or never reaches the goal.
 
-use super::Named;
 use super::layers::{backward, forward, layers, rounds};
-use super::plays::Secured;
 use super::regions::{class_name, numbered};
-use crate::engine::edge_labels::{leaning, winning};
+use super::{Named, plays};
+use crate::engine::edge_labels::{plain_edges_into, winning};
 use crate::engine::symbolic::{StateSet, SymbolicEngine};
 use crate::engine::{Algebra, EdgeLabels, Engine};
 use crate::error::Result;
@@ -20,13 +19,13 @@ use crate::planning::{Analysis, Kind, Safety, strategy};
 type Of<'a> = Analysis<SymbolicEngine>;
 
 /// Returns all roots of the certificate.
-pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured]) -> Result<Vec<Named>> {
+pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
     let mut named = Vec::new();
     if let Some(start) = engine.beginnings()? {
         layers(&mut named, names::REACHABLE, &forward(engine, start)?);
     }
-    for disjunct in secured {
-        disjunct.witnesses(engine, &mut named)?;
+    for objective in 0..analysis.preferences().objectives.len() {
+        plays::witnesses(engine, analysis, objective, &mut named)?;
     }
     for (index, objective) in analysis.preferences().objectives.iter().enumerate() {
         if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
@@ -36,7 +35,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
     if analysis.improvement().is_some_and(|i| i.safety == Safety::Prefix) {
         safe_regions(engine, analysis, &mut named)?;
     }
-    for kind in Kind::ALL {
+    for &kind in Kind::ALL {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)
@@ -67,7 +66,7 @@ fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSe
     loop {
         let reaching = engine.can_reach(target, &choices, &Vec::new())?;
         let lost = engine.difference(&left, &reaching)?;
-        if engine.is_empty(&lost) {
+        if engine.is_empty(&lost)? {
             return Ok(rounds);
         }
         choices = engine.difference(&choices, &engine.entering(&choices, &lost)?)?;
@@ -84,7 +83,10 @@ fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Name
         let mut lost = vec![class.worse.clone()];
         let mut left = engine.difference(&engine.all_states(), &class.worse)?;
         let mut choices = engine.all_choices();
-        while let Some(last) = lost.last().filter(|&last| !engine.is_empty(last)) {
+        while let Some(last) = lost.last() {
+            if engine.is_empty(last)? {
+                break;
+            }
             choices = engine.difference(&choices, &engine.entering(&choices, last)?)?;
             let next = engine.difference(&left, &engine.sources(&choices)?)?;
             left = engine.difference(&left, &next)?;
@@ -182,12 +184,12 @@ fn level_rounds(
     let mut lost = engine.difference(&engine.all_states(), before)?;
     let mut choices = arena.choices.clone();
     loop {
-        choices = engine.difference(&choices, &leaning(engine, &choices, edge_labels, &lost)?)?;
+        choices = engine.difference(&choices, &plain_edges_into(engine, &choices, edge_labels, &lost)?)?;
         choices = engine.choices_in(&choices, &left)?;
         let seeds = engine.sources(&engine.intersection(&choices, &winning)?)?;
         let reaching = engine.can_reach(&seeds, &choices, edge_labels)?;
         lost = engine.difference(&left, &reaching)?;
-        if engine.is_empty(&lost) {
+        if engine.is_empty(&lost)? {
             return Ok(rounds);
         }
         left = engine.difference(&left, &lost)?;

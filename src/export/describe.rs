@@ -2,7 +2,6 @@
 //! writes it; the manifest check derives it again.
 
 use ahash::AHashMap;
-use serde_json::Value as Json;
 
 use super::Inputs;
 use crate::dump::Manifest;
@@ -10,7 +9,8 @@ use crate::dump::manifest::{self, ChoiceNumber, Choices, Encoding, File, Source,
 use crate::engine::Engine;
 use crate::engine::symbolic::{Numbered, SymbolicEngine};
 use crate::model::preference::Preferences;
-use crate::model::value::{Type, Value};
+use crate::model::valuation::json;
+use crate::model::value::Type;
 use crate::model::{CommandId, Program};
 
 /// Describes the numbers of the choices. With `paired`, the bits of a choice get names; only sets
@@ -111,17 +111,6 @@ impl Subject<'_> {
             choices,
             regions,
             certificate,
-        }
-    }
-}
-
-/// Returns the value of a constant; a value that JSON numbers cannot represent becomes text.
-fn json(value: Value) -> Json {
-    match value {
-        Value::Bool(b) => Json::from(b),
-        Value::Int(i) => Json::from(i),
-        Value::Real(x) => {
-            serde_json::Number::from_f64(x).map_or_else(|| Json::from(x.to_string()), Json::Number)
         }
     }
 }

@@ -36,7 +36,7 @@ fn by_distance(
 ) -> Result<Vec<StateSet>> {
     let mut open = engine.difference(&engine.all_states(), &start)?;
     let (mut layer, mut layers) = (start, Vec::new());
-    while !engine.is_empty(&layer) {
+    while !engine.is_empty(&layer)? {
         let next = engine.intersection(&step(&layer)?, &open)?;
         layers.push(layer);
         open = engine.difference(&open, &next)?;

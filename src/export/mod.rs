@@ -74,8 +74,7 @@ pub fn export(
             "in a dump, the objective `nothing` cannot be distinguished from the class `nothing`; rename it";
         return Err(Error::Usage(message.to_owned()));
     }
-    let secured = plays::secured(engine, analysis.preferences())?;
-    let mut named = regions::all(engine, analysis, &secured)?;
+    let mut named = regions::all(engine, analysis)?;
     let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
     named.retain(|n| always(&n.name) || (selection.wanted)(&n.name));
     if !named.iter().any(|n| (selection.wanted)(&n.name)) {
@@ -87,8 +86,7 @@ pub fn export(
             named.push(Named::choices(names::CHOICES, &engine.all_choices()));
         }
     }
-    let certificate =
-        selection.certificate.then(|| certificate::all(engine, analysis, &secured)).transpose()?;
+    let certificate = selection.certificate.then(|| certificate::all(engine, analysis)).transpose()?;
     let mut sets = named.iter().chain(certificate.iter().flatten());
     let paired = sets.any(|n| matches!(n.set, Set::Choices(_)));
     let choices = describe::choices(engine, paired);

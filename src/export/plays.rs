@@ -8,50 +8,48 @@ use super::layers::{backward, layers, rounds};
 use crate::engine::symbolic::{StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Engine};
 use crate::error::Result;
-use crate::model::preference::{Goal, Preferences};
 use crate::model::temporal::Disjunct;
 use crate::names;
-use crate::planning::temporal::{self, Kept};
+use crate::planning::Analysis;
+use crate::planning::temporal::{self, AcceptingRegion};
 
-/// A disjunct of an objective, with its region.
-pub(super) struct Secured {
-    /// The index of the objective.
-    pub(super) objective: usize,
-    name: String,
-    disjunct: Disjunct,
-    kept: Kept<SymbolicEngine>,
+type Sets = AcceptingRegion<SymbolicEngine>;
+
+/// Returns the regions of an objective with their names: U_d for each disjunct d, from 1.
+fn named<'a>(
+    analysis: &'a Analysis<SymbolicEngine>,
+    objective: usize,
+) -> impl Iterator<Item = (String, &'a Sets)> {
+    let name = &analysis.preferences().objectives[objective].name;
+    (1..)
+        .zip(analysis.accepting_regions(objective))
+        .map(|(case, region)| (names::secured(name, case), region))
 }
 
-/// Computes the regions of all disjuncts of all objectives over whole paths.
-pub(super) fn secured(engine: &SymbolicEngine, preferences: &Preferences) -> Result<Vec<Secured>> {
-    let mut all = Vec::new();
-    for (objective, asked) in preferences.objectives.iter().enumerate() {
-        let Goal::Satisfy { condition, .. } = &asked.goal else { continue };
-        // The parser refuses conditions that are too large.
-        for (case, disjunct) in condition.disjuncts().unwrap_or_default().into_iter().enumerate() {
-            let kept = temporal::kept(engine, &disjunct)?;
-            all.push(Secured { objective, name: names::secured(&asked.name, case + 1), disjunct, kept });
-        }
-    }
-    Ok(all)
+/// Returns the regions of an objective, each with its strategy: the choices that stay in it.
+pub(super) fn regions(analysis: &Analysis<SymbolicEngine>, objective: usize) -> Vec<Named> {
+    let both = |(name, region): (String, &Sets)| {
+        [Named::states(&name, &region.states), Named::choices(names::strategy(&name), &region.choices)]
+    };
+    named(analysis, objective).flat_map(both).collect()
 }
 
-impl Secured {
-    /// Adds the region, and its strategy: the choices that stay in the region.
-    pub(super) fn regions(&self, named: &mut Vec<Named>) {
-        named.push(Named::states(&self.name, &self.kept.states));
-        named.push(Named::choices(names::strategy(&self.name), &self.kept.choices));
-    }
-
-    /// Adds layers towards each mark that recurs, and the rounds that remove all other states.
-    pub(super) fn witnesses(&self, engine: &SymbolicEngine, named: &mut Vec<Named>) -> Result<()> {
-        for (index, here) in self.kept.again.iter().enumerate() {
-            let towards = backward(engine, here, &self.kept.choices)?;
-            layers(named, &names::recurring(&self.name, index + 1), &towards);
+/// Adds the layers of an objective's regions towards each mark that recurs, and the rounds that
+/// remove all other states.
+pub(super) fn witnesses(
+    engine: &SymbolicEngine,
+    analysis: &Analysis<SymbolicEngine>,
+    objective: usize,
+    all: &mut Vec<Named>,
+) -> Result<()> {
+    for (name, region) in named(analysis, objective) {
+        for (index, here) in region.again.iter().enumerate() {
+            let towards = backward(engine, here, &region.choices)?;
+            layers(all, &names::recurring(&name, index + 1), &towards);
         }
-        rounds(named, &self.name, &lost_rounds(engine, &self.disjunct)?);
-        Ok(())
+        rounds(all, &name, &lost_rounds(engine, &region.disjunct)?);
     }
+    Ok(())
 }
 
 /// Computes the rounds that remove the states outside of U_d. The first round removes the states
@@ -67,7 +65,7 @@ fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<State
     let mut lost = engine.difference(&left, &temporal::allowed(engine, disjunct)?)?;
     let mut unchanged = 0;
     for mark in marks.iter().cycle() {
-        if !engine.is_empty(&lost) {
+        if !engine.is_empty(&lost)? {
             unchanged = 0;
             choices = engine.difference(&choices, &engine.entering(&choices, &lost)?)?;
             left = engine.difference(&left, &lost)?;

@@ -1,7 +1,6 @@
 //! The regions of a finished analysis, with the names that `meliora query` knows.
 
-use super::Named;
-use super::plays::Secured;
+use super::{Named, plays};
 use crate::engine::symbolic::SymbolicEngine;
 use crate::engine::{Algebra, Engine};
 use crate::error::Result;
@@ -13,7 +12,7 @@ use crate::planning::{Analysis, Kind, strategy};
 type Of<'a> = Analysis<SymbolicEngine>;
 
 /// Returns all regions and strategies.
-pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured]) -> Result<Vec<Named>> {
+pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
     let mut named = vec![
         Named::states(names::REACHABLE, &engine.all_states()),
         Named::states(names::INITIAL, &engine.initial_states()),
@@ -27,7 +26,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
             let name = &objective.name;
             let outside = engine.difference(&outcome.almost_sure, &outcome.target)?;
             let staying = engine.every_successor_in(&outcome.almost_sure)?;
-            secured.iter().filter(|s| s.objective == index).for_each(|s| s.regions(&mut named));
+            named.extend(plays::regions(analysis, index));
             named.push(Named::states(names::target(name), &outcome.target));
             let sure = names::almost_sure(name);
             named.push(Named::states(&sure, &outcome.almost_sure));
@@ -46,7 +45,7 @@ pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>, secured: &[Secured
         // Scripts ask for it by name, so it is in the dump even if it is empty.
         named.push(Named::states(nothing, &engine.no_states()));
     }
-    for kind in Kind::ALL {
+    for &kind in Kind::ALL {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)

@@ -45,10 +45,10 @@ pub(super) fn build(world: &mut World, depth: usize, draw: &mut Draw) -> Option<
     let taken: Vec<bool> = world.places().map(block).collect();
     let before = west + cols - 1;
     for place in world.places().filter(|&place| block(place) && place.col != before) {
-        set(world, place, Cell { wall: true, ..Cell::default() });
+        *world.cell_mut(place) = Cell { wall: true, ..Cell::default() };
     }
     let middle = Place { row: south + reach(depth) + 1, col: before - 2 };
-    set(world, Place { col: before - 1, ..middle }, Cell::default());
+    *world.cell_mut(Place { col: before - 1, ..middle }) = Cell::default();
     fork(world, middle, depth, world.items.len() - 2 * depth);
     Some((Place { col: before, ..middle }, taken))
 }
@@ -57,25 +57,20 @@ pub(super) fn build(world: &mut World, depth: usize, draw: &mut Draw) -> Option<
 /// from `first`.
 fn fork(world: &mut World, ice: Place, depth: usize, first: usize) {
     let slip = [Direction::North, Direction::South].into_iter().collect();
-    set(world, ice, Cell { slip, ..Cell::default() });
+    *world.cell_mut(ice) = Cell { slip, ..Cell::default() };
     let length = if depth == 1 { 2 } else { reach(depth - 1) + 1 };
     for (number, direction) in [Direction::North, Direction::South].into_iter().enumerate() {
         let along = |steps: usize| match direction {
             Direction::North => Place { row: ice.row + steps, ..ice },
             _ => Place { row: ice.row - steps, ..ice },
         };
-        set(world, along(1), Cell { one_way: Some(direction), ..Cell::default() });
-        (2..length).for_each(|steps| set(world, along(steps), Cell::default()));
+        *world.cell_mut(along(1)) = Cell { one_way: Some(direction), ..Cell::default() };
+        (2..length).for_each(|steps| *world.cell_mut(along(steps)) = Cell::default());
         let end = along(length);
-        set(world, end, Cell { item: Some(first + number), ..Cell::default() });
+        *world.cell_mut(end) = Cell { item: Some(first + number), ..Cell::default() };
         if depth > 1 {
-            set(world, Place { col: end.col - 1, ..end }, Cell::default());
+            *world.cell_mut(Place { col: end.col - 1, ..end }) = Cell::default();
             fork(world, Place { col: end.col - 2, ..end }, depth - 1, first + 2);
         }
     }
-}
-
-fn set(world: &mut World, place: Place, cell: Cell) {
-    let at = world.index(place);
-    world.cells[at] = cell;
 }

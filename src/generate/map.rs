@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::preference;
-use super::world::{Cell, Direction, Directions, Item, Lock, Patrol, Place, World};
+use super::world::{Cell, Direction, Directions, Lock, Patrol, Place, World};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::model::preference::{Empty, Statement};
 
@@ -56,6 +56,8 @@ struct Legend {
     item: Option<char>,
     start: bool,
 }
+
+const EMPTY: &str = "expected one of bottom, gain, incomparable";
 
 struct Reader<'a> {
     source: &'a SourceFile,
@@ -169,10 +171,8 @@ impl<'a> Reader<'a> {
                     .or_else(|message| wrong(whole(line), message, ""))
             }
             "empty" => {
-                match arguments {
-                    [word] if Empty::named(word.text).is_some() => map.empty = Empty::named(word.text),
-                    _ => return wrong(whole(line), "expected one of bottom, gain, incomparable", ""),
-                }
+                let [word] = arguments else { return wrong(whole(line), EMPTY, "") };
+                map.empty = Some(word.text.parse().or_else(|_| wrong(whole(line), EMPTY, ""))?);
                 Ok(())
             }
             other => wrong(
@@ -215,19 +215,25 @@ fn whole(line: &Line) -> Range<usize> {
 
 /// Parses `cell + start no east west`: the character and its meaning.
 fn cell(line: &Line) -> Result<(char, Legend), Wrong> {
-    let mut rest = line[1..].iter().peekable();
-    let Some(word) = rest.next() else {
+    let [_, word, kinds @ ..] = &line[..] else {
         return wrong(whole(line), "expected a sign", "write, for example, `cell ~ slip north south`");
     };
     let mut chars = word.text.chars();
     let (Some(sign), None) = (chars.next(), chars.next()) else {
         return wrong(word.span.clone(), "a sign is one character", "");
     };
+    Ok((sign, meaning(kinds)?))
+}
+
+/// Parses `start no east west`.
+fn meaning(kinds: &[Word]) -> Result<Legend, Wrong> {
+    let mut rest = kinds.iter().peekable();
     let mut legend = Legend::default();
     while let Some(feature) = rest.next() {
         let mut directions = || {
-            let next = std::iter::from_fn(|| rest.next_if(|word| direction(word.text).is_some()));
-            let directions: Directions = next.filter_map(|word| direction(word.text)).collect();
+            let direction = |word: &&Word| word.text.parse::<Direction>().ok();
+            let next = std::iter::from_fn(|| rest.next_if(|word| direction(word).is_some()));
+            let directions: Directions = next.filter_map(|word| direction(&word)).collect();
             match directions.is_empty() {
                 true => {
                     wrong(feature.span.clone(), format!("expected directions after `{}`", feature.text), "")
@@ -253,32 +259,25 @@ fn cell(line: &Line) -> Result<(char, Legend), Wrong> {
             }
         }
     }
-    Ok((sign, legend))
-}
-
-fn direction(word: &str) -> Option<Direction> {
-    Direction::ALL.into_iter().find(|d| d.name() == word)
+    Ok(legend)
 }
 
 /// Returns the default meaning of a character.
 fn built_in(sign: char) -> Option<Legend> {
-    let with = |cell: Cell| Some(Legend { cell, ..Legend::default() });
-    let one_way = |d| with(Cell { one_way: Some(d), ..Cell::default() });
-    match sign {
-        '.' | ' ' => with(Cell::default()),
-        '#' => with(Cell { wall: true, ..Cell::default() }),
-        '*' => with(Cell { charger: true, ..Cell::default() }),
-        '~' => {
-            with(Cell { slip: [Direction::North, Direction::South].into_iter().collect(), ..Cell::default() })
-        }
-        '^' => one_way(Direction::North),
-        'v' => one_way(Direction::South),
-        '>' => one_way(Direction::East),
-        '<' => one_way(Direction::West),
-        '@' => Some(Legend { start: true, ..Legend::default() }),
-        'A'..='Z' => Some(Legend { item: Some(sign), ..Legend::default() }),
-        _ => None,
-    }
+    let text = match sign {
+        '.' | ' ' => "free",
+        '#' => "wall",
+        '*' => "charger",
+        '@' => "start",
+        '~' => "slip north south",
+        '^' => "oneway north",
+        'v' => "oneway south",
+        '>' => "oneway east",
+        '<' => "oneway west",
+        'A'..='Z' => return Some(Legend { item: Some(sign), ..Legend::default() }),
+        _ => return None,
+    };
+    meaning(&words(&Word { text, span: 0..text.len() })).ok()
 }
 
 /// Builds the world of the rows, which are listed from north to south.
@@ -310,21 +309,11 @@ fn assemble(rows: Vec<Vec<Legend>>, cols: usize, drawing: &[Word]) -> Result<Wor
     let mut names: Vec<char> = rows.iter().flatten().filter_map(|meaning| meaning.item).collect();
     names.sort_unstable();
     names.dedup();
-    let mut world = World {
-        rows: rows.len(),
-        cols,
-        battery: None,
-        cells: Vec::new(),
-        items: names.iter().map(|&name| Item { name, opens: Vec::new() }).collect(),
-        starts: Vec::new(),
-        patrols: Vec::new(),
-    };
-    for (row, line) in rows.into_iter().enumerate() {
-        for (col, mut meaning) in line.into_iter().enumerate() {
-            meaning.cell.item = names.iter().position(|&name| Some(name) == meaning.item);
-            world.starts.extend(meaning.start.then_some(Place { row, col }));
-            world.cells.push(meaning.cell);
-        }
+    let mut world = World::new(rows.len(), cols, names.iter().copied());
+    for (place, meaning) in world.places().zip(rows.into_iter().flatten()) {
+        let item = names.iter().position(|&name| Some(name) == meaning.item);
+        *world.cell_mut(place) = Cell { item, ..meaning.cell };
+        world.starts.extend(meaning.start.then_some(place));
     }
     // Robots are numbered in reading order.
     world.starts.sort_by_key(|place| (std::cmp::Reverse(place.row), place.col));

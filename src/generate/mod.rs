@@ -57,7 +57,7 @@ use std::sync::Arc;
 pub use crate::model::preference::Empty;
 pub use world::{Direction, Directions};
 
-use crate::error::{Error, Result, SourceFile};
+use crate::error::{Error, Result, SourceFile, ensure};
 use crate::model::preference::Statement;
 use crate::random::Draw;
 use world::World;
@@ -172,57 +172,51 @@ impl Parameters {
     fn validate(&self) -> Result<()> {
         check_size(self.rows, self.cols).map_err(Error::Usage)?;
         self.check_forks()?;
+        let Parameters { locked, robots, chargers, .. } = self;
         let scattered = self.items - 2 * self.forks;
-        let message = match self {
-            p if p.battery.is_some_and(|b| b == 0 || b > LARGEST_BATTERY) => {
-                format!("a battery holds 1 to {LARGEST_BATTERY} units; `none` is one that never ends")
-            }
-            p if p.locked >= scattered => {
-                format!(
-                    "{} of {scattered} items outside the forks are locked: one must be there to open the others",
-                    p.locked
-                )
-            }
-            p if p.robots == 0 || p.robots > MOST_ROBOTS => {
-                format!("there must be 1 to {MOST_ROBOTS} robots, not {}", p.robots)
-            }
-            p if p.chargers > p.rows * p.cols => {
-                format!("{} chargers are more than there are cells", p.chargers)
-            }
-            p if p.walls > 90 || p.slippery > 100 => {
-                "at most 90 per cent of the cells can be walls, at most 100 slippery".to_owned()
-            }
-            p if p.slippery > 0 && (p.drifts.is_empty() || p.drifts.iter().any(|d| d.is_empty())) => {
-                "a slippery cell needs a direction to slide to".to_owned()
-            }
-            _ => return Ok(()),
-        };
-        Err(Error::Usage(message))
+        let has_drifts = !self.drifts.is_empty() && self.drifts.iter().all(|drift| !drift.is_empty());
+        require(self.battery.is_none_or(|full| (1..=LARGEST_BATTERY).contains(&full)), || {
+            format!("a battery holds 1 to {LARGEST_BATTERY} units; `none` is one that never ends")
+        })?;
+        require(*locked < scattered, || {
+            let reason = "one must be there to open the others";
+            format!("{locked} of {scattered} items outside the forks are locked: {reason}")
+        })?;
+        require((1..=MOST_ROBOTS).contains(robots), || {
+            format!("there must be 1 to {MOST_ROBOTS} robots, not {robots}")
+        })?;
+        require(*chargers <= self.rows * self.cols, || {
+            format!("{chargers} chargers are more than there are cells")
+        })?;
+        require(self.walls <= 90 && self.slippery <= 100, || {
+            "at most 90 per cent of the cells can be walls, at most 100 slippery".to_owned()
+        })?;
+        require(self.slippery == 0 || has_drifts, || {
+            "a slippery cell needs a direction to slide to".to_owned()
+        })
     }
 
     fn check_forks(&self) -> Result<()> {
         let (rows, cols) = fork::size(self.forks.min(fork::DEEPEST));
-        let message = match self {
-            p if p.items == 0 || p.items > MOST_ITEMS => {
-                format!("there must be 1 to {MOST_ITEMS} items, not {}", p.items)
-            }
-            p if p.forks > fork::DEEPEST => {
-                format!("there can be at most {} forks, not {}", fork::DEEPEST, p.forks)
-            }
-            p if p.rows < rows || p.cols < cols => {
-                format!("{} forks need {rows} rows and {cols} columns", p.forks)
-            }
-            p if p.items <= 2 * p.forks => {
-                format!(
-                    "{} forks take {} items, and one must lie outside: use more items",
-                    p.forks,
-                    2 * p.forks
-                )
-            }
-            _ => return Ok(()),
-        };
-        Err(Error::Usage(message))
+        let Parameters { items, forks, .. } = *self;
+        require((1..=MOST_ITEMS).contains(&items), || {
+            format!("there must be 1 to {MOST_ITEMS} items, not {items}")
+        })?;
+        require(forks <= fork::DEEPEST, || {
+            format!("there can be at most {} forks, not {forks}", fork::DEEPEST)
+        })?;
+        require(self.rows >= rows && self.cols >= cols, || {
+            format!("{forks} forks need {rows} rows and {cols} columns")
+        })?;
+        require(items > 2 * forks, || {
+            format!("{forks} forks take {} items, and one must lie outside: use more items", 2 * forks)
+        })
     }
+}
+
+/// Returns a usage error with this message if a condition is false.
+fn require(holds: bool, message: impl FnOnce() -> String) -> Result<()> {
+    ensure(holds, || Error::Usage(message()))
 }
 
 /// The seed, and values that replace drawn ones.
@@ -296,8 +290,8 @@ fn finish(
 
 /// Checks that a grid of this size is neither empty nor too large.
 fn check_size(rows: usize, cols: usize) -> Result<(), String> {
-    match (1..=LARGEST_SIDE).contains(&rows) && (1..=LARGEST_SIDE).contains(&cols) {
-        true => Ok(()),
-        false => Err(format!("a grid has 1 to {LARGEST_SIDE} rows and columns, not {rows} x {cols}")),
-    }
+    let sides = 1..=LARGEST_SIDE;
+    ensure(sides.contains(&rows) && sides.contains(&cols), || {
+        format!("a grid has 1 to {LARGEST_SIDE} rows and columns, not {rows} x {cols}")
+    })
 }

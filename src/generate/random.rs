@@ -2,7 +2,7 @@
 
 use super::Parameters;
 use super::fork;
-use super::world::{Cell, Direction, Directions, Item, Lock, Patrol, Place, World};
+use super::world::{Cell, Direction, Directions, Lock, Patrol, Place, World};
 use crate::error::{Error, Result};
 use crate::random::Draw;
 
@@ -12,10 +12,9 @@ pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
     parameters.validate()?;
     let mut sketch = Sketch::new(parameters);
     let fork = fork::build(&mut sketch.world, parameters.forks, draw);
-    sketch.taken = fork
-        .as_ref()
-        .map(|(_, taken)| taken.clone())
-        .unwrap_or_else(|| vec![false; sketch.world.cells.len()]);
+    if let Some((_, taken)) = &fork {
+        sketch.taken.clone_from(taken);
+    }
     let empty = sketch.world.clone();
     sketch.walls(parameters.walls, draw);
     // Random walls may cut off the fork; then the walls are drawn again.
@@ -45,12 +44,10 @@ pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
     let world = &mut sketch.world;
     world.starts = free.drain(..parameters.robots).collect();
     for (number, place) in free.drain(..scattered).enumerate().collect::<Vec<_>>() {
-        let at = world.index(place);
-        world.cells[at].item = Some(number);
+        world.cell_mut(place).item = Some(number);
     }
     for place in free.drain(..parameters.chargers).collect::<Vec<_>>() {
-        let at = world.index(place);
-        world.cells[at].charger = true;
+        world.cell_mut(place).charger = true;
     }
     sketch.locks(parameters, draw);
     sketch.patrols(parameters.patrols, &mut free, draw)?;
@@ -71,18 +68,9 @@ struct Sketch {
 impl Sketch {
     fn new(parameters: &Parameters) -> Self {
         let names = ('A'..='Z').take(parameters.items);
-        Sketch {
-            taken: Vec::new(),
-            world: World {
-                rows: parameters.rows,
-                cols: parameters.cols,
-                battery: parameters.battery,
-                cells: vec![Cell::default(); parameters.rows * parameters.cols],
-                items: names.map(|name| Item { name, opens: Vec::new() }).collect(),
-                starts: Vec::new(),
-                patrols: Vec::new(),
-            },
-        }
+        let world = World::new(parameters.rows, parameters.cols, names);
+        let taken = vec![false; world.cells.len()];
+        Sketch { world: World { battery: parameters.battery, ..world }, taken }
     }
 
     /// Draws walls as straight bars, longer on larger grids, until they take the given share of the
@@ -233,8 +221,7 @@ impl Sketch {
             let Some(place) = draw.take(free) else {
                 return Err(Error::Usage(format!("no room for {count} {what}; use a larger grid or fewer")));
             };
-            let at = self.world.index(place);
-            set(&mut self.world.cells[at], draw);
+            set(self.world.cell_mut(place), draw);
         }
         Ok(())
     }

@@ -70,8 +70,8 @@ fn by_text(
 fn by_world(world: &World, from: Place, direction: Direction) -> Option<BTreeSet<Vec<i64>>> {
     let locks = world.locks();
     let ends = world.outcome(from, direction)?.into_iter().map(|branch| {
-        let mut state = vec![from.row as i64 + branch.shift.rows, from.col as i64 + branch.shift.cols];
-        let to = Place { row: state[0] as usize, col: state[1] as usize };
+        let to = from.moved(branch.shift).unwrap();
+        let mut state = vec![to.row as i64, to.col as i64];
         let charged = world.cell(to).charger && !world.is_locked(Lock::Charger);
         state.extend(world.battery.map(|full| i64::from(full) - i64::from(!charged)));
         let item = world.cell(to).item.filter(|&i| !world.is_locked(Lock::Item(i)));

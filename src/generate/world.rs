@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use strum::{EnumString, IntoStaticStr};
+
 /// A direction. North is one row up: row 0 is the southernmost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, EnumString, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Direction {
     /// One row up.
     North,
@@ -21,55 +24,33 @@ impl Direction {
 
     /// Returns its name, which is also the name of the action.
     pub fn name(self) -> &'static str {
-        match self {
-            Direction::North => "north",
-            Direction::South => "south",
-            Direction::East => "east",
-            Direction::West => "west",
-        }
+        self.into()
     }
 
     /// Returns its initial as a capital letter.
     pub fn letter(self) -> char {
-        match self {
-            Direction::North => 'N',
-            Direction::South => 'S',
-            Direction::East => 'E',
-            Direction::West => 'W',
-        }
+        char::from(self.name().as_bytes()[0].to_ascii_uppercase())
     }
 
     /// Returns the change of row and column.
     pub(super) fn shift(self) -> Shift {
         match self {
-            Direction::North => Shift { rows: 1, cols: 0 },
-            Direction::South => Shift { rows: -1, cols: 0 },
-            Direction::East => Shift { rows: 0, cols: 1 },
-            Direction::West => Shift { rows: 0, cols: -1 },
+            Direction::North => (1, 0),
+            Direction::South => (-1, 0),
+            Direction::East => (0, 1),
+            Direction::West => (0, -1),
         }
     }
 }
 
-/// A change of row and column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(super) struct Shift {
-    /// Rows further north.
-    pub(super) rows: i64,
-    /// Columns further east.
-    pub(super) cols: i64,
-}
+/// A change of row and column: rows further north, columns further east.
+pub(super) type Shift = (isize, isize);
 
 /// A set of directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Directions(u8);
 
 impl Directions {
-    /// Returns the set with `direction` added.
-    #[must_use]
-    pub fn with(self, direction: Direction) -> Self {
-        Directions(self.0 | 1 << direction as u8)
-    }
-
     /// Returns true if `direction` is in the set.
     pub fn contains(self, direction: Direction) -> bool {
         self.0 & 1 << direction as u8 != 0
@@ -88,7 +69,7 @@ impl Directions {
 
 impl FromIterator<Direction> for Directions {
     fn from_iter<I: IntoIterator<Item = Direction>>(directions: I) -> Self {
-        directions.into_iter().fold(Directions::default(), Directions::with)
+        Directions(directions.into_iter().fold(0, |set, direction| set | 1 << direction as u8))
     }
 }
 
@@ -99,6 +80,13 @@ pub(super) struct Place {
     pub(super) row: usize,
     /// The column, counted from the west.
     pub(super) col: usize,
+}
+
+impl Place {
+    /// Returns the place after a shift; `None` south or west of the grid.
+    pub(super) fn moved(self, (rows, cols): Shift) -> Option<Place> {
+        Some(Place { row: self.row.checked_add_signed(rows)?, col: self.col.checked_add_signed(cols)? })
+    }
 }
 
 /// The properties of a cell.
@@ -199,15 +187,6 @@ pub(super) struct Branch {
     pub(super) weight: u32,
 }
 
-/// A group of cells from which a move has the same results.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Group {
-    /// The results.
-    pub(super) branches: Vec<Branch>,
-    /// The cells.
-    pub(super) origins: CellSet,
-}
-
 /// A set of cells of one grid.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct CellSet {
@@ -230,6 +209,19 @@ impl CellSet {
 }
 
 impl World {
+    /// Returns a grid of free cells, with items that open nothing.
+    pub(super) fn new(rows: usize, cols: usize, names: impl IntoIterator<Item = char>) -> Self {
+        World {
+            rows,
+            cols,
+            battery: None,
+            cells: vec![Cell::default(); rows * cols],
+            items: names.into_iter().map(|name| Item { name, opens: Vec::new() }).collect(),
+            starts: Vec::new(),
+            patrols: Vec::new(),
+        }
+    }
+
     /// Returns the coordinates of all cells, row by row from the south.
     pub(super) fn places(&self) -> impl Iterator<Item = Place> + use<> {
         let (rows, cols) = (self.rows, self.cols);
@@ -244,6 +236,12 @@ impl World {
     /// Returns the cell at a place.
     pub(super) fn cell(&self, place: Place) -> &Cell {
         &self.cells[self.index(place)]
+    }
+
+    /// Returns the cell at a place, to be changed.
+    pub(super) fn cell_mut(&mut self, place: Place) -> &mut Cell {
+        let index = self.index(place);
+        &mut self.cells[index]
     }
 
     /// Returns true if an item opens this lock; only such locks start closed.
@@ -263,12 +261,12 @@ impl World {
         let mut open: Vec<bool> = (0..count).map(|i| !self.is_locked(Lock::Item(i))).collect();
         // Each round opens at least one more item, until none is left.
         for _ in 0..count {
-            for (i, item) in self.items.iter().enumerate().filter(|(i, _)| open[*i]).collect::<Vec<_>>() {
-                let opened = item.opens.iter().filter_map(|lock| match lock {
-                    Lock::Item(j) if *j != i => Some(*j),
-                    _ => None,
-                });
-                opened.for_each(|j| open[j] = true);
+            for (i, item) in self.items.iter().enumerate() {
+                for &lock in if open[i] { &item.opens[..] } else { &[] } {
+                    if let Lock::Item(opened) = lock {
+                        open[opened] = true;
+                    }
+                }
             }
         }
         (0..count).filter(|&i| !open[i]).collect()
@@ -276,12 +274,9 @@ impl World {
 
     /// Returns the cell one step away; `None` if a wall, the edge or a one-way cell is in the way.
     pub(super) fn step(&self, from: Place, direction: Direction) -> Option<Place> {
-        let Shift { rows, cols } = direction.shift();
-        let row = from.row.checked_add_signed(isize::try_from(rows).ok()?)?;
-        let col = from.col.checked_add_signed(isize::try_from(cols).ok()?)?;
-        let to = Place { row, col };
+        let to = from.moved(direction.shift())?;
         let passes = |place: Place| self.cell(place).one_way.is_none_or(|only| only == direction);
-        (row < self.rows && col < self.cols && !self.cell(to).wall && passes(from) && passes(to))
+        (to.row < self.rows && to.col < self.cols && !self.cell(to).wall && passes(from) && passes(to))
             .then_some(to)
     }
 
@@ -320,22 +315,21 @@ impl World {
     }
 
     fn branch(&self, from: Place, to: Place, weight: u32) -> Branch {
-        let difference = |a: usize, b: usize| if a >= b { (a - b) as i64 } else { -((b - a) as i64) };
-        let shift = Shift { rows: difference(to.row, from.row), cols: difference(to.col, from.col) };
+        let difference = |a: usize, b: usize| a as isize - b as isize;
+        let shift = (difference(to.row, from.row), difference(to.col, from.col));
         Branch { shift, effect: self.effect(to), weight }
     }
 
     /// Groups the cells by the results of a move in `direction`; cells in which it is disabled are
     /// left out.
-    pub(super) fn groups(&self, direction: Direction) -> Vec<Group> {
-        let mut groups: BTreeMap<Vec<Branch>, Vec<bool>> = BTreeMap::new();
+    pub(super) fn groups(&self, direction: Direction) -> BTreeMap<Vec<Branch>, CellSet> {
+        let mut groups = BTreeMap::new();
         for place in self.places() {
             if let Some(branches) = self.outcome(place, direction) {
-                let members = groups.entry(branches).or_insert_with(|| vec![false; self.cells.len()]);
-                members[self.index(place)] = true;
+                let origins = groups.entry(branches).or_insert_with(|| CellSet::new(self, |_| false));
+                origins.members[self.index(place)] = true;
             }
         }
-        let set = |members| CellSet { cols: self.cols, members };
-        groups.into_iter().map(|(branches, members)| Group { branches, origins: set(members) }).collect()
+        groups
     }
 }

@@ -1,8 +1,10 @@
 //! The writer of a world as a model in PRISM's language.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::cells::{condition, wrap};
 use super::picture;
-use super::world::{Branch, CellSet, Direction, Effect, Lock, Patrol, Place, Shift, World};
+use super::world::{Branch, CellSet, Direction, Effect, Lock, Patrol, Place, World};
 
 /// Returns the text of the model; `title` is its first comment line.
 pub(super) fn write(world: &World, title: &str) -> String {
@@ -72,18 +74,14 @@ impl<'a> Robot<'a> {
 
     /// Returns formulas for several robots: a lock is open if one of them has opened it.
     fn shared_locks(&self, robots: usize) -> String {
-        let locks = self.world.locks();
-        let formula = |&lock: &Lock| {
+        let formula = |lock: Lock| {
             let name = self.lock(lock);
             let flags: Vec<String> = (1..=robots).map(|n| format!("{name}{n}")).collect();
             format!("formula {name} = {};\n", flags.join(" | "))
         };
-        let formulas: String = locks.iter().map(formula).collect();
-        if formulas.is_empty() {
-            formulas
-        } else {
-            format!("\n// What a robot has made available, all may use.\n{formulas}")
-        }
+        let formulas: String = self.world.locks().into_iter().map(formula).collect();
+        let heading = "\n// What a robot has made available, all may use.\n";
+        if formulas.is_empty() { formulas } else { heading.to_owned() + &formulas }
     }
 
     fn variables(&self) -> String {
@@ -118,25 +116,21 @@ impl<'a> Robot<'a> {
     /// Returns the module of a further robot: that of the first with the names of the two robots
     /// exchanged.
     fn renamed(&self, first: &Robot) -> String {
-        let mut stems: Vec<String> = ["r", "c", "row", "col"].map(str::to_owned).to_vec();
-        stems.extend(self.world.battery.map(|_| "b".to_owned()));
-        stems.extend(Direction::ALL.map(|d| d.name().to_owned()));
+        let battery = self.world.battery.map(|_| "b");
+        let stems =
+            ["r", "c", "row", "col"].into_iter().chain(battery).chain(Direction::ALL.map(Direction::name));
         let mut pairs: Vec<String> =
-            stems.iter().map(|s| format!("{}={}", first.name(s), self.name(s))).collect();
+            stems.map(|stem| format!("{}={}", first.name(stem), self.name(stem))).collect();
         for lock in self.world.locks() {
             let (one, other) = (first.flag(lock), self.flag(lock));
             // Flags are exchanged in both directions: a robot must see the flags that the first one
             // has set.
             pairs.extend([format!("{one}={other}"), format!("{other}={one}")]);
         }
-        let list = wrap_list(&pairs);
-        format!("\nmodule {} = {} [{list}] endmodule\n", self.name("robot"), first.name("robot"))
+        let lines: Vec<String> = pairs.chunks(8).map(|chunk| chunk.join(", ")).collect();
+        let (name, list) = (self.name("robot"), lines.join(",\n  "));
+        format!("\nmodule {name} = {} [{list}] endmodule\n", first.name("robot"))
     }
-}
-
-fn wrap_list(items: &[String]) -> String {
-    let lines: Vec<String> = items.chunks(8).map(|chunk| chunk.join(", ")).collect();
-    lines.join(",\n  ")
 }
 
 /// The named conditions and the commands for one direction.
@@ -159,30 +153,33 @@ impl<'a> Move<'a> {
         let world = robot.world;
         let disabled = CellSet::new(world, |place| world.cell(place).disabled.contains(direction));
         let mut slips = 0;
-        let mut cases: Vec<Case> = Vec::new();
-        for group in world.groups(direction) {
-            let name = describe(world, direction, &group.branches, &mut slips);
-            let name = robot.name(&format!("{}_{name}", direction.name()));
-            cases.push(Case { name, branches: group.branches, origins: group.origins });
-        }
+        let case = |(branches, origins): (Vec<Branch>, CellSet)| {
+            let name = describe(world, direction, &branches, &mut slips);
+            Case { name: robot.name(&format!("{}_{name}", direction.name())), branches, origins }
+        };
+        let mut cases: Vec<Case> = world.groups(direction).into_iter().map(case).collect();
         cases.sort_by_key(|case| order(&case.branches, direction));
         Move { robot, direction, disabled, cases }
     }
 
-    fn prefix(&self) -> String {
+    fn action(&self) -> String {
         self.robot.name(self.direction.name())
     }
 
+    /// Returns the name of the condition that an obstacle is in the way, if there are obstacles.
     fn met(&self) -> Option<String> {
-        (!self.robot.world.patrols.is_empty())
-            .then(|| self.robot.name(&format!("{}_met", self.direction.name())))
+        (!self.robot.world.patrols.is_empty()).then(|| self.named("met"))
+    }
+
+    fn named(&self, what: &str) -> String {
+        self.robot.name(&format!("{}_{what}", self.direction.name()))
     }
 
     fn formulas(&self) -> String {
         let mut text = format!("\n// Moves {}.\n", self.direction.name());
         let mut named: Vec<String> = Vec::new();
         if !self.disabled.is_empty() {
-            let name = self.robot.name(&format!("{}_disabled", self.direction.name()));
+            let name = self.named("disabled");
             text += &formula(&name, &self.robot.condition(&self.disabled));
             named.push(name);
         }
@@ -204,24 +201,21 @@ impl<'a> Move<'a> {
 
     /// Returns the formula that a moving obstacle is in the cell in which the move would end.
     fn met_formula(&self, name: &str) -> String {
-        let Shift { rows, cols } = self.direction.shift();
+        let (rows, cols) = self.direction.shift();
         let world = self.robot.world;
         let meets = world.patrols.iter().enumerate().filter_map(|(number, patrol)| {
             let (fixed, along) = if patrol.is_vertical() {
-                (("c", patrol.from.col, cols), ("r", rows))
+                (("c", patrol.from.col, cols, world.cols), ("r", rows))
             } else {
-                (("r", patrol.from.row, rows), ("c", cols))
+                (("r", patrol.from.row, rows, world.rows), ("c", cols))
             };
             // The coordinate across the track must be one step away from it, or on it for a move
             // along it.
-            let across = i64::try_from(fixed.1).ok()? - fixed.2;
-            let end = if fixed.0 == "c" { world.cols } else { world.rows };
-            let across = usize::try_from(across).ok().filter(|&a| a < end)?;
+            let across = fixed.1.checked_add_signed(-fixed.2).filter(|&across| across < fixed.3)?;
             let position = offset(&self.robot.name(along.0), along.1);
             Some(format!("{}={across} & p{}={position}", self.robot.name(fixed.0), number + 1))
         });
-        let meets: Vec<String> = meets.collect();
-        formula(name, &if meets.is_empty() { vec!["false".to_owned()] } else { meets })
+        formula(name, &meets.collect::<Vec<_>>())
     }
 
     fn commands(&self) -> String {
@@ -231,8 +225,7 @@ impl<'a> Move<'a> {
         let mut text = "\n".to_owned();
         for case in &self.cases {
             let updates = self.branches(&case.branches);
-            let command = format!("  [{}] {battery}{unmet}{} ->{updates};", self.prefix(), case.name);
-            text += &format!("{command}\n");
+            text += &format!("  [{}] {battery}{unmet}{} ->{updates};\n", self.action(), case.name);
         }
         if let Some(met) = self.met() {
             text += &self.met_commands(&format!("{battery}{met}"));
@@ -245,12 +238,10 @@ impl<'a> Move<'a> {
     fn met_commands(&self, guard: &str) -> String {
         let world = self.robot.world;
         let near = |place: Place| {
-            let Shift { rows, cols } = self.direction.shift();
-            let to = place_of(place.row as i64 + rows, place.col as i64 + cols);
+            let to = place.moved(self.direction.shift());
             to.is_some_and(|to| world.patrols.iter().any(|patrol| patrol.covers(to)))
         };
-        let mut stays: std::collections::BTreeMap<Option<Effect>, Vec<Place>> =
-            std::collections::BTreeMap::new();
+        let mut stays: BTreeMap<Option<Effect>, Vec<Place>> = BTreeMap::new();
         for place in world.places().filter(|&p| near(p) && !world.cell(p).disabled.contains(self.direction)) {
             stays.entry(world.effect(place)).or_default().push(place);
         }
@@ -258,13 +249,10 @@ impl<'a> Move<'a> {
         let mut text = String::new();
         for (effect, places) in stays {
             let set = CellSet::new(world, |place| places.contains(&place));
-            let here = if plain {
-                String::new()
-            } else {
-                format!(" & ({})", self.robot.condition(&set).join(" | "))
-            };
-            let branch = Branch { shift: Shift::default(), effect, weight: 1 };
-            let command = format!("  [{}] {guard}{here} ->{};", self.prefix(), self.branches(&[branch]));
+            let here = || format!(" & ({})", self.robot.condition(&set).join(" | "));
+            let here = if plain { String::new() } else { here() };
+            let branch = Branch { shift: (0, 0), effect, weight: 1 };
+            let command = format!("  [{}] {guard}{here} ->{};", self.action(), self.branches(&[branch]));
             text += &format!("{}\n", wrap(&command, "        "));
         }
         text
@@ -284,7 +272,7 @@ impl<'a> Move<'a> {
     fn updates(&self, branch: &Branch) -> String {
         let robot = self.robot;
         let mut updates = Vec::new();
-        for (stem, by) in [("r", branch.shift.rows), ("c", branch.shift.cols)] {
+        for (stem, by) in [("r", branch.shift.0), ("c", branch.shift.1)] {
             if by != 0 {
                 let name = robot.name(stem);
                 updates.push(format!("({name}'={})", offset(&name, by)));
@@ -309,10 +297,6 @@ impl<'a> Move<'a> {
         }
         if updates.is_empty() { "true".to_owned() } else { updates.join(" & ") }
     }
-}
-
-fn place_of(row: i64, col: i64) -> Option<Place> {
-    Some(Place { row: usize::try_from(row).ok()?, col: usize::try_from(col).ok()? })
 }
 
 /// Returns a short name for the results of a move.
@@ -342,20 +326,16 @@ fn order(branches: &[Branch], direction: Direction) -> usize {
 /// Returns the names of the items (or the charger) with an effect: `A_B`.
 fn places_with(world: &World, effect: &Effect) -> String {
     let has = |place: &Place| world.effect(*place).as_ref() == Some(effect);
-    let mut names: Vec<String> = Vec::new();
-    for place in world.places().filter(has) {
-        let cell = world.cell(place);
-        let item = cell.item.filter(|_| !effect.opens.is_empty()).map(|i| world.items[i].name.to_string());
-        let charger = (effect.charges).then(|| "charger".to_owned());
-        let parts: Vec<String> = item.into_iter().chain(charger).collect();
-        names.push(parts.join("_"));
-    }
-    names.sort();
-    names.dedup();
-    names.join("_")
+    let name = |place: Place| {
+        let item = world.cell(place).item.filter(|_| !effect.opens.is_empty());
+        let charger = effect.charges.then(|| "charger".to_owned());
+        item.map(|i| world.items[i].name.to_string()).into_iter().chain(charger).collect::<Vec<_>>().join("_")
+    };
+    let names: BTreeSet<String> = world.places().filter(has).map(name).collect();
+    names.into_iter().collect::<Vec<_>>().join("_")
 }
 
-fn offset(name: &str, by: i64) -> String {
+fn offset(name: &str, by: isize) -> String {
     match by {
         0 => name.to_owned(),
         _ => format!("{name}{by:+}"),
@@ -363,7 +343,8 @@ fn offset(name: &str, by: i64) -> String {
 }
 
 fn formula(name: &str, parts: &[String]) -> String {
-    let line = format!("formula {name} = {};\n", parts.join(" | "));
+    let all = if parts.is_empty() { "false".to_owned() } else { parts.join(" | ") };
+    let line = format!("formula {name} = {all};\n");
     if line.len() <= 100 {
         return line;
     }
@@ -374,16 +355,13 @@ fn formula(name: &str, parts: &[String]) -> String {
 /// Returns the module of a moving obstacle, which takes a random step whenever a robot acts.
 fn patrol_module(number: usize, patrol: &Patrol, robots: &[Robot]) -> String {
     let p = format!("p{number}");
-    let (first, last, where_) = match patrol.is_vertical() {
-        true => {
-            (patrol.from.row, patrol.to.row, format!("the row of an obstacle in column {}", patrol.from.col))
-        }
-        false => {
-            (patrol.from.col, patrol.to.col, format!("the column of an obstacle in row {}", patrol.from.row))
-        }
+    let Patrol { from, to } = patrol;
+    let (first, last, track) = match patrol.is_vertical() {
+        true => (from.row, to.row, format!("row of an obstacle in column {}", from.col)),
+        false => (from.col, to.col, format!("column of an obstacle in row {}", from.row)),
     };
     let mut text =
-        format!("\nmodule patrol{number}\n\n  {p} : [{first}..{last}] init {first};  // {where_}\n\n");
+        format!("\nmodule patrol{number}\n\n  {p} : [{first}..{last}] init {first};  // the {track}\n\n");
     for robot in robots {
         for direction in Direction::ALL {
             let action = robot.name(direction.name());
@@ -399,13 +377,9 @@ fn patrol_module(number: usize, patrol: &Patrol, robots: &[Robot]) -> String {
 fn labels(world: &World, robots: &[Robot]) -> String {
     let mut text = "\n".to_owned();
     for (number, item) in world.items.iter().enumerate() {
-        let cells = CellSet::new(world, |place| world.cell(place).item == Some(number));
-        let mut places: Vec<String> = Vec::new();
-        for robot in robots {
-            let all = cells.members.iter().zip(world.places()).filter(|(member, _)| **member);
-            places.extend(all.map(|(_, place)| robot.place(place)));
-        }
-        let places = places.join(" | ");
+        let cells = || world.places().filter(|&place| world.cell(place).item == Some(number));
+        let places = robots.iter().flat_map(|robot| cells().map(|place| robot.place(place)));
+        let places = places.collect::<Vec<_>>().join(" | ");
         let condition = match robots.first().filter(|_| world.is_locked(Lock::Item(number))) {
             Some(robot) => format!("({places}) & {}", robot.lock(Lock::Item(number))),
             None => places,

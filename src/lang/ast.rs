@@ -1,9 +1,10 @@
 //! The syntax tree of a model file, close to the text.
 //!
-//! Chains of operators of one precedence level are flat lists. So the height of a tree is bounded
-//! by the nesting that the parser permits, and recursion over it is safe.
+//! A model file is an outline, in which expressions and commands are places. Expressions and
+//! commands themselves are read one by one ([`Expr`], [`Command`]).
 
-use crate::model::value::Type;
+use crate::model::ModelKind;
+use crate::model::value::{Type, Value};
 pub use crate::span::Span;
 
 /// A name with its place.
@@ -15,38 +16,122 @@ pub struct Ident {
     pub span: Span,
 }
 
-/// An expression with its place.
-#[derive(Debug, Clone, PartialEq)]
+/// An expression, as the list of its nodes in post-order: operands come before their operator, and
+/// the root is last. A fold over it is a loop with a stack, so its depth does not matter.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Expr {
-    /// Form of the expression.
-    pub kind: ExprKind,
+    /// Nodes in post-order.
+    pub nodes: Vec<Node>,
+}
+
+impl Expr {
+    /// Creates an expression of a single node.
+    pub fn of(kind: NodeKind, span: Span) -> Self {
+        Expr { nodes: vec![Node { kind, span }] }
+    }
+
+    /// Returns the place of the whole expression.
+    pub fn span(&self) -> Span {
+        self.nodes.last().map_or(Span::default(), |root| root.span)
+    }
+}
+
+/// A node of an expression with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    /// Form of the node.
+    pub kind: NodeKind,
     /// Place in the text, without enclosing brackets.
     pub span: Span,
 }
 
-/// The forms of expressions.
+/// The forms of nodes. Operators have as many operands as [`NodeKind::operands`] says.
 #[derive(Debug, Clone, PartialEq)]
-pub enum ExprKind {
-    /// `true`, `false`
-    Bool(bool),
-    /// An integer literal, never negative.
-    Int(i64),
-    /// A real literal, finite and never negative.
-    Real(f64),
-    /// A variable, a constant or a formula.
-    Name(String),
+pub enum NodeKind {
+    /// `true`, `7`, `0.5`; numbers are finite and, in PRISM's language, never negative.
+    Literal(Value),
+    /// A variable, a constant, a formula or a parameter.
+    Name(Box<str>),
     /// `"name"`: a label.
-    Label(String),
+    Label(Box<str>),
     /// `!e`
-    Not(Box<Expr>),
+    Not,
     /// `-e`
-    Neg(Box<Expr>),
-    /// `e op e op e …`: operators of one level, from left to right; the list is not empty.
-    Chain(Box<Expr>, Vec<(BinaryOp, Expr)>),
-    /// `c ? e : c ? e : … e`; the list is not empty.
-    Ite(Vec<(Expr, Expr)>, Box<Expr>),
-    /// `f(e, …)`
-    Call(Box<Ident>, Vec<Expr>),
+    Neg,
+    /// `e op e`, with any operator but `&` and `|`.
+    Binary(BinaryOp),
+    /// `e & e & …` or `e | e | …`, with the number of operands.
+    Join(BinaryOp, u32),
+    /// `c ? e : e`
+    Ite,
+    /// `f(e, …)` with a function that the model names, and the number of arguments.
+    Call(Box<Ident>, u32),
+    /// A built-in function that the format names, and the number of arguments.
+    Apply(Function, u32),
+}
+
+impl NodeKind {
+    /// Returns the number of operands.
+    pub fn operands(&self) -> usize {
+        match self {
+            NodeKind::Literal(_) | NodeKind::Name(_) | NodeKind::Label(_) => 0,
+            NodeKind::Not | NodeKind::Neg => 1,
+            NodeKind::Binary(_) => 2,
+            NodeKind::Ite => 3,
+            NodeKind::Join(_, n) | NodeKind::Call(_, n) | NodeKind::Apply(_, n) => *n as usize,
+        }
+    }
+}
+
+/// The built-in functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Function {
+    /// The minimum of at least two numbers.
+    Min,
+    /// The maximum of at least two numbers.
+    Max,
+    /// The largest integer that is not greater.
+    Floor,
+    /// The smallest integer that is not less.
+    Ceil,
+    /// The nearest integer.
+    Round,
+    /// The power of a base and an exponent.
+    Pow,
+    /// The remainder of a division of integers.
+    Mod,
+    /// The logarithm of a number to a base.
+    Log,
+    /// The absolute value; only in JANI.
+    Abs,
+    /// The sign, -1, 0 or 1; only in JANI.
+    Sign,
+    /// The integer part, rounded towards 0; only in JANI.
+    Truncate,
+}
+
+/// The functions of PRISM's language with their names.
+const FUNCTIONS: [(Function, &str); 8] = [
+    (Function::Min, "min"),
+    (Function::Max, "max"),
+    (Function::Floor, "floor"),
+    (Function::Ceil, "ceil"),
+    (Function::Round, "round"),
+    (Function::Pow, "pow"),
+    (Function::Mod, "mod"),
+    (Function::Log, "log"),
+];
+
+impl Function {
+    /// Returns the function of PRISM's language with this name.
+    pub fn named(name: &str) -> Option<Function> {
+        FUNCTIONS.iter().find(|f| f.1 == name).map(|f| f.0)
+    }
+
+    /// Returns the name for messages.
+    pub fn name(self) -> &'static str {
+        FUNCTIONS.iter().find(|f| f.0 == self).map_or("a function", |f| f.1)
+    }
 }
 
 /// Operators between two operands.
@@ -94,79 +179,65 @@ pub const ATOM_LEVEL: u8 = 11;
 impl BinaryOp {
     /// Returns the precedence level: higher binds tighter. `?:` has no level and binds least.
     pub fn level(self) -> u8 {
-        match self {
-            BinaryOp::Implies => 0,
-            BinaryOp::Iff => 1,
-            BinaryOp::Or => 2,
-            BinaryOp::And => 3,
-            BinaryOp::Eq | BinaryOp::Ne => 5,
-            BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge => 6,
-            BinaryOp::Add | BinaryOp::Sub => 7,
-            BinaryOp::Mul | BinaryOp::Div => 8,
-            BinaryOp::Pow => 10,
-        }
+        self.form().0
     }
 
     /// Returns the operator as written.
     pub fn symbol(self) -> &'static str {
+        self.form().1
+    }
+
+    fn form(self) -> (u8, &'static str) {
         match self {
-            BinaryOp::Implies => "=>",
-            BinaryOp::Iff => "<=>",
-            BinaryOp::Or => "|",
-            BinaryOp::And => "&",
-            BinaryOp::Eq => "=",
-            BinaryOp::Ne => "!=",
-            BinaryOp::Lt => "<",
-            BinaryOp::Le => "<=",
-            BinaryOp::Gt => ">",
-            BinaryOp::Ge => ">=",
-            BinaryOp::Add => "+",
-            BinaryOp::Sub => "-",
-            BinaryOp::Mul => "*",
-            BinaryOp::Div => "/",
-            BinaryOp::Pow => "^",
+            BinaryOp::Implies => (0, "=>"),
+            BinaryOp::Iff => (1, "<=>"),
+            BinaryOp::Or => (2, "|"),
+            BinaryOp::And => (3, "&"),
+            BinaryOp::Eq => (5, "="),
+            BinaryOp::Ne => (5, "!="),
+            BinaryOp::Lt => (6, "<"),
+            BinaryOp::Le => (6, "<="),
+            BinaryOp::Gt => (6, ">"),
+            BinaryOp::Ge => (6, ">="),
+            BinaryOp::Add => (7, "+"),
+            BinaryOp::Sub => (7, "-"),
+            BinaryOp::Mul => (8, "*"),
+            BinaryOp::Div => (8, "/"),
+            BinaryOp::Pow => (10, "^"),
         }
     }
 }
 
-/// The supported types of model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ModelType {
-    /// `mdp`, `nondeterministic`, or no keyword.
-    Mdp,
-    /// `dtmc`, `probabilistic`
-    Dtmc,
-}
-
-/// A model file. `E` and `C` represent its expressions and commands: trees, or other types that a
-/// parser makes.
+/// A model file. Of expressions and commands it has only the places: a tree needs many times the
+/// memory of its text, and a model may have millions of commands. Each is parsed again when it is
+/// needed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Model<E = Expr, C = Command<E>> {
+pub struct Model {
     /// Model type with its place, if it is given.
-    pub kind: Option<(ModelType, Span)>,
+    pub kind: Option<(ModelKind, Span)>,
     /// All other parts, in the order of the text.
-    pub items: Vec<Item<E, C>>,
+    pub items: Vec<Item>,
 }
 
 /// A part of a model file. Parts that may occur millions of times are small; the others are boxed.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Item<E = Expr, C = Command<E>> {
+pub enum Item {
     /// `const …;`
-    Const(ConstDef<E>),
+    Const(ConstDef),
     /// `formula f = e;`
-    Formula(FormulaDef<E>),
+    Formula(NamedExpr),
     /// `label "l" = e;`
-    Label(LabelDef<E>),
+    Label(NamedExpr),
     /// `global x : …;`
-    Global(Box<VarDecl<E>>),
+    Global(Box<VarDecl>),
     /// `module … endmodule`
-    Module(Box<Module<E, C>>),
+    Module(Box<Module>),
     /// `module … = … [ … ] endmodule`
     Renamed(Box<RenamedModule>),
     /// `rewards … endrewards`
-    Rewards(Box<Rewards<E>>),
+    Rewards(Box<Rewards>),
     /// `init … endinit`
-    Init(E),
+    Init(Span),
     /// `system … endsystem`
     System(Box<System>),
 }
@@ -195,88 +266,79 @@ impl ConstType {
 
 /// A constant.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ConstDef<E = Expr> {
+pub struct ConstDef {
     /// Type.
     pub ty: ConstType,
     /// Name.
     pub name: Ident,
     /// Value; `None` for a constant that is defined on the command line.
-    pub value: Option<E>,
+    pub value: Option<Span>,
 }
 
-/// A formula.
+/// A formula, or a label with its condition.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FormulaDef<E = Expr> {
-    /// Name.
-    pub name: Ident,
-    /// Expression that the name stands for.
-    pub body: E,
-}
-
-/// A label.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LabelDef<E = Expr> {
+pub struct NamedExpr {
     /// Name without quotes.
     pub name: Ident,
-    /// Condition for the states that have the label.
-    pub body: E,
+    /// Expression that the name stands for.
+    pub body: Span,
 }
 
 /// A variable.
 #[derive(Debug, Clone, PartialEq)]
-pub struct VarDecl<E = Expr> {
+pub struct VarDecl {
     /// Name.
     pub name: Ident,
     /// Range; `None` for `bool`.
-    pub range: Option<(E, E)>,
+    pub range: Option<(Span, Span)>,
     /// `init e`
-    pub init: Option<E>,
+    pub init: Option<Span>,
     /// Place of the whole declaration.
     pub span: Span,
 }
 
 /// A module.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Module<E = Expr, C = Command<E>> {
+pub struct Module {
     /// Name.
     pub name: Ident,
     /// Variables.
-    pub variables: Vec<VarDecl<E>>,
+    pub variables: Vec<VarDecl>,
     /// Commands.
-    pub commands: Vec<C>,
+    pub commands: Vec<Span>,
 }
 
 /// A command.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Command<E = Expr> {
+pub struct Command {
     /// Action label, if there is one.
     pub action: Option<Ident>,
     /// Guard.
-    pub guard: E,
+    pub guard: Expr,
     /// Branches; at least one.
-    pub branches: Vec<Branch<E>>,
+    pub branches: Vec<Branch>,
     /// Place of the whole command.
     pub span: Span,
 }
 
 /// A branch of a command.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Branch<E = Expr> {
+pub struct Branch {
     /// Probability; `None` for 1.
-    pub probability: Option<E>,
+    pub probability: Option<Expr>,
     /// Assignments; empty for `true`.
-    pub updates: Vec<Assignment<E>>,
+    pub updates: Vec<Assignment>,
     /// Place of the whole branch.
     pub span: Span,
 }
 
 /// `(x' = e)`
 #[derive(Debug, Clone, PartialEq)]
-pub struct Assignment<E = Expr> {
+pub struct Assignment {
     /// The variable.
     pub variable: Ident,
     /// Its new value.
-    pub value: E,
+    pub value: Expr,
 }
 
 /// A module made from another one by renaming.
@@ -292,24 +354,24 @@ pub struct RenamedModule {
 
 /// A reward structure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rewards<E = Expr> {
+pub struct Rewards {
     /// Name without quotes.
     pub name: Option<Ident>,
     /// Reward items.
-    pub items: Vec<RewardItem<E>>,
+    pub items: Vec<RewardItem>,
     /// Place of the whole structure.
     pub span: Span,
 }
 
 /// One item of a reward structure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RewardItem<E = Expr> {
+pub struct RewardItem {
     /// `[a]` or `[]`; `None` for a state reward.
     pub action: Option<Option<Ident>>,
     /// Condition for the states that earn the reward.
-    pub guard: E,
+    pub guard: Span,
     /// Value of the reward.
-    pub value: E,
+    pub value: Span,
 }
 
 /// A composition of modules.

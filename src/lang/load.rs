@@ -3,19 +3,11 @@
 use std::sync::Arc;
 
 use super::check::{Checked, check};
+use super::jani;
 use super::parse::outline;
-use super::{jani, parse_constants};
+use super::valuation::{Given, parse_constants};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::progress::{NoProgress, ProgressSink};
-
-/// Values that the user gives in addition to a model.
-#[derive(Debug, Clone)]
-pub struct Given {
-    /// Values of undefined constants, such as `K=4,N=3`; may be empty.
-    pub constants: Arc<SourceFile>,
-    /// Bounds of integers that are unbounded in the model, such as `x=0..7,y=-1..1`; may be empty.
-    pub bounds: Arc<SourceFile>,
-}
 
 /// Parses a model in PRISM's language or in JANI, and flattens it. `constants` has the form
 /// `K=4,N=3` and may be empty.

@@ -1,10 +1,11 @@
 //! Preference files: objectives, preference statements, and the value of nothing (`empty`).
 
+use std::str::FromStr;
 use std::sync::Arc;
 
 use super::ast::{Ident, Span};
 use super::ltl::{Formula, FormulaKind};
-use super::parse::{Failed, Parsed, Parser, Places, whole};
+use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
 use crate::model::preference::{Empty, History, Relation};
@@ -27,8 +28,8 @@ pub struct Preferences {
 pub struct Objective {
     /// Name.
     pub name: Ident,
-    /// Formula on paths. Its state formulas are places in the file.
-    pub formula: Formula<Span>,
+    /// Formula on paths.
+    pub formula: Formula,
     /// Place of the whole statement.
     pub span: Span,
 }
@@ -50,7 +51,7 @@ pub struct Chain {
 /// Returns all syntax errors that can be distinguished.
 pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
     super::mistaken::no_preferences(source)?;
-    let mut parser = Parser::places(source, whole(source));
+    let mut parser = Parser::new(source);
     let mut preferences = Preferences::default();
     while parser.peek() != Token::End {
         if parser.preference(&mut preferences).is_err() {
@@ -60,7 +61,7 @@ pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
     parser.finish(preferences)
 }
 
-impl Parser<'_, Places> {
+impl Parser<'_> {
     fn preference(&mut self, preferences: &mut Preferences) -> Parsed<()> {
         let start = self.here();
         if self.eat_word("objective") {
@@ -71,9 +72,9 @@ impl Parser<'_, Places> {
             preferences.statements.push(chain);
         } else if self.eat_word("empty") {
             let names = "`bottom`, `gain` or `incomparable`";
-            self.setting(start, Empty::named, names, &mut preferences.empty)?;
+            self.setting(start, names, &mut preferences.empty)?;
         } else if self.eat_word("history") {
-            self.setting(start, History::named, "`state` or `play`", &mut preferences.history)?;
+            self.setting(start, "`state` or `play`", &mut preferences.history)?;
         } else {
             let words = ["objective", "prefer", "empty", "history"];
             let failed = match self.slip(&words) {
@@ -140,24 +141,14 @@ impl Parser<'_, Places> {
     }
 
     fn side(&mut self) -> Parsed<Vec<Ident>> {
-        let mut names = vec![self.objective_name()?];
-        while self.eat(Token::Comma) {
-            names.push(self.objective_name()?);
-        }
-        Ok(names)
+        self.list(Self::objective_name)
     }
 
     /// Parses `keyword = name;`, which may be given once.
-    fn setting<T>(
-        &mut self,
-        start: Span,
-        named: impl Fn(&str) -> Option<T>,
-        names: &str,
-        given: &mut Option<(T, Span)>,
-    ) -> Parsed<()> {
+    fn setting<T: FromStr>(&mut self, start: Span, names: &str, given: &mut Option<(T, Span)>) -> Parsed<()> {
         let keyword = self.text(start);
         self.expect(Token::Eq)?;
-        let Some(value) = named(self.text(self.here())) else {
+        let Ok(value) = self.text(self.here()).parse() else {
             return Err(self.expected(names));
         };
         self.advance();

@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use super::ast::{BinaryOp, Span};
 use super::ltl::Formula;
-use super::parse::{Failed, Parsed, Parser, Places, whole};
+use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Diagnostic, Result, SourceFile};
 pub use crate::model::Optimum;
 use crate::model::{ModelKind, Program};
+use crate::progress::NoProgress;
 
 /// Quantifier over strategies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,7 +83,7 @@ pub struct Property {
     /// Place of the operator and its bound.
     pub operator: Span,
     /// Formula on paths.
-    pub formula: Formula<Span>,
+    pub formula: Formula,
 }
 
 impl Rewards {
@@ -136,7 +137,7 @@ impl Property {
 }
 
 /// Minimum or maximum, as an operator names it.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::lang) enum Extreme {
     Unnamed,
     Min,
@@ -190,7 +191,7 @@ pub(in crate::lang) fn quantity(
 /// # Errors
 /// A syntax error, or a property that is not supported.
 pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
-    property_at(source, whole(source))
+    property_at(source, Span::new(0, source.text.len()))
 }
 
 /// Parses a part of a text that is one property.
@@ -198,12 +199,12 @@ pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
 /// # Errors
 /// See [`parse_property`].
 pub(in crate::lang) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Property> {
-    let mut parser = Parser::places(source, place);
+    let mut parser = Parser::of_part(source, place, &NoProgress);
     let parsed = parser.property();
     parser.finish_parsed(parsed)
 }
 
-impl Parser<'_, Places> {
+impl Parser<'_> {
     fn property(&mut self) -> Parsed<Property> {
         let start = self.here();
         let (measure, extreme) = self.operator()?;
@@ -336,7 +337,7 @@ impl Parser<'_, Places> {
     }
 
     /// Reports rewards that are not accumulated until a target is reached.
-    fn check_rewards(&mut self, question: &Question, formula: &Formula<Span>) -> Parsed<()> {
+    fn check_rewards(&mut self, question: &Question, formula: &Formula) -> Parsed<()> {
         let is_reward = matches!(question, Question::Quantity(Quantity { measure: Measure::Reward(_), .. }));
         if !is_reward || formula.reachability().is_some() {
             return Ok(());

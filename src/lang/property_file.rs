@@ -8,16 +8,18 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::ast::{ConstDef, Item, Span};
-use super::check::{Wanted, given_values, lower_value};
-use super::parse::items_at;
+use super::check::{Wanted, given_values, lower_target, lower_value};
+use super::parse::{expression_at, items_at};
+use super::parse_constants;
 use super::property::property_at;
 use super::valuation::Binding;
-use super::{lower_part, parse_constants};
 use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use crate::lang::ltl::Monitoring;
 use crate::lang::property::Property;
 use crate::model::Program;
+use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
+use crate::progress::NoProgress;
 
 /// Maximum number of statements in a property file.
 const MOST_STATEMENTS: usize = 10_000;
@@ -101,14 +103,14 @@ impl File<'_> {
         for item in items_at(source, place)? {
             match item {
                 Item::Label(label) => {
-                    let target =
-                        lower_part(self.program, source, label.body).map_err(|e| self.without_value(e))?;
+                    let body = expression_at(source, label.body, &NoProgress)?;
+                    let target = lower_target(self.program, source, &body);
+                    let target = target.map_err(|e| self.without_value(e))?;
                     self.program.labels.retain(|(name, _)| *name != label.name.name);
                     self.program.labels.push((label.name.name, target));
                 }
                 Item::Formula(formula) => {
-                    let id =
-                        lower_value(self.program, source, formula.body).map_err(|e| self.without_value(e))?;
+                    let id = self.lowered(source, formula.body)?;
                     self.program.formulas.push((formula.name.name, id));
                 }
                 Item::Const(constant) => self.constant(source, constant)?,
@@ -118,7 +120,7 @@ impl File<'_> {
         Ok(())
     }
 
-    fn constant(&mut self, source: &Arc<SourceFile>, constant: ConstDef<Span>) -> Result<()> {
+    fn constant(&mut self, source: &Arc<SourceFile>, constant: ConstDef) -> Result<()> {
         let ConstDef { ty, name, value } = constant;
         if self.program.constants.iter().any(|(known, _)| *known == name.name) {
             let message = format!("the constant `{}` is declared already", name.name);
@@ -142,9 +144,15 @@ impl File<'_> {
         Ok(())
     }
 
+    /// Returns an expression of any type at a place of the file.
+    fn lowered(&mut self, source: &Arc<SourceFile>, place: Span) -> Result<ExprId> {
+        let body = expression_at(source, place, &NoProgress)?;
+        lower_value(self.program, source, &body).map_err(|e| self.without_value(e))
+    }
+
     /// Returns the value that the file gives to a constant.
     fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Value> {
-        let id = lower_value(self.program, source, value).map_err(|e| self.without_value(e))?;
+        let id = self.lowered(source, value)?;
         let wrong = |message: String| Diagnostic::new(source, value.range(), message);
         match (self.program.pool.literal(id), ty) {
             (Some(Value::Int(i)), Type::Real) => Ok(Value::Real(i as f64)),
@@ -190,7 +198,7 @@ impl File<'_> {
 fn known(program: &mut Program, source: &Arc<SourceFile>, property: &Property) -> Result<()> {
     property.check(program, source)?;
     match property.formula.reachability() {
-        Some(target) => lower_part(program, source, *target).map(|_| ()),
+        Some(target) => lower_target(program, source, target).map(|_| ()),
         None => Monitoring::new(program).watch(source, &property.formula, "property").map(|_| ()),
     }
 }

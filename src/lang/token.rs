@@ -7,167 +7,85 @@ use logos::Logos;
 use super::ast::Span;
 use crate::progress::{NoProgress, Poll};
 
-/// Kind of a token; its text is found through its span.
-#[derive(Logos, Debug, Clone, Copy, PartialEq, Eq)]
-#[logos(skip r"[ \t\r\n\f]+")]
-#[logos(skip(r"//[^\r\n]*", allow_greedy = true))]
-pub enum Token {
-    /// A keyword or a name.
-    #[regex("[A-Za-z_][A-Za-z0-9_]*")]
-    Word,
-    /// An integer literal.
-    #[regex("[0-9]+")]
-    Int,
-    /// A literal with a point or an exponent.
-    #[regex(r"[0-9]*\.[0-9]+([eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+")]
-    Real,
-    /// A name in double quotes.
-    #[regex("\"[^\"\r\n]*\"")]
-    Quoted,
-    /// `!`
-    #[token("!")]
-    Bang,
-    /// `&`
-    #[token("&")]
-    And,
-    /// `|`
-    #[token("|")]
-    Or,
-    /// `=>`
-    #[token("=>")]
-    Implies,
-    /// `<=>`
-    #[token("<=>")]
-    Iff,
-    /// `->`
-    #[token("->")]
-    Arrow,
-    /// `:`
-    #[token(":")]
-    Colon,
-    /// `;`
-    #[token(";")]
-    Semicolon,
-    /// `,`
-    #[token(",")]
-    Comma,
-    /// `..`
-    #[token("..")]
-    Dots,
-    /// `(`
-    #[token("(")]
-    LeftParen,
-    /// `)`
-    #[token(")")]
-    RightParen,
-    /// `[`
-    #[token("[")]
-    LeftBracket,
-    /// `]`
-    #[token("]")]
-    RightBracket,
-    /// `{`
-    #[token("{")]
-    LeftBrace,
-    /// `}`
-    #[token("}")]
-    RightBrace,
-    /// `=`
-    #[token("=")]
-    Eq,
-    /// `!=`
-    #[token("!=")]
-    Ne,
-    /// `<`
-    #[token("<")]
-    Lt,
-    /// `<=`
-    #[token("<=")]
-    Le,
-    /// `>`
-    #[token(">")]
-    Gt,
-    /// `>=`
-    #[token(">=")]
-    Ge,
-    /// `+`
-    #[token("+")]
-    Plus,
-    /// `-`
-    #[token("-")]
-    Minus,
-    /// `*`
-    #[token("*")]
-    Star,
-    /// `/`
-    #[token("/")]
-    Slash,
-    /// `^`
-    #[token("^")]
-    Caret,
-    /// `'`
-    #[token("'")]
-    Prime,
-    /// `?`
-    #[token("?")]
-    Question,
-    /// `~`, in preference files.
-    #[token("~")]
-    Tilde,
-    /// A character that does not begin a token, or a quote without its partner.
-    Wrong,
-    /// The end of the text.
-    End,
+/// Defines the kinds of tokens; each sign is given with its text.
+macro_rules! tokens {
+    ($($name:ident $text:literal,)*) => {
+        /// Kind of a token; its text is found through its span.
+        #[derive(Logos, Debug, Clone, Copy, PartialEq, Eq)]
+        #[logos(skip r"[ \t\r\n\f]+")]
+        #[logos(skip(r"//[^\r\n]*", allow_greedy = true))]
+        pub enum Token {
+            /// A keyword or a name.
+            #[regex("[A-Za-z_][A-Za-z0-9_]*")]
+            Word,
+            /// An integer literal.
+            #[regex("[0-9]+")]
+            Int,
+            /// A literal with a point or an exponent.
+            #[regex(r"[0-9]*\.[0-9]+([eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+")]
+            Real,
+            /// A name in double quotes.
+            #[regex("\"[^\"\r\n]*\"")]
+            Quoted,
+            $(
+                #[doc = concat!("`", $text, "`")]
+                #[token($text)]
+                $name,
+            )*
+            /// A character that does not begin a token, or a quote without its partner.
+            Wrong,
+            /// The end of the text.
+            End,
+        }
+
+        impl Token {
+            /// Returns the name of this kind of token for messages about an expected token.
+            pub fn describe(self) -> &'static str {
+                match self {
+                    Token::Word => "a name",
+                    Token::Int => "an integer",
+                    Token::Real => "a number",
+                    Token::Quoted => "a name in double quotes",
+                    Token::Wrong => "a token",
+                    Token::End => "the end of the text",
+                    $(Token::$name => concat!("`", $text, "`"),)*
+                }
+            }
+        }
+    };
 }
 
-impl Token {
-    /// Returns the name of this kind of token for messages about an expected token.
-    pub fn describe(self) -> &'static str {
-        match self {
-            Token::Word => "a name",
-            Token::Int => "an integer",
-            Token::Real => "a number",
-            Token::Quoted => "a name in double quotes",
-            Token::Wrong => "a token",
-            Token::End => "the end of the text",
-            punctuation => punctuation.symbol(),
-        }
-    }
-
-    fn symbol(self) -> &'static str {
-        match self {
-            Token::Bang => "`!`",
-            Token::And => "`&`",
-            Token::Or => "`|`",
-            Token::Implies => "`=>`",
-            Token::Iff => "`<=>`",
-            Token::Arrow => "`->`",
-            Token::Colon => "`:`",
-            Token::Semicolon => "`;`",
-            Token::Comma => "`,`",
-            Token::Dots => "`..`",
-            Token::LeftParen => "`(`",
-            Token::RightParen => "`)`",
-            Token::LeftBracket => "`[`",
-            Token::RightBracket => "`]`",
-            Token::LeftBrace => "`{`",
-            Token::RightBrace => "`}`",
-            Token::Eq => "`=`",
-            Token::Ne => "`!=`",
-            Token::Lt => "`<`",
-            Token::Le => "`<=`",
-            Token::Gt => "`>`",
-            Token::Ge => "`>=`",
-            Token::Plus => "`+`",
-            Token::Minus => "`-`",
-            Token::Star => "`*`",
-            Token::Slash => "`/`",
-            Token::Caret => "`^`",
-            Token::Prime => "`'`",
-            Token::Question => "`?`",
-            _ => "`~`",
-        }
-    }
+tokens! {
+    Bang "!",
+    And "&",
+    Or "|",
+    Implies "=>",
+    Iff "<=>",
+    Arrow "->",
+    Colon ":",
+    Semicolon ";",
+    Comma ",",
+    Dots "..",
+    LeftParen "(",
+    RightParen ")",
+    LeftBracket "[",
+    RightBracket "]",
+    LeftBrace "{",
+    RightBrace "}",
+    Eq "=",
+    Ne "!=",
+    Lt "<",
+    Le "<=",
+    Gt ">",
+    Ge ">=",
+    Plus "+",
+    Minus "-",
+    Star "*",
+    Slash "/",
+    Caret "^",
+    Prime "'",
+    Question "?",
+    Tilde "~",
 }
 
 /// Number of tokens of lookahead. A list of all tokens would need many times the memory of the
@@ -238,18 +156,18 @@ impl<'t> Tokens<'t> {
         self.before = Some(span);
         self.taken += 1;
         self.fill(poll);
-        if poll.is_over() {
+        if poll.should_stop() {
             self.made.clear();
         }
     }
 
     fn fetch(&mut self, poll: &mut Poll<'_>) -> Option<(Token, Span)> {
-        if poll.is_over() {
+        if poll.should_stop() {
             return None;
         }
         let (token, mut span) = read(&mut self.lexer, self.part)?;
         // A run of unreadable bytes gets only one message.
-        while token == Token::Wrong && !poll.is_over() {
+        while token == Token::Wrong && !poll.should_stop() {
             let behind = self.lexer.clone();
             match read(&mut self.lexer, self.part) {
                 Some((Token::Wrong, next)) if next.start() == span.end() => span = span.to(next),
@@ -275,68 +193,65 @@ pub(crate) fn tokens(text: &str) -> Vec<(Token, Span)> {
     Tokens::new(text, Span::new(0, text.len()), &mut poll).rest().collect()
 }
 
-/// The keywords of PRISM.
-const KEYWORDS: &[&str] = &[
-    "A",
-    "bool",
-    "clock",
-    "const",
-    "ctmc",
-    "C",
-    "double",
-    "dtmc",
-    "E",
-    "endinit",
-    "endinvariant",
-    "endmodule",
-    "endobservables",
-    "endrewards",
-    "endsystem",
-    "false",
-    "formula",
-    "filter",
-    "func",
-    "F",
-    "global",
-    "G",
-    "init",
-    "invariant",
-    "I",
-    "int",
-    "label",
-    "max",
-    "mdp",
-    "min",
-    "module",
-    "X",
-    "nondeterministic",
-    "observable",
-    "observables",
-    "of",
-    "Pmax",
-    "Pmin",
-    "P",
-    "pomdp",
-    "popta",
-    "probabilistic",
-    "prob",
-    "pta",
-    "rate",
-    "rewards",
-    "Rmax",
-    "Rmin",
-    "R",
-    "S",
-    "stochastic",
-    "system",
-    "true",
-    "U",
-    "W",
-];
-
 /// Returns true for a keyword of PRISM, which cannot name anything in a model.
 pub fn is_keyword(word: &str) -> bool {
-    KEYWORDS.contains(&word)
+    matches!(
+        word,
+        "A" | "bool"
+            | "clock"
+            | "const"
+            | "ctmc"
+            | "C"
+            | "double"
+            | "dtmc"
+            | "E"
+            | "endinit"
+            | "endinvariant"
+            | "endmodule"
+            | "endobservables"
+            | "endrewards"
+            | "endsystem"
+            | "false"
+            | "formula"
+            | "filter"
+            | "func"
+            | "F"
+            | "global"
+            | "G"
+            | "init"
+            | "invariant"
+            | "I"
+            | "int"
+            | "label"
+            | "max"
+            | "mdp"
+            | "min"
+            | "module"
+            | "X"
+            | "nondeterministic"
+            | "observable"
+            | "observables"
+            | "of"
+            | "Pmax"
+            | "Pmin"
+            | "P"
+            | "pomdp"
+            | "popta"
+            | "probabilistic"
+            | "prob"
+            | "pta"
+            | "rate"
+            | "rewards"
+            | "Rmax"
+            | "Rmin"
+            | "R"
+            | "S"
+            | "stochastic"
+            | "system"
+            | "true"
+            | "U"
+            | "W"
+    )
 }
 
 /// Returns true if `word` is a keyword only because of its meaning in properties.

@@ -9,6 +9,15 @@ use crate::error::{Result, SourceFile};
 use crate::model::value::{Type, Value};
 use crate::model::{Program, State};
 
+/// Values that the user gives in addition to a model.
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// Values of undefined constants, such as `K=4,N=3`; may be empty.
+    pub constants: Arc<SourceFile>,
+    /// Bounds of integers that are unbounded in the model, such as `x=0..7,y=-1..1`; may be empty.
+    pub bounds: Arc<SourceFile>,
+}
+
 /// A name with the value given to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Binding {

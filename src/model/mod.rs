@@ -13,6 +13,7 @@ pub mod rewards;
 pub(crate) mod rounding;
 pub mod step;
 pub mod temporal;
+pub mod valuation;
 pub mod value;
 mod weight;
 

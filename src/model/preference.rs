@@ -5,8 +5,9 @@
 
 mod preorder;
 
-use std::fmt;
 use std::ops::Range;
+
+use strum::{Display, EnumString, IntoStaticStr, VariantArray};
 
 pub use preorder::{Comparison, Contradiction, Preorder, Relation, Statement};
 
@@ -40,7 +41,8 @@ pub struct Outline {
 }
 
 /// The part of a path that counts: `history = …` of a preference file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, EnumString, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum History {
     /// The part from the present state on: targets reached before do not count.
     #[default]
@@ -52,15 +54,7 @@ pub enum History {
 impl History {
     /// Returns the name in preference files and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            History::State => "state",
-            History::Play => "play",
-        }
-    }
-
-    /// Returns the value with this name.
-    pub fn named(name: &str) -> Option<History> {
-        [History::State, History::Play].into_iter().find(|h| h.name() == name)
+        self.into()
     }
 }
 
@@ -117,40 +111,28 @@ impl Preferences {
 
 /// The value of nothing: the comparison with an empty set of most preferred objectives, `empty = …`
 /// of a preference file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Display, EnumString, IntoStaticStr, VariantArray,
+)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 pub enum Empty {
-    /// An objective "nothing" below every other: gaining the first objective improves, losing the
-    /// last one weakens.
+    /// Achieving nothing is worse than every objective.
     #[default]
     Bottom,
-    /// Gaining the first objective improves; losing the last one does not weaken.
+    /// Gaining a first objective improves; losing the last one does not weaken.
     Gain,
-    /// A step to or from an empty set neither improves nor weakens: no pair can be compared.
+    /// Achieving nothing is incomparable to every objective.
     Incomparable,
 }
 
 impl Empty {
     /// All values, the default first.
-    pub const ALL: [Empty; 3] = [Empty::Bottom, Empty::Gain, Empty::Incomparable];
+    pub const ALL: &[Empty] = Empty::VARIANTS;
 
     /// Returns the name in preference files and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Empty::Bottom => "bottom",
-            Empty::Gain => "gain",
-            Empty::Incomparable => "incomparable",
-        }
-    }
-
-    /// Returns the value with this name.
-    pub fn named(name: &str) -> Option<Empty> {
-        Empty::ALL.into_iter().find(|e| e.name() == name)
-    }
-}
-
-impl fmt::Display for Empty {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        self.into()
     }
 }
 
@@ -163,6 +145,17 @@ pub enum Change {
     Weakening,
     /// The step neither improves nor weakens.
     Lateral,
+}
+
+impl Change {
+    /// Returns the name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Change::Improving => "improving",
+            Change::Weakening => "weakening",
+            Change::Lateral => "lateral",
+        }
+    }
 }
 
 impl Preferences {
@@ -203,6 +196,11 @@ impl Preferences {
     /// Returns the names of a set's members in the order of declaration.
     pub fn names(&self, set: &ObjectiveSet) -> Vec<&str> {
         set.iter().filter_map(|i| self.objectives.get(i)).map(|o| o.name.as_str()).collect()
+    }
+
+    /// Returns the names like [`Preferences::names`], as texts of their own.
+    pub fn owned_names(&self, set: &ObjectiveSet) -> Vec<String> {
+        self.names(set).into_iter().map(str::to_owned).collect()
     }
 }
 

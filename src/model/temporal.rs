@@ -4,6 +4,8 @@
 //! updates in the same way, depending on the present state. Monitors mark some steps; a formula
 //! requires that marks occur or do not occur.
 
+use strum::IntoStaticStr;
+
 use super::expr::ExprId;
 use super::{Program, VarId};
 
@@ -11,15 +13,19 @@ use super::{Program, VarId};
 pub const MOST_DISJUNCTS: usize = 64;
 
 /// The requirement of a formula on the marks of one monitor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr)]
 pub enum Asks {
     /// Some step is marked, and all later ones are then marked too: a co-safe formula.
+    #[strum(serialize = "co-safe")]
     Accept,
     /// Every step is unmarked; after a marked step, all steps are marked: a safe formula.
+    #[strum(serialize = "safe")]
     Avoid,
     /// Infinitely many steps are marked: a recurrence formula.
+    #[strum(serialize = "recurrence")]
     Again,
     /// Every step from some step on is unmarked: a persistence formula.
+    #[strum(serialize = "persistence")]
     Settle,
 }
 
@@ -36,12 +42,7 @@ impl Asks {
 
     /// Returns the name of the kind of leaf.
     pub fn name(self) -> &'static str {
-        match self {
-            Asks::Accept => "co-safe",
-            Asks::Avoid => "safe",
-            Asks::Again => "recurrence",
-            Asks::Settle => "persistence",
-        }
+        self.into()
     }
 }
 

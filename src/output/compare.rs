@@ -4,29 +4,17 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::check::CheckTime;
-use super::envelope::{Envelope, Findings, Total};
-use super::report::{Counts, ModelSummary};
+use super::envelope::{Envelope, Findings, Times};
+use super::number::grouped;
 use super::text::{self, Grid};
 use super::{Number, Style};
-use crate::engine::Scope;
+use crate::planning::result::ModelCounts;
 
 /// The results of `compare`, in the order of the JSON fields.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct CompareFindings {
-    /// The model.
-    pub model: ModelSummary,
-    /// The preference file as the user named it.
-    #[serde(skip)]
-    pub preferences: String,
-    /// The valuations that are states.
-    pub scope: Scope,
-    /// The name of the safety filter.
-    pub safety: &'static str,
-    /// The value of nothing: the `empty` statement of the preferences.
-    pub empty: Option<&'static str>,
     /// Sizes of the model.
-    pub counts: Option<Counts>,
+    pub counts: Option<ModelCounts>,
     /// True if both engines have the same results; `None` if this is not known.
     pub equal: Option<bool>,
     /// The first difference.
@@ -50,7 +38,7 @@ pub struct EngineReport {
     /// Its name.
     pub engine: &'static str,
     /// Seconds by phase.
-    pub time: CheckTime,
+    pub time: Times,
     /// The maximum number of live diagram nodes; 0 without diagrams.
     pub peak_nodes: u64,
     /// The size of its tables in bytes.
@@ -67,24 +55,6 @@ pub struct Preference {
 }
 
 impl CompareReport {
-    /// Creates a report without results.
-    pub fn new(model: &str, preferences: &str, scope: Scope, safety: &'static str) -> Self {
-        Envelope::of(CompareFindings {
-            model: ModelSummary::of_path(model),
-            preferences: preferences.to_owned(),
-            scope,
-            safety,
-            empty: None,
-            counts: None,
-            equal: None,
-            difference: None,
-            compared: 0,
-            membership: None,
-            engines: Vec::new(),
-            prefer: None,
-        })
-    }
-
     fn verdict(&self, style: Style) -> String {
         match (self.equal, &self.difference) {
             (Some(true), _) => {
@@ -107,41 +77,32 @@ impl CompareReport {
         let mut grid = Grid::new(&headings, style);
         let time = |t: Option<f64>| t.map_or_else(|| "–".to_owned(), text::seconds);
         for e in &self.engines {
-            let t = &e.time;
             let mut row = vec![e.engine.to_owned()];
-            row.extend([t.build, t.outcomes, t.improvement, t.sasi, t.spi, Some(t.total)].map(time));
+            // Reading is shared.
+            let own = e.time.phases().skip(1).map(|(_, seconds)| seconds);
+            row.extend(own.chain([Some(e.time.total)]).map(time));
             row.push(text::bytes(e.table_bytes));
-            row.push(Number::from(e.peak_nodes).grouped());
+            row.push(grouped(e.peak_nodes));
             grid.row(row);
         }
-        format!("\n{}\n{}", style.bold("Time and memory"), grid.text(style))
+        grid.titled("Time and memory", style)
     }
 }
 
 impl Findings for CompareFindings {
     const SCHEMA: &str = "meliora.compare/1";
-    type Time = Total;
 
     fn is_no(&self) -> bool {
         self.equal == Some(false)
     }
 
-    fn text(report: &CompareReport, style: Style) -> String {
-        let mut settings = vec![("scope", report.scope.name()), ("safety", report.safety)];
-        if let Some(empty) = report.empty {
-            settings.push(("empty", empty));
-        }
-        let mut out = text::title(&[&report.model.path, &report.preferences], &settings, style);
-        if report.model.kind.is_some() {
-            out.push_str(&text::model(&report.model, report.counts.as_ref(), style));
-        }
-        out.push_str(&report.verdict(style));
-        out.push_str(&report.table(style));
+    fn body(report: &CompareReport, style: Style) -> String {
+        let mut out = report.header.sizes(report.counts.as_ref(), style);
+        out += &report.verdict(style);
+        out += &report.table(style);
         if let Some(prefer) = &report.prefer {
             let _ = write!(out, "\nPrefer {} here: {}.\n", style.bold(prefer.engine), prefer.reason);
         }
-        out.push_str(&text::incomplete(report.error.as_ref(), style));
-        out.push_str(&text::footer(report.time.total, &[], report.memory, style));
         out
     }
 }

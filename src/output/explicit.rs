@@ -2,22 +2,15 @@
 
 use serde::Serialize;
 
-use super::envelope::{Envelope, Findings, Total};
-use super::report::ModelSummary;
-use super::text::{self, Grid};
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
+use super::text::Grid;
 use super::{Number, Style};
-use crate::engine::Scope;
 use crate::export::explicit::Graph;
 
 /// The explicit model that `export` wrote.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct ExplicitFindings {
-    /// The model.
-    pub model: ModelSummary,
-    /// The valuations that are states.
-    pub scope: Scope,
-    /// The name of the safety filter.
-    pub safety: &'static str,
     /// The directory.
     pub directory: String,
     /// The strategy that induces the model, such as `sasi:progress`; `None` for the model itself.
@@ -48,25 +41,9 @@ pub struct Labelled {
 
 impl ExplicitReport {
     /// Creates a report without results.
-    pub fn new(
-        model: &str,
-        scope: Scope,
-        safety: &'static str,
-        directory: &str,
-        strategy: Option<String>,
-    ) -> Self {
-        Envelope::of(ExplicitFindings {
-            model: ModelSummary::of_path(model),
-            scope,
-            safety,
-            directory: directory.to_owned(),
-            strategy,
-            files: Vec::new(),
-            states: None,
-            choices: None,
-            transitions: None,
-            labels: Vec::new(),
-        })
+    pub fn to_directory(header: Header, directory: &str, strategy: Option<String>) -> Self {
+        let directory = directory.to_owned();
+        Envelope::of(header, ExplicitFindings { directory, strategy, ..Default::default() })
     }
 
     /// Adds the written model and files.
@@ -86,35 +63,27 @@ impl ExplicitReport {
 
 impl Findings for ExplicitFindings {
     const SCHEMA: &str = "meliora.export/1";
-    type Time = Total;
 
-    fn text(report: &ExplicitReport, style: Style) -> String {
-        let mut settings = vec![("scope", report.scope.name()), ("safety", report.safety)];
-        if let Some(strategy) = &report.strategy {
-            settings.push(("strategy", strategy));
+    fn settings(&self) -> Vec<(&'static str, String)> {
+        self.strategy.iter().map(|strategy| ("strategy", strategy.clone())).collect()
+    }
+
+    fn body(report: &ExplicitReport, style: Style) -> String {
+        if report.files.is_empty() {
+            return String::new();
         }
-        let mut out = text::title(&[&report.model.path], &settings, style);
-        if !report.files.is_empty() {
-            out.push_str(&format!("\nwritten to {}: {}\n", report.directory, report.files.join(", ")));
-            let mut grid = Grid::new(&["", "number"], style);
-            let sizes = [
-                ("states", &report.states),
-                ("choices", &report.choices),
-                ("transitions", &report.transitions),
-            ];
-            for (name, size) in sizes {
-                let size = size.as_ref().map_or_else(String::new, Number::grouped);
-                grid.row(vec![name.to_owned(), size]);
-            }
-            out.push_str(&grid.text(style));
-            let mut grid = Grid::new(&["label", "states"], style);
-            for label in &report.labels {
-                grid.row(vec![label.name.clone(), label.states.grouped()]);
-            }
-            out.push_str(&format!("\n{}", grid.text(style)));
+        let mut out = format!("\nwritten to {}: {}\n", report.directory, report.files.join(", "));
+        let mut grid = Grid::new(&["", "number"], style);
+        let sizes =
+            [("states", &report.states), ("choices", &report.choices), ("transitions", &report.transitions)];
+        for (name, size) in sizes {
+            grid.row(vec![name.to_owned(), size.as_ref().map_or_else(String::new, Number::grouped)]);
         }
-        out.push_str(&text::incomplete(report.error.as_ref(), style));
-        out.push_str(&text::footer(report.time.total, &[], report.memory, style));
-        out
+        out += &grid.text(style);
+        let mut grid = Grid::new(&["label", "states"], style);
+        for label in &report.labels {
+            grid.row(vec![label.name.clone(), label.states.grouped()]);
+        }
+        out + "\n" + &grid.text(style)
     }
 }

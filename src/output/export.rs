@@ -2,23 +2,16 @@
 
 use serde::Serialize;
 
-use super::envelope::{Envelope, Findings, Total};
-use super::report::ModelSummary;
-use super::text::{self, Grid};
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
+use super::text::Grid;
 use super::{Number, Style};
 use crate::dump::Manifest;
-use crate::engine::Scope;
 use crate::escape;
 
 /// The dump that `export` wrote.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct ExportFindings {
-    /// The model.
-    pub model: ModelSummary,
-    /// The valuations that are states.
-    pub scope: Scope,
-    /// The name of the safety filter.
-    pub safety: &'static str,
     /// The directory.
     pub directory: String,
     /// The regions, in the order of the roots; empty until they are written.
@@ -47,16 +40,8 @@ pub struct ExportedRegion {
 
 impl ExportReport {
     /// Creates a report without results.
-    pub fn new(model: &str, scope: Scope, safety: &'static str, directory: &str) -> Self {
-        Envelope::of(ExportFindings {
-            model: ModelSummary::of_path(model),
-            scope,
-            safety,
-            directory: directory.to_owned(),
-            regions: Vec::new(),
-            nodes: None,
-            certificate_nodes: None,
-        })
+    pub fn to_directory(header: Header, directory: &str) -> Self {
+        Envelope::of(header, ExportFindings { directory: directory.to_owned(), ..Default::default() })
     }
 
     /// Adds the regions that were written.
@@ -75,27 +60,20 @@ impl ExportReport {
 
 impl Findings for ExportFindings {
     const SCHEMA: &str = "meliora.export/1";
-    type Time = Total;
 
-    fn text(report: &ExportReport, style: Style) -> String {
-        let settings = [("scope", report.scope.name()), ("safety", report.safety)];
-        let mut out = text::title(&[&report.model.path], &settings, style);
+    fn body(report: &ExportReport, style: Style) -> String {
+        let mut out = String::new();
         let mut grid = Grid::new(&["region", "members", "nodes"], style);
         for region in &report.regions {
             grid.row(vec![region.name.clone(), region.count.grouped(), region.nodes.to_string()]);
         }
         if let Some(nodes) = report.nodes {
-            out.push_str(&grid.text(style));
-            out.push_str(&format!(
-                "\n{nodes} nodes in total, written to {}\n",
-                escape::line(&report.directory)
-            ));
+            out += &grid.text(style);
+            out += &format!("\n{nodes} nodes in total, written to {}\n", escape::line(&report.directory));
         }
         if let Some(nodes) = report.certificate_nodes {
-            out.push_str(&format!("{nodes} nodes in the certificate\n"));
+            out += &format!("{nodes} nodes in the certificate\n");
         }
-        out.push_str(&text::incomplete(report.error.as_ref(), style));
-        out.push_str(&text::footer(report.time.total, &[], report.memory, style));
         out
     }
 }

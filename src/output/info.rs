@@ -6,22 +6,22 @@ use std::io;
 use serde::Serialize;
 
 use super::Style;
-use super::envelope::{Envelope, Findings, Time};
-use super::report::{Counts, Failure, ModelSummary, Report};
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
+use super::report::{Failure, Report};
 use super::text::{self, Grid};
 use crate::engine::Scope;
 use crate::lang::flat::Flat;
 use crate::model::Program;
 use crate::model::rewards::{Earner, RewardStructure};
+use crate::planning::result::ModelCounts;
 
 /// Maximum number of value names shown for one variable.
 const MOST_NAMES: usize = 6;
 
 /// The results of `info`, in the order of the JSON fields.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct InfoFindings {
-    /// The model.
-    pub model: ModelSummary,
     /// The name of the engine.
     #[serde(skip)]
     pub engine: &'static str,
@@ -29,7 +29,7 @@ pub struct InfoFindings {
     #[serde(skip)]
     pub scope: Scope,
     /// Sizes of the model.
-    pub counts: Option<Counts>,
+    pub counts: Option<ModelCounts>,
     /// The reward structures.
     pub rewards: Vec<RewardSummary>,
     /// The variables of the diagram from the top; `None` for the explicit engine.
@@ -83,43 +83,15 @@ pub struct Nodes {
     pub reachable: u64,
 }
 
-/// Seconds by phase; `None` for an unfinished phase.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct InfoTime {
-    /// Reading the model.
-    pub parse: Option<f64>,
-    /// Encoding the model and finding the reachable states.
-    pub build: Option<f64>,
-    /// Counting.
-    pub count: Option<f64>,
-    /// The total.
-    pub total: f64,
-}
-
-impl Time for InfoTime {
-    fn total(&mut self) -> &mut f64 {
-        &mut self.total
-    }
-}
-
 impl InfoReport {
     /// Creates a report without results.
-    pub fn new(model: &str, engine: &'static str, scope: Scope) -> Self {
-        Envelope::of(InfoFindings {
-            model: ModelSummary::of_path(model),
-            engine,
-            scope,
-            counts: None,
-            rewards: Vec::new(),
-            order: None,
-            order_reason: None,
-            nodes: None,
-        })
+    pub fn with_settings(header: Header, engine: &'static str, scope: Scope) -> Self {
+        Envelope::of(header, InfoFindings { engine, scope, ..InfoFindings::default() })
     }
 
     fn variables(&self, style: Style) -> String {
         let mut grid = Grid::new(&["variable", "range", "bits"], style);
-        for v in &self.model.variables {
+        for v in self.header.model.iter().flat_map(|model| &model.variables) {
             let range = match v.ty {
                 "bool" => "bool".to_owned(),
                 _ if !v.values.is_empty() => locations(&v.values),
@@ -127,7 +99,7 @@ impl InfoReport {
             };
             grid.row(vec![v.name.clone(), range, v.bits.to_string()]);
         }
-        format!("\n{}\n{}", style.bold("Variables"), grid.text(style))
+        grid.titled("Variables", style)
     }
 
     fn reward_structures(&self, style: Style) -> String {
@@ -141,7 +113,7 @@ impl InfoReport {
             let (states, choices) = (structure.states.to_string(), structure.choices.to_string());
             grid.row(vec![name, states, choices, note.to_owned()]);
         }
-        format!("\n{}\n{}", style.bold("Reward structures"), grid.text(style))
+        grid.titled("Reward structures", style)
     }
 
     fn diagrams(&self, style: Style) -> String {
@@ -185,22 +157,19 @@ fn wrapped(words: &[String], width: usize) -> String {
 
 impl Findings for InfoFindings {
     const SCHEMA: &str = "meliora.info/1";
-    type Time = InfoTime;
+    const PHASES: &[(&str, &str)] = &[("parse", "parse"), ("build", "build"), ("count", "count")];
 
-    fn text(report: &InfoReport, style: Style) -> String {
-        let settings = [("engine", report.engine), ("scope", report.scope.name())];
-        let mut out = text::title(&[&report.model.path], &settings, style);
-        if report.model.kind.is_some() {
-            out.push_str(&text::model(&report.model, report.counts.as_ref(), style));
-            out.push_str(&report.variables(style));
-            out.push_str(&report.reward_structures(style));
-        }
-        out.push_str(&report.diagrams(style));
-        out.push_str(&text::incomplete(report.error.as_ref(), style));
-        let phases =
-            [("parse", report.time.parse), ("build", report.time.build), ("count", report.time.count)];
-        out.push_str(&text::footer(report.time.total, &phases, report.memory, style));
-        out
+    fn settings(&self) -> Vec<(&'static str, String)> {
+        vec![("engine", self.engine.to_owned()), ("scope", self.scope.name().to_owned())]
+    }
+
+    fn body(report: &InfoReport, style: Style) -> String {
+        let sizes = report.header.sizes(report.counts.as_ref(), style);
+        let variables = match sizes.is_empty() {
+            true => String::new(),
+            false => report.variables(style) + &report.reward_structures(style),
+        };
+        sizes + &variables + &report.diagrams(style)
     }
 }
 

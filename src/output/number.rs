@@ -14,7 +14,7 @@ pub struct Number(pub Count);
 impl Number {
     /// Formats the number with a comma after every third digit: `1,234,567`.
     pub fn grouped(&self) -> String {
-        group(&self.0.to_string())
+        grouped(&self.0)
     }
 }
 
@@ -42,8 +42,9 @@ impl Serialize for Number {
     }
 }
 
-/// Inserts a comma after every third digit, from the right.
-pub(super) fn group(digits: &str) -> String {
+/// Formats a number with a comma after every third digit: `1,234,567`.
+pub(super) fn grouped(number: impl fmt::Display) -> String {
+    let digits = number.to_string();
     let mut text = String::with_capacity(digits.len() * 4 / 3);
     for (index, digit) in digits.chars().enumerate() {
         if index > 0 && (digits.len() - index).is_multiple_of(3) {

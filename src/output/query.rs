@@ -4,17 +4,17 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
-use serde_json::{Map, Value as Json};
 
-use super::envelope::{Envelope, Findings, Total};
-use super::report::{json_state, show_state};
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
 use super::{Number, Style};
 use crate::escape;
 use crate::model::Program;
+use crate::model::valuation::Valuation;
 use crate::query::Member;
 
 /// The results of `query`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct QueryFindings {
     /// The directory of the dump.
     pub directory: String,
@@ -69,7 +69,7 @@ impl Serialize for Rows {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Listed {
     /// Its values.
-    pub state: Map<String, Json>,
+    pub state: Valuation,
     /// The names of its choices, if the selection has choices.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub choices: Option<Vec<String>>,
@@ -79,7 +79,7 @@ pub struct Listed {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contained {
     /// Its values.
-    pub state: Map<String, Json>,
+    pub state: Valuation,
     /// True if the state is a member.
     pub contained: bool,
     /// The names of its choices, if the selection has choices.
@@ -90,31 +90,28 @@ pub struct Contained {
 impl Listed {
     /// Returns a member with the values of its variables.
     pub fn of(program: &Program, member: &Member) -> Self {
-        Listed { state: json_state(program, &member.state), choices: member.choices.clone() }
+        Listed { state: Valuation::of(program, &member.state), choices: member.choices.clone() }
     }
 }
 
 impl QueryReport {
     /// Creates a report without results.
-    pub fn new(directory: &str, region: &str, condition: Option<&str>) -> Self {
-        Envelope::of(QueryFindings {
-            directory: directory.to_owned(),
-            region: region.to_owned(),
-            condition: condition.map(str::to_owned),
-            kind: None,
-            count: None,
-            contains: Vec::new(),
-            states: None,
-            plain: false,
-        })
+    pub fn of_region(directory: &str, region: &str, condition: Option<&str>) -> Self {
+        let (directory, region) = (directory.to_owned(), region.to_owned());
+        let condition = condition.map(str::to_owned);
+        let findings = QueryFindings { directory, region, condition, ..QueryFindings::default() };
+        Envelope::of(Header::default(), findings)
     }
 }
 
 impl Findings for QueryFindings {
     const SCHEMA: &str = "meliora.query/1";
-    type Time = Total;
 
-    fn text(report: &QueryReport, _style: Style) -> String {
+    fn text(report: &QueryReport, style: Style) -> String {
+        Self::body(report, style)
+    }
+
+    fn body(report: &QueryReport, _style: Style) -> String {
         let mut out = String::new();
         let what = if report.kind == Some("choices") { "pairs of states and choices" } else { "states" };
         if let Some(count) = &report.count {
@@ -126,11 +123,10 @@ impl Findings for QueryFindings {
         }
         for found in &report.contains {
             let verdict = if found.contained { "yes" } else { "no" };
-            let _ =
-                writeln!(out, "{}: {verdict}{}", show_state(&found.state), choices(found.choices.as_ref()));
+            let _ = writeln!(out, "{}: {verdict}{}", found.state, choices(found.choices.as_ref()));
         }
         for listed in report.states.iter().flat_map(Rows::listed) {
-            let _ = writeln!(out, "{}{}", show_state(&listed.state), choices(listed.choices.as_ref()));
+            let _ = writeln!(out, "{}{}", listed.state, choices(listed.choices.as_ref()));
         }
         out
     }

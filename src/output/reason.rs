@@ -8,16 +8,19 @@ use crate::planning::{Kind, Rank};
 
 /// The program, the preferences and the kind that a text refers to.
 #[derive(Clone, Copy)]
-pub(super) struct Words<'a> {
-    pub(super) program: &'a Program,
-    pub(super) preferences: &'a Preferences,
-    pub(super) kind: Kind,
+pub struct Words<'a> {
+    /// The program, which has the names of variables.
+    pub program: &'a Program,
+    /// The preferences, which have the names of objectives.
+    pub preferences: &'a Preferences,
+    /// The kind of improvements.
+    pub kind: Kind,
 }
 
 impl Words<'_> {
     /// Returns the names of a set, in the order of declaration.
-    pub(super) fn names(&self, set: &ObjectiveSet) -> Vec<String> {
-        self.preferences.names(set).into_iter().map(str::to_owned).collect()
+    pub fn names(&self, set: &ObjectiveSet) -> Vec<String> {
+        self.preferences.owned_names(set)
     }
 
     /// Formats a set as `A, B`, or `nothing`.
@@ -38,7 +41,7 @@ impl Words<'_> {
     }
 
     /// Returns the reason why the action is permitted or not.
-    pub(super) fn reason(&self, at: &Explanation, action: &Action) -> String {
+    pub fn reason(&self, at: &Explanation, action: &Action) -> String {
         let place = |s: &Successor| self.changed(&at.state, &s.state);
         let to = |index: usize| action.successors.get(index);
         match action.verdict {

@@ -3,15 +3,9 @@
 use std::io;
 
 use serde::Serialize;
-use serde_json::{Map, Value as Json};
 
-use super::Number;
 use super::style::Style;
-use crate::engine::Engine;
-use crate::error::{Error, Limit, Result};
-use crate::model::value::{Type, Value};
-use crate::model::{ModelKind, Program};
-use crate::planning::result::ModelCounts;
+use crate::error::{Error, Limit};
 
 /// The result of a command as plain data.
 pub trait Report: Serialize {
@@ -83,7 +77,7 @@ impl From<&Error> for Failure {
     fn from(error: &Error) -> Self {
         let mut failure = match error {
             Error::Limit(_) => Failure::new(FailureKind::Resource, error.to_string()),
-            Error::Usage(_) => Failure::new(FailureKind::Usage, error.to_string()),
+            Error::Usage(_) | Error::ForeignSet => Failure::new(FailureKind::Usage, error.to_string()),
             Error::Input(_) | Error::Dump { .. } | Error::Io { .. } => {
                 Failure::new(FailureKind::Input, error.to_string())
             }
@@ -104,164 +98,9 @@ impl From<&Error> for Failure {
             }
             Error::Io { path, .. } => failure.file = Some(path.clone()),
             Error::Limit(limit) => failure.interrupted = *limit == Limit::Interrupted,
-            Error::Usage(_) => {}
+            Error::Usage(_) | Error::ForeignSet => {}
         }
         failure
-    }
-}
-
-/// The model of a report.
-#[derive(Debug, Clone, Default, Serialize)]
-pub struct ModelSummary {
-    /// The file as the user named it.
-    pub path: String,
-    /// `mdp` or `dtmc`.
-    #[serde(rename = "type")]
-    pub kind: Option<&'static str>,
-    /// The constants given by `--const`.
-    pub constants: Map<String, Json>,
-    /// The variables in the order of declaration.
-    pub variables: Vec<VariableSummary>,
-}
-
-/// A variable of the model.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct VariableSummary {
-    /// Its name.
-    pub name: String,
-    /// `bool` or `int`.
-    #[serde(rename = "type")]
-    pub ty: &'static str,
-    /// The smallest value.
-    pub low: i64,
-    /// The largest value.
-    pub high: i64,
-    /// Number of bits of its encoding.
-    pub bits: u32,
-    /// The names of its values from `low` on, if they have names.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub values: Vec<String>,
-}
-
-impl ModelSummary {
-    /// Creates a summary that knows only the path.
-    pub fn of_path(path: &str) -> Self {
-        ModelSummary { path: path.to_owned(), ..ModelSummary::default() }
-    }
-
-    /// Summarises a model.
-    pub fn of(path: &str, program: &Program) -> Self {
-        let constant = |name: &String| {
-            let value = program.constants.iter().find(|(n, _)| n == name)?.1;
-            Some((name.clone(), json_value(value)))
-        };
-        let variable = |v: &crate::model::Variable| VariableSummary {
-            name: v.name.clone(),
-            ty: if v.ty == Type::Bool { "bool" } else { "int" },
-            low: v.low,
-            high: v.high,
-            bits: v.bits(),
-            values: v.values.clone(),
-        };
-        ModelSummary {
-            path: path.to_owned(),
-            kind: Some(match program.kind {
-                ModelKind::Mdp => "mdp",
-                ModelKind::Dtmc => "dtmc",
-            }),
-            constants: program.given_constants.iter().filter_map(constant).collect(),
-            variables: program.variables.iter().map(variable).collect(),
-        }
-    }
-
-    /// Returns the number of bits of all variables.
-    pub fn bits(&self) -> u64 {
-        self.variables.iter().map(|v| u64::from(v.bits)).sum()
-    }
-}
-
-/// Converts a value of a constant to JSON. An infinite value becomes a string.
-fn json_value(value: Value) -> Json {
-    match value {
-        Value::Bool(b) => Json::Bool(b),
-        Value::Int(i) => Json::from(i),
-        Value::Real(x) => {
-            serde_json::Number::from_f64(x).map_or_else(|| value.to_string().into(), Json::Number)
-        }
-    }
-}
-
-/// Converts a state to an object from variables to values.
-pub fn json_state(program: &Program, state: &[i64]) -> Map<String, Json> {
-    let value = |v: &crate::model::Variable, x: i64| match (v.ty, v.value_name(x)) {
-        (_, Some(name)) => Json::from(name),
-        (Type::Bool, None) => Json::Bool(x != 0),
-        _ => Json::from(x),
-    };
-    program.variables.iter().zip(state).map(|(v, &x)| (v.name.clone(), value(v, x))).collect()
-}
-
-/// Formats a state as `x=1,b=false`.
-pub fn show_state(state: &Map<String, Json>) -> String {
-    let show = |value: &Json| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-    state.iter().map(|(name, value)| format!("{name}={}", show(value))).collect::<Vec<_>>().join(",")
-}
-
-/// The numbers of states, choices and transitions of a model.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Counts {
-    /// Number of states in the scope; with monitors, of states of the product.
-    pub states: Number,
-    /// Number of states without monitors, if there are monitors.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub model_states: Option<Number>,
-    /// Number of pairs of a state and a choice enabled there.
-    pub choices: Number,
-    /// Number of triples (s, a, s').
-    pub transitions: Number,
-    /// Number of states without an enabled command.
-    pub deadlocks: Number,
-    /// Number of initial states.
-    pub initial: Number,
-}
-
-impl Counts {
-    /// Counts the model of an engine.
-    ///
-    /// # Errors
-    /// A limit of the engine is hit.
-    pub fn of<E: Engine>(engine: &E) -> Result<Self> {
-        Ok(Counts::from(&ModelCounts::of(engine)?))
-    }
-
-    /// Counts some states with their choices and transitions.
-    ///
-    /// # Errors
-    /// A limit of the engine is hit.
-    pub fn within<E: Engine>(engine: &E, states: &E::States) -> Result<Self> {
-        let choices = engine.choices_in(&engine.all_choices(), states)?;
-        let deadlocks = engine.intersection(&engine.deadlock_states(), states)?;
-        Ok(Counts {
-            states: engine.count(states)?.into(),
-            model_states: None,
-            choices: engine.count(&choices)?.into(),
-            transitions: engine.count_transitions(&choices, &engine.all_states())?.into(),
-            deadlocks: engine.count(&deadlocks)?.into(),
-            initial: engine.count(&engine.initial_states())?.into(),
-        })
-    }
-}
-
-impl From<&ModelCounts> for Counts {
-    fn from(counts: &ModelCounts) -> Self {
-        Counts {
-            states: counts.states.clone().into(),
-            model_states: counts.model_states.clone().map(Number::from),
-            choices: counts.choices.clone().into(),
-            transitions: counts.transitions.clone().into(),
-            deadlocks: counts.deadlocks.clone().into(),
-            initial: counts.initial.clone().into(),
-        }
     }
 }
 

@@ -1,36 +1,21 @@
 //! The report of `meliora simulate`.
 
-use serde::Serialize;
-use serde_json::{Map, Value as Json};
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+use serde_json::json;
 
-use super::Style;
-use super::envelope::{Envelope, Findings};
+use super::envelope::Envelope;
+use super::header::Header;
 use super::reason::Words;
-use super::report::{ModelSummary, json_state};
-use super::simulate_text;
-use super::strategy::{PlanTime, change_word};
-use crate::engine::Scope;
 use crate::model::Program;
 use crate::model::preference::Preferences;
+use crate::model::valuation::Valuation;
 use crate::planning::simulate::{Tally, Trace, Turn, Wait};
 use crate::planning::{Kind, Rank, Scheduler, Setup};
 
 /// The results of the runs, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct SimulateFindings {
-    /// The model.
-    pub model: ModelSummary,
-    /// The preference file as the user named it.
-    #[serde(skip)]
-    pub preferences: String,
-    /// The name of the engine.
-    pub engine: &'static str,
-    /// The valuations that are states.
-    pub scope: Scope,
-    /// The name of the safety filter.
-    pub safety: &'static str,
-    /// The value of nothing: the `empty` statement of the preferences.
-    pub empty: Option<&'static str>,
     /// `sasi` or `spi`.
     pub kind: Kind,
     /// `permissive` or `progress`.
@@ -49,61 +34,14 @@ pub struct SimulateFindings {
 pub type SimulateReport = Envelope<SimulateFindings>;
 
 /// The runs from one state.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone)]
 pub struct PlaysReport {
     /// The state where they start.
-    pub state: Map<String, Json>,
-    /// Its rank: the number of guaranteed or possible improvements.
-    pub rank: Rank,
-    /// The number of runs for each number of improvements.
-    pub improvements: Vec<ImprovementsReport>,
-    /// The steps until the first, the second, … improvement, counted from the start.
-    pub steps_to: Vec<StepsReport>,
-    /// Number of runs that ended where the strategy aims for no further improvement.
-    pub settled: u64,
-    /// Number of runs that were stopped after the maximum number of steps.
-    pub given_up: u64,
-    /// Number of these that had made fewer improvements than the rank says.
-    pub undecided: u64,
-    /// Number of runs with fewer improvements than the rank says; null if the rank is unbounded.
-    pub fewer_than_rank: Option<u64>,
-    /// Number of runs with a step that weakens the state before it.
-    pub weakened_step: u64,
-    /// Number of runs with a step that weakens the reference of the strategy: under `prefix` the
-    /// start or the state after the last improvement, else the state before.
-    pub weakened_reference: u64,
-    /// Number of runs with a state that weakens the start.
-    pub weakened_start: u64,
+    pub state: Valuation,
+    /// Their statistics.
+    pub tally: Tally,
     /// The first run that weakened, or else the first run.
     pub trace: TraceReport,
-}
-
-/// The number of runs with one number of improvements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct ImprovementsReport {
-    /// The number of improvements.
-    pub times: u64,
-    /// The number of runs.
-    pub plays: u64,
-}
-
-/// The steps until an improvement.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct StepsReport {
-    /// The number of runs with this improvement.
-    pub plays: u64,
-    /// The minimum number of steps.
-    pub least: u64,
-    /// The mean number of steps.
-    pub mean: f64,
-    /// The maximum number of steps.
-    pub most: u64,
-}
-
-impl From<&Wait> for StepsReport {
-    fn from(wait: &Wait) -> Self {
-        StepsReport { plays: wait.plays, least: wait.least, mean: wait.mean(), most: wait.most }
-    }
 }
 
 /// One run in full.
@@ -121,7 +59,7 @@ pub struct TurnReport {
     /// The action taken.
     pub action: String,
     /// The state entered.
-    pub state: Map<String, Json>,
+    pub state: Valuation,
     /// The probability of the successor under the action.
     pub probability: f64,
     /// The most preferred objectives of the state entered.
@@ -147,27 +85,32 @@ pub struct TurnReport {
 
 impl PlaysReport {
     /// Creates the report of a tally.
-    pub fn new(program: &Program, preferences: &Preferences, tally: &Tally) -> Self {
-        let rank = tally.rank;
-        let fewer_than_rank = match rank {
-            Rank::Finite(k) | Rank::AtLeast(k) => Some(tally.fewer_than(k)),
-            Rank::Unbounded => None,
-        };
-        let often = |(&times, &plays): (&usize, &u64)| ImprovementsReport { times: times as u64, plays };
-        PlaysReport {
-            state: json_state(program, &tally.start),
-            rank,
-            improvements: tally.improvements.iter().map(often).collect(),
-            steps_to: tally.waits.iter().map(StepsReport::from).collect(),
-            settled: tally.settled,
-            given_up: tally.given_up,
-            undecided: tally.undecided,
-            fewer_than_rank,
-            weakened_step: tally.weakened_step,
-            weakened_reference: tally.weakened_reference,
-            weakened_start: tally.weakened_start,
-            trace: TraceReport::new(program, preferences, &tally.start, &tally.trace),
-        }
+    pub fn new(program: &Program, preferences: &Preferences, tally: Tally) -> Self {
+        let state = Valuation::of(program, &tally.start);
+        let trace = TraceReport::new(program, preferences, &tally.start, &tally.trace);
+        PlaysReport { state, tally, trace }
+    }
+}
+
+impl Serialize for PlaysReport {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let tally = &self.tally;
+        let often = |(times, plays): (&usize, &u64)| json!({"times": times, "plays": plays});
+        let wait = |w: &Wait| json!({"plays": w.plays, "least": w.least, "mean": w.mean(), "most": w.most});
+        let mut fields = serializer.serialize_struct("PlaysReport", 12)?;
+        fields.serialize_field("state", &self.state)?;
+        fields.serialize_field("rank", &tally.rank)?;
+        fields.serialize_field("improvements", &tally.improvements.iter().map(often).collect::<Vec<_>>())?;
+        fields.serialize_field("steps_to", &tally.waits.iter().map(wait).collect::<Vec<_>>())?;
+        fields.serialize_field("settled", &tally.settled)?;
+        fields.serialize_field("given_up", &tally.given_up)?;
+        fields.serialize_field("undecided", &tally.undecided)?;
+        fields.serialize_field("fewer_than_rank", &tally.fewer_than_rank())?;
+        fields.serialize_field("weakened_step", &tally.weakened_step)?;
+        fields.serialize_field("weakened_reference", &tally.weakened_reference)?;
+        fields.serialize_field("weakened_start", &tally.weakened_start)?;
+        fields.serialize_field("trace", &self.trace)?;
+        fields.end()
     }
 }
 
@@ -189,11 +132,11 @@ impl TraceReport {
 fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
     TurnReport {
         action: turn.action.clone(),
-        state: json_state(words.program, &turn.state),
+        state: Valuation::of(words.program, &turn.state),
         probability: turn.probability,
         most_preferred: words.names(&turn.most_preferred),
         rank: turn.rank,
-        change: change_word(turn.change),
+        change: turn.change.name(),
         improves: turn.improves,
         gained: words.names(&turn.gained),
         lost: words.names(&turn.lost),
@@ -205,37 +148,8 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
 
 impl SimulateReport {
     /// Creates a report without results.
-    pub fn new(
-        model: &str,
-        preferences: &str,
-        engine: &'static str,
-        scope: Scope,
-        safety: &'static str,
-        kind: Kind,
-        setup: Setup,
-    ) -> Self {
-        Envelope::of(SimulateFindings {
-            model: ModelSummary::of_path(model),
-            preferences: preferences.to_owned(),
-            engine,
-            scope,
-            safety,
-            empty: None,
-            kind,
-            strategy: setup.scheduler,
-            runs: setup.runs,
-            steps: setup.steps,
-            seed: setup.seed,
-            plays: Vec::new(),
-        })
-    }
-}
-
-impl Findings for SimulateFindings {
-    const SCHEMA: &str = "meliora.simulate/1";
-    type Time = PlanTime;
-
-    fn text(report: &SimulateReport, style: Style) -> String {
-        simulate_text::render(report, style)
+    pub fn of_setup(header: Header, kind: Kind, setup: Setup) -> Self {
+        let Setup { scheduler: strategy, runs, steps, seed } = setup;
+        Envelope::of(header, SimulateFindings { kind, strategy, runs, steps, seed, plays: Vec::new() })
     }
 }

@@ -2,53 +2,40 @@
 
 use std::fmt::Write;
 
-use super::Style;
-use super::number::group;
-use super::ranks;
-use super::report::show_state;
-use super::simulate::{PlaysReport, SimulateReport, TurnReport};
-use super::strategy_text::columns;
-use super::text::{self, Grid};
+use super::envelope::Findings;
+use super::number::grouped;
+use super::simulate::{PlaysReport, SimulateFindings, SimulateReport, TurnReport};
+use super::text::{self, Grid, Probability};
+use super::{Style, ranks};
 use crate::planning::{Kind, Rank};
 
 /// Maximum number of steps of the trace that are shown.
 const SHOWN: usize = 60;
 
-/// Renders the whole report.
-pub(super) fn render(report: &SimulateReport, style: Style) -> String {
-    let kind = format!("{} {}", report.strategy.name(), report.kind);
-    let seed = report.seed.to_string();
-    let mut settings = vec![
-        ("strategy", kind.as_str()),
-        ("seed", &seed),
-        ("engine", report.engine),
-        ("scope", report.scope.name()),
-        ("safety", report.safety),
-    ];
-    if let Some(empty) = report.empty {
-        settings.push(("empty", empty));
+impl Findings for SimulateFindings {
+    const SCHEMA: &str = "meliora.simulate/1";
+    const PHASES: &[(&str, &str)] =
+        &[("parse", "parse"), ("build", "build"), ("levels", "levels"), ("answer", "runs")];
+
+    fn settings(&self) -> Vec<(&'static str, String)> {
+        let strategy = format!("{} {}", self.strategy.name(), self.kind);
+        vec![("strategy", strategy), ("seed", self.seed.to_string())]
     }
-    let mut out = text::title(&[&report.model.path, &report.preferences], &settings, style);
-    for plays in &report.plays {
-        out.push_str(&one(report, plays, style));
+
+    fn body(report: &SimulateReport, style: Style) -> String {
+        report.plays.iter().map(|plays| one(report, plays, style)).collect()
     }
-    out.push_str(&text::incomplete(report.error.as_ref(), style));
-    let time = &report.time;
-    let phases =
-        [("parse", time.parse), ("build", time.build), ("levels", time.levels), ("runs", time.answer)];
-    out.push_str(&text::footer(time.total, &phases, report.memory, style));
-    out
 }
 
 fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
-    let runs = group(&report.runs.to_string());
-    let title = format!("{runs} runs from {}", show_state(&plays.state));
+    let runs = grouped(report.runs);
+    let title = format!("{runs} runs from {}", plays.state);
     let mut out = format!("\n{}\n", style.bold(&title));
     out.push_str(&promise(report, plays, style));
     out.push_str(&distribution(report, plays, style));
     out.push_str(&weakening(report, plays, style));
-    if plays.given_up > 0 {
-        let (given_up, steps) = (plural_runs(plays.given_up), group(&report.steps.to_string()));
+    if plays.tally.given_up > 0 {
+        let (given_up, steps) = (plural_runs(plays.tally.given_up), grouped(report.steps));
         let _ = writeln!(out, "  {given_up} stopped after {steps} steps; `--steps` raises this limit.");
     }
     out.push_str(&trace(plays, style));
@@ -58,14 +45,14 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
 /// States the rank, and how many runs made that number of improvements.
 fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let how = ranks::how(report.kind);
-    if plays.rank == Rank::Finite(0) {
+    if plays.tally.rank == Rank::Finite(0) {
         let advice = if report.kind == Kind::Sasi { "; try `--kind spi`" } else { "" };
         return format!("  No improvement is {how} here ({}){advice}.\n", report.kind);
     }
-    let fewer = plays.fewer_than_rank.unwrap_or(plays.undecided);
-    let (kept, failed) = (report.runs - fewer, fewer - plays.undecided);
+    let fewer = plays.tally.fewer_than_rank().unwrap_or(plays.tally.undecided);
+    let (kept, failed) = (report.runs - fewer, fewer - plays.tally.undecided);
     let mut parts = Vec::new();
-    if plays.fewer_than_rank.is_some() {
+    if plays.tally.fewer_than_rank().is_some() {
         parts.push(style.good(&format!(
             "{} reached this number",
             if fewer == 0 { "Every run".to_owned() } else { plural_runs(kept) }
@@ -75,13 +62,13 @@ fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String
         let text = format!("{} did not", plural_runs(failed));
         parts.push(if report.kind == Kind::Sasi { style.warn(&text) } else { text });
     }
-    if plays.undecided > 0 {
-        let steps = group(&report.steps.to_string());
-        parts.push(format!("{} did not finish in {steps} steps", plural_runs(plays.undecided)));
+    if plays.tally.undecided > 0 {
+        let steps = grouped(report.steps);
+        parts.push(format!("{} did not finish in {steps} steps", plural_runs(plays.tally.undecided)));
     }
     format!(
         "  {} ({}).\n  {}.\n",
-        ranks::capitalised(&ranks::claim(Some(plays.rank), how)),
+        ranks::capitalised(&ranks::claim(Some(plays.tally.rank), how)),
         report.kind,
         parts.join(", ")
     )
@@ -89,20 +76,20 @@ fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String
 
 fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let mut grid = Grid::new(&["improvements", "runs", "share"], style);
-    for entry in &plays.improvements {
-        let share = 100.0 * entry.plays as f64 / report.runs as f64;
-        grid.row(vec![entry.times.to_string(), group(&entry.plays.to_string()), format!("{share:.1} %")]);
+    for (times, plays) in &plays.tally.improvements {
+        let share = 100.0 * *plays as f64 / report.runs as f64;
+        grid.row(vec![times.to_string(), grouped(plays), format!("{share:.1} %")]);
     }
     let mut out = format!("\n{}", grid.text(style));
-    if !plays.steps_to.is_empty() {
+    if !plays.tally.waits.is_empty() {
         let mut grid = Grid::new(&["steps to improvement", "min", "mean", "max", "runs"], style);
-        for (index, steps) in plays.steps_to.iter().enumerate() {
+        for (index, steps) in plays.tally.waits.iter().enumerate() {
             grid.row(vec![
                 (index + 1).to_string(),
                 steps.least.to_string(),
-                format!("{:.2}", steps.mean),
+                format!("{:.2}", steps.mean()),
                 steps.most.to_string(),
-                group(&steps.plays.to_string()),
+                grouped(steps.plays),
             ]);
         }
         let _ = write!(out, "\n{}", grid.text(style));
@@ -116,11 +103,14 @@ fn weakening(report: &SimulateReport, plays: &PlaysReport, style: Style) -> Stri
         0 => format!("  {} {what}.\n", style.good("No run weakened")),
         n => format!("  {} {what}.\n", style.warn(&format!("{} weakened", plural_runs(n)))),
     };
-    let mut out = told(plays.weakened_step, "the state of the step before");
-    if report.safety == "prefix" {
-        out += &told(plays.weakened_reference, "the state after its last improvement (at first its start)");
+    let mut out = told(plays.tally.weakened_step, "the state of the step before");
+    if report.header.safety == Some("prefix") {
+        out += &told(
+            plays.tally.weakened_reference,
+            "the state after its last improvement (at first its start)",
+        );
     }
-    out + &told(plays.weakened_start, "its start")
+    out + &told(plays.tally.weakened_start, "its start")
 }
 
 fn plural_runs(count: u64) -> String {
@@ -140,16 +130,13 @@ fn trace(plays: &PlaysReport, style: Style) -> String {
             (index + 1).to_string(),
             turn.action.clone(),
             turn.changed.clone(),
-            format!("{}", super::strategy_text::Probability(turn.probability)),
+            Probability(turn.probability).to_string(),
             text::names(&turn.most_preferred),
             ranks::cell(turn.rank),
             remark(turn),
         ]);
     }
-    for (index, line) in columns(&rows).into_iter().enumerate() {
-        let line = if index == 0 { style.dim(&line) } else { line };
-        let _ = writeln!(out, "    {line}");
-    }
+    out += &text::listed(&rows, style);
     if let Some(more) = trace.turns.len().checked_sub(SHOWN).filter(|&n| n > 0) {
         let _ = writeln!(out, "    … and {} more (`--json` lists all)", text::plural(more, "step"));
     }

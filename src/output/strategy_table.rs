@@ -4,12 +4,14 @@ use std::fmt::Write;
 
 use super::ranks;
 use super::reason::Words;
-use super::strategy::StateReport;
-use super::strategy_text::Probability;
+use super::state::StateReport;
+use super::text::Probability;
+use crate::csv;
 use crate::model::Program;
-use crate::model::preference::Preferences;
+use crate::model::valuation::Valuation;
+use crate::planning::InducedModel;
+use crate::planning::explain::Action;
 use crate::planning::induced_model::Node;
-use crate::planning::{InducedModel, Kind};
 
 /// Returns the heading: the variables, then the columns for each action.
 pub fn csv_heading(program: &Program) -> String {
@@ -25,53 +27,41 @@ pub fn csv_heading(program: &Program) -> String {
         "pick",
         "reason",
     ];
-    line(variables.chain(columns).map(str::to_owned))
+    csv::lines([variables.chain(columns)])
 }
 
 /// Returns the lines of a state, one per action.
-pub fn csv_rows(state: &StateReport) -> String {
-    let mut text = String::new();
-    for action in &state.actions {
-        let pick = state.progress_action.as_deref() == Some(action.name.as_str());
+pub fn csv_rows(state: &StateReport<'_>) -> String {
+    let (words, at) = (state.words, &state.at);
+    let picked = state.progress_action();
+    let row = |action: &Action| {
+        let pick = picked.is_some_and(|picked| picked.name == action.name);
         let flags = [action.kept, action.permitted, action.progress, pick].map(|f| f.to_string());
-        let mut cells: Vec<String> = state.state.values().map(ToString::to_string).collect();
-        cells.push(state.most_preferred.join("+"));
-        cells.extend([ranks::cell(state.sasi_rank), ranks::cell(state.spi_rank), action.name.clone()]);
+        let values = Valuation::of(words.program, &at.state);
+        let mut cells: Vec<String> = values.values().map(ToString::to_string).collect();
+        cells.push(words.names(&at.most_preferred).join("+"));
+        cells.extend(state.ranks.map(ranks::cell));
+        cells.push(action.name.clone());
         cells.extend(flags);
-        cells.push(action.reason.clone());
-        text.push_str(&line(cells.into_iter()));
-    }
-    text
-}
-
-/// Joins cells with commas as in RFC 4180, except for the end of the line.
-pub(super) fn line(cells: impl Iterator<Item = String>) -> String {
-    let quoted = |cell: String| match cell.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell,
+        cells.push(words.reason(at, action));
+        cells
     };
-    cells.map(quoted).collect::<Vec<_>>().join(",") + "\n"
+    csv::lines(at.actions.iter().map(row))
 }
 
 /// Draws the states that are reachable under a strategy: boxes are states, points are actions.
 ///
 /// Double boxes are starts. Actions of the progress strategy are bold, improvements green,
 /// weakenings red, and successors past the limit are `…`.
-pub fn dot(
-    program: &Program,
-    preferences: &Preferences,
-    kind: Kind,
-    course: &InducedModel,
-    starts: usize,
-) -> String {
-    let words = Words { program, preferences, kind };
+pub fn dot(words: Words<'_>, course: &InducedModel, starts: usize) -> String {
     let mut out = "digraph strategy {\n  node [shape=box, fontname=\"sans-serif\"];\n".to_owned();
     out.push_str("  edge [fontname=\"sans-serif\"];\n");
     for (index, node) in course.nodes.iter().enumerate() {
         let label = format!(
-            "{}\n{}\n{kind} {}",
-            program.show_state(&node.at.state).replace(',', ", "),
+            "{}\n{}\n{} {}",
+            words.program.show_state(&node.at.state).replace(',', ", "),
             words.list(&node.at.most_preferred),
+            words.kind,
             ranks::cell(node.at.memory.level)
         );
         let double = if index < starts { ", peripheries=2" } else { "" };
@@ -117,15 +107,4 @@ fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
 /// Quotes a string for DOT.
 fn quote(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn cells_with_commas_and_quotes_are_quoted() {
-        let cells = ["a", "b,c", "say \"d\""].map(str::to_owned);
-        assert_eq!(line(cells.into_iter()), "a,\"b,c\",\"say \"\"d\"\"\"\n");
-    }
 }

@@ -1,13 +1,12 @@
 //! Pieces of text that several reports share.
 
-use std::fmt::Write;
+use std::fmt::{self, Write};
 
 use comfy_table::{CellAlignment, ContentArrangement, Row, Table, presets};
 
-pub(super) use super::number::group;
-use super::report::{Counts, Failure, MemoryUse, ModelSummary};
-use super::{Number, Style};
-use crate::escape;
+use super::Style;
+pub(super) use super::number::grouped;
+use crate::engine::Count;
 
 /// A table with a heading line; the first column is text, the others are numbers.
 pub(super) struct Grid {
@@ -32,6 +31,11 @@ impl Grid {
         self.table.add_row(cells);
     }
 
+    /// Renders a heading and the lines below it.
+    pub(super) fn titled(self, heading: &str, style: Style) -> String {
+        format!("\n{}\n{}", style.bold(heading), self.text(style))
+    }
+
     /// Renders the lines, indented, with a dimmed heading.
     pub(super) fn text(mut self, style: Style) -> String {
         for index in 0..self.columns {
@@ -52,47 +56,9 @@ impl Grid {
     }
 }
 
-/// Renders the inputs, and the settings that decide the results.
-pub(super) fn title(inputs: &[&str], settings: &[(&str, &str)], style: Style) -> String {
-    let settings = settings.iter().map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>();
-    let inputs = escape::line(&inputs.join(" with ")).into_owned();
-    format!("{}\n{}\n", style.bold(&inputs), style.dim(&settings.join(" · ")))
-}
-
-/// Renders type, variables, constants and sizes of the model.
-pub(super) fn model(model: &ModelSummary, counts: Option<&Counts>, style: Style) -> String {
-    let mut text = format!("\n{}\n", style.bold("Model"));
-    if let Some(kind) = model.kind {
-        let _ = write!(text, "  {kind}, {} in {}", plural(model.variables.len(), "variable"), bits(model));
-        if !model.constants.is_empty() {
-            let constants = model.constants.iter().map(|(name, value)| format!("{name}={value}"));
-            let _ = write!(text, ", {}", constants.collect::<Vec<_>>().join(", "));
-        }
-        text.push('\n');
-    }
-    if let Some(counts) = counts {
-        let mut numbers = vec![
-            ("states", &counts.states),
-            ("choices", &counts.choices),
-            ("transitions", &counts.transitions),
-            ("deadlocks", &counts.deadlocks),
-            ("initial states", &counts.initial),
-        ];
-        if let Some(states) = &counts.model_states {
-            numbers.insert(1, ("without monitors", states));
-        }
-        text.push_str(&aligned(&numbers));
-    }
-    text
-}
-
-fn bits(model: &ModelSummary) -> String {
-    plural(usize::try_from(model.bits()).unwrap_or(usize::MAX), "bit")
-}
-
 /// Renders names and numbers, the numbers aligned on the right.
-pub(super) fn aligned(numbers: &[(&str, &Number)]) -> String {
-    let texts: Vec<String> = numbers.iter().map(|(_, n)| n.grouped()).collect();
+pub(super) fn aligned(numbers: &[(&str, &Count)]) -> String {
+    let texts: Vec<String> = numbers.iter().map(|(_, n)| grouped(n)).collect();
     let names = numbers.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     let digits = texts.iter().map(String::len).max().unwrap_or(0);
     let mut text = String::new();
@@ -105,7 +71,7 @@ pub(super) fn aligned(numbers: &[(&str, &Number)]) -> String {
 /// Returns `1 variable`, `7 variables`.
 pub(super) fn plural(count: usize, noun: &str) -> String {
     let s = if count == 1 { "" } else { "s" };
-    format!("{} {noun}{s}", group(&count.to_string()))
+    format!("{} {noun}{s}", grouped(count))
 }
 
 /// Formats a set of names as `A, B`, or `nothing`.
@@ -115,28 +81,6 @@ pub(super) fn names(names: &[String]) -> String {
         [one] => one.clone(),
         many => many.join(", "),
     }
-}
-
-/// Renders the last lines: seconds by phase, nodes and memory.
-pub(super) fn footer(total: f64, phases: &[(&str, Option<f64>)], memory: MemoryUse, style: Style) -> String {
-    let phases: Vec<String> =
-        phases.iter().filter_map(|(name, time)| time.map(|t| format!("{name} {}", seconds(t)))).collect();
-    let mut text = format!("{} in all", seconds(total));
-    if !phases.is_empty() {
-        let _ = write!(text, ": {}", phases.join(", "));
-    }
-    let mut used = Vec::new();
-    if memory.peak_nodes > 0 {
-        used.push(format!("{} nodes at most", group(&memory.peak_nodes.to_string())));
-    }
-    if memory.peak_rss_bytes > 0 {
-        used.push(format!("{} of memory at most", bytes(memory.peak_rss_bytes)));
-    }
-    let mut text = format!("\n{}\n", style.dim(&text));
-    if !used.is_empty() {
-        let _ = writeln!(text, "{}", style.dim(&used.join(", ")));
-    }
-    text
 }
 
 /// Formats seconds with the digits that matter.
@@ -164,14 +108,39 @@ pub(super) fn bytes(bytes: u64) -> String {
     format!("{value:.1} TiB")
 }
 
-/// Returns the note for work that ended early.
-pub(super) fn incomplete(failure: Option<&Failure>, style: Style) -> String {
-    match failure {
-        Some(_) => {
-            format!("\n{}\n", style.warn("Incomplete: these are the partial results when the work stopped."))
+/// A probability with as many digits as it needs, at most four.
+pub(super) struct Probability(pub(super) f64);
+
+impl fmt::Display for Probability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0 > 0.0 && self.0 < 5e-5 {
+            return write!(f, "{:.1e}", self.0);
         }
-        None => String::new(),
+        let text = format!("{:.4}", self.0);
+        f.write_str(text.trim_end_matches('0').trim_end_matches('.'))
     }
+}
+
+/// Aligns cells in columns, with two blanks between them.
+pub(super) fn columns(rows: &[Vec<String>]) -> Vec<String> {
+    let count = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |c: usize| rows.iter().filter_map(|r| r.get(c)).map(|x| x.chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..count).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(cell, &w)| format!("{cell:w$}"));
+        cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+    };
+    rows.iter().map(line).collect()
+}
+
+/// Renders cells in indented columns below a dimmed heading.
+pub(super) fn listed(rows: &[Vec<String>], style: Style) -> String {
+    let mut out = String::new();
+    for (index, line) in columns(rows).into_iter().enumerate() {
+        let line = if index == 0 { style.dim(&line) } else { line };
+        let _ = writeln!(out, "    {line}");
+    }
+    out
 }
 
 #[cfg(test)]

@@ -2,48 +2,31 @@
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
-use serde_json::{Map, Value as Json};
+use serde_json::Value as Json;
 
-use super::envelope::{Envelope, Findings, Time};
-use super::report::{Counts, ModelSummary, json_state};
-use super::strategy_table::line;
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
 use super::{Style, ranks, values_text};
-use crate::engine::{Engine, Scope};
+use crate::csv;
+use crate::engine::Engine;
 use crate::error::Result;
+use crate::model::valuation::Valuation;
 use crate::model::{Program, State, fault};
+use crate::planning::result::ModelCounts;
 use crate::planning::{Analysis, Kind, Rank};
 use crate::quantities::{Aim, Bounds, ChoiceValues, Node, Values};
 
 /// The results of `values`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct ValuesFindings {
-    /// The model.
-    pub model: ModelSummary,
-    /// The preference file as the user named it.
-    #[serde(skip)]
-    pub preferences: String,
-    /// The name of the engine.
-    pub engine: &'static str,
-    /// The valuations that are states.
-    pub scope: Scope,
-    /// The name of the safety mode.
-    pub safety: &'static str,
-    /// The value of nothing: the `empty` statement of the preferences.
-    pub empty: Option<&'static str>,
-    /// The history that objectives judge; present only if it is the whole path.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub history: Option<&'static str>,
     /// Sizes of the model.
-    pub counts: Option<Counts>,
+    pub counts: Option<ModelCounts>,
     /// The name of the cost: `steps`, or that of a reward structure.
     pub reward: String,
     /// The largest width of a result.
     pub precision: f64,
     /// The states.
     pub states: Vec<StateValues>,
-    /// Number of states that were asked for.
-    #[serde(skip)]
-    pub asked: usize,
 }
 
 /// The report with times and memory.
@@ -53,7 +36,7 @@ pub type ValuesReport = Envelope<ValuesFindings>;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StateValues {
     /// Its values by variable.
-    pub state: Map<String, Json>,
+    pub state: Valuation,
     /// The most preferred objectives that are certain there.
     pub most_preferred: Vec<String>,
     /// Number of improvements that are certain (SASI rank).
@@ -135,52 +118,12 @@ impl Serialize for Bound {
     }
 }
 
-/// Seconds by phase; `None` for an unfinished phase.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct ValuesTime {
-    /// Reading the model and the preferences.
-    pub parse: Option<f64>,
-    /// Finding the states of the scope.
-    pub build: Option<f64>,
-    /// The levels.
-    pub levels: Option<f64>,
-    /// Finding the states that the values depend on.
-    pub explore: Option<f64>,
-    /// Computing the values.
-    pub solve: Option<f64>,
-    /// Everything.
-    pub total: f64,
-}
-
-impl Time for ValuesTime {
-    fn total(&mut self) -> &mut f64 {
-        &mut self.total
-    }
-}
-
 impl ValuesReport {
     /// Creates a report without results.
-    pub fn new(
-        (model, preferences): (&str, &str),
-        engine: &'static str,
-        scope: Scope,
-        safety: &'static str,
-        (reward, precision): (&str, f64),
-    ) -> Self {
-        Envelope::of(ValuesFindings {
-            model: ModelSummary::of_path(model),
-            preferences: preferences.to_owned(),
-            engine,
-            scope,
-            safety,
-            empty: None,
-            history: None,
-            counts: None,
-            reward: reward.to_owned(),
-            precision,
-            states: Vec::new(),
-            asked: 0,
-        })
+    pub fn of_cost(header: Header, reward: &str, precision: f64) -> Self {
+        let findings =
+            ValuesFindings { counts: None, reward: reward.to_owned(), precision, states: Vec::new() };
+        Envelope::of(header, findings)
     }
 }
 
@@ -209,7 +152,7 @@ impl ValuesFindings {
             "cost_lower",
             "cost_upper",
         ];
-        let mut text = line(variables.chain(columns).map(str::to_owned));
+        let mut text = csv::lines([variables.chain(columns)]);
         for state in &self.states {
             let mut first: Vec<String> = state.state.values().map(plain).collect();
             first.push(state.most_preferred.join("+"));
@@ -224,7 +167,7 @@ impl ValuesFindings {
                     let cost =
                         |x: fn(&Bound) -> f64| cost.as_ref().map_or(String::new(), |c| x(c).to_string());
                     cells.extend([cost(|c| c.lower), cost(|c| c.upper)]);
-                    text.push_str(&line(cells.into_iter()));
+                    text.push_str(&csv::lines([cells]));
                 }
             }
         }
@@ -255,13 +198,16 @@ impl StateValues {
         let levels = (1..=setup.levels).map(|k| level(values, node, k, &names)).collect();
         let engine = analysis.engine();
         let rank = |kind| analysis.levels(kind).rank(engine, state);
-        let class = analysis.classes().and_then(|c| Some(&c.list[c.of(engine, state)?].most_preferred));
+        let class = match analysis.classes() {
+            Some(classes) => classes.of(engine, state)?.map(|c| &classes.list[c].most_preferred),
+            None => None,
+        };
         let most_preferred = class.map_or_else(Vec::new, |mp| analysis.preferences().names(mp));
         Ok(Some(StateValues {
-            state: json_state(program, state),
+            state: Valuation::of(program, state),
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
-            sasi_rank: rank(Kind::Sasi),
-            spi_rank: rank(Kind::Spi),
+            sasi_rank: rank(Kind::Sasi)?,
+            spi_rank: rank(Kind::Spi)?,
             levels,
             number: Bound::new(&values.number(node), setup.exact),
             within: values.within(node, 1).map(<[f64]>::to_vec),
@@ -288,9 +234,15 @@ fn level(values: &Values, node: Node, k: usize, names: &[&str]) -> LevelValues {
 
 impl Findings for ValuesFindings {
     const SCHEMA: &str = "meliora.values/1";
-    type Time = ValuesTime;
+    const PHASES: &[(&str, &str)] = &[
+        ("parse", "parse"),
+        ("build", "build"),
+        ("levels", "levels"),
+        ("explore", "explore"),
+        ("solve", "solve"),
+    ];
 
-    fn text(report: &ValuesReport, style: Style) -> String {
+    fn body(report: &ValuesReport, style: Style) -> String {
         values_text::render(report, style)
     }
 }

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::report::show_state;
-use super::text::{Grid, footer, incomplete, model, names, plural, title};
+use super::text::{Grid, plural};
 use super::values::{Bound, LevelValues, StateValues, ValuesReport};
 use super::{Style, ranks};
+use crate::planning::Safety;
 
 /// Maximum number of columns of a success curve.
 const CURVE: usize = 10;
@@ -13,39 +13,24 @@ const CURVE: usize = 10;
 /// Probabilities of success curves above this number are shown as 1.
 const ALMOST: f64 = 1.0 - 1e-12;
 
-/// Renders the report.
+/// Renders the results.
 pub(super) fn render(report: &ValuesReport, style: Style) -> String {
-    let mut settings =
-        vec![("engine", report.engine), ("scope", report.scope.name()), ("safety", report.safety)];
-    settings.extend(report.empty.map(|empty| ("empty", empty)));
-    settings.extend(report.history.map(|history| ("history", history)));
-    let mut text = title(&[&report.model.path, &report.preferences], &settings, style);
-    text.push_str(&model(&report.model, report.counts.as_ref(), style));
-    text.push_str(&incomplete(report.error.as_ref(), style));
-    if report.safety == "transition" && !report.states.is_empty() {
+    let mut text = report.header.sizes(report.counts.as_ref(), style);
+    if report.header.safety == Some(Safety::Transition.name()) && !report.states.is_empty() {
         text.push_str("\nProbabilities are those of improving before any step weakens.\n");
     }
-    for state in &report.states {
-        text.push_str(&one(state, &report.reward, style));
-    }
-    let time = &report.time;
-    let phases = [
-        ("parse", time.parse),
-        ("build", time.build),
-        ("levels", time.levels),
-        ("explore", time.explore),
-        ("solve", time.solve),
-    ];
-    text.push_str(&footer(time.total, &phases, report.memory, style));
+    text.extend(report.states.iter().map(|state| one(state, &report.reward, style)));
     text
 }
 
 fn one(state: &StateValues, reward: &str, style: Style) -> String {
-    let mut text = format!("\n{}\n", style.bold(&show_state(&state.state).replace(',', ", ")));
-    let _ = writeln!(text, "  most preferred: {}", names(&state.most_preferred));
+    let mut text = format!("\n{}\n", style.bold(&format!("State {}", state.state)));
+    let sure =
+        if state.most_preferred.is_empty() { "nothing".to_owned() } else { state.most_preferred.join(", ") };
+    let _ = writeln!(text, "  Sure: {sure}");
     let _ = writeln!(
         text,
-        "  improvements: {} certain, {} possible, {} expected at most",
+        "  Improvements: {} certain, {} possible, {} expected at most",
         ranks::cell(state.sasi_rank),
         ranks::cell(state.spi_rank),
         number(&state.number)
@@ -110,7 +95,7 @@ fn digits(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return x.to_string();
     }
-    if !(1e-4..1e9).contains(&x) {
+    if x < 1e-4 || x >= 1e9 {
         return format!("{x:.5e}");
     }
     if x < 1.0 && x > 0.999_999 {

@@ -3,17 +3,16 @@
 use std::fmt::Write;
 
 use serde::Serialize;
-use serde_json::{Map, Value as Json};
 
 use super::Style;
-use super::envelope::{Envelope, Findings, Total};
-use super::report::{json_state, show_state};
-use super::text;
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
 use crate::certify::Verdict;
 use crate::model::Program;
+use crate::model::valuation::Valuation;
 
 /// The results of `verify`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct VerifyFindings {
     /// The directory of the dump.
     pub directory: String,
@@ -45,18 +44,14 @@ pub struct Violated {
     /// The condition.
     pub condition: String,
     /// A state that violates it.
-    pub state: Option<Map<String, Json>>,
+    pub state: Option<Valuation>,
 }
 
 impl VerifyReport {
     /// Creates a report without results.
-    pub fn new(directory: &str) -> Self {
-        Envelope::of(VerifyFindings {
-            directory: directory.to_owned(),
-            accepted: None,
-            checked: Vec::new(),
-            violation: None,
-        })
+    pub fn of_directory(directory: &str) -> Self {
+        let directory = directory.to_owned();
+        Envelope::of(Header::default(), VerifyFindings { directory, ..VerifyFindings::default() })
     }
 
     /// Adds the verdict.
@@ -70,16 +65,19 @@ impl VerifyReport {
         self.accepted = Some(verdict.violation.is_none());
         self.violation = verdict.violation.as_ref().map(|v| Violated {
             condition: v.condition.clone(),
-            state: v.state.as_ref().map(|s| json_state(program, s)),
+            state: v.state.as_ref().map(|s| Valuation::of(program, s)),
         });
     }
 }
 
 impl Findings for VerifyFindings {
     const SCHEMA: &str = "meliora.verify/1";
-    type Time = Total;
 
     fn text(report: &VerifyReport, style: Style) -> String {
+        Self::body(report, style) + &report.incomplete(style)
+    }
+
+    fn body(report: &VerifyReport, style: Style) -> String {
         let mut out = String::new();
         for checked in &report.checked {
             let halves = match (checked.inside, checked.outside) {
@@ -98,13 +96,12 @@ impl Findings for VerifyFindings {
                 violation.condition
             );
             if let Some(state) = &violation.state {
-                let _ = writeln!(out, "  for example in the state {}", show_state(state));
+                let _ = writeln!(out, "  for example in the state {}", state);
             }
         }
         if report.accepted == Some(true) {
             let _ = writeln!(out, "\n{}: all conditions hold", style.good("accepted"));
         }
-        out.push_str(&text::incomplete(report.error.as_ref(), style));
         out
     }
 

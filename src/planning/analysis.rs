@@ -1,7 +1,10 @@
 //! The whole analysis, phase by phase; results remain available when a limit ends the work.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
+
+use strum::{IntoStaticStr, VariantArray};
 
 use super::classes::Classes;
 use super::finite_memory::FiniteMemoryStrategy;
@@ -10,12 +13,14 @@ use super::levels::{End, Kind, Levels, Rank};
 use super::result::{
     AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
+use super::temporal::AcceptingRegion;
 use super::winning_regions::WinningRegions;
 use super::{strategy, temporal};
 use crate::engine::{Count, Engine};
 use crate::error::{Error, Result};
-use crate::model::preference::{Goal, Objective, ObjectiveSet, Preferences};
+use crate::model::preference::{Goal, Objective, Preferences};
 use crate::model::step::Choice;
+use crate::model::valuation::Valuation;
 use crate::model::{Program, State, fault};
 
 /// The options of an analysis.
@@ -28,7 +33,8 @@ pub struct Options {
 }
 
 /// The phases of an analysis, in their order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Phase {
     /// Counts the states and transitions of the model.
     Counts,
@@ -44,7 +50,7 @@ pub enum Phase {
 
 impl Phase {
     /// All phases in their order.
-    pub const ALL: [Phase; 5] = [Phase::Counts, Phase::Outcomes, Phase::Improvement, Phase::Sasi, Phase::Spi];
+    pub const ALL: &[Phase] = Phase::VARIANTS;
 
     /// Returns the phase that computes the levels of a kind.
     pub fn levels(kind: Kind) -> Phase {
@@ -65,13 +71,7 @@ impl Phase {
 
     /// Returns the name in messages.
     pub fn name(self) -> &'static str {
-        match self {
-            Phase::Counts => "counts",
-            Phase::Outcomes => "outcomes",
-            Phase::Improvement => "improvement",
-            Phase::Sasi => "sasi",
-            Phase::Spi => "spi",
-        }
+        self.into()
     }
 }
 
@@ -89,12 +89,28 @@ pub enum Event<'a> {
     Finished(Phase, Duration),
 }
 
+impl AnalysisResult {
+    /// Adds the counts of an event.
+    pub fn add(&mut self, event: Event<'_>) {
+        match event {
+            Event::Objective(counts) => {
+                self.objectives.push(counts.clone());
+                self.objectives.sort_by_key(|o| o.objective);
+            }
+            Event::Level(Kind::Sasi, _, count) => self.sasi.levels.push(count.clone()),
+            Event::Level(Kind::Spi, _, count) => self.spi.levels.push(count.clone()),
+            Event::Started(_) | Event::Finished(..) => {}
+        }
+    }
+}
+
 /// The winning regions, classes, improvement MDP and levels of one model under one preference file.
 pub struct Analysis<E: Engine> {
     engine: Arc<E>,
     preferences: Arc<Preferences>,
     options: Options,
     outcomes: Option<WinningRegions<E>>,
+    accepting: Vec<Vec<AcceptingRegion<E>>>,
     // Shared with the strategies that are created from them.
     classes: Option<Arc<Classes<E>>>,
     improvement: Option<Arc<Improvement<E>>>,
@@ -111,6 +127,7 @@ impl<E: Engine> Analysis<E> {
             preferences: Arc::clone(preferences),
             options,
             outcomes: None,
+            accepting: Vec::new(),
             classes: None,
             improvement: None,
             sasi: Arc::new(Levels::new(Kind::Sasi)),
@@ -127,7 +144,7 @@ impl<E: Engine> Analysis<E> {
     /// A limit of the engine is reached, or a target has no value in some state. Earlier results
     /// stay in [`Analysis::result`].
     pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        Phase::ALL.into_iter().try_for_each(|phase| self.run_phase(phase, listener))
+        Phase::ALL.iter().try_for_each(|&phase| self.run_phase(phase, listener))
     }
 
     /// Runs one phase, or the rest of it after a limit; does nothing if the phase is complete.
@@ -177,18 +194,23 @@ impl<E: Engine> Analysis<E> {
     fn run_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.outcomes.is_none() {
             let target = |o: &Objective| match &o.goal {
-                Goal::Reach(target) => self.engine.states_where(*target),
+                Goal::Reach(target) => Ok((self.engine.states_where(*target)?, Vec::new())),
                 // A formula can be satisfied from a state where a disjunct can be kept, so these
                 // states are the target.
-                Goal::Satisfy { condition, .. } => temporal::secured(&*self.engine, condition),
+                Goal::Satisfy { condition, .. } => {
+                    let regions = temporal::accepting_regions(&*self.engine, condition)?;
+                    Ok((temporal::secured(&*self.engine, &regions)?, regions))
+                }
             };
             let targets = self.preferences.objectives.iter().map(target).collect::<Result<Vec<_>>>()?;
+            let (targets, accepting) = targets.into_iter().unzip();
             self.outcomes = Some(WinningRegions::new(&*self.engine, targets)?);
+            self.accepting = accepting;
         }
         while let Some(counts) = self.next_outcome()? {
-            listener(Event::Objective(&counts));
-            self.result.objectives.push(counts);
-            self.result.objectives.sort_by_key(|o| o.objective);
+            let event = Event::Objective(&counts);
+            listener(event);
+            self.result.add(event);
         }
         let Some(almost_sure) = self.outcomes.as_ref().and_then(WinningRegions::almost_sure) else {
             return Ok(());
@@ -196,7 +218,7 @@ impl<E: Engine> Analysis<E> {
         let classes = Classes::new(&*self.engine, &self.preferences, &almost_sure)?;
         let count = |c: &super::Class<E>| {
             let states = self.engine.count(&c.states)?;
-            Ok(ClassCount { most_preferred: c.most_preferred.clone(), states })
+            Ok(ClassCount { most_preferred: self.preferences.owned_names(&c.most_preferred), states })
         };
         self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
         self.classes = Some(Arc::new(classes));
@@ -215,9 +237,12 @@ impl<E: Engine> Analysis<E> {
         };
         let Some(objective) = next else { return Ok(None) };
         let Some(outcome) = outcomes.get(objective) else { return Ok(None) };
+        let declared = &self.preferences.objectives[objective];
         Ok(Some(ObjectiveCounts {
             objective,
+            name: declared.name.clone(),
             target: self.engine.count(&outcome.target)?,
+            observer: declared.monitor(),
             almost_sure: self.engine.count(&outcome.almost_sure)?,
             positive: self.engine.count(&outcome.positive)?,
         }))
@@ -267,13 +292,12 @@ impl<E: Engine> Analysis<E> {
     pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
         let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
         let most_preferred = match &self.classes {
-            Some(classes) => classes
-                .of(&*self.engine, state)
-                .map_or_else(ObjectiveSet::new, |c| classes.list[c].most_preferred.clone()),
-            None => ObjectiveSet::new(),
+            Some(classes) => self.preferences.owned_names(&classes.most_preferred(&*self.engine, state)?),
+            None => Vec::new(),
         };
         Ok(Prospects {
             state: state.to_vec(),
+            values: Valuation::of(program, state),
             most_preferred,
             sasi: self.plan(&self.sasi, state, &choices)?,
             spi: self.plan(&self.spi, state, &choices)?,
@@ -297,13 +321,16 @@ impl<E: Engine> Analysis<E> {
         if levels.found.is_empty() && levels.end.is_none() {
             return Ok(None);
         }
-        let rank: Rank = levels.rank(&*self.engine, state);
+        let rank: Rank = levels.rank(&*self.engine, state)?;
         let mut actions = Vec::new();
         if let Some(level) = levels.level(rank) {
             let permitted =
                 strategy::permitted_at_start(&*self.engine, levels.kind, classes, improvement, level)?;
-            let allowed = choices.iter().filter(|(c, _)| self.engine.contains_choice(&permitted, state, c));
-            actions = allowed.map(|(_, name)| name.clone()).collect();
+            for (choice, name) in choices {
+                if self.engine.contains_choice(&permitted, state, choice)? {
+                    actions.push(name.clone());
+                }
+            }
         }
         Ok(Some(Plan { rank, actions }))
     }
@@ -331,6 +358,12 @@ impl<E: Engine> Analysis<E> {
     /// Returns the winning regions of the objectives, once their computation has begun.
     pub fn outcomes(&self) -> Option<&WinningRegions<E>> {
         self.outcomes.as_ref()
+    }
+
+    /// Returns the sets behind the target of a temporal objective, one per disjunct; empty for
+    /// other objectives, and before their computation.
+    pub fn accepting_regions(&self, objective: usize) -> &[AcceptingRegion<E>] {
+        self.accepting.get(objective).map_or(&[], Vec::as_slice)
     }
 
     /// Returns the classes, once known.
@@ -362,9 +395,15 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     pub fn new(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Option<Self> {
         let levels = analysis.shared_levels(kind);
         levels.end.as_ref()?;
-        let lent = (analysis.engine.clone(), analysis.preferences.clone());
-        let (classes, improvement) = (analysis.classes.clone()?, analysis.improvement.clone()?);
-        Some(FiniteMemoryStrategy::of(lent, Arc::clone(program), classes, improvement, Arc::clone(levels)))
+        Some(FiniteMemoryStrategy {
+            engine: analysis.engine.clone(),
+            program: Arc::clone(program),
+            preferences: analysis.preferences.clone(),
+            classes: analysis.classes.clone()?,
+            improvement: analysis.improvement.clone()?,
+            levels: Arc::clone(levels),
+            strategies: BTreeMap::new(),
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Classes: the states grouped by their most preferred objectives.
 
-use crate::engine::Engine;
+use crate::engine::{Engine, position};
 use crate::error::Result;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
 
@@ -32,12 +32,15 @@ impl<E: Engine> Classes<E> {
     /// # Errors
     /// A limit of the engine is reached.
     pub fn new(engine: &E, preferences: &Preferences, almost_sure: &[&E::States]) -> Result<Self> {
-        let mut split = vec![(ObjectiveSet::new(), engine.all_states())];
+        let all = engine.all_states();
+        let mut split = match engine.is_empty(&all)? {
+            true => Vec::new(),
+            false => vec![(ObjectiveSet::new(), all)],
+        };
         for (i, region) in almost_sure.iter().enumerate() {
             let member = undominated(engine, preferences, almost_sure, i, region)?;
             split = split_by(engine, split, i, &member)?;
         }
-        split.retain(|(_, states)| !engine.is_empty(states));
         split.sort_by_cached_key(|(mp, _)| (mp.is_empty(), mp.iter().collect::<Vec<_>>()));
         let mut list = Vec::with_capacity(split.len());
         for (mp, states) in &split {
@@ -53,8 +56,20 @@ impl<E: Engine> Classes<E> {
 
     /// Returns the position in [`Classes::list`] of a state's class; `None` outside the scope.
     /// Cost: one membership test per class.
-    pub fn of(&self, engine: &E, state: &[i64]) -> Option<usize> {
-        self.list.iter().position(|c| engine.contains(&c.states, state))
+    ///
+    /// # Errors
+    /// The classes belong to another engine.
+    pub fn of(&self, engine: &E, state: &[i64]) -> Result<Option<usize>> {
+        position(&self.list, |c| engine.contains(&c.states, state))
+    }
+
+    /// Returns MP(s); empty outside the scope. Cost: one membership test per class.
+    ///
+    /// # Errors
+    /// The classes belong to another engine.
+    pub fn most_preferred(&self, engine: &E, state: &[i64]) -> Result<ObjectiveSet> {
+        let class = self.of(engine, state)?;
+        Ok(class.map_or_else(ObjectiveSet::new, |class| self.list[class].most_preferred.clone()))
     }
 }
 
@@ -82,7 +97,7 @@ fn split_by<E: Engine>(engine: &E, sets: Split<E>, i: usize, member: &E::States)
     let mut split = Vec::with_capacity(sets.len() + 1);
     for (mp, states) in sets {
         let inside = engine.intersection(&states, member)?;
-        if engine.is_empty(&inside) {
+        if engine.is_empty(&inside)? {
             split.push((mp, states));
             continue;
         }
@@ -90,7 +105,7 @@ fn split_by<E: Engine>(engine: &E, sets: Split<E>, i: usize, member: &E::States)
         let mut with = mp.clone();
         with.insert(i);
         split.push((with, inside));
-        if !engine.is_empty(&outside) {
+        if !engine.is_empty(&outside)? {
             split.push((mp, outside));
         }
     }

@@ -3,7 +3,7 @@
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::improvement::Safety;
 use super::levels::{Kind, Rank};
-use crate::engine::Engine;
+use crate::engine::{Engine, position};
 use crate::error::Result;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
 use crate::model::step::Step;
@@ -31,6 +31,23 @@ pub enum Verdict {
     Hopeless,
     /// Kept, but the state has rank 0: no improvement is possible.
     NothingAhead,
+}
+
+impl Verdict {
+    /// Returns the name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Improves => "improves",
+            Verdict::MayImprove => "may-improve",
+            Verdict::Approaches => "approaches",
+            Verdict::Stays => "stays",
+            Verdict::Weakens(_) => "weakens",
+            Verdict::Unsafe(_) => "unsafe",
+            Verdict::Strays(_) => "strays",
+            Verdict::Hopeless => "hopeless",
+            Verdict::NothingAhead => "nothing-ahead",
+        }
+    }
 }
 
 /// The explanation of a state under a strategy.
@@ -109,13 +126,13 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             return Err(limit.into());
         }
         let steps = self.program.steps(state).map_err(|f| fault::error(&self.program, &f, state))?;
-        let reference = self.reference(memory, state);
+        let reference = self.reference(memory, state)?;
         let mut actions = Vec::with_capacity(steps.len());
         for step in steps {
             actions.push(self.action(state, memory, &reference, step)?);
         }
         Ok(Explanation {
-            most_preferred: self.most_preferred(state),
+            most_preferred: self.most_preferred(state)?,
             pick: actions.iter().position(|a| a.progress),
             state: state.to_vec(),
             memory,
@@ -134,15 +151,16 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let Step { choice, name, successors } = step;
         let (engine, kind) = (self.engine.clone(), self.kind());
         let one = |(to, p)| self.successor(state, memory, reference, to, p);
-        let successors: Vec<Successor> = successors.into_iter().map(one).collect();
-        let kept = self.arena(memory).is_some_and(|a| engine.contains_choice(&a.choices, state, &choice));
-        let level = self.strategy(memory)?.map(|strategy| {
-            let permitted = engine.contains_choice(&strategy.permissive, state, &choice);
-            (permitted, permitted && engine.contains_choice(&strategy.progress, state, &choice))
-        });
+        let successors: Vec<Successor> = successors.into_iter().map(one).collect::<Result<_>>()?;
+        let has = |set: &E::Choices| engine.contains_choice(set, state, &choice);
+        let kept = self.arena(memory).map_or(Ok(false), |arena| has(&arena.choices))?;
+        let level = match self.strategy(memory)? {
+            Some(strategy) => Some((has(&strategy.permissive)?, has(&strategy.progress)?)),
+            None => None,
+        };
         let (permitted, progress) = level.unwrap_or((false, false));
         let verdict = match level {
-            _ if !kept => self.refused(memory, &successors),
+            _ if !kept => self.refused(memory, &successors)?,
             None => Verdict::NothingAhead,
             Some((true, _)) => allowed(&successors, progress),
             Some((false, _)) => forbidden(kind, &successors),
@@ -157,17 +175,20 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         reference: &ObjectiveSet,
         to: State,
         p: f64,
-    ) -> Successor {
-        let most_preferred = self.most_preferred(&to);
+    ) -> Result<Successor> {
+        let most_preferred = self.most_preferred(&to)?;
         let change = self.preferences.change(reference, &most_preferred);
-        let (next, improves) = self.after(memory, from, &to);
-        let (goal, stays) = self.game(memory).map_or((false, false), |game| {
-            let goal = super::strategy::is_goal(&*self.engine, game, from, &to);
-            (goal, self.engine.contains(&game.states, &to))
-        });
-        Successor {
+        let (next, improves) = self.after(memory, from, &to)?;
+        let (goal, stays) = match self.game(memory) {
+            Some(game) => (
+                super::strategy::is_goal(&*self.engine, game, from, &to)?,
+                self.engine.contains(&game.states, &to)?,
+            ),
+            None => (false, false),
+        };
+        Ok(Successor {
             probability: p,
-            rank: self.rank(&to),
+            rank: self.rank(&to)?,
             gained: gained(&self.preferences, reference, &most_preferred),
             lost: lost(&self.preferences, reference, &most_preferred),
             dropped: self.improvement.safety == Safety::Transition && change == Change::Weakening,
@@ -178,18 +199,19 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             stays,
             next,
             improves,
-        }
+        })
     }
 
     /// Returns the reason why a choice is not kept.
-    fn refused(&self, memory: Memory, successors: &[Successor]) -> Verdict {
-        match (successors.iter().position(|s| s.change == Change::Weakening), self.arena(memory)) {
+    fn refused(&self, memory: Memory, successors: &[Successor]) -> Result<Verdict> {
+        let weakening = successors.iter().position(|s| s.change == Change::Weakening);
+        Ok(match (weakening, self.arena(memory)) {
             (Some(index), _) => Verdict::Weakens(index),
-            (None, Some(arena)) => Verdict::Unsafe(
-                successors.iter().position(|s| !self.engine.contains(&arena.states, &s.state)),
-            ),
+            (None, Some(arena)) => Verdict::Unsafe(position(successors, |s| {
+                Ok(!self.engine.contains(&arena.states, &s.state)?)
+            })?),
             (None, None) => Verdict::Unsafe(None),
-        }
+        })
     }
 }
 

@@ -23,7 +23,7 @@ use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
 use super::strategy::{self, Strategy};
-use crate::engine::Engine;
+use crate::engine::{Engine, position};
 use crate::error::Result;
 use crate::model::Program;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
@@ -47,22 +47,10 @@ pub struct FiniteMemoryStrategy<E: Engine> {
     pub(super) improvement: Arc<Improvement<E>>,
     pub(super) levels: Arc<Levels<E>>,
     /// The strategies by level (see [`key`]) and arena.
-    strategies: BTreeMap<(usize, usize), Strategy<E>>,
+    pub(super) strategies: BTreeMap<(usize, usize), Strategy<E>>,
 }
 
 impl<E: Engine> FiniteMemoryStrategy<E> {
-    /// Creates a finite-memory strategy; the strategies of its levels are computed later.
-    pub(super) fn of(
-        (engine, preferences): (Arc<E>, Arc<Preferences>),
-        program: Arc<Program>,
-        classes: Arc<Classes<E>>,
-        improvement: Arc<Improvement<E>>,
-        levels: Arc<Levels<E>>,
-    ) -> Self {
-        let strategies = BTreeMap::new();
-        FiniteMemoryStrategy { engine, program, preferences, classes, improvement, levels, strategies }
-    }
-
     /// Returns the kind of strategies.
     pub fn kind(&self) -> Kind {
         self.levels.kind
@@ -79,18 +67,26 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     }
 
     /// Returns whether s ∈ S.
-    pub fn is_state(&self, state: &[i64]) -> bool {
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn is_state(&self, state: &[i64]) -> Result<bool> {
         self.engine.contains(&self.engine.all_states(), state)
     }
 
     /// Returns MP(s); empty outside the scope.
-    pub fn most_preferred(&self, state: &[i64]) -> ObjectiveSet {
-        let class = self.classes.of(&*self.engine, state);
-        class.map_or_else(ObjectiveSet::new, |c| self.classes.list[c].most_preferred.clone())
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn most_preferred(&self, state: &[i64]) -> Result<ObjectiveSet> {
+        self.classes.most_preferred(&*self.engine, state)
     }
 
     /// Returns rank(s) = max { k : s ∈ W_k }; see [`Levels::rank`].
-    pub fn rank(&self, state: &[i64]) -> Rank {
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn rank(&self, state: &[i64]) -> Result<Rank> {
         self.levels.rank(&*self.engine, state)
     }
 
@@ -113,53 +109,60 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
     /// Returns the memory with which planning starts in a state: its own rank and, under `prefix`,
     /// its own class as the reference.
-    pub fn start(&self, state: &[i64]) -> Memory {
-        let class = self.classes.of(&*self.engine, state);
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn start(&self, state: &[i64]) -> Result<Memory> {
+        let class = self.classes.of(&*self.engine, state)?;
         let starts_in = |arena: &Arena<E>| arena.reference.is_none() || arena.reference == class;
-        Memory { level: self.rank(state), arena: self.improvement.arenas.iter().position(starts_in) }
+        Ok(Memory { level: self.rank(state)?, arena: self.improvement.arenas.iter().position(starts_in) })
     }
 
     /// Returns the memory after a step, and whether the step was an improvement; see the module
     /// documentation.
-    pub fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> (Memory, bool) {
-        let improves = self.change(memory, from, to) == Change::Improving;
-        match self.game(memory) {
-            Some(game) => {
-                let stays = self.engine.contains(&game.states, to);
-                let goal = improves && strategy::is_goal(&*self.engine, game, from, to);
-                match (goal, stays, improves) {
-                    (true, _, _) | (_, false, true) => (self.start(to), true),
-                    (false, true, _) => (memory, false),
-                    (false, false, false) => (self.resume(memory, to), false),
-                }
-            }
-            None => (self.start(to), improves),
-        }
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<(Memory, bool)> {
+        let improves = self.change(memory, from, to)? == Change::Improving;
+        let Some(game) = self.game(memory) else { return Ok((self.start(to)?, improves)) };
+        let stays = self.engine.contains(&game.states, to)?;
+        let goal = improves && strategy::is_goal(&*self.engine, game, from, to)?;
+        Ok(match (goal, stays, improves) {
+            (true, _, _) | (_, false, true) => (self.start(to)?, true),
+            (false, true, _) => (memory, false),
+            (false, false, false) => (self.resume(memory, to)?, false),
+        })
     }
 
     /// Returns the memory with the greatest level that still contains a state, with the old
     /// reference.
-    fn resume(&self, memory: Memory, state: &[i64]) -> Memory {
+    fn resume(&self, memory: Memory, state: &[i64]) -> Result<Memory> {
         let Some(arena) = memory.arena else { return self.start(state) };
-        let holds = |level: &Level<E>| {
-            level.games.get(arena).is_some_and(|game| self.engine.contains(&game.states, state))
+        let lacks = |level: &Level<E>| match level.games.get(arena) {
+            Some(game) => Ok(!self.engine.contains(&game.states, state)?),
+            None => Ok(true),
         };
         // The fixpoint is a subset of every level, so it does not contain a state that is not in
         // some level.
-        let level = Rank::Finite(self.levels.found.iter().take_while(|level| holds(level)).count());
-        Memory { level, arena: Some(arena) }
+        let found = &self.levels.found;
+        let level = Rank::Finite(position(found, lacks)?.unwrap_or(found.len()));
+        Ok(Memory { level, arena: Some(arena) })
     }
 
     /// Returns the objectives that steps are compared with: MP of the reference class under
     /// `prefix`, else MP(s).
-    pub fn reference(&self, memory: Memory, state: &[i64]) -> ObjectiveSet {
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn reference(&self, memory: Memory, state: &[i64]) -> Result<ObjectiveSet> {
         let class = self.arena(memory).and_then(|arena| self.classes.list.get(arena.reference?));
-        class.map_or_else(|| self.most_preferred(state), |class| class.most_preferred.clone())
+        class.map_or_else(|| self.most_preferred(state), |class| Ok(class.most_preferred.clone()))
     }
 
     /// Returns the effect of a step, compared with [`FiniteMemoryStrategy::reference`].
-    fn change(&self, memory: Memory, from: &[i64], to: &[i64]) -> Change {
-        self.preferences.change(&self.reference(memory, from), &self.most_preferred(to))
+    fn change(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<Change> {
+        Ok(self.preferences.change(&self.reference(memory, from)?, &self.most_preferred(to)?))
     }
 
     /// Returns the arena of a memory.

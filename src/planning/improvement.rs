@@ -4,49 +4,40 @@
 //! the same choices, so everything is computed over S with improving steps as goal *edges*; only
 //! [`Sizes`] refers to V.
 
-use std::fmt;
+use strum::{Display, EnumString, IntoStaticStr, VariantArray};
+
+use serde::Serialize;
 
 use super::classes::{Class, Classes};
 use crate::engine::edge_labels::{dropped, grouped, pairs_into};
-use crate::engine::{Count, EdgeLabels, Engine, Region};
+use crate::engine::{Count, EdgeLabels, Engine, Region, position};
 use crate::error::Result;
+use crate::model::valuation::decimal;
 
 /// The safety mode, which selects the kept choices: `--safety`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Display, EnumString, IntoStaticStr, VariantArray,
+)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 pub enum Safety {
-    /// A choice is kept only if none of its successors weakens.
+    /// Drop every action with a successor that weakens the state: no step of a path weakens.
     #[default]
     Action,
-    /// The paper's definition to the letter: a successor that weakens is dropped; the other
-    /// successors of the same choice are kept.
+    /// Drop weakening successors and keep the others, as in the paper: such an action may still
+    /// weaken.
     Transition,
-    /// A choice is kept only if no later state has to weaken the reference: the state where
-    /// planning started, or the last improvement after it.
+    /// Never weaken the state where planning started; after an improvement, the improved state.
     Prefix,
 }
 
 impl Safety {
     /// All values, the default first.
-    pub const ALL: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
+    pub const ALL: &[Safety] = Safety::VARIANTS;
 
     /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
-        match self {
-            Safety::Action => "action",
-            Safety::Transition => "transition",
-            Safety::Prefix => "prefix",
-        }
-    }
-
-    /// Returns the safety mode with this name.
-    pub fn named(name: &str) -> Option<Safety> {
-        Safety::ALL.into_iter().find(|safety| safety.name() == name)
-    }
-}
-
-impl fmt::Display for Safety {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        self.into()
     }
 }
 
@@ -65,13 +56,16 @@ pub struct Arena<E: Engine> {
 }
 
 /// The size of the improvement MDP.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Sizes {
     /// |V| = 2 |S|
+    #[serde(serialize_with = "decimal")]
     pub states: Count,
     /// The kept transitions over V: twice those over S.
+    #[serde(serialize_with = "decimal")]
     pub transitions: Count,
     /// The dropped transitions over S.
+    #[serde(serialize_with = "decimal")]
     pub dropped: Count,
 }
 
@@ -151,7 +145,7 @@ fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> 
     for (reference, class) in classes.list.iter().enumerate() {
         let allowed = engine.difference(&engine.all_states(), &class.worse)?;
         let safe = engine.stay_within(&allowed, &engine.all_choices())?;
-        if engine.is_empty(&engine.intersection(&safe.states, &class.states)?) {
+        if engine.is_empty(&engine.intersection(&safe.states, &class.states)?)? {
             continue;
         }
         let goal = engine.intersection(&class.better, &safe.states)?;
@@ -176,11 +170,11 @@ fn edge_labels<E: Engine>(
     let mut edge_labels: Vec<EdgeLabels<E::States>> = Vec::new();
     for class in &classes.list {
         let lost = dropped(class);
-        let same = |m: &&mut EdgeLabels<E::States>| {
-            engine.same(&m.goal, &class.better) && engine.same(&m.dropped, &lost)
+        let same = |m: &EdgeLabels<E::States>| {
+            Ok(engine.same(&m.goal, &class.better)? && engine.same(&m.dropped, &lost)?)
         };
-        match edge_labels.iter_mut().find(same) {
-            Some(m) => m.from = engine.union(&m.from, &class.states)?,
+        match position(&edge_labels, same)? {
+            Some(at) => edge_labels[at].from = engine.union(&edge_labels[at].from, &class.states)?,
             None => {
                 let (from, goal) = (class.states.clone(), class.better.clone());
                 edge_labels.push(EdgeLabels { from, goal, dropped: lost });

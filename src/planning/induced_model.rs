@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use ahash::AHashMap;
 use serde::Serialize;
+use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::explain::{Action, Explanation};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
@@ -12,27 +13,24 @@ use crate::error::Result;
 use crate::model::State;
 
 /// The strategy that runs follow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]
 pub enum Scheduler {
-    /// Every permitted action, each with the same probability.
-    Permissive,
-    /// The first action that makes progress.
+    /// The first permitted action that comes closer to an improvement.
     Progress,
+    /// All permitted actions, each with the same probability.
+    Permissive,
 }
 
 impl Scheduler {
+    /// Both values.
+    pub const ALL: &[Scheduler] = Scheduler::VARIANTS;
+
     /// Returns the name in reports and options.
     pub fn name(self) -> &'static str {
-        match self {
-            Scheduler::Permissive => "permissive",
-            Scheduler::Progress => "progress",
-        }
-    }
-
-    /// Returns the scheduler with this name.
-    pub fn named(name: &str) -> Option<Scheduler> {
-        [Scheduler::Permissive, Scheduler::Progress].into_iter().find(|scheduler| scheduler.name() == name)
+        self.into()
     }
 
     /// Returns whether this scheduler may take the action at this position.
@@ -80,7 +78,7 @@ impl InducedModel {
         let mut index: AHashMap<(State, Memory), usize> = AHashMap::new();
         let mut queue = VecDeque::new();
         for start in starts {
-            let found = enter(&mut index, &mut queue, limit, (start.clone(), book.start(start)));
+            let found = enter(&mut index, &mut queue, limit, (start.clone(), book.start(start)?));
             course.complete &= found.is_some();
         }
         while let Some((state, memory)) = queue.pop_front() {

@@ -8,15 +8,18 @@
 use std::fmt;
 
 use serde::{Serialize, Serializer};
+use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement, Safety};
 use crate::engine::edge_labels::{pairs_into, winning};
-use crate::engine::{EdgeLabels, Engine, Region};
+use crate::engine::{EdgeLabels, Engine, Region, position};
 use crate::error::Result;
 
 /// The paper's two solution concepts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// Safe and almost-surely improving.
@@ -27,19 +30,11 @@ pub enum Kind {
 
 impl Kind {
     /// Both kinds.
-    pub const ALL: [Kind; 2] = [Kind::Sasi, Kind::Spi];
+    pub const ALL: &[Kind] = Kind::VARIANTS;
 
     /// Returns the name in regions, reports and options.
     pub fn name(self) -> &'static str {
-        match self {
-            Kind::Sasi => "sasi",
-            Kind::Spi => "spi",
-        }
-    }
-
-    /// Returns the kind with this name.
-    pub fn named(name: &str) -> Option<Kind> {
-        Kind::ALL.into_iter().find(|kind| kind.name() == name)
+        self.into()
     }
 }
 
@@ -150,9 +145,9 @@ impl<E: Engine> Levels<E> {
         }
         let last = self.found.last();
         let next = next_level(engine, classes, improvement, self.kind, last)?;
-        if engine.is_empty(&next.states) {
+        if engine.is_empty(&next.states)? {
             self.end = Some(End::Empty);
-        } else if last.is_some_and(|last| engine.same(&last.states, &next.states)) {
+        } else if last.map_or(Ok(false), |last| engine.same(&last.states, &next.states))? {
             self.end = Some(End::Unbounded(next));
         } else {
             self.found.push(next);
@@ -163,14 +158,19 @@ impl<E: Engine> Levels<E> {
 
     /// Returns rank(s) = max { k : s ∈ W_k }, unbounded in the fixpoint. The rank is a lower bound
     /// if the search for levels is not complete. Cost: one membership test per level.
-    pub fn rank(&self, engine: &E, state: &[i64]) -> Rank {
-        let holds = |level: &Level<E>| engine.contains(&level.states, state);
-        if matches!(&self.end, Some(End::Unbounded(fixpoint)) if holds(fixpoint)) {
-            return Rank::Unbounded;
+    ///
+    /// # Errors
+    /// The levels belong to another engine.
+    pub fn rank(&self, engine: &E, state: &[i64]) -> Result<Rank> {
+        if let Some(fixpoint) = self.unbounded()
+            && engine.contains(&fixpoint.states, state)?
+        {
+            return Ok(Rank::Unbounded);
         }
-        let rank = self.found.iter().take_while(|level| holds(level)).count();
+        let above = position(&self.found, |level| Ok(!engine.contains(&level.states, state)?))?;
+        let rank = above.unwrap_or(self.found.len());
         let open = rank == self.found.len() && !matches!(self.end, Some(End::Empty | End::Unbounded(_)));
-        if open { Rank::AtLeast(rank) } else { Rank::Finite(rank) }
+        Ok(if open { Rank::AtLeast(rank) } else { Rank::Finite(rank) })
     }
 
     /// Returns the level for states of this rank: `None` for rank 0, the fixpoint if unbounded.
@@ -234,16 +234,15 @@ fn play<E: Engine>(
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
     let edge_labels = entering(engine, arena, entered)?;
-    match before {
-        Some(game)
-            if game.edge_labels.iter().zip(&edge_labels).all(|(x, y)| engine.same(&x.goal, &y.goal)) =>
-        {
-            Ok(game.clone())
+    if let Some(game) = before {
+        let goals: Vec<_> = game.edge_labels.iter().zip(&edge_labels).collect();
+        if position(&goals, |(x, y)| Ok(!engine.same(&x.goal, &y.goal)?))?.is_none() {
+            return Ok(game.clone());
         }
-        _ => match kind {
-            Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
-            Kind::Spi => positively(engine, arena, edge_labels, before),
-        },
+    }
+    match kind {
+        Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
+        Kind::Spi => positively(engine, arena, edge_labels, before),
     }
 }
 

@@ -22,7 +22,7 @@ pub fn regions<E: Engine>(analysis: &Analysis<E>) -> Vec<(String, &E::States)> {
         let name = names::members(&preferences.names(&class.most_preferred));
         regions.push((names::class(&name), &class.states));
     }
-    for kind in Kind::ALL {
+    for &kind in Kind::ALL {
         let levels = analysis.levels(kind);
         for (index, level) in levels.found.iter().enumerate() {
             regions.push((names::level(kind.name(), index + 1), &level.states));

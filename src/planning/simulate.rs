@@ -172,6 +172,15 @@ impl Tally {
         self.improvements.range(..times).map(|(_, plays)| plays).sum()
     }
 
+    /// Returns the number of runs with fewer improvements than the rank says; `None` if the rank is
+    /// unbounded.
+    pub fn fewer_than_rank(&self) -> Option<u64> {
+        match self.rank {
+            Rank::Finite(k) | Rank::AtLeast(k) => Some(self.fewer_than(k)),
+            Rank::Unbounded => None,
+        }
+    }
+
     fn add(&mut self, trace: Trace, settled: bool) {
         self.plays += 1;
         let mut improved = 0;
@@ -233,7 +242,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
     /// # Errors
     /// The errors of [`Simulation::run`].
     pub fn run_each(&mut self, start: &[i64], each: &mut dyn FnMut(&Trace)) -> Result<Tally> {
-        let mut tally = Tally::new(start, self.book.rank(start));
+        let mut tally = Tally::new(start, self.book.rank(start)?);
         for play in 1..=self.setup.runs {
             let (turns, settled) = self.play(start, &mut Draw::numbered(self.setup.seed, play))?;
             let trace = Trace { play, turns };
@@ -249,7 +258,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
     /// # Errors
     /// The errors of [`Simulation::run`].
     pub fn telling(&mut self, start: &[i64]) -> Result<(Trace, PlayEnd)> {
-        let wanted = match self.book.rank(start) {
+        let wanted = match self.book.rank(start)? {
             Rank::Finite(k) | Rank::AtLeast(k) => k,
             Rank::Unbounded => usize::MAX,
         };
@@ -277,8 +286,8 @@ impl<'b, E: Engine> Simulation<'b, E> {
 
     /// Simulates one run; returns its steps and whether it ended where nothing is left to improve.
     fn play(&mut self, start: &[i64], draw: &mut Draw) -> Result<(Vec<Turn>, bool)> {
-        let first = self.book.most_preferred(start);
-        let (mut state, mut memory) = (start.to_vec(), self.book.start(start));
+        let first = self.book.most_preferred(start)?;
+        let (mut state, mut memory) = (start.to_vec(), self.book.start(start)?);
         let mut turns = Vec::new();
         for _ in 0..self.setup.steps {
             let at = self.explained(&state, memory)?;

@@ -8,8 +8,8 @@
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level};
-use crate::engine::Engine;
 use crate::engine::edge_labels::{keeping, winning};
+use crate::engine::{EdgeLabels, Engine, position};
 use crate::error::Result;
 
 /// The two strategies of one level in one arena.
@@ -62,7 +62,7 @@ pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game
     let mut layer = engine.sources(&progress)?;
     let mut open = engine.difference(&game.states, &layer)?;
     let mut layers = Vec::new();
-    while !engine.is_empty(&layer) {
+    while !engine.is_empty(&layer)? {
         if let Some(limit) = engine.settings().sink.stop() {
             return Err(limit.into());
         }
@@ -118,7 +118,11 @@ pub fn permitted_at_start<E: Engine>(
 
 /// Returns whether a step between two states is a goal edge of a game: it improves and enters the
 /// level below.
-pub fn is_goal<E: Engine>(engine: &E, game: &Game<E>, from: &[i64], to: &[i64]) -> bool {
-    let holds = |x: &E::States, state: &[i64]| engine.contains(x, state);
-    game.edge_labels.iter().any(|m| holds(&m.from, from) && holds(&m.goal, to))
+///
+/// # Errors
+/// The game belongs to another engine.
+pub fn is_goal<E: Engine>(engine: &E, game: &Game<E>, from: &[i64], to: &[i64]) -> Result<bool> {
+    let holds =
+        |m: &EdgeLabels<E::States>| Ok(engine.contains(&m.from, from)? && engine.contains(&m.goal, to)?);
+    Ok(position(&game.edge_labels, holds)?.is_some())
 }

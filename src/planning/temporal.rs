@@ -12,7 +12,9 @@ use crate::model::expr::ExprId;
 use crate::model::temporal::{Condition, Disjunct};
 
 /// The states from which a disjunct can be kept, with the choices and marks that prove it.
-pub struct Kept<E: Engine> {
+pub struct AcceptingRegion<E: Engine> {
+    /// The disjunct d.
+    pub disjunct: Disjunct,
     /// U_d, the states.
     pub states: E::States,
     /// The pairs of these states that stay in U_d.
@@ -49,20 +51,20 @@ pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> 
 ///
 /// # Errors
 /// A limit of the engine is reached, or a state formula has no value.
-pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
-    let allowed = allowed(engine, disjunct)?;
+pub fn accepting_region<E: Engine>(engine: &E, disjunct: Disjunct) -> Result<AcceptingRegion<E>> {
+    let allowed = allowed(engine, &disjunct)?;
     let recurring =
         disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
     let Region { mut states, mut choices } = engine.stay_within(&allowed, &engine.all_choices())?;
     let mut unchanged = 0;
     for mark in recurring.iter().cycle() {
-        if unchanged == recurring.len() || engine.is_empty(&states) {
+        if unchanged == recurring.len() || engine.is_empty(&states)? {
             break;
         }
         let here = engine.intersection(mark, &states)?;
         let reaching = engine.can_reach(&here, &choices, &[])?;
         let left = engine.intersection(&states, &reaching)?;
-        if engine.same(&left, &states) {
+        if engine.same(&left, &states)? {
             unchanged += 1;
             continue;
         }
@@ -70,29 +72,38 @@ pub fn kept<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<Kept<E>> {
         Region { states, choices } = engine.stay_within(&left, &choices)?;
     }
     let again = recurring.iter().map(|mark| engine.intersection(mark, &states)).collect::<Result<_>>()?;
-    Ok(Kept { states, choices, again })
+    Ok(AcceptingRegion { disjunct, states, choices, again })
+}
+
+/// Computes U_d for each disjunct of a condition. Cost: that of [`accepting_region`] per disjunct.
+///
+/// # Errors
+/// The errors of [`accepting_region`].
+pub fn accepting_regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Vec<AcceptingRegion<E>>> {
+    // Conditions that are too large were refused by the reader.
+    condition
+        .disjuncts()
+        .unwrap_or_default()
+        .into_iter()
+        .map(|disjunct| accepting_region(engine, disjunct))
+        .collect()
 }
 
 /// Computes ⋃_d U_d, the states from which some disjunct can be kept. Reaching this set almost
 /// surely (or with positive probability) is equivalent to satisfying the condition almost surely
-/// (or with positive probability). Cost: that of [`kept`] per disjunct.
+/// (or with positive probability). Cost: no image.
 ///
 /// # Errors
-/// The errors of [`kept`].
-pub fn secured<E: Engine>(engine: &E, condition: &Condition) -> Result<E::States> {
-    let mut all = engine.no_states();
-    // Conditions that are too large were refused by the reader.
-    for disjunct in condition.disjuncts().unwrap_or_default() {
-        all = engine.union(&all, &kept(engine, &disjunct)?.states)?;
-    }
-    Ok(all)
+/// A limit of the engine is reached.
+pub fn secured<E: Engine>(engine: &E, all: &[AcceptingRegion<E>]) -> Result<E::States> {
+    all.iter().try_fold(engine.no_states(), |union, region| engine.union(&union, &region.states))
 }
 
 /// Computes the four regions of a condition on the product. Cost: for the condition and for its
-/// negation, that of [`secured`], one backward fixpoint and one almost-sure fixpoint.
+/// negation, that of [`accepting_regions`], one backward fixpoint and one almost-sure fixpoint.
 ///
 /// # Errors
-/// The errors of [`kept`].
+/// The errors of [`accepting_region`].
 pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E::States>> {
     regions_by(engine, condition, |_, find| find())
 }
@@ -110,13 +121,13 @@ pub fn regions_by<E: Engine>(
     let all = engine.all_states();
     let mut own = engine.no_states();
     let positive = by(Which::PmaxPositive, &mut || {
-        own = secured(engine, condition)?;
+        own = secured(engine, &accepting_regions(engine, condition)?)?;
         pmax_positive(engine, &own)
     })?;
     let pmax_one = by(Which::PmaxOne, &mut || almost_sure_within(engine, &own, &positive))?;
     let (mut against, mut threatened) = (engine.no_states(), engine.no_states());
     let pmin_one = by(Which::PminOne, &mut || {
-        against = secured(engine, &condition.negated())?;
+        against = secured(engine, &accepting_regions(engine, &condition.negated())?)?;
         threatened = pmax_positive(engine, &against)?;
         engine.difference(&all, &threatened)
     })?;

@@ -70,10 +70,10 @@ impl<E: Engine> WinningRegions<E> {
     fn compute(&self, engine: &E, target: &E::States) -> Result<ObjectiveRegions<E>> {
         let mut bound: Option<E::States> = None;
         for larger in self.known.iter().flatten() {
-            if engine.same(target, &larger.target) {
+            if engine.same(target, &larger.target)? {
                 return Ok(larger.clone());
             }
-            if engine.is_empty(&engine.difference(target, &larger.target)?) {
+            if engine.is_empty(&engine.difference(target, &larger.target)?)? {
                 bound = Some(match bound {
                     None => larger.almost_sure.clone(),
                     Some(b) => engine.intersection(&b, &larger.almost_sure)?,
@@ -119,7 +119,7 @@ pub(super) fn almost_sure_within<E: Engine>(
     target: &E::States,
     bound: &E::States,
 ) -> Result<E::States> {
-    let within = if engine.same(bound, &engine.all_states()) {
+    let within = if engine.same(bound, &engine.all_states())? {
         engine.all_choices()
     } else {
         engine.choices_in(&engine.all_choices(), bound)?

@@ -91,14 +91,19 @@ impl Sets {
         let ladder = |kind| Rungs::of(analysis, engine, kind, choices);
         let ladders = [ladder(Kind::Sasi)?, ladder(Kind::Spi)?];
         let classes = analysis.classes().into_iter().flat_map(|c| &c.list);
-        let diagram = |x| analysis.engine().states_diagram(x).clone();
-        let target = |index| analysis.outcomes()?.target(index).map(diagram);
+        let diagram = |x| analysis.engine().states_diagram(x).cloned();
+        let target = |index| match analysis.outcomes().and_then(|outcomes| outcomes.target(index)) {
+            Some(x) => diagram(x),
+            None => Ok(engine.no_states()),
+        };
         let objectives = analysis.preferences().objectives.len();
         Ok(Sets {
             scope: engine.all_states(),
             ladders,
-            classes: classes.map(|c| (c.most_preferred.clone(), diagram(&c.states))).collect(),
-            targets: (0..objectives).map(|i| target(i).unwrap_or_else(|| engine.no_states())).collect(),
+            classes: classes
+                .map(|c| Ok((c.most_preferred.clone(), diagram(&c.states)?)))
+                .collect::<Result<_>>()?,
+            targets: (0..objectives).map(target).collect::<Result<_>>()?,
         })
     }
 
@@ -138,12 +143,12 @@ impl Rungs {
     ) -> Result<Self> {
         let levels = analysis.levels(kind);
         let permitted = permitted(analysis, engine.program(), kind)?;
-        let diagram = |level: &Level<E>| analysis.engine().states_diagram(&level.states).clone();
+        let diagram = |level: &Level<E>| analysis.engine().states_diagram(&level.states).cloned();
         Ok(Rungs {
-            levels: levels.found.iter().map(diagram).collect(),
-            unbounded: levels.unbounded().map(diagram),
+            levels: levels.found.iter().map(diagram).collect::<Result<_>>()?,
+            unbounded: levels.unbounded().map(diagram).transpose()?,
             open: matches!(levels.end, None | Some(End::Cut)),
-            permitted: (0..choices).map(|number| engine.numbered(&permitted, number)).collect(),
+            permitted: (0..choices).map(|n| engine.numbered(&permitted, n)).collect::<Result<_>>()?,
         })
     }
 
@@ -164,7 +169,7 @@ fn permitted<E: Dumpable>(analysis: &Analysis<E>, program: &Arc<Program>, kind: 
     let (Some(book), Some(classes), Some(improvement)) =
         (FiniteMemoryStrategy::new(analysis, program, kind), analysis.classes(), analysis.improvement())
     else {
-        return Ok(engine.choices_diagram(&all).clone());
+        return engine.choices_diagram(&all).cloned();
     };
     let levels = analysis.levels(kind);
     let found = levels.found.iter().enumerate().map(|(k, level)| (Some(k + 1), level));
@@ -173,5 +178,5 @@ fn permitted<E: Dumpable>(analysis: &Analysis<E>, program: &Arc<Program>, kind: 
         let here = engine.choices_in(&permitted, &book.states_of_rank(rank)?)?;
         all = engine.union(&all, &here)?;
     }
-    Ok(engine.choices_diagram(&all).clone())
+    engine.choices_diagram(&all).cloned()
 }

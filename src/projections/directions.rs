@@ -2,7 +2,7 @@
 
 use super::{Direction, Plane};
 use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Engine};
+use crate::engine::{Algebra, Engine, position};
 use crate::error::Result;
 use crate::model::{Program, State, VarId, fault};
 
@@ -62,12 +62,12 @@ fn samples(
 ) -> Result<Vec<State>> {
     let mut samples = Vec::new();
     for column in columns {
-        let along = engine.numbered(&column.choices, number);
+        let along = engine.numbered(&column.choices, number)?;
         if rows.is_empty() {
             samples.extend(engine.list_states(&along, 1)?);
         }
         for row in rows {
-            let across = engine.intersection(&engine.numbered(&row.choices, number), &column.here)?;
+            let across = engine.intersection(&engine.numbered(&row.choices, number)?, &column.here)?;
             let moving = engine.union(&across, &engine.intersection(&along, &row.here)?)?;
             samples.extend(engine.list_states(&moving, 1)?);
         }
@@ -88,12 +88,12 @@ fn displacement(engine: &SymbolicEngine, plane: Plane, number: usize, state: &[i
     let program = engine.program();
     let steps = program.steps(state).map_err(|fault| fault::error(program, &fault, state))?;
     let only = engine.only(number);
-    let Some(step) = steps.iter().find(|s| engine.contains_choice(&only, state, &s.choice)) else {
+    let Some(taken) = position(&steps, |s| engine.contains_choice(&only, state, &s.choice))? else {
         return Ok([0.0; 2]);
     };
     let change = |variable: VarId| {
         let moved = |(to, p): &(State, f64)| p * (to[variable.index()] - state[variable.index()]) as f64;
-        step.successors.iter().map(moved).sum::<f64>()
+        steps[taken].successors.iter().map(moved).sum::<f64>()
     };
     Ok([plane.row.map_or(0.0, change), change(plane.column)])
 }

@@ -1,5 +1,7 @@
 //! Projections: the sets of a finished analysis over a plane of two variables, as one shared
 //! diagram. Other programs can evaluate the diagram, such as the page that `meliora report` writes.
+//! This module contains data only; `output::page` draws all pictures, also of the preference order
+//! ([`crate::model::hasse`]).
 //!
 //! A cell of the plane is evaluated by fixing some bits of the diagram. No states are enumerated,
 //! so the other variables may have any number of values. A variable may also be left open; then the

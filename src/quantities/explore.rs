@@ -83,23 +83,34 @@ impl<'a, E: Engine> Facts<'a, E> {
         Ok(Facts { engine, program, preferences, classes, improvement, spi, sasi })
     }
 
-    fn rank_in(&self, levels: &Levels<E>, arena: u32, state: &[i64]) -> u32 {
-        let holds = |level: &Level<E>| {
-            level.games.get(arena as usize).is_some_and(|game| self.engine.contains(&game.states, state))
+    /// Returns the number of levels that contain a state in an arena, or [`EVERY`].
+    fn rank_in(&self, levels: &Levels<E>, arena: u32, state: &[i64]) -> Result<u32> {
+        let holds = |level: &Level<E>| match level.games.get(arena as usize) {
+            Some(game) => self.engine.contains(&game.states, state),
+            None => Ok(false),
         };
-        if levels.unbounded().is_some_and(holds) {
-            return EVERY;
+        if let Some(fixpoint) = levels.unbounded()
+            && holds(fixpoint)?
+        {
+            return Ok(EVERY);
         }
-        levels.found.iter().take_while(|level| holds(level)).count() as u32
+        let mut rank = 0;
+        for level in &levels.found {
+            if !holds(level)? {
+                break;
+            }
+            rank += 1;
+        }
+        Ok(rank)
     }
 
     /// Returns what the levels say about a state in an arena.
-    fn rank(&self, arena: Option<u32>, state: &[i64]) -> Rank {
-        let Some(arena) = arena else { return Rank::default() };
-        let positive = self.rank_in(self.spi, arena, state);
+    fn rank(&self, arena: Option<u32>, state: &[i64]) -> Result<Rank> {
+        let Some(arena) = arena else { return Ok(Rank::default()) };
+        let positive = self.rank_in(self.spi, arena, state)?;
         // W_k of SASI is a subset of W_k of SPI.
-        let sure = if positive == 0 { 0 } else { self.rank_in(self.sasi.get(), arena, state) };
-        Rank { positive, sure }
+        let sure = if positive == 0 { 0 } else { self.rank_in(self.sasi.get(), arena, state)? };
+        Ok(Rank { positive, sure })
     }
 
     /// Returns the arena of the states of a class; `None` if no state of the class is safe.
@@ -111,8 +122,8 @@ impl<'a, E: Engine> Facts<'a, E> {
         self.improvement.arenas.iter().position(own).map(|arena| arena as u32)
     }
 
-    pub(super) fn class(&self, state: &[i64]) -> Option<u32> {
-        self.classes.of(self.engine, state).map(|class| class as u32)
+    pub(super) fn class(&self, state: &[i64]) -> Result<Option<u32>> {
+        Ok(self.classes.of(self.engine, state)?.map(|class| class as u32))
     }
 
     fn most_preferred(&self, class: Option<u32>) -> ObjectiveSet {
@@ -149,7 +160,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
     /// # Errors
     /// A limit is reached.
     pub(super) fn start(&mut self, state: &State) -> Result<u32> {
-        let class = self.facts.class(state);
+        let class = self.facts.class(state)?;
         let arena = self.facts.arena_of(class);
         self.node(Place { arena, junction: false, state: state.clone() }, class)
     }
@@ -174,9 +185,9 @@ impl<E: Engine> Explorer<'_, '_, E> {
         if let Some(&known) = self.places.index.get(&place) {
             return Ok(known);
         }
-        let mut rank = self.facts.rank(place.arena, &place.state);
+        let mut rank = self.facts.rank(place.arena, &place.state)?;
         if place.junction {
-            let own = self.facts.rank(self.facts.arena_of(class), &place.state);
+            let own = self.facts.rank(self.facts.arena_of(class), &place.state)?;
             let more = |k: u32| k.saturating_add(1);
             rank =
                 Rank { positive: rank.positive.max(more(own.positive)), sure: rank.sure.max(more(own.sure)) };
@@ -194,7 +205,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
 
     /// Returns the choices after an improving step: to count it, or to go on in the old arena.
     fn junction(&mut self, place: &Place) -> Result<Vec<(u32, Ratio, Vec<Edge>)>> {
-        let class = self.facts.class(&place.state);
+        let class = self.facts.class(&place.state)?;
         let own = self.facts.arena_of(class);
         let mut choices = Vec::new();
         for (position, (arena, counts)) in [(own, true), (place.arena, false)].into_iter().enumerate() {
@@ -213,14 +224,14 @@ impl<E: Engine> Explorer<'_, '_, E> {
         let Some(arena) = arena else { return Ok(Vec::new()) };
         let reference = match arena.reference {
             Some(class) => Some(class as u32),
-            None => facts.class(&place.state),
+            None => facts.class(&place.state)?,
         };
         let reference = facts.most_preferred(reference);
         let steps = facts.program.exact_steps(&place.state);
         let steps = steps.map_err(|f| fault::error(facts.program, &f, &place.state))?;
         let mut choices = Vec::new();
         for (position, step) in (0u32..).zip(steps) {
-            if facts.engine.contains_choice(&arena.choices, &place.state, &step.choice) {
+            if facts.engine.contains_choice(&arena.choices, &place.state, &step.choice)? {
                 let cost = self.costs.of(&place.state, &step)?;
                 choices.push((position, cost, self.edges(place, &reference, step)?));
             }
@@ -232,7 +243,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
         let mut edges = Vec::with_capacity(step.successors.len());
         let prefix = self.facts.improvement.safety == Safety::Prefix;
         for (state, p) in step.successors {
-            let class = self.facts.class(&state);
+            let class = self.facts.class(&state)?;
             let change = self.facts.preferences.change(reference, &self.facts.most_preferred(class));
             let (improves, arena) = (change == Change::Improving, place.arena);
             let to = match change {

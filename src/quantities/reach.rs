@@ -171,8 +171,8 @@ impl<E: Engine> Search<'_, E> {
             return Ok(known);
         }
         let node = match () {
-            () if self.engine.contains(&self.end, state) => END,
-            () if !self.engine.contains(&self.inside, state) => LOST,
+            () if self.engine.contains(&self.end, state)? => END,
+            () if !self.engine.contains(&self.inside, state)? => LOST,
             () => {
                 let sure = if self.cost.is_some() { EVERY } else { 0 };
                 let node = graph.add_node(Rank { positive: EVERY, sure }, false, meter)?;

@@ -207,12 +207,15 @@ impl Archive {
     /// A limit is reached.
     pub fn member(&self, selected: &Selected, state: &[i64]) -> Result<Option<Member>> {
         let choices = match selected {
-            Selected::States(x) => return Ok(self.engine.contains(x, state).then(|| self.plain(state))),
+            Selected::States(x) => return Ok(self.engine.contains(x, state)?.then(|| self.plain(state))),
             Selected::Choices(c) => c,
         };
-        let numbers = self.dump.manifest.choices.numbers.iter();
-        let here = numbers.filter(|n| self.engine.contains(&self.engine.numbered(choices, n.number), state));
-        let names: Vec<String> = here.map(|n| n.name.clone()).collect();
+        let mut names = Vec::new();
+        for choice in &self.dump.manifest.choices.numbers {
+            if self.engine.contains(&self.engine.numbered(choices, choice.number)?, state)? {
+                names.push(choice.name.clone());
+            }
+        }
         Ok((!names.is_empty()).then(|| Member { state: state.to_vec(), choices: Some(names) }))
     }
 

@@ -14,7 +14,7 @@ const TOY: &str = "models/toy.prism models/toy.pref";
 
 /// A page of the toy with a path for `--out`.
 fn report(out: &str) -> Finished {
-    run(&format!("report {TOY} --format md --out {out} -q"))
+    run(&format!("report {TOY} --format dot --out {out} -q"))
 }
 
 fn mode(path: &Path) -> u32 {

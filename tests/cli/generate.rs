@@ -1,7 +1,7 @@
 //! `meliora generate`: the paper's robot is an instance, small worlds look as they did, and mistakes
 //! are shown with their place.
 
-use meliora::diagnostic::render;
+use meliora::error::render;
 use meliora::error::{Error, SourceFile};
 use meliora::generate::{Choices, Generated, Parameters, from_map, gridworld};
 

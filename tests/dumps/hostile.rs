@@ -392,7 +392,7 @@ fn no_text_is_answered_with_more_than_a_screen_of_errors() {
         (0..5_000).map(|i| format!("N{i}")).collect::<Vec<_>>().join(" > ")
     );
     assert!(refused_preferences(&unknown).len() <= 20);
-    let order = meliora::engine::symbolic::order::parse(
+    let order = meliora::advanced::symbolic::order::parse(
         &entry::program(),
         &SourceFile::new("o", "z ".repeat(50_000)),
     );

@@ -3,10 +3,10 @@
 use std::fs;
 use std::sync::Arc;
 
-use meliora::certify::{Verdict, verify};
+use meliora::certify::{Hashes, Verdict, verify};
 use meliora::dump::manifest::Root;
 use meliora::dump::{Dump, Edge};
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Scope, Settings};
 use meliora::error::{Result, SourceFile};
 use meliora::export::{Inputs, Selection, export};
@@ -15,7 +15,7 @@ use meliora::model::Program;
 use meliora::model::preference::Preferences;
 use meliora::planning::{Analysis, Options, Safety};
 
-const HASHES: (&str, &str) = ("m", "p");
+const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 pub(super) const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
 
 /// A dump with the model and the preferences that it was made from.
@@ -55,8 +55,8 @@ impl Case {
         let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level });
         analysis.run(&mut |_| ()).unwrap();
         let inputs = Inputs {
-            model: ("m.prism".to_owned(), HASHES.0.to_owned()),
-            preferences: ("p.pref".to_owned(), HASHES.1.to_owned()),
+            model: ("m.prism".to_owned(), HASHES.model.to_owned()),
+            preferences: ("p.pref".to_owned(), HASHES.preferences.to_owned()),
         };
         let selection = Selection { wanted: &|_| true, certificate: true };
         let dump = export(&engine, &analysis, &inputs, &selection).unwrap();

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{Order, SymbolicEngine};
+use meliora::engine::ExplicitEngine;
 use meliora::engine::{AnyEngine, Engine, Scope, Settings};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Error, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;

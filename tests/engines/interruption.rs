@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::ExplicitEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{ProgressSink, Settings};
 use meliora::error::{Error, Limit, SourceFile};
 use meliora::lang;

@@ -5,6 +5,7 @@ mod common;
 mod depth;
 mod explicit;
 mod faults;
+mod foreign;
 mod interruption;
 mod lasso;
 mod membership;

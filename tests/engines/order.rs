@@ -1,6 +1,6 @@
 //! The order of the variables that `auto` finds in the structure of a program.
 
-use meliora::engine::symbolic::{Bit, order};
+use meliora::advanced::symbolic::{Bit, order};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::Program;

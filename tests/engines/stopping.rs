@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{Order, SymbolicEngine};
+use meliora::engine::ExplicitEngine;
 use meliora::engine::{EdgeLabels, Engine, ProgressSink, Region, Settings, regions};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Error, Limit, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
@@ -137,7 +137,7 @@ fn everything<E: Engine>(
     analysis.run_phase(Phase::Spi, &mut |_| ())?;
     done("levels");
     let Some(mut book) = FiniteMemoryStrategy::new(&analysis, program, Kind::Sasi) else { return Ok(()) };
-    let memory = book.start(&[0, 0]);
+    let memory = book.start(&[0, 0]).unwrap();
     book.strategy(memory)?;
     done("strategy");
     book.explain(&[0, 0], memory)?;

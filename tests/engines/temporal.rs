@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::ExplicitEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang::load_preferences;

@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{Order, SymbolicEngine};
+use meliora::engine::ExplicitEngine;
 use meliora::engine::{Engine, Scope, Settings};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Error, SourceFile};
 use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora::model::value::{EvalError, Type, Value};
@@ -223,7 +223,7 @@ fn program(pool: ExprPool, initial: ExprId) -> Program {
 fn answers(program: &Arc<Program>, e: ExprId, states: &[Vec<i64>]) -> [Result<Vec<bool>, Error>; 2] {
     fn of<E: Engine>(engine: &E, e: ExprId, states: &[Vec<i64>]) -> Result<Vec<bool>, Error> {
         let holds = engine.states_where(e)?;
-        Ok(states.iter().map(|s| engine.contains(&holds, s)).collect())
+        Ok(states.iter().map(|s| engine.contains(&holds, s).unwrap()).collect())
     }
     let settings = Settings { scope: Scope::All, memory: 64 << 20, ..Settings::default() };
     let explicit = ExplicitEngine::new(program.clone(), settings.clone()).unwrap();

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::ExplicitEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang::ast::BinaryOp;
@@ -38,22 +38,27 @@ fn holds(model: &str, condition: &str) -> bool {
 
 /// The tree of an expression, with brackets everywhere.
 fn tree(text: &str) -> String {
-    use meliora::lang::ast::{Expr, ExprKind};
-    fn show(e: &Expr) -> String {
-        match &e.kind {
-            ExprKind::Not(a) => format!("(!{})", show(a)),
-            ExprKind::Neg(a) => format!("(-{})", show(a)),
-            ExprKind::Chain(first, rest) => {
-                rest.iter().fold(show(first), |left, (op, e)| format!("({left}{}{})", op.symbol(), show(e)))
-            }
-            ExprKind::Ite(cases, otherwise) => cases
-                .iter()
-                .rev()
-                .fold(show(otherwise), |rest, (c, a)| format!("({}?{}:{rest})", show(c), show(a))),
-            _ => e.to_string(),
-        }
+    use meliora::lang::ast::NodeKind;
+    let mut stack: Vec<String> = Vec::new();
+    for node in parse_expression(&SourceFile::new("e", text)).expect("it parses").nodes {
+        let on = stack.split_off(stack.len() - node.kind.operands());
+        let joined = |op: &str| {
+            let rest = on[1..].iter();
+            rest.fold(on[0].clone(), |left, right| format!("({left}{op}{right})"))
+        };
+        stack.push(match node.kind {
+            NodeKind::Literal(value) => value.to_string(),
+            NodeKind::Name(name) => name.to_string(),
+            NodeKind::Label(name) => format!("\"{name}\""),
+            NodeKind::Not => format!("(!{})", on[0]),
+            NodeKind::Neg => format!("(-{})", on[0]),
+            NodeKind::Binary(op) | NodeKind::Join(op, _) => joined(op.symbol()),
+            NodeKind::Ite => format!("({}?{}:{})", on[0], on[1], on[2]),
+            NodeKind::Call(function, _) => format!("{}({})", function.name, on.join(", ")),
+            NodeKind::Apply(function, _) => format!("{}({})", function.name(), on.join(", ")),
+        });
     }
-    show(&parse_expression(&SourceFile::new("e", text)).expect("it parses"))
+    stack.pop().expect("there is a root")
 }
 
 #[test]

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use std::collections::BTreeSet;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{Order, SymbolicEngine};
+use meliora::engine::ExplicitEngine;
 use meliora::engine::{Engine, Settings};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::model::preference::{Goal, Preferences};
 use meliora::planning::levels::{End, Level};
 use meliora::planning::strategy::{permitted_at_start, strategies};
@@ -65,7 +65,7 @@ impl<E: Engine> Check<'_, E> {
     fn states(&self, what: &str, x: &E::States, expected: &Set) {
         let engine = self.found.engine();
         for (s, state) in self.reference.brute.states.iter().enumerate() {
-            assert_eq!(engine.contains(x, state), expected.contains(&s), "{what}: {state:?}");
+            assert_eq!(engine.contains(x, state).unwrap(), expected.contains(&s), "{what}: {state:?}");
         }
         assert_eq!(engine.count(x).unwrap(), expected.len().into(), "{what}");
     }
@@ -75,7 +75,7 @@ impl<E: Engine> Check<'_, E> {
         let expected: Vec<bool> = expected.iter().flatten().copied().collect();
         for (pair, &expected) in self.reference.brute.pairs.iter().zip(&expected) {
             let state = &self.reference.brute.states[pair.state];
-            let found = engine.contains_choice(c, state, &pair.choice);
+            let found = engine.contains_choice(c, state, &pair.choice).unwrap();
             assert_eq!(found, expected, "{what}: {state:?} {:?}", pair.choice);
         }
         let count = expected.iter().filter(|&&is_in| is_in).count();
@@ -145,7 +145,7 @@ impl<E: Engine> Check<'_, E> {
                 k if k == expected.len() => Rank::Unbounded,
                 k => Rank::Finite(k),
             };
-            assert_eq!(levels.rank(self.found.engine(), state), rank, "{kind}: {state:?}");
+            assert_eq!(levels.rank(self.found.engine(), state).unwrap(), rank, "{kind}: {state:?}");
         }
     }
 
@@ -187,12 +187,14 @@ impl<E: Engine> Check<'_, E> {
         assert_eq!(found.len(), self.reference.brute.initial.len());
         for (&s, prospects) in self.reference.brute.initial.iter().zip(found) {
             let state = &self.reference.brute.states[s];
-            let mp: Set = prospects.most_preferred.iter().collect();
+            let objectives = &self.found.preferences().objectives;
+            let index = |name: &String| objectives.iter().position(|o| o.name == *name).unwrap();
+            let mp: Set = prospects.most_preferred.iter().map(index).collect();
             assert_eq!((&prospects.state, &mp), (state, &self.literal.mp[s]));
             let steps = program.steps(state).unwrap();
             for (kind, plan) in [(Kind::Sasi, prospects.sasi), (Kind::Spi, prospects.spi)] {
                 let levels = self.tiny.levels(kind);
-                let rank = levels.rank(self.tiny.engine(), &[s as i64]);
+                let rank = levels.rank(self.tiny.engine(), &[s as i64]).unwrap();
                 let permitted = levels.level(rank).map(|level| self.permitted(kind, level)[s].clone());
                 let taken = steps.iter().zip(permitted.unwrap_or_default()).filter(|(_, is_in)| *is_in);
                 let names: Vec<String> = taken.map(|(step, _)| step.name.clone()).collect();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use meliora::embed::Drawing;
-use meliora::engine::{Algebra, Count};
+use meliora::engine::Count;
 use meliora::model::State;
 use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};
@@ -59,8 +59,8 @@ fn targets_and_preferences_that_come_later_explore_nothing_again() {
         other.run(&mut |_| ()).unwrap();
         assert!(one.engine().shares(explored.engine()) && other.engine().shares(explored.engine()));
         let start = explored.initial().list(1).unwrap().concat();
-        assert_eq!(one.rank(Kind::Sasi, &start), Rank::Finite(1));
-        assert_eq!(other.rank(Kind::Spi, &start), Rank::Finite(1));
+        assert_eq!(one.rank(Kind::Sasi, &start).unwrap(), Rank::Finite(1));
+        assert_eq!(other.rank(Kind::Spi, &start).unwrap(), Rank::Finite(1));
         assert_eq!(one.levels(Kind::Sasi)[0], one.region("sasi:1").unwrap());
         assert_eq!(one.regions().iter().filter(|(name, _)| name.starts_with("target:")).count(), 3);
         // Regions of one exploration go together, whatever they come of.
@@ -93,16 +93,16 @@ fn sets_know_where_they_are_from() {
     for storage in BOTH {
         let model = toy();
         let (one, other) = (model.explore(stored(storage)).unwrap(), model.explore(stored(storage)).unwrap());
-        assert!(matches!(one.states().union(&other.states()), Err(Error::Usage(_))));
-        assert!(matches!(one.reach(&other.initial()), Err(Error::Usage(_))));
+        assert!(matches!(one.states().union(&other.states()), Err(Error::ForeignSet)));
+        assert!(matches!(one.reach(&other.initial()), Err(Error::ForeignSet)));
         assert_ne!(one.initial(), other.initial());
         assert_eq!(one.initial(), one.states_where("s = 0").unwrap());
         assert_eq!(one.initial().complement().unwrap().complement().unwrap(), one.initial());
         assert_eq!(one.initial().to_string(), "{s=0,lost=false}");
         let shown = "{s=0,lost=false; s=1,lost=false; s=2,lost=false; … and 3 more}";
         assert_eq!(one.states().to_string(), shown);
-        assert!(one.states().contains(&[5, 0]) && !one.states().contains(&[5, 1]));
-        assert!(!one.states().contains(&[5]) && one.singleton(&[5]).is_err());
+        assert!(one.states().contains(&[5, 0]).unwrap() && !one.states().contains(&[5, 1]).unwrap());
+        assert!(!one.states().contains(&[5]).unwrap() && one.singleton(&[5]).is_err());
         assert_eq!(one.singleton(&[5, 1]).unwrap().count().unwrap(), Count::ZERO);
     }
 }
@@ -113,13 +113,6 @@ fn a_program_that_was_not_explored_is_refused() {
     let other = Model::parse(TOY, "last=5").unwrap();
     assert!(matches!(explored.engine().reading(Arc::clone(other.program())), Err(Error::Usage(_))));
     assert!(explored.engine().reading(Arc::clone(explored.program())).is_ok());
-}
-
-#[test]
-#[should_panic(expected = "a set of another engine")]
-fn an_engine_takes_no_set_of_the_other_sort() {
-    let [one, other] = BOTH.map(|storage| toy().explore(stored(storage)).unwrap());
-    one.engine().is_empty(other.states().set());
 }
 
 #[test]
@@ -150,8 +143,9 @@ fn a_planning_can_be_looked_at() {
         let mut planning = explored.prefer(&wishes(), Options::default()).unwrap();
         planning.run(&mut |_| ()).unwrap();
         let report = planning.report().unwrap();
-        assert_eq!((report.preferences.as_str(), report.engine), ("toy.pref", storage.name()));
-        assert_eq!(report.initial[0].sasi_rank, Some(Rank::Finite(1)));
+        let header = &report.header;
+        assert_eq!((header.preferences.as_deref(), header.engine), (Some("toy.pref"), Some(storage.name())));
+        assert_eq!(report.initial[0].sasi.as_ref().map(|plan| plan.rank), Some(Rank::Finite(1)));
         let json = serde_json::to_value(&report).unwrap();
         assert_eq!(
             (json["schema"].as_str(), json["empty"].as_str()),
@@ -254,10 +248,12 @@ fn every_play_can_be_seen() {
     let first = planning.region("sasi:1").unwrap();
     assert!(first.is_subset(&planning.exploration().states()).unwrap());
     let mut strategy = planning.strategy(Kind::Sasi).unwrap();
-    assert!(!strategy.knows(&[0, 0]) && strategy.knows(&[3, 0]));
+    assert!(!strategy.knows(&[0, 0]).unwrap() && strategy.knows(&[3, 0]).unwrap());
     strategy.permitted(&[0, 0]).unwrap();
     assert!(
-        strategy.knows(&[0, 0]) && strategy.book().is_state(&[5, 0]) && !strategy.book().is_state(&[5, 1])
+        strategy.knows(&[0, 0]).unwrap()
+            && strategy.book().is_state(&[5, 0]).unwrap()
+            && !strategy.book().is_state(&[5, 1]).unwrap()
     );
     let setup = Setup { scheduler: Scheduler::Permissive, runs: 20, steps: 50, seed: 1 };
     let mut seen = Vec::new();

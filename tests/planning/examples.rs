@@ -28,7 +28,7 @@ fn the_toy_has_one_improvement_by_b_or_c() {
         for safety in SAFETIES {
             let analysis = analyse(&engine, &preferences, safety);
             let sasi = analysis.levels(Kind::Sasi);
-            assert_eq!(sasi.rank(&engine, &[0]), Rank::Finite(1));
+            assert_eq!(sasi.rank(&engine, &[0]).unwrap(), Rank::Finite(1));
             let (classes, improvement) = (analysis.classes().unwrap(), analysis.improvement().unwrap());
             let permitted =
                 permitted_at_start(&*engine, Kind::Sasi, classes, improvement, &sasi.found[0]).unwrap();
@@ -60,8 +60,8 @@ fn spi_can_be_unbounded_in_every_mode() {
         for safety in SAFETIES {
             let analysis = analyse(&engine, &preferences, safety);
             let spi = analysis.levels(Kind::Spi);
-            assert_eq!(spi.rank(&engine, &[0]), Rank::Unbounded, "{safety} {empty}");
-            assert_eq!(spi.rank(&engine, &[3]), Rank::Finite(0));
+            assert_eq!(spi.rank(&engine, &[0]).unwrap(), Rank::Unbounded, "{safety} {empty}");
+            assert_eq!(spi.rank(&engine, &[3]).unwrap(), Rank::Finite(0));
             assert_eq!(analysis.result().spi.end, LevelsEnd::Unbounded(3u32.into()));
             assert_eq!(analysis.result().spi.unbounded(), analysis.result().spi.levels.last().cloned());
         }
@@ -80,7 +80,7 @@ fn sasi_can_be_unbounded_under_transition_only() {
         (Safety::Prefix, Rank::Finite(0)),
     ] {
         let analysis = analyse(&engine, &preferences, safety);
-        assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[0]), rank, "{safety}");
+        assert_eq!(analysis.levels(Kind::Sasi).rank(&engine, &[0]).unwrap(), rank, "{safety}");
     }
 }
 
@@ -94,7 +94,7 @@ fn a_fixpoint_strategy_stays_in_the_fixpoint() {
     let preferences = case.preferences(&engine, Empty::Gain);
     let analysis = analyse(&engine, &preferences, Safety::Action);
     let spi = analysis.levels(Kind::Spi);
-    let rank = spi.rank(&engine, &[0]);
+    let rank = spi.rank(&engine, &[0]).unwrap();
     assert_eq!(rank, Rank::Unbounded);
     let fixpoint = spi.level(rank).unwrap();
     for game in &fixpoint.games {

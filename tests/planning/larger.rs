@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::{SymbolicEngine, Thresholds, Ways};
+use meliora::advanced::symbolic::{Thresholds, Ways};
+use meliora::engine::ExplicitEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Settings, regions};
 use meliora::error::SourceFile;
 use meliora::generate::{Choices, Parameters, gridworld};
@@ -67,7 +68,7 @@ fn thresholds() -> [Thresholds; 3] {
         small_relation: 10,
         small_union: 0,
         most_lists: 20,
-        relations_a_bit: 0,
+        relations_per_bit: 0,
         first_collection: 2_000,
         ..usual
     };

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use meliora::engine::ExplicitEngine;
 use meliora::engine::Settings;
-use meliora::engine::explicit::ExplicitEngine;
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::Program;

@@ -43,7 +43,7 @@ fn check_second_runs(case: &Case, safety: Safety, with_strategies: bool) {
             Err(other) => panic!("{other}"),
         }
         let strategy = |kind| FiniteMemoryStrategy::new(&analysis, &program, kind);
-        let strategies = with_strategies.then(|| Kind::ALL.map(strategy));
+        let strategies = with_strategies.then(|| [Kind::Sasi, Kind::Spi].map(strategy));
         analysis.run(&mut |_| ()).unwrap();
         assert_eq!(analysis.result(), whole.result(), "{safety}: stopped at question {question}");
         drop(strategies);
@@ -95,16 +95,17 @@ fn there_are_no_plans_and_no_strategies_before_levels_are_searched() {
     let model = ladder();
     let mut analysis = model.fresh(Options::default());
     for (phase, known) in
-        Phase::ALL.into_iter().zip([[false; 2], [false; 2], [false; 2], [true, false], [true; 2]])
+        Phase::ALL.iter().zip([[false; 2], [false; 2], [false; 2], [true, false], [true; 2]])
     {
         let plans = |analysis: &Analysis<_>| {
             let prospects = analysis.prospects(&model.program, &[0]).unwrap();
             [prospects.sasi.is_some(), prospects.spi.is_some()]
         };
         let strategies = |analysis: &Analysis<_>| {
-            Kind::ALL.map(|kind| FiniteMemoryStrategy::new(analysis, &model.program, kind).is_some())
+            [Kind::Sasi, Kind::Spi]
+                .map(|kind| FiniteMemoryStrategy::new(analysis, &model.program, kind).is_some())
         };
-        analysis.run_phase(phase, &mut |_| ()).unwrap();
+        analysis.run_phase(*phase, &mut |_| ()).unwrap();
         assert_eq!((plans(&analysis), strategies(&analysis)), (known, known), "after {phase:?}");
     }
 }

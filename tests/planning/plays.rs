@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use meliora::engine::symbolic::{Order, SymbolicEngine};
 use meliora::engine::{Engine, Scope, Settings};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::Program;
@@ -156,14 +156,19 @@ fn check(program: Program, preferences: &Arc<Preferences>, ranks: &mut Ranks) {
         for kind in [Kind::Sasi, Kind::Spi] {
             let mut book = FiniteMemoryStrategy::new(&analysis, &program, kind).unwrap();
             for start in engine.list_states(&engine.all_states(), 10).unwrap() {
-                ranks.note(kind, safety, book.rank(&start));
+                ranks.note(kind, safety, book.rank(&start).unwrap());
                 for scheduler in [Scheduler::Permissive, Scheduler::Progress] {
                     let course =
                         InducedModel::unfold(&mut book, std::slice::from_ref(&start), scheduler, 10_000)
                             .unwrap();
                     // The induced model follows the real system, which need not keep the guarantee of `transition`.
                     if safety != Safety::Transition {
-                        check_course(kind, &course, book.rank(&start), &format!("{kind} {safety} {start:?}"));
+                        check_course(
+                            kind,
+                            &course,
+                            book.rank(&start).unwrap(),
+                            &format!("{kind} {safety} {start:?}"),
+                        );
                     }
                     check_plays(&mut book, safety, &start, scheduler, course.longest_play());
                 }
@@ -256,7 +261,7 @@ fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
     let mut analysis = Analysis::new(&engine, &preferences, options);
     analysis.run(&mut |_| ()).unwrap();
     let mut book = FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).unwrap();
-    let memory = book.start(&[0]);
+    let memory = book.start(&[0]).unwrap();
     let actions = book.explain(&[0], memory).unwrap().actions;
     let go = actions.iter().find(|a| a.name == "go").unwrap();
     let bad = go.successors.iter().position(|s| s.state == [1]);

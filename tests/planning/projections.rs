@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::sync::Arc;
 
-use meliora::engine::symbolic::SymbolicEngine;
+use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
@@ -40,9 +40,9 @@ fn cells_say_of_each_state_what_the_sets_say() {
         for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
             let view = state.iter().copied().map(Some).collect();
             let cell = projections.cell(&view).unwrap();
-            let rank = |kind| analysis.levels(kind).rank(engine, &state);
+            let rank = |kind| analysis.levels(kind).rank(engine, &state).unwrap();
             assert_eq!((cell.sasi, cell.spi), (rank(Kind::Sasi), rank(Kind::Spi)), "{state:?}");
-            let class = analysis.classes().unwrap().of(engine, &state).unwrap();
+            let class = analysis.classes().unwrap().of(engine, &state).unwrap().unwrap();
             assert_eq!(cell.classes, [class], "{state:?}");
         }
     });
@@ -76,7 +76,9 @@ fn open_variables_give_the_best_that_some_value_allows() {
     with_projections(Scope::Reachable, usize::MAX, |engine, analysis, projections| {
         let mut best: BTreeMap<(i64, i64), usize> = BTreeMap::new();
         for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
-            let Rank::Finite(rank) = analysis.levels(Kind::Sasi).rank(engine, &state) else { panic!() };
+            let Rank::Finite(rank) = analysis.levels(Kind::Sasi).rank(engine, &state).unwrap() else {
+                panic!()
+            };
             let cell = best.entry((state[0], state[1])).or_default();
             *cell = rank.max(*cell);
         }

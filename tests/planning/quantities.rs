@@ -6,9 +6,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use meliora::engine::explicit::ExplicitEngine;
-use meliora::engine::symbolic::SymbolicEngine;
-use meliora::engine::{Engine, Settings};
+use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
 use meliora::model::State;
 use meliora::model::exact::Ratio;
 use meliora::model::preference::{Change, Empty, Goal, Objective, ObjectiveSet, Preferences, Preorder};
@@ -54,7 +52,7 @@ impl<'a, E: Engine> Check<'a, E> {
 
     fn most_preferred(&self, state: &State) -> ObjectiveSet {
         let classes = self.analysis.classes().unwrap();
-        classes.list[classes.of(self.analysis.engine(), state).unwrap()].most_preferred.clone()
+        classes.list[classes.of(self.analysis.engine(), state).unwrap().unwrap()].most_preferred.clone()
     }
 
     /// MP of what steps from a state of an arena are compared with.
@@ -76,7 +74,7 @@ impl<'a, E: Engine> Check<'a, E> {
     fn kept(&self, arena: usize, state: &State) -> Vec<Step<Ratio>> {
         let choices = &self.analysis.improvement().unwrap().arenas[arena].choices;
         let mut steps = self.world.program.exact_steps(state).unwrap();
-        steps.retain(|s| self.analysis.engine().contains_choice(choices, state, &s.choice));
+        steps.retain(|s| self.analysis.engine().contains_choice(choices, state, &s.choice).unwrap());
         steps
     }
 
@@ -159,7 +157,8 @@ impl<'a, E: Engine> Check<'a, E> {
             Rank::Finite(n) | Rank::AtLeast(n) => n >= k,
             Rank::Unbounded => true,
         };
-        let [sasi, spi] = [Kind::Sasi, Kind::Spi].map(|kind| self.analysis.levels(kind).rank(engine, state));
+        let [sasi, spi] =
+            [Kind::Sasi, Kind::Spi].map(|kind| self.analysis.levels(kind).rank(engine, state).unwrap());
         for k in 1..=LEVELS {
             let p = self.p(Some(node), k);
             assert_eq!(!p.is_zero(), at_least(spi, k));

@@ -40,7 +40,7 @@ fn check(kind: Kind, x: i64, expected: &[(&str, Verdict)]) {
     let model = decision();
     let analysis = model.analyse(Safety::Action, None);
     let mut book = FiniteMemoryStrategy::new(&analysis, &model.program, kind).unwrap();
-    let memory = book.start(&[x]);
+    let memory = book.start(&[x]).unwrap();
     let actions = book.explain(&[x], memory).unwrap().actions;
     let found: Vec<(&str, Verdict)> = actions.iter().map(|a| (a.name.as_str(), reason(a))).collect();
     assert_eq!(found, expected, "{kind}: x={x}");
@@ -48,7 +48,7 @@ fn check(kind: Kind, x: i64, expected: &[(&str, Verdict)]) {
 
 #[test]
 fn each_action_has_its_reason() {
-    for kind in Kind::ALL {
+    for &kind in Kind::ALL {
         check(kind, 0, &[("near", Approaches), ("wait", Stays)]);
         check(kind, 2, &[("rest", NothingAhead), ("back", Weakens(4))]);
     }

@@ -95,7 +95,7 @@ fn check_shown(
 ) {
     let analysis = model.analyse(safety, None);
     let mut book = FiniteMemoryStrategy::new(&analysis, &model.program, kind).unwrap();
-    assert_eq!(book.rank(&[0]), rank);
+    assert_eq!(book.rank(&[0]).unwrap(), rank);
     let wanted = match rank {
         Rank::Finite(k) => Some(k),
         _ => None,

@@ -82,11 +82,11 @@ impl Algebra<Bits> for Tiny {
     fn difference(&self, x: &Bits, y: &Bits) -> Result<Bits> {
         Ok(zip(x, y, |x, y| x && !y))
     }
-    fn is_empty(&self, x: &Bits) -> bool {
-        !x.contains(&true)
+    fn is_empty(&self, x: &Bits) -> Result<bool> {
+        Ok(!x.contains(&true))
     }
-    fn same(&self, x: &Bits, y: &Bits) -> bool {
-        x == y
+    fn same(&self, x: &Bits, y: &Bits) -> Result<bool> {
+        Ok(x == y)
     }
     fn count(&self, x: &Bits) -> Result<Count> {
         if let Some(limit) = self.settings.sink.stop() {
@@ -106,11 +106,11 @@ impl Algebra<Pairs> for Tiny {
     fn difference(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
         Ok(self.choices_where(|s, a| c[s][a] && !d[s][a]))
     }
-    fn is_empty(&self, c: &Pairs) -> bool {
-        !c.iter().flatten().any(|&b| b)
+    fn is_empty(&self, c: &Pairs) -> Result<bool> {
+        Ok(!c.iter().flatten().any(|&b| b))
     }
-    fn same(&self, c: &Pairs, d: &Pairs) -> bool {
-        c == d
+    fn same(&self, c: &Pairs, d: &Pairs) -> Result<bool> {
+        Ok(c == d)
     }
     fn count(&self, c: &Pairs) -> Result<Count> {
         Ok(Count::from(c.iter().flatten().filter(|&&b| b).count()))
@@ -202,14 +202,14 @@ impl Engine for Tiny {
     fn singleton(&self, state: &[i64]) -> Result<Bits> {
         Ok((0..self.mdp.0.len()).map(|s| s as i64 == state[0]).collect())
     }
-    fn contains(&self, x: &Bits, state: &[i64]) -> bool {
-        usize::try_from(state[0]).is_ok_and(|s| x.get(s) == Some(&true))
+    fn contains(&self, x: &Bits, state: &[i64]) -> Result<bool> {
+        Ok(usize::try_from(state[0]).is_ok_and(|s| x.get(s) == Some(&true)))
     }
-    fn contains_choice(&self, c: &Pairs, state: &[i64], choice: &Choice) -> bool {
-        match choice {
+    fn contains_choice(&self, c: &Pairs, state: &[i64], choice: &Choice) -> Result<bool> {
+        Ok(match choice {
             Choice::Combination { synchronisation, .. } => c[state[0] as usize][*synchronisation],
             _ => false,
-        }
+        })
     }
 
     fn usage(&self) -> Usage {

@@ -57,7 +57,7 @@ fn classes(case: &Case) {
         let analysis = analyse(&engine, &preferences, Safety::Action);
         let classes = analysis.classes().unwrap();
         for (s, mp) in literal.mp.iter().enumerate() {
-            let class = &classes.list[classes.of(&engine, &[s as i64]).unwrap()];
+            let class = &classes.list[classes.of(&engine, &[s as i64]).unwrap().unwrap()];
             assert_eq!(class.most_preferred.iter().collect::<Set>(), *mp);
             for (t, to) in literal.mp.iter().enumerate() {
                 let weakens = literal.weakens(mp, to);
@@ -79,8 +79,10 @@ fn cut(case: &Case, safety: Safety) {
     cut.run(&mut |_| ()).unwrap();
     for kind in [Kind::Sasi, Kind::Spi] {
         for s in 0..case.mdp.0.len() as i64 {
-            let (rank, least) =
-                (whole.levels(kind).rank(&engine, &[s]), cut.levels(kind).rank(&engine, &[s]));
+            let (rank, least) = (
+                whole.levels(kind).rank(&engine, &[s]).unwrap(),
+                cut.levels(kind).rank(&engine, &[s]).unwrap(),
+            );
             match rank {
                 // An empty first level ends the search before it is cut.
                 Rank::Finite(0) => assert_eq!(least, Rank::Finite(0)),

@@ -1,9 +1,13 @@
-//! The file of a sweep: a header and one row per instance, in the order of the instances. The file
-//! is complete after each row.
+//! The file of a sweep: a header and one row per instance.
+//!
+//! Each row is appended as soon as its instance has ended. At the end, the file is replaced by one
+//! with the rows in the order of the instances, if they ended in another order.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
 use std::path::Path;
 
+use csv::{ReaderBuilder, StringRecord, Writer};
 use meliora::error::{Diagnostic, Error};
 
 use super::super::files::Target;
@@ -11,9 +15,13 @@ use super::super::load;
 
 pub(crate) struct CsvFile {
     target: Target,
-    header: String,
+    header: StringRecord,
     /// The rows by the position of their instance.
-    rows: BTreeMap<usize, String>,
+    rows: BTreeMap<usize, StringRecord>,
+    /// The open file, to which rows are appended.
+    out: Option<Writer<File>>,
+    /// True if the rows of the file are in the order of the instances.
+    is_sorted: bool,
 }
 
 impl CsvFile {
@@ -21,41 +29,46 @@ impl CsvFile {
     ///
     /// # Errors
     /// The file cannot be written, or is an input of the sweep.
-    pub(crate) fn new(path: &Path, inputs: &[&Path], header: &[String]) -> Result<Self, Error> {
+    pub(crate) fn new(path: &Path, inputs: &[&Path], header: StringRecord) -> Result<Self, Error> {
         let target = Target::new(path, inputs)?;
         if target.is_stdout() {
             let message = "`--csv` needs a file: standard output is used for the table or the JSON object";
             return Err(Error::Usage(message.to_owned()));
         }
-        Ok(CsvFile { target, header: header.join(","), rows: BTreeMap::new() })
+        Ok(CsvFile { target, header, rows: BTreeMap::new(), out: None, is_sorted: true })
     }
 
-    /// Keeps the rows of the existing file. `instances` are the positions of the instances with the
-    /// beginnings of their rows.
+    /// Keeps the rows of the existing file, except for an incomplete last line. `instances` are the
+    /// positions of the instances by the values of their constants.
     ///
     /// # Errors
     /// The file belongs to another sweep.
-    pub(crate) fn resume(&mut self, instances: &[(usize, String)]) -> Result<(), Error> {
+    pub(crate) fn resume(&mut self, instances: &HashMap<&[String], usize>) -> Result<(), Error> {
         if !self.target.is_taken() {
             return Ok(());
         }
         let source = load::read(self.target.path())?;
-        let mut at = 0;
-        for (number, line) in source.text.split_inclusive('\n').enumerate() {
-            let (row, span) = (line.trim_end(), at..at + line.trim_end().len());
-            at += line.len();
-            let known = instances.iter().find(|(_, start)| begins(row, start));
-            match (number, known) {
-                (0, _) if row == self.header => {}
-                (0, _) => {
-                    let message = "this is not the header of this sweep";
-                    let diagnostic = Diagnostic::new(&source, span, message);
-                    return Err(diagnostic
-                        .help("leave out `--resume` to start again and overwrite the file")
-                        .into());
-                }
-                (_, Some((position, _))) => drop(self.rows.insert(*position, row.to_owned())),
-                (_, None) => {
+        let complete = &source.text[..source.text.rfind('\n').map_or(0, |end| end + 1)];
+        let constants = instances.keys().next().map_or(0, |values| values.len());
+        let mut reader =
+            ReaderBuilder::new().has_headers(false).flexible(true).from_reader(complete.as_bytes());
+        let mut row = StringRecord::new();
+        let mut start = 0;
+        let failed = |e: csv::Error| Error::reading(self.target.path(), &e.into());
+        while reader.read_record(&mut row).map_err(failed)? {
+            let span = start..start + complete[start..].lines().next().map_or(0, str::len);
+            let is_header = start == 0;
+            start = usize::try_from(reader.position().byte()).unwrap_or(complete.len());
+            if is_header && row != self.header {
+                let diagnostic = Diagnostic::new(&source, span, "this is not the header of this sweep");
+                let help = "leave out `--resume` to start again and overwrite the file";
+                return Err(diagnostic.help(help).into());
+            }
+            let values: Vec<String> = row.iter().take(constants).map(str::to_owned).collect();
+            match instances.get(values.as_slice()).filter(|_| row.len() == self.header.len()) {
+                _ if is_header => {}
+                Some(&position) => drop(self.rows.insert(position, row.clone())),
+                None => {
                     let message = "this row does not belong to this sweep";
                     return Err(Diagnostic::new(&source, span, message).into());
                 }
@@ -69,30 +82,42 @@ impl CsvFile {
         self.rows.contains_key(&position)
     }
 
-    /// Adds a row and writes the file.
+    /// Replaces the file by the header and the known rows, and opens it for more.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn add(&mut self, position: usize, cells: &[String]) -> Result<(), Error> {
-        self.rows.insert(position, cells.join(","));
-        self.write()
+    pub(crate) fn open(&mut self) -> Result<(), Error> {
+        let out = self.target.begin(&self.text())?;
+        self.out = Some(Writer::from_writer(out));
+        Ok(())
     }
 
-    /// Writes the whole file.
+    /// Appends a row.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn write(&self) -> Result<(), Error> {
-        let mut text = self.header.clone() + "\n";
-        for row in self.rows.values() {
-            text.push_str(row);
-            text.push('\n');
+    pub(crate) fn add(&mut self, position: usize, row: StringRecord) -> Result<(), Error> {
+        self.is_sorted &= self.rows.last_key_value().is_none_or(|(&last, _)| last < position);
+        if let Some(out) = &mut self.out {
+            let written = out.write_record(&row).map_err(Into::into).and_then(|()| out.flush());
+            written.map_err(|e| Error::writing(self.target.path(), &e))?;
         }
-        self.target.write(&text)
+        self.rows.insert(position, row);
+        Ok(())
     }
-}
 
-/// Returns whether a row belongs to an instance: its first cells are the values of the constants.
-fn begins(row: &str, start: &str) -> bool {
-    row.strip_prefix(start).is_some_and(|rest| rest.starts_with(',') || start.is_empty())
+    /// Sorts the rows of the file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn finish(&self) -> Result<(), Error> {
+        match self.is_sorted || !self.target.is_regular() {
+            true => Ok(()),
+            false => self.target.write(&self.text()),
+        }
+    }
+
+    fn text(&self) -> String {
+        meliora::advanced::csv::lines([&self.header].into_iter().chain(self.rows.values()))
+    }
 }

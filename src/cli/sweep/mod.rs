@@ -7,6 +7,7 @@ mod file;
 mod process;
 pub(super) mod ranges;
 mod row;
+mod table;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,8 +23,9 @@ use super::terminal;
 use file::CsvFile;
 use process::{Outcome, Pool};
 use ranges::Range;
-use row::Ended;
 pub(super) use row::Job;
+use row::{Ended, Found};
+use table::Table;
 
 /// The interval between checks for an interruption.
 const TICK: Duration = Duration::from_millis(100);
@@ -32,11 +34,11 @@ const TICK: Duration = Duration::from_millis(100);
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Sweeps (constants with ranges or lists: -c N=1:5, N=0:2:10, N={2,4,8})")]
 pub(super) struct SweepArgs {
-    /// Write one row per instance to this file, which is complete after each row
+    /// Write one row per instance to this file, as soon as the instance ends
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 
-    /// Skip the instances that already have a row in the file
+    /// Skip the instances that already have a row in the file; cuts off an incomplete last row
     #[arg(long, requires = "csv")]
     resume: bool,
 
@@ -111,14 +113,14 @@ impl Sweep {
             own.map(|(position, values)| Instance { position, values }).collect();
         let mut file = None;
         if let Some(path) = &args.csv {
-            let header: Vec<String> = ranges.iter().map(|r| r.name.clone()).chain(kind.columns()).collect();
-            let mut csv = CsvFile::new(path, inputs, &header)?;
+            let row = kind.row(&Found::default(), Ended::Done);
+            let header = ranges.iter().map(|r| r.name.as_str()).chain(row.columns()).collect();
+            let mut csv = CsvFile::new(path, inputs, header)?;
             if args.resume {
-                let starts: Vec<_> = instances.iter().map(|i| (i.position, i.values.join(","))).collect();
-                csv.resume(&starts)?;
+                csv.resume(&instances.iter().map(|i| (i.values.as_slice(), i.position)).collect())?;
                 instances.retain(|i| !csv.has(i.position));
             }
-            csv.write()?;
+            csv.open()?;
             file = Some(csv);
         }
         Ok(Sweep { ranges, kind, instances, file, jobs: usize::from(args.jobs.unwrap_or(1)) })
@@ -127,20 +129,23 @@ impl Sweep {
     fn run(mut self, shown: &ShownArgs) -> Result<Status, Error> {
         let pool = Arc::new(Pool::default());
         let stop = Arc::clone(&pool);
-        // Without a handler Ctrl-C still ends the process, and the file is complete anyway.
+        // Without a handler Ctrl-C still ends the process, and the file has a row for each instance
+        // that has ended.
         let _ = ctrlc::set_handler(move || stop.stop());
         let outcomes = pool.run(self.jobs, self.instances.iter().map(|i| self.arguments(i)).collect());
+        let table = (!shown.json).then(|| self.table());
+        if let Some(table) = &table {
+            let style = terminal::stdout_style();
+            terminal::print(&table.heading().map(|line| style.dim(line.trim_end()) + "\n").concat())?;
+        }
         let mut runs: Vec<(usize, Json)> = Vec::new();
         let mut ends = Vec::new();
-        if !shown.json {
-            terminal::print(&self.heading())?;
-        }
         while ends.len() < self.instances.len() {
             match outcomes.recv_timeout(TICK) {
                 Ok(Outcome { ended: None, .. }) => break,
-                Ok(Outcome { index, report, ended: Some(ended) }) => {
-                    ends.push((ended, report["kind"].as_str().map(str::to_owned)));
-                    self.note(index, &report, ended, shown)?;
+                Ok(Outcome { index, report, found, ended: Some(ended) }) => {
+                    self.note(index, &found, ended, table.as_ref())?;
+                    ends.push((ended, found.kind));
                     runs.push((index, self.json(index, report, ended)));
                 }
                 Err(_) if pool.is_stopped() => break,
@@ -150,6 +155,7 @@ impl Sweep {
         }
         let finished = ends.len() == self.instances.len();
         pool.stop();
+        self.file.as_ref().map_or(Ok(()), CsvFile::finish)?;
         if shown.json {
             terminal::print_json(&self.object(runs))?;
         }
@@ -164,7 +170,7 @@ impl Sweep {
     fn arguments(&self, instance: &Instance) -> Vec<std::ffi::OsString> {
         let mut arguments: Vec<_> = std::env::args_os().skip(1).collect();
         let jobs = self.jobs.to_string();
-        let own = ["--instance", &self.constants(instance), "--beside", &jobs];
+        let own = ["--instance", &self.constants(instance), "--sharing", &jobs];
         arguments.extend(own.map(std::ffi::OsString::from));
         arguments
     }
@@ -174,60 +180,40 @@ impl Sweep {
         named.collect::<Vec<_>>().join(",")
     }
 
-    /// Writes a row to the file, and shows it.
-    fn note(&mut self, index: usize, report: &Json, ended: Ended, shown: &ShownArgs) -> Result<(), Error> {
+    /// Writes a row to the file, and shows it in the table.
+    fn note(
+        &mut self,
+        index: usize,
+        found: &Found,
+        ended: Ended,
+        table: Option<&Table>,
+    ) -> Result<(), Error> {
         let instance = &self.instances[index];
-        let found = self.kind.cells(report, ended);
-        if !shown.json {
-            terminal::print(&self.line(instance, report, ended, &found))?;
+        let row = self.kind.row(found, ended);
+        if let Some(table) = table {
+            let mut text = table.line(&self.constants(instance), &row) + "\n";
+            if let Some(message) = found.failure() {
+                text += &format!("  {message}\n");
+            }
+            terminal::print(&text)?;
         }
         if let Some(file) = &mut self.file {
-            let cells: Vec<String> = instance.values.iter().cloned().chain(found).collect();
-            file.add(instance.position, &cells)?;
+            let values = instance.values.iter().map(String::as_str);
+            file.add(instance.position, values.chain(row.cells()).collect())?;
         }
         Ok(())
     }
 
-    /// Returns the columns for the text output: those whose names do not depend on the number of
-    /// levels.
-    fn shown_columns(&self) -> Vec<(usize, String)> {
-        let hidden = |name: &str| {
-            matches!(name, "peak_rss_bytes" | "choices")
-                || name.rsplit_once('_').is_some_and(|(_, k)| k.parse::<usize>().is_ok_and(|k| k > 2))
-        };
-        self.kind.columns().into_iter().enumerate().filter(|(_, name)| !hidden(name)).collect()
-    }
-
-    fn width(&self) -> usize {
-        self.instances.iter().map(|i| self.constants(i).chars().count()).max().unwrap_or(0).max(9)
-    }
-
-    fn heading(&self) -> String {
-        let width = self.width();
-        let mut line = format!("{:width$}", "constants");
-        for (_, name) in self.shown_columns() {
-            line += &format!("  {name:>10}");
-        }
-        terminal::stdout_style().dim(&line) + "\n"
-    }
-
-    fn line(&self, instance: &Instance, report: &Json, ended: Ended, cells: &[String]) -> String {
-        let width = self.width();
-        let mut line = format!("{:width$}", self.constants(instance));
-        for (column, name) in self.shown_columns() {
-            line += &format!("  {:>wide$}", brief(&cells[column]), wide = name.len().max(10));
-        }
-        if ended == Ended::Error || ended == Ended::Limit {
-            let message = report["message"].as_str().or_else(|| report["error"]["message"].as_str());
-            line += &format!("  {}", message.unwrap_or_default());
-        }
-        line + "\n"
+    fn table(&self) -> Table {
+        let row = self.kind.row(&Found::default(), Ended::Done);
+        let constants = self.instances.iter().map(|i| self.constants(i).chars().count());
+        Table::new(&row, constants.max().unwrap_or(0), terminal::stdout_style().width)
     }
 
     fn json(&self, index: usize, report: Json, ended: Ended) -> Json {
         let values = self.ranges.iter().zip(&self.instances[index].values);
         let constants: Map<String, Json> = values.map(|(r, v)| (r.name.clone(), value(v))).collect();
-        json!({"constants": constants, "status": ended.word(), "result": report})
+        json!({"constants": constants, "status": <&str>::from(ended), "result": report})
     }
 
     fn object(&self, mut runs: Vec<(usize, Json)>) -> Json {
@@ -235,11 +221,7 @@ impl Sweep {
         let varying = self.ranges.iter().filter(|r| r.varies);
         let ranges: Map<String, Json> =
             varying.map(|r| (r.name.clone(), r.values.iter().map(|v| value(v)).collect())).collect();
-        let command = match self.kind {
-            Job::Check { .. } => "check",
-            Job::Reach => "reach",
-            Job::Compare => "compare",
-        };
+        let command: &str = self.kind.into();
         let runs: Vec<Json> = runs.into_iter().map(|(_, run)| run).collect();
         json!({"schema": "meliora.sweep/1", "command": command, "ranges": ranges, "runs": runs})
     }
@@ -253,14 +235,6 @@ fn value(text: &str) -> Json {
         "true" => Json::Bool(true),
         "false" => Json::Bool(false),
         _ => number().unwrap_or_else(|| Json::from(text)),
-    }
-}
-
-/// Formats seconds with three decimals.
-fn brief(cell: &str) -> String {
-    match cell.parse::<f64>() {
-        Ok(x) if cell.contains('.') => format!("{x:.3}"),
-        _ => cell.to_owned(),
     }
 }
 

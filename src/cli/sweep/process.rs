@@ -7,10 +7,12 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 
+use meliora::output::{Failure, FailureKind};
+use serde::Deserialize;
 use serde_json::Value as Json;
 
 use super::super::watch::lock;
-use super::row::Ended;
+use super::row::{Ended, Found};
 
 /// The result of one instance.
 pub(crate) struct Outcome {
@@ -18,6 +20,8 @@ pub(crate) struct Outcome {
     pub(crate) index: usize,
     /// The report or the error.
     pub(crate) report: Json,
+    /// The parts of the report for the row.
+    pub(crate) found: Found,
     /// The end of the instance; `None` if it was interrupted.
     pub(crate) ended: Option<Ended>,
 }
@@ -54,8 +58,7 @@ impl Pool {
                 while !pool.is_stopped() {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(own) = arguments.get(index) else { break };
-                    let (report, ended) = pool.one(index, own);
-                    if sender.send(Outcome { index, report, ended }).is_err() {
+                    if sender.send(pool.one(index, own)).is_err() {
                         break;
                     }
                 }
@@ -64,21 +67,26 @@ impl Pool {
         outcomes
     }
 
-    fn one(&self, index: usize, arguments: &[OsString]) -> (Json, Option<Ended>) {
-        match self.output(index, arguments) {
-            Ok((text, status)) => (
-                serde_json::from_str(&text).unwrap_or_else(|_| error("the process ended without a report")),
-                match status {
-                    Some(0) => Some(Ended::Done),
-                    Some(1) => Some(Ended::No),
-                    Some(4) => Some(Ended::Limit),
-                    Some(130) => None,
-                    _ if self.is_stopped() => None,
-                    _ => Some(Ended::Error),
-                },
-            ),
-            Err(e) => (error(&format!("the process could not be run: {e}")), Some(Ended::Error)),
-        }
+    fn one(&self, index: usize, arguments: &[OsString]) -> Outcome {
+        let (read, status) = match self.output(index, arguments) {
+            Ok((text, status)) => (report(&text), status),
+            Err(e) => (Err(format!("the process could not be run: {e}")), None),
+        };
+        let ended = match status {
+            Some(130) => None,
+            None if self.is_stopped() => None,
+            Some(0) if read.is_ok() => Some(Ended::Done),
+            Some(1) if read.is_ok() => Some(Ended::No),
+            Some(4) => Some(Ended::Limit),
+            _ => Some(Ended::Error),
+        };
+        let (report, found) = read.unwrap_or_else(|message| {
+            let failure = Failure::new(FailureKind::Internal, message);
+            let report = serde_json::to_value(failure).unwrap_or_default();
+            let found = Found::deserialize(&report).unwrap_or_default();
+            (report, found)
+        });
+        Outcome { index, report, found, ended }
     }
 
     /// Runs a process. Returns its output and its exit status.
@@ -104,6 +112,25 @@ impl Pool {
     }
 }
 
-fn error(message: &str) -> Json {
-    serde_json::json!({"schema": "meliora.error/1", "kind": "internal", "message": message})
+/// Reads the report of an instance.
+fn report(text: &str) -> Result<(Json, Found), String> {
+    let wrong = |e| format!("the process ended without a report ({e})");
+    let report: Json = serde_json::from_str(text).map_err(wrong)?;
+    let found = Found::deserialize(&report).map_err(wrong)?;
+    Ok((report, found))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_instance_that_dies_without_a_report_has_an_error_with_all_fields() {
+        // The program is that of the tests, which prints no report.
+        let outcome = Pool::default().one(0, &["--help".into()]);
+        assert_eq!(outcome.ended, Some(Ended::Error));
+        assert_eq!(outcome.found.kind.as_deref(), Some("internal"));
+        let keys: Vec<&str> = outcome.report.as_object().unwrap().keys().map(String::as_str).collect();
+        assert_eq!(keys, ["schema", "kind", "message", "file", "line", "column"]);
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::io::BufRead;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, ensure};
 
 /// The maximum length of a line, in bytes; lists of variables and roots are the longest.
 const LONGEST: usize = 64 << 20;
@@ -49,11 +49,8 @@ impl<'a, R: BufRead> Lines<'a, R> {
 
     /// Reads the next line; fails at the end of the text with the expected content.
     pub(super) fn expect(&mut self, what: &str) -> Result<()> {
-        if self.advance()? {
-            Ok(())
-        } else {
-            Err(self.wrong(format!("expected {what}, found the end of the file")))
-        }
+        let is_there = self.advance()?;
+        self.ensure(is_there, || format!("expected {what}, found the end of the file"))
     }
 
     /// Returns the present line.
@@ -64,6 +61,11 @@ impl<'a, R: BufRead> Lines<'a, R> {
     /// Returns the words of the present line.
     pub(super) fn words(&self) -> impl Iterator<Item = &[u8]> {
         self.buffer.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty())
+    }
+
+    /// Returns an error for the present line if a condition is false.
+    pub(super) fn ensure(&self, holds: bool, message: impl FnOnce() -> String) -> Result<()> {
+        ensure(holds, || self.wrong(message()))
     }
 
     /// Returns an error for the present line.

@@ -22,28 +22,20 @@ pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
     let header = Header::read(&mut lines)?;
     let mut diagram = Diagram { variables: header.variables, nodes: Vec::new(), roots: Vec::new() };
     lines.expect("the terminal `1 T 1 0 0`")?;
-    if lines.words().ne(super::TERMINAL.split(|&b| b == b' ')) {
-        return Err(
-            lines.wrong(format!("expected the terminal `1 T 1 0 0`, found `{}`", shown(lines.line())))
-        );
-    }
+    lines.ensure(lines.words().eq(super::TERMINAL.split(|&b| b == b' ')), || {
+        format!("expected the terminal `1 T 1 0 0`, found `{}`", shown(lines.line()))
+    })?;
     for id in 2..=header.nodes {
         lines.expect(&format!("node {id} of {}", header.nodes))?;
         let node = node(&lines, &diagram, id)?;
         diagram.nodes.push(node);
     }
     lines.expect("`.end`")?;
-    if lines.words().ne([super::END]) {
-        return Err(lines.wrong(format!(
-            "found `{}` instead of `.end` after {} nodes",
-            shown(lines.line()),
-            header.nodes
-        )));
-    }
+    lines.ensure(lines.words().eq([super::END]), || {
+        format!("found `{}` instead of `.end` after {} nodes", shown(lines.line()), header.nodes)
+    })?;
     while lines.advance()? {
-        if lines.words().next().is_some() {
-            return Err(lines.wrong("text after `.end`"));
-        }
+        lines.ensure(lines.words().next().is_none(), || "text after `.end`".to_owned())?;
     }
     diagram.roots = header.roots;
     Ok(diagram)
@@ -51,59 +43,43 @@ pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
 
 /// Reads and checks one line with a node.
 fn node<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, id: i64) -> Result<Node> {
-    if lines.words().eq([super::END]) {
-        return Err(lines.wrong(format!("the nodes end before node {id}, but `.nnodes` says more")));
-    }
-    let mut columns = [0i64; 5];
+    lines.ensure(lines.words().ne([super::END]), || {
+        format!("the nodes end before node {id}, but `.nnodes` says more")
+    })?;
     let mut words = lines.words();
-    for column in &mut columns {
-        let Some(word) = words.next() else {
-            return Err(
-                lines.wrong(format!("node {id}: expected five numbers, found `{}`", shown(lines.line())))
-            );
-        };
-        let Some(value) = number(word) else {
-            return Err(
-                lines.wrong(format!("node {id}: `{}` is not the number of a node or variable", shown(word)))
-            );
-        };
-        *column = value;
-    }
-    if words.next().is_some() {
-        return Err(lines.wrong(format!("node {id}: more than five columns")));
-    }
-    let [own, variable, index, then, otherwise] = columns;
-    if own != id {
-        return Err(lines.wrong(format!("expected node {id}, found node {own}")));
-    }
+    let mut column = || {
+        let line =
+            || lines.wrong(format!("node {id}: expected five numbers, found `{}`", shown(lines.line())));
+        let word = words.next().ok_or_else(line)?;
+        number(word).ok_or_else(|| {
+            lines.wrong(format!("node {id}: `{}` is not the number of a node or variable", shown(word)))
+        })
+    };
+    let [own, variable, index, then, otherwise] = [column()?, column()?, column()?, column()?, column()?];
+    lines.ensure(words.next().is_none(), || format!("node {id}: more than five columns"))?;
+    lines.ensure(own == id, || format!("expected node {id}, found node {own}"))?;
     let level = level(lines, diagram, variable, index)?;
     let node = Node { level, then: arc(lines, id, then)?, otherwise: arc(lines, id, otherwise)? };
-    if node.then.is_complemented() {
-        return Err(lines.wrong(format!("node {id}: a complemented then arc ({then})")));
-    }
-    if node.then == node.otherwise {
-        return Err(
-            lines.wrong(format!("node {id}: both arcs are {then}; a reduced diagram has no such node"))
-        );
-    }
+    lines.ensure(!node.then.is_complemented(), || format!("node {id}: a complemented then arc ({then})"))?;
+    lines.ensure(node.then != node.otherwise, || {
+        format!("node {id}: both arcs are {then}; a reduced diagram has no such node")
+    })?;
     for child in [node.then, node.otherwise] {
-        if diagram.level(child) <= level {
-            let message =
-                format!("node {id}: the arc {} leads to a variable that is not deeper", child.number());
-            return Err(lines.wrong(message));
-        }
+        lines.ensure(diagram.level(child) > level, || {
+            format!("node {id}: the arc {} leads to a variable that is not deeper", child.number())
+        })?;
     }
     Ok(node)
 }
 
 fn level<R: BufRead>(lines: &Lines<'_, R>, diagram: &Diagram, variable: i64, index: i64) -> Result<u32> {
     let width = diagram.variables.len();
-    match u32::try_from(variable) {
-        Ok(level) if (level as usize) < width && variable == index => Ok(level),
-        Ok(level) if (level as usize) < width => Err(lines
-            .wrong(format!("variable {variable} has the index {index}; both are the same in this format"))),
-        _ => Err(lines.wrong(format!("unknown variable {variable}: the file has {width} variables"))),
-    }
+    let unknown = || lines.wrong(format!("unknown variable {variable}: the file has {width} variables"));
+    let level = u32::try_from(variable).ok().filter(|&level| (level as usize) < width).ok_or_else(unknown)?;
+    lines.ensure(variable == index, || {
+        format!("variable {variable} has the index {index}; both are the same in this format")
+    })?;
+    Ok(level)
 }
 
 /// Checks an arc of node `id`, which must point to a node of an earlier line.
@@ -154,9 +130,7 @@ impl Header {
         let mut words = lines.words();
         let Some(key) = words.next() else { return Ok(()) };
         let key = String::from_utf8_lossy(key).into_owned();
-        if self.seen.contains(&key) {
-            return Err(lines.wrong(format!("`{}` occurs twice", shown(key.as_bytes()))));
-        }
+        lines.ensure(!self.seen.contains(&key), || format!("`{}` occurs twice", shown(key.as_bytes())))?;
         match key.as_str() {
             ".ver" => fixed(lines, &mut words, "DDDMP-2.0")?,
             ".mode" => fixed(lines, &mut words, "A")?,
@@ -169,11 +143,9 @@ impl Header {
             ".ids" | ".permids" => self.listed.push(identity(lines, &mut words)?),
             ".nroots" => self.root_count = Some(count(lines, &mut words, MOST_VARIABLES)?),
             ".rootids" => self.roots = roots(lines, &mut words)?,
-            _ => {
-                return Err(
-                    lines.wrong(format!("`{}` is not a header line of this format", shown(key.as_bytes())))
-                );
-            }
+            _ => lines.ensure(false, || {
+                format!("`{}` is not a header line of this format", shown(key.as_bytes()))
+            })?,
         }
         self.seen.push(key);
         Ok(())
@@ -185,47 +157,38 @@ impl Header {
         words: &mut impl Iterator<Item = &'w [u8]>,
     ) -> Result<()> {
         let width = count(lines, words, MOST_VARIABLES)?;
-        if self.width.is_some_and(|w| w != width) {
-            return Err(lines.wrong("`.nvars` and `.nsuppvars` differ"));
-        }
-        self.width = Some(width);
-        Ok(())
+        let is_same = self.width.replace(width).is_none_or(|w| w == width);
+        lines.ensure(is_same, || "`.nvars` and `.nsuppvars` differ".to_owned())
     }
 
     fn consistent<R: BufRead>(&self, lines: &Lines<'_, R>) -> Result<()> {
         let (named, counted) = (self.variables.len(), self.width.unwrap_or_default());
-        if named != counted {
-            return Err(
-                lines.wrong(format!("`.nvars` is {counted}, but `.orderedvarnames` has {named} names"))
-            );
-        }
-        if self.support.as_ref().is_some_and(|names| *names != self.variables) {
-            return Err(lines.wrong("`.suppvarnames` and `.orderedvarnames` differ"));
-        }
-        if self.listed.iter().any(|&n| n != counted) {
-            return Err(lines.wrong(format!("`.ids` and `.permids` do not list the {counted} variables")));
-        }
-        if self.root_count.is_some_and(|n| n != self.roots.len()) {
-            return Err(lines.wrong(format!(
-                "`.rootids` has {} numbers, but `.nroots` says otherwise",
-                self.roots.len()
-            )));
-        }
-        if let Some(root) = self.roots.iter().find(|r| r.id() as i64 > self.nodes) {
-            return Err(lines.wrong(format!("the root {} is not a node of the file", root.number())));
-        }
-        Ok(())
+        lines.ensure(named == counted, || {
+            format!("`.nvars` is {counted}, but `.orderedvarnames` has {named} names")
+        })?;
+        lines.ensure(self.support.as_ref().is_none_or(|names| *names == self.variables), || {
+            "`.suppvarnames` and `.orderedvarnames` differ".to_owned()
+        })?;
+        lines.ensure(self.listed.iter().all(|&n| n == counted), || {
+            format!("`.ids` and `.permids` do not list the {counted} variables")
+        })?;
+        let roots = self.roots.len();
+        lines.ensure(self.root_count.is_none_or(|n| n == roots), || {
+            format!("`.rootids` has {roots} numbers, but `.nroots` says otherwise")
+        })?;
+        self.roots.iter().try_for_each(|root| {
+            let is_node = root.id() as i64 <= self.nodes;
+            lines.ensure(is_node, || format!("the root {} is not a node of the file", root.number()))
+        })
     }
 }
 
 type Words<'a, 'w> = &'a mut dyn Iterator<Item = &'w [u8]>;
 
 fn fixed<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>, value: &str) -> Result<()> {
-    let found: Vec<&[u8]> = words.take(2).collect();
-    if found == [value.as_bytes()] {
-        return Ok(());
-    }
-    Err(lines.wrong(format!("`{}`: only `{value}` is supported here", shown(lines.line()))))
+    lines.ensure(words.eq([value.as_bytes()]), || {
+        format!("`{}`: only `{value}` is supported here", shown(lines.line()))
+    })
 }
 
 fn count<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>, most: usize) -> Result<usize> {
@@ -257,12 +220,9 @@ fn names<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<Vec<S
 fn identity<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<usize> {
     let mut listed = 0;
     for (expected, word) in words.enumerate() {
-        if number(word) != Some(expected as i64) {
-            return Err(lines.wrong(format!(
-                "found `{}` instead of {expected}: variables are numbered in order",
-                shown(word)
-            )));
-        }
+        lines.ensure(number(word) == Some(expected as i64), || {
+            format!("found `{}` instead of {expected}: variables are numbered in order", shown(word))
+        })?;
         listed += 1;
     }
     Ok(listed)

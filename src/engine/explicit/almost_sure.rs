@@ -48,14 +48,15 @@ impl<'a> Table<'a> {
     /// Creates the rules of `edge_labels`.
     ///
     /// # Errors
-    /// The memory limit is reached.
+    /// The memory limit is reached, or a set belongs to another engine.
     pub(super) fn new(engine: &ExplicitEngine, edge_labels: &'a [EdgeLabels<StateSet>]) -> Result<Self> {
         let mut entry = Array::filled(&engine.meter, engine.graph.states(), NOBODY)?;
         for (number, m) in edge_labels.iter().enumerate() {
-            m.from.0.iter().for_each(|s| entry[s] = number as u32);
+            engine.bits(&m.from)?.iter().for_each(|s| entry[s] = number as u32);
         }
-        let edge_labels = edge_labels.iter().map(|m| (m.goal.0.words(), m.dropped.0.words())).collect();
-        Ok(Table { entry, edge_labels })
+        let words = |x: &'a StateSet| engine.bits(x).map(BitSet::words);
+        let edge_labels = edge_labels.iter().map(|m| Ok((words(&m.goal)?, words(&m.dropped)?)));
+        Ok(Table { entry, edge_labels: edge_labels.collect::<Result<_>>()? })
     }
 }
 
@@ -118,7 +119,7 @@ impl ExplicitEngine {
 impl<R: Rules> AlmostSureSolver<'_, R> {
     /// Returns whether the edge is plain: only then does it matter whether `to` can win.
     #[inline]
-    fn leans(&self, from: u32, to: usize) -> bool {
+    fn is_plain(&self, from: u32, to: usize) -> bool {
         let from = from as usize;
         self.rules.keeps(from, to) && !self.rules.wins(from, to)
     }
@@ -173,7 +174,7 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
             self.engine.tick()?;
             for &choice in graph.of(state as usize) {
                 let owner = graph.owner(choice);
-                if test(self.choices.words(), choice as usize) && self.leans(owner, state as usize) {
+                if test(self.choices.words(), choice as usize) && self.is_plain(owner, state as usize) {
                     clear(self.choices.words_mut(), choice as usize);
                     self.detach(owner, choice, &mut detached)?;
                 }
@@ -186,7 +187,7 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
             next += 1;
             for &choice in graph.of(state) {
                 let owner = graph.owner(choice);
-                if self.by[owner as usize] == choice && self.leans(owner, state) {
+                if self.by[owner as usize] == choice && self.is_plain(owner, state) {
                     self.detach(owner, choice, &mut detached)?;
                 }
             }

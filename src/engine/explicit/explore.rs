@@ -26,7 +26,7 @@ const LEAST_BYTES: u64 = 12;
 #[derive(Debug)]
 pub(super) enum Space {
     /// The states reached, numbered in this order.
-    Met(Index),
+    Indexed(Index),
     /// Every valuation, numbered in the order of the values; contains their number.
     Every(usize),
 }
@@ -116,11 +116,11 @@ impl Task<'_> {
     fn start<const W: usize>(&self) -> Result<Run<'_, W>> {
         let space = match self.layout.valuations() {
             Some(n) => Space::Every(n as usize),
-            None => Space::Met(self.initial_states::<W>()?),
+            None => Space::Indexed(self.initial_states::<W>()?),
         };
         let begin = self.program.monitors.as_ref().map(|o| o.begin);
         Ok(Run {
-            restarts: begin == Some(Begin::Everywhere) && matches!(space, Space::Met(_)),
+            restarts: begin == Some(Begin::Everywhere) && matches!(space, Space::Indexed(_)),
             started: space.len(),
             space,
             stepper: Stepper::new(self.prepared),
@@ -151,7 +151,7 @@ impl Task<'_> {
 
     fn finish<const W: usize>(&self, run: Run<'_, W>) -> Explored {
         let Run { mut space, mut graph, mut initial, deadlocks, rounded, started, .. } = run;
-        if let Space::Met(index) = &mut space {
+        if let Space::Indexed(index) = &mut space {
             index.shrink();
             if self.settings.scope == Scope::Reachable {
                 initial.extend(0..started);
@@ -257,7 +257,7 @@ impl Space {
     #[inline]
     pub(super) fn len(&self) -> usize {
         match self {
-            Space::Met(index) => index.len(),
+            Space::Indexed(index) => index.len(),
             Space::Every(n) => *n,
         }
     }
@@ -266,7 +266,7 @@ impl Space {
     #[inline]
     fn code<const W: usize>(&self, state: usize) -> [u64; W] {
         match self {
-            Space::Met(index) => fixed(index.code(state)),
+            Space::Indexed(index) => fixed(index.code(state)),
             Space::Every(_) => fixed(&[state as u64]),
         }
     }
@@ -275,7 +275,7 @@ impl Space {
     #[inline]
     fn number<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
         match self {
-            Space::Met(index) => index.intern::<W>(code),
+            Space::Indexed(index) => index.intern::<W>(code),
             Space::Every(_) => Ok(code[0] as u32),
         }
     }
@@ -283,7 +283,7 @@ impl Space {
     /// Returns the number of the state with this code, if it is in the scope.
     pub(super) fn find(&self, code: &[u64]) -> Option<usize> {
         match self {
-            Space::Met(index) => index.find(code).map(|id| id as usize),
+            Space::Indexed(index) => index.find(code).map(|id| id as usize),
             Space::Every(_) => code.first().map(|&c| c as usize),
         }
     }

@@ -73,7 +73,7 @@ impl Division {
         let most = MOST_CELLS.min(ALL_CELLS / tables.max(1) as u64);
         let keys = keys(program, &guards, most);
         let divide = |(&command, guard): (&CommandId, Vec<Conjunct>)| {
-            let (settled, rest) = guard.into_iter().partition::<Vec<_>, _>(|c| c.is_over(&keys));
+            let (settled, rest) = guard.into_iter().partition::<Vec<_>, _>(|c| c.depends_only_on(&keys));
             let parts = |of: Vec<Conjunct>| of.into_iter().map(|c| c.e).collect();
             Divided { command, settled: parts(settled), rest: parts(rest) }
         };
@@ -109,7 +109,7 @@ impl Division {
 }
 
 impl Conjunct {
-    fn is_over(&self, keys: &[u32]) -> bool {
+    fn depends_only_on(&self, keys: &[u32]) -> bool {
         self.support.as_ref().is_some_and(|s| s.iter().all(|v| keys.contains(v)))
     }
 }
@@ -155,7 +155,7 @@ fn keys(program: &Program, guards: &[Vec<Conjunct>], most: u64) -> Vec<u32> {
         }
     }
     // A look-up costs as much as a single test.
-    let settled = guards.iter().flatten().filter(|c| c.is_over(&keys)).count();
+    let settled = guards.iter().flatten().filter(|c| c.depends_only_on(&keys)).count();
     if settled > 1 { keys } else { Vec::new() }
 }
 

@@ -28,6 +28,11 @@ impl Meter {
         Meter { limit, used: Arc::default(), peak: Arc::default(), states: Arc::default() }
     }
 
+    /// Returns whether both are clones of one meter.
+    pub(super) fn is(&self, other: &Meter) -> bool {
+        Arc::ptr_eq(&self.used, &other.used)
+    }
+
     /// Returns the number of live bytes.
     pub(super) fn used(&self) -> u64 {
         self.used.load(Ordering::Relaxed)

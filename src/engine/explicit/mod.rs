@@ -46,6 +46,18 @@ pub struct StateSet(BitSet);
 #[derive(Debug, Clone)]
 pub struct ChoiceSet(BitSet);
 
+impl AsRef<BitSet> for StateSet {
+    fn as_ref(&self) -> &BitSet {
+        &self.0
+    }
+}
+
+impl AsRef<BitSet> for ChoiceSet {
+    fn as_ref(&self) -> &BitSet {
+        &self.0
+    }
+}
+
 /// The explicit engine.
 pub struct ExplicitEngine {
     program: Arc<Program>,

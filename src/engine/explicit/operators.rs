@@ -8,8 +8,8 @@ use super::machine::Machine;
 use super::set::{BitSet, set, test};
 use super::stepper::Stepper;
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
-use crate::engine::{Algebra, Count, EdgeLabels, Engine, Region, Settings, Usage};
-use crate::error::Result;
+use crate::engine::{Algebra, Count, EdgeLabels, Engine, Region, Settings, Usage, edge_labels};
+use crate::error::{Error, Result};
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
 use crate::model::{Program, State, fault};
@@ -19,27 +19,27 @@ macro_rules! algebra_of {
     ($set:ident) => {
         impl Algebra<$set> for ExplicitEngine {
             fn union(&self, x: &$set, y: &$set) -> Result<$set> {
-                Ok($set(x.0.zip(&y.0, |a, b| a | b)?))
+                Ok($set(self.bits(x)?.zip(self.bits(y)?, |a, b| a | b)?))
             }
 
             fn intersection(&self, x: &$set, y: &$set) -> Result<$set> {
-                Ok($set(x.0.zip(&y.0, |a, b| a & b)?))
+                Ok($set(self.bits(x)?.zip(self.bits(y)?, |a, b| a & b)?))
             }
 
             fn difference(&self, x: &$set, y: &$set) -> Result<$set> {
-                Ok($set(x.0.zip(&y.0, |a, b| a & !b)?))
+                Ok($set(self.bits(x)?.zip(self.bits(y)?, |a, b| a & !b)?))
             }
 
-            fn is_empty(&self, x: &$set) -> bool {
-                x.0.is_empty()
+            fn is_empty(&self, x: &$set) -> Result<bool> {
+                Ok(self.bits(x)?.is_empty())
             }
 
-            fn same(&self, x: &$set, y: &$set) -> bool {
-                x.0.same(&y.0)
+            fn same(&self, x: &$set, y: &$set) -> Result<bool> {
+                Ok(self.bits(x)?.same(self.bits(y)?))
             }
 
             fn count(&self, x: &$set) -> Result<Count> {
-                Ok(x.0.count().into())
+                Ok(self.bits(x)?.count().into())
             }
         }
     };
@@ -85,7 +85,7 @@ impl Engine for ExplicitEngine {
     }
 
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
-        Ok(ChoiceSet(self.choices_of_states(&c.0, &x.0)?))
+        Ok(ChoiceSet(self.choices_of_states(self.bits(c)?, self.bits(x)?)?))
     }
 
     fn sources(&self, c: &ChoiceSet) -> Result<StateSet> {
@@ -93,7 +93,7 @@ impl Engine for ExplicitEngine {
         let words = found.words_mut();
         // Choices are numbered state by state.
         let mut state = 0;
-        for choice in c.0.iter() {
+        for choice in self.bits(c)?.iter() {
             while choice >= self.graph.choices_of(state).end {
                 state += 1;
             }
@@ -103,17 +103,17 @@ impl Engine for ExplicitEngine {
     }
 
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
-        let into = self.choices_into(&x.0)?;
-        Ok(ChoiceSet(match c.0.same(&self.every_choice) {
+        let into = self.choices_into(self.bits(x)?)?;
+        Ok(ChoiceSet(match self.bits(c)?.same(&self.every_choice) {
             true => into,
-            false => into.zip(&c.0, |into, c| into & c)?,
+            false => into.zip(self.bits(c)?, |into, c| into & c)?,
         }))
     }
 
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
         let mut found = BitSet::empty(&self.meter, self.graph.states());
         let words = found.words_mut();
-        for choice in c.0.iter() {
+        for choice in self.bits(c)?.iter() {
             self.tick()?;
             for &s in self.graph.successors_of(choice) {
                 set(words, s as usize);
@@ -128,15 +128,31 @@ impl Engine for ExplicitEngine {
         within: &ChoiceSet,
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<StateSet> {
+        let (target, within) = (self.bits(target)?, self.bits(within)?);
+        self.check_owned(edge_labels)?;
         let found = match edge_labels.iter().all(|m| m.dropped.0.is_empty()) {
-            true => self.attract(&target.0, &within.0, &Entering(&target.0))?,
-            false => self.attract(&target.0, &within.0, &Table::new(self, edge_labels)?)?,
+            true => self.attract(target, within, &Entering(target))?,
+            false => self.attract(target, within, &Table::new(self, edge_labels)?)?,
         };
         Ok(StateSet(found))
     }
 
+    fn remove_attractor(
+        &self,
+        left: Region<StateSet, ChoiceSet>,
+        within: &ChoiceSet,
+        won: &StateSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+        lost: StateSet,
+    ) -> Result<Region<StateSet, ChoiceSet>> {
+        self.bits(&left.choices).and(self.bits(within))?;
+        self.bits(&left.states).and(self.bits(won))?;
+        self.check_owned(edge_labels)?;
+        edge_labels::remove_attractor(self, left, within, won, edge_labels, lost, |_, _| Ok(false))
+    }
+
     fn stay_within(&self, x: &StateSet, within: &ChoiceSet) -> Result<Region<StateSet, ChoiceSet>> {
-        let Region { states, choices } = self.remain(&x.0, &within.0)?;
+        let Region { states, choices } = self.remain(self.bits(x)?, self.bits(within)?)?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
 
@@ -145,17 +161,18 @@ impl Engine for ExplicitEngine {
         target: &StateSet,
         within: &ChoiceSet,
     ) -> Result<Region<StateSet, ChoiceSet>> {
-        let outside = self.every_state.zip(&target.0, |all, t| all & !t)?;
-        let choices = self.choices_of_states(&within.0, &outside)?;
+        let goal = self.bits(target)?;
+        let outside = self.every_state.zip(goal, |all, t| all & !t)?;
+        let choices = self.choices_of_states(self.bits(within)?, &outside)?;
         // States without a pair are lost. One pass over the rows removes the choices that may step
         // into them.
         let alive = self.union(&self.sources(within)?, target)?;
-        let choices = match self.same(&alive, &self.all_states()) {
+        let choices = match self.same(&alive, &self.all_states())? {
             true => choices,
             false => choices.zip(&self.every_successor_in(&alive)?.0, |own, stays| own & stays)?,
         };
-        let Region { states, choices } = self.pursue(&outside, choices, &Entering(&target.0))?;
-        let states = states.zip(&target.0, |x, t| x | t)?;
+        let Region { states, choices } = self.pursue(&outside, choices, &Entering(goal))?;
+        let states = states.zip(goal, |x, t| x | t)?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
 
@@ -165,14 +182,16 @@ impl Engine for ExplicitEngine {
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Region<StateSet, ChoiceSet>> {
         let rules = Table::new(self, edge_labels)?;
-        let Region { states, choices } = self.pursue(&start.states.0, start.choices.0, &rules)?;
+        self.bits(&start.choices)?;
+        let Region { states, choices } = self.pursue(self.bits(&start.states)?, start.choices.0, &rules)?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
 
     fn count_model_states(&self, x: &StateSet) -> Result<Option<Count>> {
+        let x = self.bits(x)?;
         let Some(monitors) = &self.program.monitors else { return Ok(None) };
-        let mut met = ahash::AHashSet::new();
-        for state in x.0.iter() {
+        let mut seen = ahash::AHashSet::new();
+        for state in x.iter() {
             self.tick()?;
             let mut code: Vec<u64> = Vec::new();
             self.with_code(state, |own| code.extend_from_slice(own));
@@ -181,15 +200,15 @@ impl Engine for ExplicitEngine {
                 let value = self.layout.value(&code, variable.index());
                 field.add(&mut code, value, 0);
             }
-            met.insert(code);
+            seen.insert(code);
         }
-        Ok(Some(met.len().into()))
+        Ok(Some(seen.len().into()))
     }
 
     fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {
-        let words = x.0.words();
+        let words = self.bits(x)?.words();
         let mut total: u64 = 0;
-        for choice in c.0.iter() {
+        for choice in self.bits(c)?.iter() {
             self.tick()?;
             let inside = self.graph.successors_of(choice).iter().filter(|&&s| test(words, s as usize));
             total += inside.count() as u64;
@@ -198,13 +217,14 @@ impl Engine for ExplicitEngine {
     }
 
     fn list_states(&self, x: &StateSet, limit: usize) -> Result<Vec<State>> {
+        let x = self.bits(x)?;
         if limit == 0 {
             return Ok(Vec::new());
         }
         let ordered: Vec<usize> = match &self.space {
-            Space::Every(_) => x.0.iter().take(limit).collect(),
-            Space::Met(index) => {
-                let mut all: Vec<usize> = x.0.iter().collect();
+            Space::Every(_) => x.iter().take(limit).collect(),
+            Space::Indexed(index) => {
+                let mut all: Vec<usize> = x.iter().collect();
                 // Codes compare as the values do.
                 if let Some(last) = limit.checked_sub(1).filter(|&last| last < all.len()) {
                     all.select_nth_unstable_by_key(last, |&s| index.code(s));
@@ -225,14 +245,16 @@ impl Engine for ExplicitEngine {
         Ok(StateSet(only))
     }
 
-    fn contains(&self, x: &StateSet, state: &[i64]) -> bool {
-        self.number(state).is_some_and(|s| x.0.has(s))
+    fn contains(&self, x: &StateSet, state: &[i64]) -> Result<bool> {
+        let x = self.bits(x)?;
+        Ok(self.number(state).is_some_and(|s| x.has(s)))
     }
 
-    fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> bool {
-        let Some(state) = self.number(state) else { return false };
+    fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> Result<bool> {
+        let c = self.bits(c)?;
+        let Some(state) = self.number(state) else { return Ok(false) };
         let position = self.position(state, choice);
-        position.is_some_and(|p| c.0.has(self.graph.choices_of(state).start + p))
+        Ok(position.is_some_and(|p| c.has(self.graph.choices_of(state).start + p)))
     }
 
     fn usage(&self) -> Usage {
@@ -245,6 +267,24 @@ impl Engine for ExplicitEngine {
 }
 
 impl ExplicitEngine {
+    /// Returns the bits of a set of this engine.
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    pub(super) fn bits<'s>(&self, x: &'s impl AsRef<BitSet>) -> Result<&'s BitSet> {
+        let bits = x.as_ref();
+        if bits.is_of(&self.meter) { Ok(bits) } else { Err(Error::ForeignSet) }
+    }
+
+    /// Checks that edge labels have sets of this engine only.
+    ///
+    /// # Errors
+    /// A set belongs to another engine.
+    fn check_owned(&self, edge_labels: &[EdgeLabels<StateSet>]) -> Result<()> {
+        let mut sets = edge_labels.iter().flat_map(|m| [&m.from, &m.goal, &m.dropped]);
+        sets.try_for_each(|x| self.bits(x).map(drop))
+    }
+
     /// Computes [`Engine::states_where`] for an expression of `program`, the engine's own program
     /// with more expressions.
     ///
@@ -291,7 +331,7 @@ impl ExplicitEngine {
     #[inline]
     pub(super) fn with_code(&self, state: usize, read: impl FnOnce(&[u64])) {
         match &self.space {
-            Space::Met(index) => read(index.code(state)),
+            Space::Indexed(index) => read(index.code(state)),
             Space::Every(_) => read(&[state as u64]),
         }
     }

@@ -45,6 +45,11 @@ impl BitSet {
         BitSet(Arc::new(Charged { bits, _charge: charge, meter: meter.clone() }))
     }
 
+    /// Returns whether the set was charged to this meter: whether it belongs to the meter's engine.
+    pub(super) fn is_of(&self, meter: &Meter) -> bool {
+        self.0.meter.is(meter)
+    }
+
     /// Returns the bits as words, the smallest number in the lowest bit.
     #[inline]
     pub(super) fn words(&self) -> &[u64] {

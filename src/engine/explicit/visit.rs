@@ -29,13 +29,13 @@ impl ExplicitEngine {
     /// # Errors
     /// A limit of the engine is reached.
     pub fn listing(&self, x: &StateSet) -> Result<Listing> {
-        let count = usize::try_from(x.0.count()).unwrap_or(usize::MAX);
+        let count = usize::try_from(self.bits(x)?.count()).unwrap_or(usize::MAX);
         let charge = self.meter.charge(count.saturating_mul(size_of::<usize>()))?;
-        let mut left: Vec<usize> = x.0.iter().collect();
+        let mut left: Vec<usize> = self.bits(x)?.iter().collect();
         match &self.space {
             Space::Every(_) => left.reverse(),
             // Codes compare as the values do.
-            Space::Met(index) => left.sort_unstable_by(|&a, &b| index.code(b).cmp(index.code(a))),
+            Space::Indexed(index) => left.sort_unstable_by(|&a, &b| index.code(b).cmp(index.code(a))),
         }
         Ok(Listing { left, _charge: charge })
     }
@@ -51,7 +51,7 @@ impl ExplicitEngine {
     /// A limit of the engine is reached.
     pub fn visit(&self, x: &StateSet, each: &mut dyn FnMut(&[i64])) -> Result<()> {
         let mut values = vec![0; self.program.variables.len()];
-        for state in x.0.iter() {
+        for state in self.bits(x)?.iter() {
             self.tick()?;
             self.with_code(state, |code| self.layout.decode(code, &mut values));
             each(&values);
@@ -67,7 +67,7 @@ impl ExplicitEngine {
         let mut found = BitSet::empty(&self.meter, self.graph.states());
         let words = found.words_mut();
         let mut values = vec![0; self.program.variables.len()];
-        for state in x.0.iter() {
+        for state in self.bits(x)?.iter() {
             self.tick()?;
             self.with_code(state, |code| self.layout.decode(code, &mut values));
             if wanted(&values) {
@@ -87,7 +87,7 @@ impl ExplicitEngine {
         sorted.sort_unstable();
         let mut found = vec![State::new(); positions.len()];
         let mut wanted = sorted.into_iter().peekable();
-        for (position, state) in (0..).zip(x.0.iter()) {
+        for (position, state) in (0..).zip(self.bits(x)?.iter()) {
             self.tick()?;
             while let Some((_, place)) = wanted.next_if(|&(at, _)| at == position) {
                 found[place] = self.values(state);

@@ -1,67 +1,103 @@
 //! The Boolean algebra of both sorts: one diagram for a set of states, one per group for a set of
-//! choices.
+//! choices. Every operation checks that its sets are diagrams of the engine's own store.
 
 use std::sync::Arc;
 
 use super::diagram::Bdd;
+use super::store::Store;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Count};
-use crate::error::Result;
+use crate::engine::{Algebra, Count, EdgeLabels};
+use crate::error::{Error, Result};
+
+impl SymbolicEngine {
+    /// Returns the diagram of a set of this engine.
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    pub(super) fn diagram_of<'s>(&self, x: &'s StateSet) -> Result<&'s Bdd> {
+        if self.store.owns(&x.0) { Ok(&x.0) } else { Err(Error::ForeignSet) }
+    }
+
+    /// Returns the diagrams of a set of this engine, one per group.
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    pub(super) fn diagrams_of<'s>(&self, c: &'s ChoiceSet) -> Result<&'s [Bdd]> {
+        // One engine made all diagrams of a set.
+        let own = c.0.first().is_none_or(|f| self.store.owns(f));
+        if own { Ok(&c.0) } else { Err(Error::ForeignSet) }
+    }
+
+    /// Checks that edge labels have sets of this engine only.
+    ///
+    /// # Errors
+    /// A set belongs to another engine.
+    pub(super) fn check_owned(&self, edge_labels: &[EdgeLabels<StateSet>]) -> Result<()> {
+        let mut sets = edge_labels.iter().flat_map(|m| [&m.from, &m.goal, &m.dropped]);
+        sets.try_for_each(|x| self.diagram_of(x).map(drop))
+    }
+
+    /// Computes `op(C, D)` for each group.
+    fn zip(
+        &self,
+        c: &ChoiceSet,
+        d: &ChoiceSet,
+        op: impl Fn(&Store, &Bdd, &Bdd) -> Result<Bdd>,
+    ) -> Result<ChoiceSet> {
+        let groups = self.diagrams_of(c)?.iter().zip(self.diagrams_of(d)?);
+        let found = groups.map(|(f, g)| op(&self.store, f, g));
+        Ok(ChoiceSet(Arc::new(found.collect::<Result<_>>()?)))
+    }
+}
 
 impl Algebra<StateSet> for SymbolicEngine {
     fn union(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
-        Ok(StateSet(self.store.or(&x.0, &y.0)?))
+        Ok(StateSet(self.store.or(self.diagram_of(x)?, self.diagram_of(y)?)?))
     }
 
     fn intersection(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
-        Ok(StateSet(self.store.and(&x.0, &y.0)?))
+        Ok(StateSet(self.store.and(self.diagram_of(x)?, self.diagram_of(y)?)?))
     }
 
     fn difference(&self, x: &StateSet, y: &StateSet) -> Result<StateSet> {
-        Ok(StateSet(self.store.minus(&x.0, &y.0)?))
+        Ok(StateSet(self.store.minus(self.diagram_of(x)?, self.diagram_of(y)?)?))
     }
 
-    fn is_empty(&self, x: &StateSet) -> bool {
-        self.store.is_zero(&x.0)
+    fn is_empty(&self, x: &StateSet) -> Result<bool> {
+        Ok(self.store.is_zero(self.diagram_of(x)?))
     }
 
-    fn same(&self, x: &StateSet, y: &StateSet) -> bool {
-        x.0 == y.0
+    fn same(&self, x: &StateSet, y: &StateSet) -> Result<bool> {
+        Ok(self.diagram_of(x)? == self.diagram_of(y)?)
     }
 
     fn count(&self, x: &StateSet) -> Result<Count> {
-        self.store.count(&x.0, self.encoding.width() as u32)
+        self.store.count(self.diagram_of(x)?, self.encoding.width() as u32)
     }
 }
 
 impl Algebra<ChoiceSet> for SymbolicEngine {
     fn union(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
-        zip(c, d, |f, g| self.store.or(f, g))
+        self.zip(c, d, Store::or)
     }
 
     fn intersection(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
-        zip(c, d, |f, g| self.store.and(f, g))
+        self.zip(c, d, Store::and)
     }
 
     fn difference(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<ChoiceSet> {
-        zip(c, d, |f, g| self.store.minus(f, g))
+        self.zip(c, d, Store::minus)
     }
 
-    fn is_empty(&self, c: &ChoiceSet) -> bool {
-        c.0.iter().all(|f| self.store.is_zero(f))
+    fn is_empty(&self, c: &ChoiceSet) -> Result<bool> {
+        Ok(self.diagrams_of(c)?.iter().all(|f| self.store.is_zero(f)))
     }
 
-    fn same(&self, c: &ChoiceSet, d: &ChoiceSet) -> bool {
-        c.0 == d.0
+    fn same(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<bool> {
+        Ok(self.diagrams_of(c)? == self.diagrams_of(d)?)
     }
 
     fn count(&self, c: &ChoiceSet) -> Result<Count> {
-        c.0.iter().map(|f| self.store.count(f, self.encoding.width() as u32)).sum()
+        self.diagrams_of(c)?.iter().map(|f| self.store.count(f, self.encoding.width() as u32)).sum()
     }
-}
-
-/// Computes `op(C, D)` for each group.
-fn zip(c: &ChoiceSet, d: &ChoiceSet, op: impl Fn(&Bdd, &Bdd) -> Result<Bdd>) -> Result<ChoiceSet> {
-    let both = c.0.iter().zip(d.0.iter()).map(|(f, g)| op(f, g));
-    Ok(ChoiceSet(Arc::new(both.collect::<Result<_>>()?)))
 }

@@ -60,13 +60,13 @@ impl Draft {
         let Some(start) = beginnings(program, encoding, store, self.settings.scope, sets)? else {
             return Ok(Some(domain.clone()));
         };
-        let Some(met) = self.clusters.forward(store, &start, domain, steps)? else { return Ok(None) };
+        let Some(reached) = self.clusters.forward(store, &start, domain, steps)? else { return Ok(None) };
         match &program.monitors {
             Some(o) if o.begin == Begin::Everywhere => {
                 let bits = encoding.bits_of(store, &o.variables)?;
-                store.and(&store.exists(&met, &bits)?, domain).map(Some)
+                store.and(&store.exists(&reached, &bits)?, domain).map(Some)
             }
-            _ => Ok(Some(met)),
+            _ => Ok(Some(reached)),
         }
     }
 

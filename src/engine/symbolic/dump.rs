@@ -11,7 +11,7 @@ use super::transitions::Numbered;
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build, draft};
 use crate::dump::{Diagram, Edge};
 use crate::engine::{Engine, ProgressSink, Settings};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::model::{ModelKind, Program, VarId};
 
 /// A set to be dumped.
@@ -91,11 +91,14 @@ impl SymbolicEngine {
     /// Cost: linear in the nodes of the sets.
     ///
     /// # Errors
-    /// A limit, or more nodes than the format can number.
+    /// A limit, more nodes than the format can number, or a set that belongs to another engine.
     pub fn diagram(&self, sets: &[Set], choice_bits: &[String]) -> Result<Diagram> {
         let variables = choice_bits.iter().cloned().chain(self.encoding.names()).collect();
         let mut diagram = Diagram { variables, ..Diagram::default() };
         let functions: Vec<&Bdd> = sets.iter().flat_map(functions).collect();
+        if !functions.iter().all(|f| self.store.owns(f)) {
+            return Err(Error::ForeignSet);
+        }
         let (offset, width) = (choice_bits.len() as u32, self.encoding.width());
         let edges = store_in(&mut diagram, offset, width, &functions, &*self.settings.sink)?;
         let mut edges = edges.into_iter();
@@ -150,8 +153,12 @@ impl SymbolicEngine {
 
     /// Returns the states that have the choice of this number in the set; empty for an unknown
     /// number.
-    pub fn numbered(&self, choices: &ChoiceSet, number: usize) -> StateSet {
-        StateSet(choices.0.get(number).cloned().unwrap_or_else(|| self.store.zero()))
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    pub fn numbered(&self, choices: &ChoiceSet, number: usize) -> Result<StateSet> {
+        let states = self.diagrams_of(choices)?.get(number).cloned();
+        Ok(StateSet(states.unwrap_or_else(|| self.store.zero())))
     }
 
     /// Returns all choices of this number, enabled or not.
@@ -190,16 +197,19 @@ impl SymbolicEngine {
     /// Cost: one quantification.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit, or a set that belongs to another engine.
     pub fn projection(&self, x: &StateSet, onto: &[VarId]) -> Result<StateSet> {
         let others: Vec<VarId> = self.program.variable_ids().filter(|v| !onto.contains(v)).collect();
-        Ok(StateSet(self.store.exists(&x.0, &self.encoding.bits_of(&self.store, &others)?)?))
+        Ok(StateSet(self.store.exists(self.diagram_of(x)?, &self.encoding.bits_of(&self.store, &others)?)?))
     }
 
     /// Returns X × {0, …, numbers - 1}: the same states for each number, whether or not the choice
     /// is enabled.
-    pub fn repeated(&self, x: &StateSet, numbers: usize) -> ChoiceSet {
-        ChoiceSet(Arc::new(vec![x.0.clone(); numbers]))
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    pub fn repeated(&self, x: &StateSet, numbers: usize) -> Result<ChoiceSet> {
+        Ok(ChoiceSet(Arc::new(vec![self.diagram_of(x)?.clone(); numbers])))
     }
 }
 

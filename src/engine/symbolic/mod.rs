@@ -172,13 +172,19 @@ impl SymbolicEngine {
 
     /// Returns true if the diagram of a set has at least `many` nodes, constants included. Visits
     /// at most `many` nodes.
-    pub fn has_nodes(&self, x: &StateSet, many: usize) -> bool {
-        self.store.has_nodes(&x.0, many)
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    pub fn has_nodes(&self, x: &StateSet, many: usize) -> Result<bool> {
+        Ok(self.store.has_nodes(self.diagram_of(x)?, many))
     }
 
     /// Returns the number of inner nodes of the diagram of a set.
-    pub fn size(&self, x: &StateSet) -> usize {
-        self.store.size(&x.0)
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    pub fn size(&self, x: &StateSet) -> Result<usize> {
+        Ok(self.store.size(self.diagram_of(x)?))
     }
 
     fn reaching(&self) -> MutexGuard<'_, Vec<(StateSet, StateSet)>> {
@@ -199,9 +205,15 @@ impl SymbolicEngine {
 
     /// Returns for each group `None` if `within` contains all its enabled choices, else the states
     /// in which `within` allows it.
-    fn confinement(&self, within: &ChoiceSet) -> Vec<Option<Bdd>> {
+    fn confinement(&self, within: &[Bdd]) -> Vec<Option<Bdd>> {
         let differs = |(own, all): (&Bdd, &Bdd)| (own != all).then(|| own.clone());
-        within.0.iter().zip(self.enabled.iter()).map(differs).collect()
+        within.iter().zip(self.enabled.iter()).map(differs).collect()
+    }
+
+    /// Returns whether a state satisfies a function of the present bits.
+    fn satisfies(&self, f: &Bdd, state: &[i64]) -> bool {
+        let pattern = (0..self.encoding.width()).map(|p| (2 * p as u32, self.encoding.bit_of(state, p)));
+        self.encoding.is_valid(state) && f.eval(pattern)
     }
 
     /// Returns the number of triples of one piece with the source in C and the target in X (`None`:
@@ -253,34 +265,36 @@ impl Engine for SymbolicEngine {
     }
 
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
-        let within = c.0.iter().map(|f| self.store.and(f, &x.0));
+        let (c, x) = (self.diagrams_of(c)?, self.diagram_of(x)?);
+        let within = c.iter().map(|f| self.store.and(f, x));
         Ok(ChoiceSet(Arc::new(within.collect::<Result<_>>()?)))
     }
 
     fn sources(&self, c: &ChoiceSet) -> Result<StateSet> {
-        Ok(StateSet(self.store.any(c.0.iter().cloned())?))
+        Ok(StateSet(self.store.any(self.diagrams_of(c)?.iter().cloned())?))
     }
 
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
-        let store = &self.store;
-        let large = store.has_nodes(&x.0, store.thresholds().large_set);
-        let mut found = Vec::with_capacity(c.0.len());
-        for (list, allowed) in self.groups.iter().zip(c.0.iter()) {
+        let (store, c, x) = (&self.store, self.diagrams_of(c)?, self.diagram_of(x)?);
+        let large = store.has_nodes(x, store.thresholds().large_set);
+        let mut found = Vec::with_capacity(c.len());
+        for (list, allowed) in self.groups.iter().zip(c) {
             found.push(if large {
-                store.step(Direction::Backward, list, &x.0, allowed)?
+                store.step(Direction::Backward, list, x, allowed)?
             } else {
-                store.and(&store.step(Direction::Backward, list, &x.0, &store.one())?, allowed)?
+                store.and(&store.step(Direction::Backward, list, x, &store.one())?, allowed)?
             });
         }
-        found.push(store.and(&x.0, &c.0[self.groups.len()])?);
+        found.push(store.and(x, &c[self.groups.len()])?);
         Ok(ChoiceSet(Arc::new(found)))
     }
 
     /// Uses the relations alone, without the states of the scope as a bound. Otherwise the check
     /// that a given scope is closed under steps would always succeed.
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
-        let (anywhere, mut images) = (self.store.one(), vec![c.0[self.groups.len()].clone()]);
-        for (list, sources) in self.groups.iter().zip(c.0.iter()) {
+        let c = self.diagrams_of(c)?;
+        let (anywhere, mut images) = (self.store.one(), vec![c[self.groups.len()].clone()]);
+        for (list, sources) in self.groups.iter().zip(c) {
             images.push(self.store.step(Direction::Forward, list, sources, &anywhere)?);
         }
         Ok(StateSet(self.store.any(images)?))
@@ -295,22 +309,25 @@ impl Engine for SymbolicEngine {
         within: &ChoiceSet,
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<StateSet> {
+        self.check_owned(edge_labels)?;
+        let bound = self.diagrams_of(within)?;
         let dropped: Vec<(Bdd, Bdd)> = edge_labels::dropped(self, edge_labels)?
             .into_iter()
             .map(|(from, into)| (from.0, into.0))
             .collect();
-        let confinement = self.confinement(within);
+        let confinement = self.confinement(bound);
         let free = dropped.is_empty() && confinement.iter().all(Option::is_none);
+        let from = self.diagram_of(target)?;
         if let (true, Some(found)) = (free, self.recall(target)) {
             return Ok(found);
         }
-        let by_parts = if free { None } else { confined::can_reach(self, &target.0, &within.0, &dropped)? };
+        let by_parts = if free { None } else { confined::can_reach(self, from, bound, &dropped)? };
         let found = StateSet(match by_parts {
             Some(found) => found,
             None => {
                 let list = self.clusters.confined(&self.store, &confinement, &dropped)?;
                 let how = (Direction::Backward, "backward reachability");
-                self.store.reach(how, &list, &target.0, &self.states.0)?
+                self.store.reach(how, &list, from, &self.states.0)?
             }
         });
         if free {
@@ -324,40 +341,52 @@ impl Engine for SymbolicEngine {
     fn remove_attractor(
         &self,
         left: Region<StateSet, ChoiceSet>,
-        (within, won): (&ChoiceSet, &StateSet),
+        within: &ChoiceSet,
+        won: &StateSet,
         edge_labels: &[EdgeLabels<StateSet>],
         lost: StateSet,
     ) -> Result<Region<StateSet, ChoiceSet>> {
+        for x in [&left.states, won, &lost] {
+            self.diagram_of(x)?;
+        }
+        for c in [&left.choices, within] {
+            self.diagrams_of(c)?;
+        }
+        self.check_owned(edge_labels)?;
         let found = attractor::remove_attractor(self, &lost, won, &left.choices, edge_labels)?;
         self.store.work.lost[usize::from(found.is_some())].fetch_add(1, Relaxed);
         match found {
             Some((lost, choices)) => Ok(Region { states: self.difference(&left.states, &lost)?, choices }),
             None => {
-                let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
-                edge_labels::remove_attractor(self, left, (within, won), edge_labels, lost, is_simpler)
+                let is_simpler = |x: &StateSet, y: &StateSet| {
+                    Ok(self.store.is_smaller(self.diagram_of(x)?, self.diagram_of(y)?))
+                };
+                edge_labels::remove_attractor(self, left, within, won, edge_labels, lost, is_simpler)
             }
         }
     }
 
     fn count_model_states(&self, x: &StateSet) -> Result<Option<Count>> {
+        let x = self.diagram_of(x)?;
         let Some(monitors) = &self.program.monitors else { return Ok(None) };
-        let plain = self.store.exists(&x.0, &self.encoding.bits_of(&self.store, &monitors.variables)?)?;
+        let plain = self.store.exists(x, &self.encoding.bits_of(&self.store, &monitors.variables)?)?;
         let unseen = monitors.variables.iter().map(|&v| self.encoding.positions(v).len());
         self.store.count(&plain, (self.encoding.width() + unseen.sum::<usize>()) as u32).map(Some)
     }
 
     fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {
-        let target = (x.0 != self.states.0).then_some(&x.0);
-        let loops = self.store.and(&c.0[self.enabled.len() - 1], &x.0)?;
+        let (c, x) = (self.diagrams_of(c)?, self.diagram_of(x)?);
+        let target = (*x != self.states.0).then_some(x);
+        let loops = self.store.and(&c[self.enabled.len() - 1], x)?;
         let mut total = self.store.count(&loops, self.encoding.width() as u32)?;
         for piece in &self.transitions.pieces {
-            total += self.count_piece(piece, &c.0[piece.group], target)?;
+            total += self.count_piece(piece, &c[piece.group], target)?;
         }
         Ok(total)
     }
 
     fn list_states(&self, x: &StateSet, limit: usize) -> Result<Vec<State>> {
-        pick::list(&self.store, &self.encoding, &x.0, limit)
+        pick::list(&self.store, &self.encoding, self.diagram_of(x)?, limit)
     }
 
     fn singleton(&self, state: &[i64]) -> Result<StateSet> {
@@ -368,14 +397,13 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.and(&cube, &self.states.0)?))
     }
 
-    fn contains(&self, x: &StateSet, state: &[i64]) -> bool {
-        let pattern = (0..self.encoding.width()).map(|p| (2 * p as u32, self.encoding.bit_of(state, p)));
-        self.encoding.is_valid(state) && x.0.eval(pattern)
+    fn contains(&self, x: &StateSet, state: &[i64]) -> Result<bool> {
+        Ok(self.satisfies(self.diagram_of(x)?, state))
     }
 
-    fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> bool {
-        let group = self.transitions.group_of(choice);
-        group.is_some_and(|g| self.contains(&StateSet(c.0[g].clone()), state))
+    fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> Result<bool> {
+        let c = self.diagrams_of(c)?;
+        Ok(self.transitions.group_of(choice).is_some_and(|group| self.satisfies(&c[group], state)))
     }
 
     fn usage(&self) -> Usage {

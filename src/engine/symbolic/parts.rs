@@ -82,7 +82,7 @@ pub(super) fn are_few(engine: &SymbolicEngine) -> Result<bool> {
     if let Some(&few) = engine.few_parts.get() {
         return Ok(few);
     }
-    let most = engine.store.thresholds().relations_a_bit * engine.encoding.width();
+    let most = engine.store.thresholds().relations_per_bit * engine.encoding.width();
     let few = engine.store.lists.stay_few(&engine.store, &engine.groups, most)?;
     Ok(*engine.few_parts.get_or_init(|| few))
 }

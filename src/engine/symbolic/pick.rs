@@ -4,7 +4,7 @@ use super::diagram::Bdd;
 use super::encoding::Encoding;
 use super::store::Store;
 use super::{StateSet, SymbolicEngine};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::model::{State, VarId};
 
 /// An enumeration of the states of a set by their values, the first variable first.
@@ -47,8 +47,11 @@ impl Listing {
 impl SymbolicEngine {
     /// Starts an enumeration of the states of X; [`SymbolicEngine::next_listed`] returns them one
     /// by one.
-    pub fn listing(&self, x: &StateSet) -> Listing {
-        Listing::new(&self.encoding, &x.0)
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    pub fn listing(&self, x: &StateSet) -> Result<Listing> {
+        Ok(Listing::new(&self.encoding, self.diagram_of(x)?))
     }
 
     /// Returns the next state of an enumeration; `None` at its end.
@@ -56,8 +59,11 @@ impl SymbolicEngine {
     /// Cost: at most two conjunctions per bit.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit, or a set that belongs to another engine.
     pub fn next_listed(&self, listing: &mut Listing) -> Result<Option<State>> {
+        if !listing.stack.iter().all(|(rest, ..)| self.store.owns(rest)) {
+            return Err(Error::ForeignSet);
+        }
         listing.advance(&self.store, &self.encoding)
     }
 }

@@ -153,12 +153,12 @@ impl Lists {
         if let Some(found) = list.cofactors.get() {
             return Ok(found);
         }
-        let quarter = |from, to| {
+        let cofactor = |from, to| {
             let below = |e: &PartialRelation| store.shared(|m| e.below(m, list.top, from, to));
             self.of(store, list.entries.iter().filter_map(below).collect())
         };
-        let clear = [quarter(false, false)?, quarter(false, true)?];
-        let set = [quarter(true, false)?, quarter(true, true)?];
+        let clear = [cofactor(false, false)?, cofactor(false, true)?];
+        let set = [cofactor(true, false)?, cofactor(true, true)?];
         Ok(list.cofactors.get_or_init(|| Cofactors([clear, set])))
     }
 

@@ -3,6 +3,10 @@
 //! Every operation goes through the store. First it asks the progress sink for cancellation, and
 //! collects garbage if enough has gathered. If the node table is full, it collects garbage and
 //! tries once more.
+//!
+//! The store owns the lists of relations, because their numbers are keys of its operation cache.
+//! Lists consist of partial relations, whose diagrams the store makes. Therefore `store`,
+//! `relation_lists` and `partial_relation` import each other.
 
 mod adopt;
 
@@ -214,6 +218,11 @@ impl Store {
     /// Returns true if f has fewer nodes than g.
     pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> bool {
         !self.has_nodes(f, self.size(g) + 2)
+    }
+
+    /// Returns true if f is a diagram of this store.
+    pub(super) fn owns(&self, f: &Bdd) -> bool {
+        f.manager_ref() == self.manager
     }
 
     /// Returns true if f is the constant false.

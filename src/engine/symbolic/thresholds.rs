@@ -27,7 +27,7 @@ pub struct Thresholds {
     /// the maximum number of different cases per bit of a state. A case is a combination of the
     /// relation lists that remain below bits that keep their values. With more cases, the engine
     /// does not use these recursions.
-    pub relations_a_bit: usize,
+    pub relations_per_bit: usize,
     /// Nodes of the operands per intermediate result that such a recursion may find …
     pub nodes_per_case: usize,
     /// … with this many additional results.
@@ -57,7 +57,7 @@ impl Default for Thresholds {
             large_set: 2_000,
             trial_steps: 1_000_000,
             forward_trial_steps: 16_000_000,
-            relations_a_bit: 4,
+            relations_per_bit: 4,
             nodes_per_case: 40,
             free_cases: 300,
             steps_per_node: 100,

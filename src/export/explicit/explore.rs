@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use ahash::AHashMap;
 
 use super::graph::{Column, Graph, Row, fits};
-use super::label::{Regions, identifier};
+use super::label::{Regions, identifier, members};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::value::{Type, Value};
@@ -22,10 +22,10 @@ pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usi
     let states = engine.list_states(&engine.all_states(), limit.saturating_add(1))?;
     fits(states.len().saturating_sub(1), limit)?;
     let initial = engine.initial_states();
-    let (mut states, others): (Vec<State>, Vec<State>) =
-        states.into_iter().partition(|s| engine.contains(&initial, s));
-    let starts = states.len();
-    states.extend(others);
+    let starts = members(engine, &initial, &states)?;
+    let (first, others): (Vec<_>, Vec<_>) =
+        states.into_iter().enumerate().partition(|(number, _)| starts.binary_search(number).is_ok());
+    let states: Vec<State> = first.into_iter().chain(others).map(|(_, state)| state).collect();
     let index: AHashMap<&State, usize> = states.iter().zip(0..).collect();
     let mut rows = Vec::with_capacity(states.len());
     for state in &states {
@@ -44,7 +44,7 @@ pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usi
     let labels = labels(analysis, program, &states)?;
     let columns = program.variables.iter().map(column).collect();
     let is_dtmc = program.kind == ModelKind::Dtmc;
-    Ok(Graph { is_dtmc, columns, initial: (0..starts).collect(), rows, labels, states })
+    Ok(Graph { is_dtmc, columns, initial: (0..starts.len()).collect(), rows, labels, states })
 }
 
 pub(super) fn column(variable: &Variable) -> Column {
@@ -59,10 +59,7 @@ fn labels<E: Engine>(
 ) -> Result<Vec<(String, Vec<usize>)>> {
     let engine = analysis.engine();
     let deadlocks = engine.deadlock_states();
-    let members = |holds: &dyn Fn(&State) -> bool| -> Vec<usize> {
-        states.iter().enumerate().filter(|(_, s)| holds(s)).map(|(i, _)| i).collect()
-    };
-    let mut labels = vec![("deadlock".to_owned(), members(&|s| engine.contains(&deadlocks, s)))];
+    let mut labels = vec![("deadlock".to_owned(), members(engine, &deadlocks, states)?)];
     for (name, e) in &program.labels {
         let mut own = Vec::new();
         for (number, state) in states.iter().enumerate() {
@@ -75,7 +72,7 @@ fn labels<E: Engine>(
         labels.push((name.clone(), own));
     }
     let regions = Regions::of(analysis);
-    labels.extend(regions.all(states));
+    labels.extend(regions.all(states)?);
     Ok(distinct(labels))
 }
 

@@ -48,7 +48,7 @@ pub fn induced<E: Engine>(
         rows.push(choices(&course, key, rows.len(), &mut found));
     }
     let keys = found.keys;
-    let labels = labels(analysis, &course, &keys);
+    let labels = labels(analysis, &course, &keys)?;
     let states = keys.iter().map(|key| values(&course, *key)).collect();
     let (is_dtmc, columns) = (scheduler == Scheduler::Progress, columns(program));
     Ok(Graph { is_dtmc, columns, states, rows, initial: (0..starts.len()).collect(), labels })
@@ -128,7 +128,7 @@ fn labels<E: Engine>(
     analysis: &Analysis<E>,
     course: &InducedModel,
     keys: &[Key],
-) -> Vec<(String, Vec<usize>)> {
+) -> Result<Vec<(String, Vec<usize>)>> {
     let numbered = |holds: &dyn Fn(&Key) -> bool| -> Vec<usize> {
         keys.iter().enumerate().filter(|(_, key)| holds(key)).map(|(number, _)| number).collect()
     };
@@ -136,6 +136,6 @@ fn labels<E: Engine>(
     let mut labels =
         vec![("improved".to_owned(), numbered(&|key| key.1)), ("settled".to_owned(), numbered(&settled))];
     let states: Vec<State> = keys.iter().map(|key| course.nodes[key.0].at.state.clone()).collect();
-    labels.extend(Regions::of(analysis).all(&states));
-    distinct(labels)
+    labels.extend(Regions::of(analysis).all(&states)?);
+    Ok(distinct(labels))
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::engine::Engine;
+use crate::error::Result;
 use crate::model::State;
 use crate::planning::levels::Rank;
 use crate::planning::regions::regions;
@@ -20,31 +21,47 @@ impl<'a, E: Engine> Regions<'a, E> {
     }
 
     /// Returns each region with its states, and for each kind of strategy the states of each rank.
-    pub(super) fn all(&self, states: &[State]) -> Vec<(String, Vec<usize>)> {
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub(super) fn all(&self, states: &[State]) -> Result<Vec<(String, Vec<usize>)>> {
         let engine = self.analysis.engine();
         let mut labels = Vec::new();
         for (name, region) in &self.named {
-            let own = states.iter().enumerate().filter(|(_, s)| engine.contains(region, s));
-            labels.push((name.clone(), own.map(|(number, _)| number).collect()));
+            labels.push((name.clone(), members(engine, region, states)?));
         }
-        for kind in Kind::ALL {
-            labels.extend(self.ranks(kind, states));
+        for &kind in Kind::ALL {
+            labels.extend(self.ranks(kind, states)?);
         }
-        labels
+        Ok(labels)
     }
 
-    fn ranks(&self, kind: Kind, states: &[State]) -> Vec<(String, Vec<usize>)> {
+    fn ranks(&self, kind: Kind, states: &[State]) -> Result<Vec<(String, Vec<usize>)>> {
         let mut ranks: BTreeMap<String, Vec<usize>> = BTreeMap::new();
         for (number, state) in states.iter().enumerate() {
-            let rank = match self.analysis.levels(kind).rank(self.analysis.engine(), state) {
+            let rank = match self.analysis.levels(kind).rank(self.analysis.engine(), state)? {
                 Rank::Finite(k) => k.to_string(),
                 Rank::AtLeast(k) => format!("at_least_{k}"),
                 Rank::Unbounded => "unbounded".to_owned(),
             };
             ranks.entry(format!("{}_rank_{rank}", kind.name())).or_default().push(number);
         }
-        ranks.into_iter().collect()
+        Ok(ranks.into_iter().collect())
     }
+}
+
+/// Returns the positions of the states that are in X.
+///
+/// # Errors
+/// The errors of [`Engine::contains`].
+pub(super) fn members<E: Engine>(engine: &E, x: &E::States, states: &[State]) -> Result<Vec<usize>> {
+    let mut members = Vec::new();
+    for (number, state) in states.iter().enumerate() {
+        if engine.contains(x, state)? {
+            members.push(number);
+        }
+    }
+    Ok(members)
 }
 
 /// Returns a name that both formats accept: letters, digits and `_`.

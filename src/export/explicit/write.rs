@@ -4,7 +4,8 @@
 
 use std::fmt::Write as _;
 
-use super::graph::Graph;
+use super::graph::{Graph, Row};
+use crate::csv;
 
 /// The three files of PRISM.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -107,12 +108,13 @@ pub fn drn(graph: &Graph) -> String {
 /// Writes a CSV file with one row per state: its number, its values, and the names of its choices,
 /// separated by ` | `.
 pub fn action_table(graph: &Graph) -> String {
-    let names: Vec<&str> = graph.columns.iter().map(|c| c.name.as_str()).collect();
-    let mut text = format!("state,{},actions\n", names.join(","));
-    for (number, (values, rows)) in graph.states.iter().zip(&graph.rows).enumerate() {
-        let actions = rows.iter().map(|row| row.action.as_str()).collect::<Vec<_>>().join(" | ");
-        let values = shown(graph, values, |_, v| v);
-        let _ = writeln!(text, "{number},{values},\"{}\"", actions.replace('"', "\"\""));
-    }
-    text
+    let names = graph.columns.iter().map(|column| column.name.clone());
+    let heading = std::iter::once("state".to_owned()).chain(names).chain(["actions".to_owned()]).collect();
+    let row = |(number, (values, rows)): (usize, (&Vec<i64>, &Vec<Row>))| {
+        let actions: Vec<&str> = rows.iter().map(|row| row.action.as_str()).collect();
+        let values = graph.columns.iter().zip(values).map(|(column, &value)| column.show(value));
+        [number.to_string()].into_iter().chain(values).chain([actions.join(" | ")]).collect()
+    };
+    let rows = graph.states.iter().zip(&graph.rows).enumerate().map(row);
+    csv::lines(std::iter::once::<Vec<String>>(heading).chain(rows))
 }

@@ -4,21 +4,19 @@ use std::borrow::Cow;
 
 use ahash::AHashMap;
 
-use super::limits::MOST_RENAMINGS;
-use super::lower::Lowerer;
+use super::limits::{MOST_COMMANDS, MOST_MODULES, MOST_RENAMINGS, MOST_VARIABLES};
+use super::lowerer::Lowerer;
 use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::lang::ast::{
-    ConstDef, FormulaDef, Ident, Item, LabelDef, ModelType, Module, RenamedModule, Rewards, Span, System,
-    VarDecl,
+    ConstDef, Ident, Item, Model, Module, NamedExpr, RenamedModule, Rewards, Span, System, VarDecl,
 };
-use crate::lang::parse::Outline;
 use crate::model::VarId;
 use crate::model::value::Type;
 
 /// A module, or a renamed copy of one.
 pub(super) struct Instance<'a> {
     pub(super) name: &'a Ident,
-    pub(super) module: &'a Module<Span, Span>,
+    pub(super) module: &'a Module,
     /// Renaming to apply to the module.
     pub(super) env: Env,
     /// Declaration of the copy, if it is one; used in messages.
@@ -27,7 +25,7 @@ pub(super) struct Instance<'a> {
 
 /// A variable declaration, with its module and the renaming that applies to it.
 pub(super) struct Declared<'a> {
-    pub(super) declaration: &'a VarDecl<Span>,
+    pub(super) declaration: &'a VarDecl,
     pub(super) name: String,
     pub(super) env: Env,
     pub(super) module: Option<usize>,
@@ -36,47 +34,26 @@ pub(super) struct Declared<'a> {
 }
 
 /// The parts of a model, sorted by kind.
+#[derive(Default)]
 pub(super) struct Parts<'a> {
-    pub(super) kind: ModelType,
-    pub(super) constants: Vec<&'a ConstDef<Span>>,
-    pub(super) formulas: Vec<&'a FormulaDef<Span>>,
-    pub(super) labels: Vec<&'a LabelDef<Span>>,
+    pub(super) constants: Vec<&'a ConstDef>,
+    pub(super) formulas: Vec<&'a NamedExpr>,
+    pub(super) labels: Vec<&'a NamedExpr>,
     pub(super) modules: Vec<Instance<'a>>,
     /// Total number of commands of the modules.
     pub(super) commands: usize,
     pub(super) variables: Vec<Declared<'a>>,
     pub(super) init: Option<Span>,
     pub(super) system: Option<&'a System>,
-    pub(super) rewards: Vec<&'a Rewards<Span>>,
+    pub(super) rewards: Vec<&'a Rewards>,
     /// First place of each label and of each module.
     label_at: AHashMap<&'a str, Span>,
     module_at: AHashMap<&'a str, Span>,
 }
 
-impl Default for Parts<'_> {
-    fn default() -> Self {
-        Parts {
-            kind: ModelType::Mdp,
-            constants: Vec::new(),
-            formulas: Vec::new(),
-            labels: Vec::new(),
-            modules: Vec::new(),
-            commands: 0,
-            variables: Vec::new(),
-            init: None,
-            system: None,
-            rewards: Vec::new(),
-            label_at: AHashMap::new(),
-            module_at: AHashMap::new(),
-        }
-    }
-}
-
 impl<'a> Parts<'a> {
     /// Fills in everything; reports parts that occur twice and copies without a base.
-    pub(super) fn collect(&mut self, model: &'a Outline, lowerer: &mut Lowerer<'a>) {
-        self.kind = model.kind.map_or(ModelType::Mdp, |(kind, _)| kind);
-        self.constants = super::constants(model).collect();
+    pub(super) fn collect(&mut self, model: &'a Model, lowerer: &mut Lowerer<'a>) {
         let (plain, copies) = bases(model);
         for item in &model.items {
             match item {
@@ -101,21 +78,19 @@ impl<'a> Parts<'a> {
                 Item::Init(e) => self.init(*e, lowerer),
                 Item::System(s) => self.system(s, lowerer),
                 Item::Rewards(r) => self.rewards.push(r),
-                Item::Const(_) => {}
+                Item::Const(c) => self.constants.push(c),
             }
         }
         if self.modules.is_empty() && lowerer.diagnostics.is_empty() {
             let end = Span::new(lowerer.source.text.len(), lowerer.source.text.len());
-            let diagnostic = lowerer.wrong(end, "the model has no module");
-            lowerer.report(diagnostic);
+            lowerer.fail::<()>(end, "the model has no module");
         }
     }
 
-    fn label(&mut self, label: &'a LabelDef<Span>, lowerer: &mut Lowerer<'a>) {
+    fn label(&mut self, label: &'a NamedExpr, lowerer: &mut Lowerer<'a>) {
         if let Some(first) = self.label_at.get(label.name.name.as_str()) {
             let message = format!("the label \"{}\" is defined twice", label.name.name);
-            let diagnostic = lowerer.wrong(label.name.span, message).label("defined again");
-            lowerer.report(diagnostic.related(first.range(), "defined here first"));
+            lowerer.again(label.name.span, message, *first, ["defined again", "defined here first"]);
         }
         self.label_at.entry(&label.name.name).or_insert(label.name.span);
         self.labels.push(label);
@@ -123,26 +98,38 @@ impl<'a> Parts<'a> {
 
     fn init(&mut self, e: Span, lowerer: &mut Lowerer<'a>) {
         if let Some(first) = self.init.replace(e) {
-            let diagnostic = lowerer.wrong(e, "there are several `init … endinit`").label("again");
-            lowerer.report(diagnostic.related(first.range(), "the first one"));
+            lowerer.again(e, "there are several `init … endinit`", first, ["again", "the first one"]);
         }
     }
 
     fn system(&mut self, s: &'a System, lowerer: &mut Lowerer<'a>) {
         if let Some(first) = self.system.replace(s) {
-            let diagnostic = lowerer.wrong(s.span, "there are several `system … endsystem`").label("again");
-            lowerer.report(diagnostic.related(first.span.range(), "the first one"));
+            let message = "there are several `system … endsystem`";
+            lowerer.again(s.span, message, first.span, ["again", "the first one"]);
         }
     }
 
+    /// Returns true if the modules so far, including this one, are within the limits.
+    fn fits(&self, instance: &Instance<'a>, lowerer: &mut Lowerer<'a>) -> bool {
+        let commands = self.commands + instance.module.commands.len();
+        let variables = self.variables.len() + instance.module.variables.len();
+        let (what, most) = match () {
+            () if self.modules.len() >= MOST_MODULES => ("modules", MOST_MODULES),
+            () if variables > MOST_VARIABLES => ("variables", MOST_VARIABLES),
+            () if commands > MOST_COMMANDS => ("commands", MOST_COMMANDS),
+            () => return true,
+        };
+        lowerer.too_large(what, most, instance.name.span);
+        false
+    }
+
     fn instance(&mut self, instance: Instance<'a>, lowerer: &mut Lowerer<'a>) {
-        if !lowerer.fits(self, &instance) {
+        if !self.fits(&instance, lowerer) {
             return;
         }
         if let Some(first) = self.module_at.get(instance.name.name.as_str()) {
             let message = format!("the module `{}` is defined twice", instance.name.name);
-            let diagnostic = lowerer.wrong(instance.name.span, message).label("defined again");
-            lowerer.report(diagnostic.related(first.range(), "defined here first"));
+            lowerer.again(instance.name.span, message, *first, ["defined again", "defined here first"]);
         }
         self.module_at.entry(&instance.name.name).or_insert(instance.name.span);
         self.commands += instance.module.commands.len();
@@ -169,7 +156,7 @@ impl<'a> Parts<'a> {
 type ByName<'a, T> = AHashMap<&'a str, &'a T>;
 
 /// Returns the modules and the copies of modules by name.
-fn bases(model: &Outline) -> (ByName<'_, Module<Span, Span>>, ByName<'_, RenamedModule>) {
+fn bases(model: &Model) -> (ByName<'_, Module>, ByName<'_, RenamedModule>) {
     let (mut plain, mut copies) = (AHashMap::new(), AHashMap::new());
     for item in &model.items {
         match item {
@@ -188,7 +175,7 @@ fn bases(model: &Outline) -> (ByName<'_, Module<Span, Span>>, ByName<'_, Renamed
 /// Returns the original module of a chain of copies, with all renamings on the way.
 fn resolve<'a>(
     copy: &'a RenamedModule,
-    plain: &ByName<'a, Module<Span, Span>>,
+    plain: &ByName<'a, Module>,
     copies: &ByName<'a, RenamedModule>,
     lowerer: &mut Lowerer<'a>,
 ) -> Option<Instance<'a>> {
@@ -216,8 +203,7 @@ fn add_renaming<'a>(copy: &'a RenamedModule, then: Env, lowerer: &mut Lowerer<'a
     let mut map = AHashMap::new();
     for (old, new) in &copy.renames {
         if map.insert(old.name.as_str(), new.name.as_str()).is_some() {
-            let diagnostic = lowerer.wrong(old.span, format!("`{}` is renamed twice", old.name));
-            lowerer.report(diagnostic);
+            lowerer.fail::<()>(old.span, format!("`{}` is renamed twice", old.name));
         }
     }
     lowerer.scope.renamings.push(Renaming { map, then });
@@ -248,8 +234,7 @@ impl<'a> Lowerer<'a> {
 
     fn name_once(&mut self, name: Cow<'a, str>, symbol: Symbol, span: Span) {
         if let Some(&(_, first)) = self.scope.symbols.get(&name) {
-            let diagnostic = self.wrong(span, format!("`{name}` is declared twice")).label("declared again");
-            self.report(diagnostic.related(first.range(), "declared here first"));
+            self.declared_twice(&name, span, first);
             return;
         }
         self.scope.symbols.insert(name, (symbol, span));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::collect::Parts;
-use super::lower::Lowerer;
+use super::lowerer::Lowerer;
 use super::scope::{NO_RENAMING, Symbol};
 use crate::error::{Diagnostic, SourceFile};
 use crate::lang::ast::{ConstDef, Span};
@@ -105,7 +105,7 @@ impl<'a> Lowerer<'a> {
 
     /// Returns all constants with their values, in the order of declaration.
     pub(super) fn constant_values(&mut self, parts: &Parts<'a>) -> Option<Vec<(String, Value)>> {
-        let value = |c: &&ConstDef<Span>| {
+        let value = |c: &&ConstDef| {
             let Some(Symbol::Definition(d)) = self.scope.symbol(&c.name.name) else { return None };
             let id = self.definition(d, NO_RENAMING)?;
             Some((c.name.name.clone(), self.pool.literal(id)?))
@@ -116,7 +116,7 @@ impl<'a> Lowerer<'a> {
     }
 }
 
-fn wanted(constant: &ConstDef<Span>) -> Wanted<'_> {
+fn wanted(constant: &ConstDef) -> Wanted<'_> {
     Wanted {
         name: &constant.name.name,
         ty: constant.ty.ty(),

@@ -1,6 +1,6 @@
 //! Detection of constants and formulas that depend on themselves.
 
-use super::lower::Lowerer;
+use super::lowerer::Lowerer;
 use super::scope::{DefId, NO_RENAMING};
 
 /// State of a definition in the depth-first search.
@@ -17,7 +17,7 @@ impl Lowerer<'_> {
         let mut marks = vec![Mark::New; self.scope.definitions.len()];
         let mut found = false;
         for root in 0..marks.len() {
-            if self.poll.is_over() {
+            if self.poll.should_stop() {
                 break;
             }
             // The path from the root, each definition with its dependencies not yet visited.

@@ -4,13 +4,21 @@
 //! `N=0 ? 0 : mod(x,N)` is valid for every N. The pool removes parts that are never evaluated, and
 //! only the rest of an expression is searched.
 
-use super::lower::Lowerer;
+use super::lowerer::{Lowered, Lowerer};
 use crate::lang::ast::Span;
 use crate::model::expr::ExprId;
+use crate::model::value::Type;
 
 impl Lowerer<'_> {
+    /// Checks the type of a whole expression, converts an integer if a real is wanted, and reports
+    /// a part without a value.
+    pub(in crate::lang) fn finished(&mut self, (id, span): Lowered, ty: Type, what: &str) -> Option<ExprId> {
+        let id = self.expect_type(id?, ty, span, what)?;
+        self.whole(id, span)
+    }
+
     /// Accepts a whole expression, unless a part that may be evaluated has no value in any state.
-    pub(in crate::lang) fn whole(&mut self, root: ExprId, span: Span) -> Option<ExprId> {
+    pub(super) fn whole(&mut self, root: ExprId, span: Span) -> Option<ExprId> {
         match self.first_fault(root) {
             None => Some(root),
             Some(fault) => {

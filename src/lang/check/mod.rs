@@ -1,15 +1,15 @@
 //! From the syntax tree to the flat program: names, types, constants, renaming, composition.
 
+mod actions;
 mod collect;
 mod constants;
 mod cycles;
+mod expr;
 mod faults;
 mod limits;
-mod lower;
+mod lowerer;
 mod modules;
 mod ops;
-mod preference;
-mod read;
 mod rewards;
 mod scope;
 mod system;
@@ -18,8 +18,7 @@ mod variables;
 
 use std::sync::Arc;
 
-use super::ast::{ConstDef, FormulaDef, Item, LabelDef, ModelType, Span};
-use super::parse::Outline;
+use super::ast::{Model, NamedExpr};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::model::expr::ExprPool;
 use crate::model::{ModelKind, Program};
@@ -27,15 +26,14 @@ use crate::progress::ProgressSink;
 use collect::Parts;
 use scope::NO_RENAMING;
 
-pub(in crate::lang) use super::slip::is_slip;
+pub(in crate::lang) use actions::Actions;
 pub(in crate::lang) use constants::{Wanted, given_values};
-pub(in crate::lang) use lower::Lowerer;
-pub(in crate::lang) use ops::Operand;
-pub use preference::{load_preferences, lower_preferences, outline_preferences};
+pub(in crate::lang) use expr::{Names, lowered};
+pub(in crate::lang) use lowerer::{Lowered, Lowerer, MAX_ERRORS};
 pub(in crate::lang) use rewards::warnings as reward_warnings;
 pub(in crate::lang) use scope::Scope;
+pub use target::lower_target;
 pub(in crate::lang) use target::lower_value;
-pub use target::{lower_part, lower_target};
 
 /// A program, with further results of the checks.
 #[derive(Debug, Clone)]
@@ -56,7 +54,7 @@ pub struct Checked {
 /// # Errors
 /// Everything that PRISM also refuses (see the tests for each case); a limit.
 pub(in crate::lang) fn check(
-    model: &Outline,
+    model: &Model,
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,
     bindings: &[super::valuation::Binding],
@@ -74,7 +72,7 @@ pub(in crate::lang) fn check(
         foreign.append(&mut lowerer.diagnostics);
         return Err(Error::Input(foreign));
     }
-    let program = lowerer.program(&parts, bindings);
+    let program = lowerer.program(model, &parts, bindings);
     lowerer.poll.check()?;
     match program {
         Some(program) if lowerer.diagnostics.is_empty() => Ok(Checked {
@@ -88,7 +86,12 @@ pub(in crate::lang) fn check(
 
 impl<'a> Lowerer<'a> {
     /// Builds the program, with an empty pool in place of the one still in use here.
-    fn program(&mut self, parts: &Parts<'a>, bindings: &[super::valuation::Binding]) -> Option<Program> {
+    fn program(
+        &mut self,
+        model: &Model,
+        parts: &Parts<'a>,
+        bindings: &[super::valuation::Binding],
+    ) -> Option<Program> {
         let constants = self.constant_values(parts);
         let variables = self.variables(parts);
         let formulas: Vec<_> = parts.formulas.iter().map(|f| self.formula(f)).collect();
@@ -100,10 +103,7 @@ impl<'a> Lowerer<'a> {
         let rewards = self.rewards(parts, &actions);
         Some(Program {
             source: Arc::clone(&self.source),
-            kind: match parts.kind {
-                ModelType::Mdp => ModelKind::Mdp,
-                ModelType::Dtmc => ModelKind::Dtmc,
-            },
+            kind: model.kind.map_or(ModelKind::Mdp, |(kind, _)| kind),
             constants: constants?,
             given_constants: bindings.iter().map(|b| b.name.name.clone()).collect(),
             pool: ExprPool::default(),
@@ -120,7 +120,7 @@ impl<'a> Lowerer<'a> {
         })
     }
 
-    fn formula(&mut self, formula: &FormulaDef<Span>) -> Option<(String, crate::model::expr::ExprId)> {
+    fn formula(&mut self, formula: &NamedExpr) -> Option<(String, crate::model::expr::ExprId)> {
         let definition = match self.scope.symbol(&formula.name.name) {
             Some(scope::Symbol::Definition(d)) => d,
             _ => return None,
@@ -128,13 +128,8 @@ impl<'a> Lowerer<'a> {
         Some((formula.name.name.clone(), self.definition(definition, NO_RENAMING)?))
     }
 
-    fn label_definition(&mut self, label: &LabelDef<Span>) -> Option<(String, crate::model::expr::ExprId)> {
+    fn label_definition(&mut self, label: &NamedExpr) -> Option<(String, crate::model::expr::ExprId)> {
         let what = format!("the label \"{}\"", label.name.name);
         Some((label.name.name.clone(), self.condition(&label.body, NO_RENAMING, &what)?))
     }
-}
-
-/// Returns the constants of a model, in the order of declaration.
-fn constants(model: &Outline) -> impl Iterator<Item = &ConstDef<Span>> {
-    model.items.iter().filter_map(|item| if let Item::Const(c) = item { Some(c) } else { None })
 }

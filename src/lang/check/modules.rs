@@ -2,77 +2,53 @@
 
 use ahash::AHashMap;
 
+use super::actions::Actions;
 use super::collect::{Instance, Parts};
-use super::lower::Lowerer;
-use super::read::Lowered;
+use super::expr::Body;
+use super::lowerer::Lowerer;
 use super::scope::Symbol;
 use crate::lang::ast::{self, Assignment, Span};
 use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Command, Updates, VarId};
 
-/// Names in the order of their first occurrence.
-#[derive(Default)]
-pub(super) struct Names {
-    pub(super) names: Vec<String>,
-    index: AHashMap<String, usize>,
-}
-
-impl Names {
-    /// Returns the position of a name, which is added if it is new.
-    pub(super) fn add(&mut self, name: &str) -> usize {
-        if let Some(&index) = self.index.get(name) {
-            return index;
-        }
-        self.names.push(name.to_owned());
-        self.index.insert(name.to_owned(), self.names.len() - 1);
-        self.names.len() - 1
-    }
-
-    pub(super) fn get(&self, name: &str) -> Option<usize> {
-        self.index.get(name).copied()
-    }
+/// The module of a command.
+#[derive(Clone, Copy)]
+struct Inside<'p, 'a> {
+    instance: &'p Instance<'a>,
+    module: usize,
+    /// True if the command has an action.
+    labelled: bool,
+    parts: &'p Parts<'a>,
 }
 
 impl<'a> Lowerer<'a> {
     /// Returns the actions, and all commands ordered by module.
-    pub(super) fn commands(&mut self, parts: &Parts<'a>) -> (Names, Option<Vec<Command>>) {
-        let mut actions = Names::default();
+    pub(super) fn commands(&mut self, parts: &Parts<'a>) -> (Actions, Option<Vec<Command>>) {
+        let mut actions = Actions::default();
         let mut commands = Vec::new();
         for (module, instance) in parts.modules.iter().enumerate() {
-            let mut numbers: AHashMap<Option<usize>, usize> = AHashMap::new();
             for &place in &instance.module.commands {
-                let Some(command) = self.read_command(place, instance.env) else {
+                let Some(command) = self.read_command(place) else {
                     commands.push(None);
                     continue;
                 };
                 let action =
                     command.action.as_ref().map(|a| actions.add(self.scope.rename(&a.name, instance.env).0));
-                let number = numbers.entry(action).or_default();
-                *number += 1;
-                let number = *number;
-                let lowered = self.command(&command, instance, module, parts);
+                let number = actions.next_number(module, action);
+                let inside = Inside { instance, module, labelled: action.is_some(), parts };
+                let lowered = self.command(&command, inside);
                 commands.push(lowered.map(|c| Command { action, number, ..c }));
             }
         }
         (actions, commands.into_iter().collect())
     }
 
-    fn command(
-        &mut self,
-        command: &ast::Command<Lowered>,
-        instance: &Instance<'a>,
-        module: usize,
-        parts: &Parts<'a>,
-    ) -> Option<Command> {
-        let guard = self.condition(&command.guard, instance.env, "a guard");
-        let branches: Vec<_> = command
-            .branches
-            .iter()
-            .map(|branch| self.branch(branch, command.action.is_some(), instance, module, parts))
-            .collect();
+    fn command(&mut self, command: &ast::Command, inside: Inside<'_, 'a>) -> Option<Command> {
+        let guard = self.condition(&command.guard, inside.instance.env, "a guard");
+        let branches: Vec<_> = command.branches.iter().map(|branch| self.branch(branch, inside)).collect();
         Some(Command {
-            module,
+            module: inside.module,
             action: None,
             number: 0,
             guard: guard?,
@@ -81,31 +57,24 @@ impl<'a> Lowerer<'a> {
         })
     }
 
-    fn branch(
-        &mut self,
-        branch: &ast::Branch<Lowered>,
-        labelled: bool,
-        instance: &Instance<'a>,
-        module: usize,
-        parts: &Parts<'a>,
-    ) -> Option<Branch> {
+    fn branch(&mut self, branch: &ast::Branch, inside: Inside<'_, 'a>) -> Option<Branch> {
         let probability = match &branch.probability {
-            Some(e) => self.typed(e, instance.env, Type::Real, "a probability"),
+            Some(e) => self.typed(e, inside.instance.env, Type::Real, "a probability"),
             None => self.literal(Value::Real(1.0)),
         };
         let mut updates: Vec<Option<(VarId, ExprId)>> = Vec::new();
         let mut met: AHashMap<&str, Span> = AHashMap::new();
         for assignment in &branch.updates {
-            let update = self.assignment(assignment, labelled, instance, module, parts);
+            let update = self.assignment(assignment, inside);
             if let Some(first) = met.insert(&assignment.variable.name, assignment.variable.span) {
                 let message = format!("`{}` is updated twice in one branch", assignment.variable.name);
-                let diagnostic = self.wrong(assignment.variable.span, message).label("updated again");
-                self.report(diagnostic.related(first.range(), "updated here first"));
+                let labels = ["updated again", "updated here first"];
+                self.again(assignment.variable.span, message, first, labels);
             }
             updates.push(update);
         }
         let updates: Updates = updates.into_iter().collect::<Option<_>>()?;
-        self.check_distinct(&updates, branch, parts)?;
+        self.check_distinct(&updates, branch, inside.parts)?;
         Some(Branch { probability: probability?, updates })
     }
 
@@ -113,7 +82,7 @@ impl<'a> Lowerer<'a> {
     fn check_distinct(
         &mut self,
         updates: &[(VarId, ExprId)],
-        branch: &ast::Branch<Lowered>,
+        branch: &ast::Branch,
         parts: &Parts<'a>,
     ) -> Option<()> {
         let mut variables: Vec<VarId> = updates.iter().map(|u| u.0).collect();
@@ -130,15 +99,9 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    fn assignment(
-        &mut self,
-        assignment: &Assignment<Lowered>,
-        labelled: bool,
-        instance: &Instance<'a>,
-        module: usize,
-        parts: &Parts<'a>,
-    ) -> Option<(VarId, ExprId)> {
-        let value = self.expr(&assignment.value, instance.env);
+    fn assignment(&mut self, assignment: &Assignment, inside: Inside<'_, 'a>) -> Option<(VarId, ExprId)> {
+        let Inside { instance, module, labelled, parts } = inside;
+        let value = assignment.value.lowered(self, instance.env);
         let (name, _) = self.scope.rename(&assignment.variable.name, instance.env);
         let span = assignment.variable.span;
         let Some(Symbol::Variable(variable, ty)) = self.scope.symbol(name) else {
@@ -166,7 +129,6 @@ impl<'a> Lowerer<'a> {
             _ => {}
         }
         let what = format!("the new value of `{name}`");
-        let value = self.expect_type(value?, ty, assignment.value.1, &what)?;
-        Some((variable, self.whole(value, assignment.value.1)?))
+        Some((variable, self.finished(value, ty, &what)?))
     }
 }

@@ -1,16 +1,13 @@
 //! Operators and functions, with PRISM's types, and the nodes that they become.
 
-use super::lower::Lowerer;
-use crate::lang::ast::{BinaryOp, Span};
+use super::lowerer::{Lowerer, Operand};
+use crate::lang::ast::{BinaryOp, Function, NodeKind, Span};
 use crate::model::expr::{Binary, ExprId, Node, Unary};
-use crate::model::value::Type;
+use crate::model::value::{Type, Value};
 
 /// Maximum height of an expression after substitution of formulas. Engines recurse over
 /// expressions.
 pub(super) const MAX_HEIGHT: u16 = 2000;
-
-/// An operand with its place.
-pub(in crate::lang) type Operand = (ExprId, Span);
 
 impl Lowerer<'_> {
     /// Checks the height of a new node, and records its place if it has no value. Such a node is an
@@ -61,12 +58,58 @@ impl Lowerer<'_> {
         }
     }
 
-    pub(in crate::lang) fn not(&mut self, a: ExprId, span: Span) -> Option<ExprId> {
+    pub(in crate::lang) fn expect_type(
+        &mut self,
+        id: ExprId,
+        ty: Type,
+        span: Span,
+        what: &str,
+    ) -> Option<ExprId> {
+        match (self.pool.ty(id), ty) {
+            (found, wanted) if found == wanted => Some(id),
+            (Type::Int, Type::Real) => self.made_real(id, span),
+            (found, wanted) => {
+                let mut diagnostic = self
+                    .wrong(span, format!("type error: {what} must be of type `{wanted}`"))
+                    .label(format!("of type `{found}`"));
+                if (found, wanted) == (Type::Real, Type::Int) {
+                    diagnostic =
+                        diagnostic.help("`floor`, `ceil` and `round` return integers; `/` never does");
+                }
+                self.report(diagnostic);
+                None
+            }
+        }
+    }
+
+    /// Returns the value of an operator for checked operands; `conditional` is the name of `?:`.
+    pub(super) fn operation(
+        &mut self,
+        kind: &NodeKind,
+        operands: Vec<Operand>,
+        span: Span,
+        conditional: &str,
+    ) -> Option<ExprId> {
+        match (kind, operands.as_slice()) {
+            (NodeKind::Not, &[(a, at)]) => self.not(a, at),
+            (NodeKind::Neg, &[(a, at)]) => self.neg(a, at, span),
+            (NodeKind::Binary(op), &[a, b]) => self.binary(*op, a, b, a.1.to(b.1)),
+            (NodeKind::Join(op, _), _) => self.balanced(*op, operands),
+            (NodeKind::Ite, &[(c, at), a, b]) => {
+                let c = self.expect_type(c, Type::Bool, at, &format!("the condition of {conditional}"))?;
+                self.ite(c, a, b)
+            }
+            (NodeKind::Apply(function, _), _) => self.apply(*function, &operands, span),
+            _ => self.fail(span, "wrong number of operands"),
+        }
+    }
+
+    fn not(&mut self, a: ExprId, span: Span) -> Option<ExprId> {
         let a = self.expect_type(a, Type::Bool, span, "the operand of `!`")?;
         self.unary(Unary::Not, a, span)
     }
 
-    pub(in crate::lang) fn neg(&mut self, a: ExprId, operand: Span, span: Span) -> Option<ExprId> {
+    fn neg(&mut self, a: ExprId, operand: Span, span: Span) -> Option<ExprId> {
         self.expect_number((a, operand), "the operand of `-`")?;
         self.unary(Unary::Neg, a, span)
     }
@@ -95,8 +138,7 @@ impl Lowerer<'_> {
     }
 
     fn reals(&mut self, a: Operand, b: Operand, what: &str) -> Option<(ExprId, ExprId)> {
-        let (left, right) = (self.expect_number(a, what), self.expect_number(b, what));
-        left.and(right)?;
+        self.numbers(a, b, what)?;
         Some((self.made_real(a.0, a.1)?, self.made_real(b.0, b.1)?))
     }
 
@@ -106,7 +148,8 @@ impl Lowerer<'_> {
         left.and(right).map(|_| ())
     }
 
-    /// Returns `a & b & …` or `a | b | …` as a balanced tree; the order of evaluation stays.
+    /// Returns `a & b & …` or `a | b | …` as a balanced tree; the order of evaluation stays. Without
+    /// operands it is the neutral element.
     pub(in crate::lang) fn balanced(&mut self, op: BinaryOp, mut row: Vec<Operand>) -> Option<ExprId> {
         let what = format!("an operand of `{}`", op.symbol());
         let checked =
@@ -128,7 +171,10 @@ impl Lowerer<'_> {
             }
             row.truncate(row.len().div_ceil(2));
         }
-        row.first().map(|o| o.0)
+        match row.first() {
+            Some(whole) => Some(whole.0),
+            None => self.literal(Value::Bool(op == BinaryOp::And)),
+        }
     }
 
     pub(in crate::lang) fn binary(
@@ -198,53 +244,63 @@ impl Lowerer<'_> {
         self.made(made, span)
     }
 
-    /// Returns `f(e, …)`.
-    pub(in crate::lang) fn call(
-        &mut self,
-        name: &str,
-        at: Span,
-        args: &[Operand],
-        span: Span,
-    ) -> Option<ExprId> {
-        let arity = match name {
-            "min" | "max" => 2..=usize::MAX,
-            "floor" | "ceil" | "round" => 1..=1,
-            "pow" | "mod" | "log" => 2..=2,
-            "multi" => {
-                let diagnostic = self.wrong(at, "the function `multi` is not supported");
-                let diagnostic =
-                    diagnostic.severity(crate::error::Severity::Unsupported).label("not supported");
-                self.report(diagnostic.note("`multi` combines properties and cannot occur in a model"));
-                return None;
+    /// Returns `f(e, …)` for a function of PRISM's language.
+    pub(super) fn call(&mut self, name: &str, at: Span, args: &[Operand], span: Span) -> Option<ExprId> {
+        if let Some(function) = Function::named(name) {
+            return self.apply(function, args, span);
+        }
+        let diagnostic = match name {
+            "multi" => self
+                .wrong(at, "the function `multi` is not supported")
+                .severity(crate::error::Severity::Unsupported)
+                .label("not supported")
+                .note("`multi` combines properties and cannot occur in a model"),
+            _ => self
+                .wrong(at, format!("unknown function `{name}`"))
+                .help("the functions are min, max, floor, ceil, round, pow, mod and log"),
+        };
+        self.report(diagnostic);
+        None
+    }
+
+    fn apply(&mut self, function: Function, args: &[Operand], span: Span) -> Option<ExprId> {
+        let name = function.name();
+        let what = format!("an argument of `{name}`");
+        match (function, args) {
+            (Function::Min, [_, _, ..]) => self.extreme(Binary::Min, args, &what, span),
+            (Function::Max, [_, _, ..]) => self.extreme(Binary::Max, args, &what, span),
+            (Function::Floor, &[a]) => self.rounded(Unary::Floor, a, &what, span),
+            (Function::Ceil, &[a]) => self.rounded(Unary::Ceil, a, &what, span),
+            (Function::Round, &[a]) => self.rounded(Unary::Round, a, &what, span),
+            (Function::Abs | Function::Sign | Function::Truncate, &[a]) => self.by_sign(function, a, span),
+            (Function::Pow, &[a, b]) => {
+                let (x, y) = self.numbers(a, b, &what)?;
+                self.node(Binary::Pow, x, y, span)
+            }
+            (Function::Log, &[a, b]) => {
+                let (x, y) = self.reals(a, b, &what)?;
+                self.node(Binary::Log, x, y, span)
+            }
+            (Function::Mod, &[a, b]) => {
+                let x = self.expect_type(a.0, Type::Int, a.1, &what);
+                let y = self.expect_type(b.0, Type::Int, b.1, &what);
+                self.node(Binary::Mod, x?, y?, span)
             }
             _ => {
-                let help = "the functions are min, max, floor, ceil, round, pow, mod and log";
-                let diagnostic = self.wrong(at, format!("unknown function `{name}`")).help(help);
-                self.report(diagnostic);
-                return None;
+                let takes = match function {
+                    Function::Min | Function::Max => "at least 2 arguments",
+                    Function::Pow | Function::Log | Function::Mod => "2 arguments",
+                    _ => "1 argument",
+                };
+                self.fail(span, format!("`{name}` needs {takes}, not {}", args.len()))
             }
-        };
-        if !arity.contains(&args.len()) {
-            let takes = match name {
-                "min" | "max" => "at least 2 arguments",
-                "floor" | "ceil" | "round" => "1 argument",
-                _ => "2 arguments",
-            };
-            return self.fail(span, format!("`{name}` needs {takes}, not {}", args.len()));
-        }
-        let what = format!("an argument of `{name}`");
-        match name {
-            "min" | "max" => self.extreme(name, args, &what, span),
-            "floor" | "ceil" | "round" => self.rounded(name, args[0], &what, span),
-            _ => self.arithmetic(name, args[0], args[1], &what, span),
         }
     }
 
-    /// Returns `min` or `max` of any number of arguments; real if one of them is real.
-    fn extreme(&mut self, name: &str, args: &[Operand], what: &str, span: Span) -> Option<ExprId> {
+    /// Returns the minimum or the maximum of any number of arguments; real if one of them is real.
+    fn extreme(&mut self, op: Binary, args: &[Operand], what: &str, span: Span) -> Option<ExprId> {
         let checked: Vec<_> = args.iter().map(|&a| self.expect_number(a, what)).collect();
         checked.into_iter().collect::<Option<()>>()?;
-        let op = if name == "min" { Binary::Min } else { Binary::Max };
         let real = args.iter().any(|a| self.pool.ty(a.0) == Type::Real);
         let mut result = None;
         for &(id, at) in args {
@@ -257,31 +313,29 @@ impl Lowerer<'_> {
         result
     }
 
-    /// Returns `floor`, `ceil` or `round` of a number; an integer is unchanged.
-    fn rounded(&mut self, name: &str, a: Operand, what: &str, span: Span) -> Option<ExprId> {
+    /// Returns a rounded number; an integer is unchanged.
+    fn rounded(&mut self, op: Unary, a: Operand, what: &str, span: Span) -> Option<ExprId> {
         self.expect_number(a, what)?;
-        if self.pool.ty(a.0) == Type::Int {
-            return Some(a.0);
-        }
-        let op = match name {
-            "floor" => Unary::Floor,
-            "ceil" => Unary::Ceil,
-            _ => Unary::Round,
-        };
-        self.unary(op, a.0, span)
+        if self.pool.ty(a.0) == Type::Int { Some(a.0) } else { self.unary(op, a.0, span) }
     }
 
-    /// Returns `pow`, `mod` or `log` of two numbers.
-    fn arithmetic(&mut self, name: &str, a: Operand, b: Operand, what: &str, span: Span) -> Option<ExprId> {
-        let (op, (x, y)) = match name {
-            "pow" => (Binary::Pow, self.numbers(a, b, what)?),
-            "log" => (Binary::Log, self.reals(a, b, what)?),
+    /// Returns a function that JANI defines by the sign of its argument.
+    fn by_sign(&mut self, function: Function, a: Operand, span: Span) -> Option<ExprId> {
+        let zero = (self.literal(Value::Int(0))?, a.1);
+        let minus = if function == Function::Abs { self.neg(a.0, a.1, span)? } else { zero.0 };
+        let negative = self.binary(BinaryOp::Lt, a, zero, a.1)?;
+        let (low, high) = match function {
+            Function::Abs => ((minus, span), a),
+            Function::Sign => {
+                let positive = self.binary(BinaryOp::Gt, a, zero, a.1)?;
+                let [minus, plus] = [-1, 1].map(|i| self.literal(Value::Int(i)));
+                ((minus?, span), (self.ite(positive, (plus?, span), (zero.0, span))?, span))
+            }
             _ => {
-                let x = self.expect_type(a.0, Type::Int, a.1, what);
-                let y = self.expect_type(b.0, Type::Int, b.1, what);
-                (Binary::Mod, (x?, y?))
+                let up = self.apply(Function::Ceil, &[a], span)?;
+                ((up, span), (self.apply(Function::Floor, &[a], span)?, span))
             }
         };
-        self.node(op, x, y, span)
+        self.ite(negative, low, high)
     }
 }

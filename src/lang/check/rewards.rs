@@ -3,9 +3,9 @@
 
 use ahash::AHashMap;
 
+use super::actions::Actions;
 use super::collect::Parts;
-use super::lower::Lowerer;
-use super::modules::Names;
+use super::lowerer::Lowerer;
 use super::scope::NO_RENAMING;
 use crate::error::{Diagnostic, Severity};
 use crate::lang::ast::{Ident, RewardItem, Rewards, Span};
@@ -16,7 +16,7 @@ use crate::model::value::Type;
 impl<'a> Lowerer<'a> {
     /// Lowers all reward structures; `actions` are those of the composed model.
     pub(super) fn rewards(&mut self, parts: &Parts<'a>, actions: &[String]) -> Vec<RewardStructure> {
-        let mut known = Names::default();
+        let mut known = Actions::default();
         for action in actions {
             known.add(action);
         }
@@ -26,8 +26,8 @@ impl<'a> Lowerer<'a> {
 
     fn reward_structure(
         &mut self,
-        rewards: &'a Rewards<Span>,
-        actions: &Names,
+        rewards: &'a Rewards,
+        actions: &Actions,
         names: &mut AHashMap<&'a str, Span>,
     ) -> RewardStructure {
         let told = self.diagnostics.len();
@@ -47,7 +47,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    fn reward_item(&mut self, item: &RewardItem<Span>, actions: &Names) -> Option<rewards::RewardItem> {
+    fn reward_item(&mut self, item: &RewardItem, actions: &Actions) -> Option<rewards::RewardItem> {
         let earner = match &item.action {
             None => Some(Earner::State),
             Some(None) => Some(Earner::Action(None)),
@@ -59,7 +59,7 @@ impl<'a> Lowerer<'a> {
         Some(rewards::RewardItem { earner: earner?, guard: guard?, value: value?, span })
     }
 
-    fn rewarded_action(&mut self, action: &Ident, actions: &Names) -> Option<Earner> {
+    fn rewarded_action(&mut self, action: &Ident, actions: &Actions) -> Option<Earner> {
         if let Some(known) = actions.get(&action.name) {
             return Some(Earner::Action(Some(known)));
         }

@@ -2,10 +2,9 @@
 
 use std::borrow::Cow;
 
-use ahash::{AHashMap, AHashSet};
+use ahash::AHashMap;
 
-use crate::lang::ast::{BinaryOp, Command, Ident, Span};
-use crate::lang::parse::{Atom, Maker};
+use crate::lang::ast::Span;
 use crate::lang::slip::is_slip;
 use crate::model::VarId;
 use crate::model::expr::ExprId;
@@ -74,6 +73,13 @@ impl<'a> Scope<'a> {
         (name, inside)
     }
 
+    /// Returns the renaming that applies to the body of a definition named under `env`: constants
+    /// have the same value everywhere.
+    pub(super) fn inside(&self, definition: DefId, env: Env) -> Env {
+        let is_constant = self.definitions[definition as usize].constant.is_some();
+        if is_constant { NO_RENAMING } else { env }
+    }
+
     pub(super) fn symbol(&self, name: &str) -> Option<Symbol> {
         self.symbols.get(name).map(|s| s.0)
     }
@@ -83,37 +89,4 @@ impl<'a> Scope<'a> {
         let known = self.symbols.keys().filter(|k| is_slip(k, name));
         known.min().map(AsRef::as_ref)
     }
-}
-
-/// The places of the names in an expression, each name once.
-#[derive(Default)]
-pub(super) struct Mentioned {
-    pub(super) places: Vec<Span>,
-    known: AHashSet<String>,
-}
-
-impl Maker for &mut Mentioned {
-    type Expr = ();
-    type Command = ();
-
-    fn atom(&mut self, atom: Atom<'_>, span: Span) {
-        if let Atom::Name(name) = atom
-            && !self.known.contains(name)
-        {
-            self.known.insert(name.to_owned());
-            self.places.push(span);
-        }
-    }
-
-    fn not(&mut self, (): (), _: Span) {}
-
-    fn neg(&mut self, (): (), _: Span) {}
-
-    fn chain(&mut self, (): (), _: Vec<(BinaryOp, ())>, _: Span) {}
-
-    fn ite(&mut self, _: Vec<((), ())>, (): (), _: Span) {}
-
-    fn call(&mut self, _: Ident, _: Vec<()>, _: Span) {}
-
-    fn command(&mut self, _: Command<()>) {}
 }

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use ahash::{AHashMap, AHashSet};
 
+use super::actions::Actions;
 use super::collect::Parts;
-use super::lower::Lowerer;
-use super::modules::Names;
+use super::lowerer::Lowerer;
 use crate::lang::ast::{Ident, Span, System, SystemKind};
 use crate::model::{Command, CommandId, Synchronisation};
 
@@ -47,7 +47,7 @@ impl<'a> Lowerer<'a> {
         &mut self,
         parts: &Parts<'a>,
         commands: &Option<Vec<Command>>,
-        mut actions: Names,
+        mut actions: Actions,
     ) -> Option<(Vec<String>, Vec<Synchronisation>)> {
         let processes = processes(parts.modules.len(), commands.as_deref().unwrap_or(&[]));
         let whole = match parts.system {
@@ -188,7 +188,7 @@ fn modules_of<'s>(system: &'s System, seen: &mut Vec<(&'s str, Span)>) {
 struct Composition<'c, 'a> {
     parts: &'c Parts<'a>,
     processes: &'c [Process],
-    actions: &'c mut Names,
+    actions: &'c mut Actions,
 }
 
 impl<'a> Composition<'_, 'a> {

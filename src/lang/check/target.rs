@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ahash::AHashMap;
 
-use super::lower::Lowerer;
+use super::lowerer::Lowerer;
 use super::scope::{NO_RENAMING, Scope, Symbol};
 use crate::error::{Error, Result, SourceFile};
 use crate::lang::ast::{BinaryOp, Expr, Span};
@@ -24,27 +24,18 @@ pub fn lower_target(program: &mut Program, source: &Arc<SourceFile>, target: &Ex
     lowered(program, source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
 }
 
-/// Same as [`lower_target`], for a part of a text that was read before, such as that of an
-/// objective.
-///
-/// # Errors
-/// See [`lower_target`].
-pub fn lower_part(program: &mut Program, source: &Arc<SourceFile>, target: Span) -> Result<ExprId> {
-    lowered(program, source, |lowerer| lowerer.condition(&target, NO_RENAMING, "a target"))
-}
-
-/// Same as [`lower_part`], for an expression of any type.
+/// Same as [`lower_target`], for an expression of any type.
 ///
 /// # Errors
 /// Unknown names and wrong types.
 pub(in crate::lang) fn lower_value(
     program: &mut Program,
     source: &Arc<SourceFile>,
-    value: Span,
+    value: &Expr,
 ) -> Result<ExprId> {
     lowered(program, source, |lowerer| {
-        let id = lowerer.expr(&value, NO_RENAMING)?;
-        lowerer.whole(id, value)
+        let id = lowerer.expr(value, NO_RENAMING)?;
+        lowerer.whole(id, value.span())
     })
 }
 
@@ -107,18 +98,10 @@ fn deadlock(program: &Program, lowerer: &mut Lowerer<'_>) -> Option<ExprId> {
         let mut all = Vec::new();
         for factor in &synchronisation.factors {
             let guards: Vec<_> = factor.iter().map(|c| (program.commands[c.index()].guard, here)).collect();
-            all.push((any(lowerer, BinaryOp::Or, guards)?, here));
+            all.push((lowerer.balanced(BinaryOp::Or, guards)?, here));
         }
-        some.push((any(lowerer, BinaryOp::And, all)?, here));
+        some.push((lowerer.balanced(BinaryOp::And, all)?, here));
     }
-    let enabled = any(lowerer, BinaryOp::Or, some)?;
+    let enabled = lowerer.balanced(BinaryOp::Or, some)?;
     Some(lowerer.pool.unary(Unary::Not, enabled))
-}
-
-/// Joins the operands; without operands, returns the neutral element of the operator.
-fn any(lowerer: &mut Lowerer<'_>, op: BinaryOp, operands: Vec<(ExprId, Span)>) -> Option<ExprId> {
-    if operands.is_empty() {
-        return lowerer.literal(Value::Bool(op == BinaryOp::And));
-    }
-    lowerer.balanced(op, operands)
 }

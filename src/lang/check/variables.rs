@@ -1,7 +1,7 @@
 //! Variables: ranges, initial values, and the set of initial states.
 
 use super::collect::{Declared, Parts};
-use super::lower::Lowerer;
+use super::lowerer::{Lowerer, Operand};
 use super::scope::NO_RENAMING;
 use crate::lang::ast::{BinaryOp, Span};
 use crate::model::expr::{Binary, ExprId};
@@ -85,15 +85,26 @@ impl<'a> Lowerer<'a> {
         }
         let what = format!("the initial value of `{}`", declared.name);
         let id = self.typed(&init, declared.env, ty, &what)?;
-        let value = match self.constant_value(id, init, &what)? {
+        self.value_in_range(id, init, &what, (low, high)).map(Some)
+    }
+
+    /// Returns the value of a constant expression as a value of a variable.
+    pub(in crate::lang) fn value_in_range(
+        &mut self,
+        id: ExprId,
+        span: Span,
+        what: &str,
+        (low, high): (i64, i64),
+    ) -> Option<i64> {
+        let value = match self.constant_value(id, span, what)? {
             Value::Bool(b) => i64::from(b),
             Value::Int(i) => i,
             Value::Real(_) => return None,
         };
         if !(low..=high).contains(&value) {
-            return self.fail(init, format!("{what}, {value}, is outside of its range {low}..{high}"));
+            return self.fail(span, format!("{what}, {value}, is outside of its range {low}..{high}"));
         }
-        Some(Some(value))
+        Some(value)
     }
 
     /// Returns the condition that holds exactly in the initial states.
@@ -101,21 +112,23 @@ impl<'a> Lowerer<'a> {
         if let Some(condition) = parts.init {
             return self.condition(&condition, NO_RENAMING, "the condition of `init … endinit`");
         }
+        let conditions = self.initial_values(variables.as_ref()?);
+        self.balanced(BinaryOp::And, conditions)
+    }
+
+    /// Returns for each variable with an initial value the condition that it has this value.
+    pub(in crate::lang) fn initial_values(&mut self, variables: &[Variable]) -> Vec<Operand> {
         let mut conditions = Vec::new();
-        for (index, variable) in variables.as_ref()?.iter().enumerate() {
-            let id = self.pool.var(VarId(u32::try_from(index).ok()?), variable.ty);
-            let value = variable.initial.unwrap_or(variable.low);
+        for (index, variable) in variables.iter().enumerate() {
+            let Some(value) = variable.initial else { continue };
+            let id = self.pool.var(VarId(u32::try_from(index).unwrap_or(u32::MAX)), variable.ty);
             let value = match variable.ty {
                 Type::Bool => Value::Bool(value != 0),
                 _ => Value::Int(value),
             };
             let value = self.pool.value(value);
-            let equal = self.pool.binary(Binary::Eq, id, value);
-            conditions.push((equal, Span::default()));
+            conditions.push((self.pool.binary(Binary::Eq, id, value), Span::default()));
         }
-        if conditions.is_empty() {
-            return self.literal(Value::Bool(true));
-        }
-        self.balanced(BinaryOp::And, conditions)
+        conditions
     }
 }

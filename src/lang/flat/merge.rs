@@ -9,6 +9,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use crate::error::{Limit, Result};
+use crate::lang::combinations::{combinations, product};
 use crate::lang::names::Names;
 use crate::model::expr::Binary;
 use crate::model::{Branch, Branches, Command, CommandId, Program, Synchronisation, VarId};
@@ -141,18 +142,13 @@ impl Merge {
         action: Option<usize>,
         parts: &[Vec<CommandId>],
     ) -> Result<Vec<CommandId>> {
-        let mut combinations: Vec<Vec<CommandId>> = vec![Vec::new()];
-        for part in parts {
-            if combinations.len().saturating_mul(part.len()) > MOST_COMMANDS {
-                return Err(too_many());
-            }
-            let longer = |c: &Vec<CommandId>| {
-                let c = c.clone();
-                part.iter().map(move |&id| c.iter().copied().chain([id]).collect::<Vec<_>>())
-            };
-            combinations = combinations.iter().flat_map(longer).collect();
+        if product(parts) > MOST_COMMANDS {
+            return Err(too_many());
         }
-        combinations.into_iter().map(|ids| self.command(program, class, action, ids)).collect()
+        combinations(parts.iter().cloned())
+            .into_iter()
+            .map(|ids| self.command(program, class, action, ids))
+            .collect()
     }
 
     fn command(

@@ -34,7 +34,30 @@ pub(super) enum Shape<'a> {
     Number(&'a str),
     Text(String),
     Array(Vec<Node<'a>>),
-    Object(Vec<Member<'a>>),
+    Object(Object<'a>),
+}
+
+/// An object.
+pub(super) struct Object<'a> {
+    pub(super) span: Span,
+    pub(super) members: Vec<Member<'a>>,
+}
+
+impl<'a> Object<'a> {
+    /// Returns the value of a key.
+    pub(super) fn get(&self, key: &str) -> Option<Node<'a>> {
+        self.members.iter().find(|m| m.key == key).map(|m| m.value)
+    }
+
+    /// Returns the place of a key.
+    pub(super) fn key_span(&self, key: &str) -> Span {
+        self.members.iter().find(|m| m.key == key).map_or(self.span, |m| m.key_span)
+    }
+
+    /// Returns the place of the first character.
+    pub(super) fn start(&self) -> Span {
+        Span::new(self.span.start(), self.span.start() + 1)
+    }
 }
 
 /// A member of an object.
@@ -79,7 +102,7 @@ impl<'a> Node<'a> {
     pub(super) fn shape(self) -> Result<Shape<'a>, Malformed> {
         let broken = |e: serde_json::Error| Malformed { at: self.span(), message: reason(&e) };
         Ok(match self.text.as_bytes().first() {
-            Some(b'{') => Shape::Object(self.members().map_err(broken)?),
+            Some(b'{') => Shape::Object(self.object().map_err(broken)?),
             Some(b'[') => {
                 let items: Vec<&RawValue> = serde_json::from_str(self.text).map_err(broken)?;
                 Shape::Array(items.into_iter().map(|i| self.inner(i.get())).collect())
@@ -92,14 +115,15 @@ impl<'a> Node<'a> {
         })
     }
 
-    fn members(self) -> serde_json::Result<Vec<Member<'a>>> {
+    fn object(self) -> serde_json::Result<Object<'a>> {
         let Pairs(pairs) = serde_json::from_str(self.text)?;
         let member = |(key, value): (&'a RawValue, &'a RawValue)| {
             let key_span = self.inner(key.get()).span();
             let key = serde_json::from_str::<Cow<'_, str>>(key.get())?.into_owned();
             Ok(Member { key, key_span, value: self.inner(value.get()) })
         };
-        pairs.into_iter().map(member).collect()
+        let members = pairs.into_iter().map(member).collect::<serde_json::Result<_>>()?;
+        Ok(Object { span: self.span(), members })
     }
 
     fn inner(self, text: &'a str) -> Node<'a> {
@@ -164,7 +188,7 @@ pub(super) fn path(text: &str, at: usize) -> Option<String> {
     let holds = |n: &Node<'_>| n.span().range().contains(&at);
     for _ in 0..MOST_STEPS {
         node = match node.shape().ok()? {
-            Shape::Object(members) => {
+            Shape::Object(Object { members, .. }) => {
                 let on = |m: &Member<'_>| holds(&m.value) || m.key_span.range().contains(&at);
                 let Some(member) = members.into_iter().find(on) else { break };
                 if !path.is_empty() {
@@ -193,7 +217,10 @@ mod tests {
     #[test]
     fn values_know_their_places() {
         let text = "\u{feff} {\"a\": [1, {\"b\": \"x\\n\"}]}";
-        let Ok(Shape::Object(members)) = document(text).map_err(|_| ()).unwrap().shape() else { panic!() };
+        let Ok(Shape::Object(Object { members, .. })) = document(text).map_err(|_| ()).unwrap().shape()
+        else {
+            panic!()
+        };
         assert_eq!(&text[members[0].key_span.range()], "\"a\"");
         assert_eq!(&text[members[0].value.span().range()], "[1, {\"b\": \"x\\n\"}]");
         let at = text.find("\"x").unwrap();

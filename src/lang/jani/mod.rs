@@ -4,7 +4,6 @@
 //! -> JSON with places -> tree -> program. Constructs that the program cannot express are refused
 //! by name.
 
-mod ast;
 mod json;
 mod lower;
 mod read;
@@ -12,18 +11,9 @@ mod read;
 use std::sync::Arc;
 
 use super::check::Checked;
-use super::{Given, parse_constants};
+use super::valuation::{Given, parse_constants};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::progress::ProgressSink;
-
-/// The texts that define a model.
-struct Inputs<'i> {
-    source: &'i Arc<SourceFile>,
-    /// Values of constants, such as `K=4,N=3`.
-    constants: &'i Arc<SourceFile>,
-    /// Bounds of integers, such as `x=0..7,y=-1..1`.
-    bounds: &'i Arc<SourceFile>,
-}
 
 /// Returns true if a text is meant as a JANI model: it starts like a JSON object, or its name ends
 /// with `.jani` and it does not start like a PRISM model.
@@ -39,7 +29,7 @@ pub fn is_jani(source: &SourceFile) -> bool {
 /// Returns as many errors as can be distinguished: of JSON, of the shape of the document, of
 /// meaning; a limit.
 pub(super) fn load(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
-    let inputs = &Inputs { source, constants: &given.constants, bounds: &given.bounds };
+    let inputs = &lower::Inputs { source, constants: &given.constants, bounds: &given.bounds };
     let located = |error| match error {
         Error::Input(diagnostics) => {
             Error::Input(diagnostics.into_iter().map(|d| with_path(d, inputs.source)).collect())

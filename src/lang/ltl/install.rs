@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use ahash::AHashMap;
 
-use super::Formula;
+use super::formula::Formula;
 use super::normaliser::{Meaning, Normaliser};
-use super::wording::wording;
+use super::wording::{text_of, wording};
 use crate::automata::{Decision, Form, Monitor, Normal, Refused, Tree, leaves};
 use crate::error::{Diagnostic, Limit, Result, Severity, SourceFile};
-use crate::lang::ast::{Expr, ExprKind, Span};
-use crate::lang::check::{lower_part, lower_target, lower_value};
+use crate::lang::ast::{Expr, NodeKind, Span};
+use crate::lang::check::{lower_target, lower_value};
 use crate::lang::names::Names;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Monitors};
@@ -53,12 +53,7 @@ impl<'p> Monitoring<'p> {
     /// # Errors
     /// Unknown names and wrong types; a part outside of the supported fragment, with its place; a
     /// limit on the size of monitors or the number of cases.
-    pub fn watch(
-        &mut self,
-        source: &Arc<SourceFile>,
-        formula: &Formula<Span>,
-        name: &str,
-    ) -> Result<Condition> {
+    pub fn watch(&mut self, source: &Arc<SourceFile>, formula: &Formula, name: &str) -> Result<Condition> {
         let mut reader = Reader { program: self.program, source, texts: &mut self.texts };
         let normal = Normaliser::new(&mut reader).build(formula, true)?;
         let tree = leaves(&normal).map_err(|refused| refuse(source, formula, &refused))?;
@@ -168,7 +163,7 @@ impl<'p> Monitoring<'p> {
 
 /// Returns the condition that nothing is enabled, `None` if something is enabled everywhere.
 fn deadlock(program: &mut Program) -> Result<Option<ExprId>> {
-    let label = Expr { kind: ExprKind::Label("deadlock".to_owned()), span: Span::default() };
+    let label = Expr::of(NodeKind::Label("deadlock".into()), Span::default());
     let deadlock = lower_target(program, &SourceFile::new("deadlock", ""), &label)?;
     Ok((program.pool.literal(deadlock) != Some(Value::Bool(false))).then_some(deadlock))
 }
@@ -296,20 +291,18 @@ impl Reader<'_> {
 }
 
 impl Meaning for Reader<'_> {
-    type Leaf = Span;
-
-    fn state(&mut self, e: &Span) -> Result<ExprId> {
-        let id = lower_part(self.program, self.source, *e)?;
-        let text = self.source.text.get(e.range()).unwrap_or_default();
+    fn state(&mut self, e: &Expr) -> Result<ExprId> {
+        let id = lower_target(self.program, self.source, e)?;
+        let text = self.source.text.get(e.span().range()).unwrap_or_default();
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ").replace('"', "");
         let atom = self.atom(id, true);
         self.texts.entry(atom).or_insert(text);
         Ok(id)
     }
 
-    fn bound(&mut self, e: &Span) -> Result<u64> {
-        let id = lower_value(self.program, self.source, *e)?;
-        let wrong = |message: &str| Diagnostic::new(self.source, e.range(), message);
+    fn bound(&mut self, e: &Expr) -> Result<u64> {
+        let id = lower_value(self.program, self.source, e)?;
+        let wrong = |message: &str| Diagnostic::new(self.source, e.span().range(), message);
         match self.program.pool.literal(id) {
             Some(Value::Int(n)) if n >= 0 => Ok(n as u64),
             Some(Value::Int(n)) => {
@@ -360,17 +353,7 @@ impl Meaning for Reader<'_> {
     }
 }
 
-/// Returns the text of a literal.
-pub(super) fn text_of(texts: &AHashMap<(ExprId, bool), String>, e: ExprId, positive: bool) -> String {
-    if let Some(text) = texts.get(&(e, positive)) {
-        return text.clone();
-    }
-    let text = texts.get(&(e, !positive)).map_or("?", String::as_str);
-    let is_name = text.chars().all(|c| c.is_alphanumeric() || c == '_');
-    if is_name { format!("!{text}") } else { format!("!({text})") }
-}
-
-fn refuse(source: &Arc<SourceFile>, formula: &Formula<Span>, refused: &Refused) -> crate::error::Error {
+fn refuse(source: &Arc<SourceFile>, formula: &Formula, refused: &Refused) -> crate::error::Error {
     let text = |span: Span| {
         source.text.get(span.range()).unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
     };

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Formula, FormulaKind, Steps};
+use super::formula::{Formula, FormulaKind, Steps};
 use crate::automata::{Form, Normal, Window};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
+use crate::lang::ast::Expr;
 use crate::model::expr::ExprId;
 use crate::span::Span;
 
@@ -13,18 +14,16 @@ const MOST_PARTS: usize = 20_000;
 
 /// The meaning of state formulas and bounds in a model.
 pub(super) trait Meaning {
-    /// State formulas and bounds before they are resolved.
-    type Leaf;
     /// Returns a state formula as an expression in the pool of the program.
     ///
     /// # Errors
     /// Unknown names and wrong types.
-    fn state(&mut self, e: &Self::Leaf) -> Result<ExprId>;
+    fn state(&mut self, e: &Expr) -> Result<ExprId>;
     /// Returns the value of a bound.
     ///
     /// # Errors
     /// The bound is not a constant, or negative.
-    fn bound(&mut self, e: &Self::Leaf) -> Result<u64>;
+    fn bound(&mut self, e: &Expr) -> Result<u64>;
     /// Returns a literal as an atom with its sign, or a constant.
     fn literal(&mut self, e: ExprId, positive: bool, span: Span) -> Normal;
     /// Joins literals of one state into a single one.
@@ -48,7 +47,7 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
     ///
     /// # Errors
     /// A state formula or a bound is wrong; the normal form is too large.
-    pub(super) fn build(&mut self, f: &Formula<M::Leaf>, positive: bool) -> Result<Normal> {
+    pub(super) fn build(&mut self, f: &Formula, positive: bool) -> Result<Normal> {
         let span = f.span;
         self.count(span)?;
         match &f.kind {
@@ -128,9 +127,9 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
         Normal::join(conjunction, others, span)
     }
 
-    fn window(&mut self, steps: &Steps<M::Leaf>, span: Span) -> Result<Window> {
-        let mut read = |bound: &Option<(M::Leaf, bool)>| {
-            let value = |(e, strict): &(M::Leaf, bool)| Ok::<_, Error>((self.meaning.bound(e)?, *strict));
+    fn window(&mut self, steps: &Steps, span: Span) -> Result<Window> {
+        let mut read = |bound: &Option<(Expr, bool)>| {
+            let value = |(e, strict): &(Expr, bool)| Ok::<_, Error>((self.meaning.bound(e)?, *strict));
             bound.as_ref().map(value).transpose()
         };
         let least = read(&steps.least)?.map_or(0, |(n, strict)| n + u64::from(strict));

@@ -7,10 +7,10 @@
 
 use std::sync::Arc;
 
-use super::{Formula, FormulaKind, Steps};
+use super::formula::{Formula, FormulaKind, Steps};
 use crate::error::{Result, SourceFile};
 use crate::lang::ast::{BinaryOp, NOT_LEVEL, Span};
-use crate::lang::parse::{Failed, Maker, Parsed, Parser, operator, whole};
+use crate::lang::parse::{Failed, Parsed, Parser, operator};
 use crate::lang::token::Token;
 
 /// Maximum number of operators of a formula outside of its state formulas.
@@ -20,32 +20,24 @@ const MOST_OPERATORS: usize = 1_000;
 ///
 /// # Errors
 /// A syntax error; operators that are not supported; a formula that is too large.
-pub fn parse_formula(source: &Arc<SourceFile>) -> Result<Formula<Span>> {
-    formula(Parser::places(source, whole(source)))
-}
-
-/// Parses a formula to the end of the text.
-///
-/// # Errors
-/// See [`parse_formula`].
-pub(super) fn formula<M: Maker>(mut parser: Parser<'_, M>) -> Result<Formula<M::Expr>> {
+pub fn parse_formula(source: &Arc<SourceFile>) -> Result<Formula> {
+    let mut parser = Parser::new(source);
     let parsed = parser.temporal_formula().and_then(|f| parser.expect(Token::End).map(|_| f));
     parser.finish_parsed(parsed)
 }
 
-/// Returns true for an operator before its operand.
-fn is_prefix(word: &str) -> bool {
-    matches!(word, "X" | "F" | "G")
+/// Operators before their operand, and between two operands.
+const PREFIX: [&str; 3] = ["X", "F", "G"];
+const INFIX: [&str; 3] = ["U", "W", "R"];
+
+/// Returns true for a temporal operator.
+fn is_temporal(word: &str) -> bool {
+    PREFIX.contains(&word) || INFIX.contains(&word)
 }
 
-/// Returns true for an operator between two operands.
-fn is_infix(word: &str) -> bool {
-    matches!(word, "U" | "W" | "R")
-}
-
-impl<M: Maker> Parser<'_, M> {
+impl Parser<'_> {
     /// Parses a formula with at most `MOST_OPERATORS` operators.
-    pub(crate) fn temporal_formula(&mut self) -> Parsed<Formula<M::Expr>> {
+    pub(crate) fn temporal_formula(&mut self) -> Parsed<Formula> {
         let formula = self.unbounded_formula()?;
         let (mut operators, mut open) = (0, vec![&formula]);
         while let Some(next) = open.pop() {
@@ -63,7 +55,7 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses `φ U ψ`, or anything that binds tighter.
-    fn unbounded_formula(&mut self) -> Parsed<Formula<M::Expr>> {
+    fn unbounded_formula(&mut self) -> Parsed<Formula> {
         self.nested(|p| {
             let start = p.here();
             let left = p.unary(true)?;
@@ -88,17 +80,16 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     fn infix(&self) -> Option<&'static str> {
-        let word = self.text(self.here());
-        ["U", "W", "R"].into_iter().find(|w| self.peek() == Token::Word && *w == word)
+        INFIX.into_iter().find(|word| self.at_word(word))
     }
 
     /// Parses `X φ`, `F φ`, `G φ`, or anything that binds tighter; `bare` permits temporal operands
     /// without brackets.
-    fn unary(&mut self, bare: bool) -> Parsed<Formula<M::Expr>> {
+    fn unary(&mut self, bare: bool) -> Parsed<Formula> {
         match self.prefix_word() {
             None if self.is_state_formula() => {
                 let start = self.here();
-                let e = self.expression()?;
+                let e = self.tree(Self::expression)?;
                 Ok(Formula { span: start.to(self.before()), kind: FormulaKind::State(e) })
             }
             None => self.boolean(0, bare),
@@ -107,15 +98,14 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     fn prefix_word(&self) -> Option<&'static str> {
-        let word = self.text(self.here());
-        ["X", "F", "G"].into_iter().find(|w| self.peek() == Token::Word && *w == word)
+        PREFIX.into_iter().find(|word| self.at_word(word))
     }
 
     fn prefixed(
         &mut self,
         word: &'static str,
-        operand: impl FnOnce(&mut Self) -> Parsed<Formula<M::Expr>>,
-    ) -> Parsed<Formula<M::Expr>> {
+        operand: impl FnOnce(&mut Self) -> Parsed<Formula>,
+    ) -> Parsed<Formula> {
         let start = self.advance();
         let steps = self.steps(word)?;
         if matches!(self.peek(), Token::Semicolon | Token::End | Token::RightParen | Token::RightBracket) {
@@ -145,8 +135,8 @@ impl<M: Maker> Parser<'_, M> {
                 Token::LeftParen | Token::LeftBracket => depth += 1,
                 Token::RightParen | Token::RightBracket if depth == 0 => return true,
                 Token::RightParen | Token::RightBracket => depth -= 1,
-                Token::Word if is_infix(word) && depth == 0 => return true,
-                Token::Word if is_infix(word) || is_prefix(word) => return false,
+                Token::Word if INFIX.contains(&word) && depth == 0 => return true,
+                Token::Word if is_temporal(word) => return false,
                 _ => {}
             }
         }
@@ -163,7 +153,7 @@ impl<M: Maker> Parser<'_, M> {
                 Token::LeftParen | Token::LeftBracket => depth += 1,
                 Token::RightParen | Token::RightBracket if depth <= 1 => return false,
                 Token::RightParen | Token::RightBracket => depth -= 1,
-                Token::Word if is_prefix(word) || is_infix(word) => return true,
+                Token::Word if is_temporal(word) => return true,
                 _ => {}
             }
         }
@@ -171,7 +161,7 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses a chain of `<=>`, `=>`, `|` and `&` that bind at least as tightly as `least`.
-    fn boolean(&mut self, least: u8, bare: bool) -> Parsed<Formula<M::Expr>> {
+    fn boolean(&mut self, least: u8, bare: bool) -> Parsed<Formula> {
         let mut left = self.operand(bare)?;
         let mut last = None;
         while let Some(op) =
@@ -193,14 +183,14 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses a bracket that contains a temporal operator, its negation, or an expression.
-    fn operand(&mut self, bare: bool) -> Parsed<Formula<M::Expr>> {
+    fn operand(&mut self, bare: bool) -> Parsed<Formula> {
         let start = self.here();
         let bangs = self.rest().take_while(|(token, _)| *token == Token::Bang).count();
         let (behind, word) = self.rest().nth(bangs).unwrap_or((Token::End, ""));
         let is_bracket = behind == Token::LeftParen && self.brackets_formula(bangs);
-        let is_bare = behind == Token::Word && is_prefix(word);
+        let is_bare = behind == Token::Word && PREFIX.contains(&word);
         if !is_bracket && !is_bare {
-            let e = self.binary(NOT_LEVEL)?;
+            let e = self.tree(|p| p.binary(NOT_LEVEL))?;
             return Ok(Formula { span: start.to(self.before()), kind: FormulaKind::State(e) });
         }
         (0..bangs).for_each(|_| {
@@ -214,7 +204,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(formula)
     }
 
-    fn bracketed(&mut self) -> Parsed<Formula<M::Expr>> {
+    fn bracketed(&mut self) -> Parsed<Formula> {
         self.advance();
         let formula = self.unbounded_formula()?;
         self.expect(Token::RightParen)?;
@@ -231,7 +221,7 @@ impl<M: Maker> Parser<'_, M> {
 
     /// Parses `F b` without brackets after `&`, `|`, `=>` or `!`; accepted only before the end of a
     /// bracket or of the text.
-    fn bare(&mut self, allowed: bool) -> Parsed<Formula<M::Expr>> {
+    fn bare(&mut self, allowed: bool) -> Parsed<Formula> {
         let start = self.here();
         let Some(word) = self.prefix_word() else { return Err(self.expected("a formula")) };
         let formula = self.prefixed(word, |p| p.bare_operand())?;
@@ -247,7 +237,7 @@ impl<M: Maker> Parser<'_, M> {
         Err(Failed)
     }
 
-    fn bare_operand(&mut self) -> Parsed<Formula<M::Expr>> {
+    fn bare_operand(&mut self) -> Parsed<Formula> {
         match self.prefix_word() {
             Some(word) => self.prefixed(word, |p| p.bare_operand()),
             None => self.operand(false),
@@ -255,28 +245,28 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses an optional step bound after an operator, such as `<=10` or `[2,5]`.
-    fn steps(&mut self, word: &str) -> Parsed<Steps<M::Expr>> {
+    fn steps(&mut self, word: &str) -> Parsed<Steps> {
         let start = self.here();
         let mut steps = Steps::default();
         match self.peek() {
             sign @ (Token::Le | Token::Lt) => {
                 self.advance();
-                steps.most = Some((self.atom()?, sign == Token::Lt));
+                steps.most = Some((self.tree(Self::atom)?, sign == Token::Lt));
             }
             sign @ (Token::Ge | Token::Gt) => {
                 self.advance();
-                steps.least = Some((self.atom()?, sign == Token::Gt));
+                steps.least = Some((self.tree(Self::atom)?, sign == Token::Gt));
             }
             Token::Eq => {
                 self.advance();
-                let bound = self.atom()?;
+                let bound = self.tree(Self::atom)?;
                 steps = Steps { least: Some((bound.clone(), false)), most: Some((bound, false)) };
             }
             Token::LeftBracket => {
                 self.advance();
-                steps.least = Some((self.expression()?, false));
+                steps.least = Some((self.tree(Self::expression)?, false));
                 self.expect(Token::Comma)?;
-                steps.most = Some((self.expression()?, false));
+                steps.most = Some((self.tree(Self::expression)?, false));
                 self.expect(Token::RightBracket)?;
             }
             _ => return Ok(steps),
@@ -292,7 +282,7 @@ impl<M: Maker> Parser<'_, M> {
 }
 
 /// Returns `left op right`, flattened if it continues a chain of `&` or `|`.
-fn joined<E>(left: Formula<E>, op: BinaryOp, right: Formula<E>, goes_on: bool) -> Formula<E> {
+fn joined(left: Formula, op: BinaryOp, right: Formula, goes_on: bool) -> Formula {
     let span: Span = left.span.to(right.span);
     let kind = match (op, left.kind) {
         (BinaryOp::And, FormulaKind::And(mut all)) if goes_on => {
@@ -322,7 +312,7 @@ mod tests {
     use crate::error::Error;
 
     fn read(text: &str) -> std::result::Result<Formula, String> {
-        formula(Parser::new(&SourceFile::new("formula", text))).map_err(|e| match e {
+        parse_formula(&SourceFile::new("formula", text)).map_err(|e| match e {
             Error::Input(all) => all[0].message.clone(),
             other => other.to_string(),
         })

@@ -2,7 +2,6 @@
 
 use ahash::AHashMap;
 
-use super::install::text_of;
 use crate::automata::{Decision, DecisionId, Monitor, Settled, steps};
 use crate::model::expr::ExprId;
 use crate::model::temporal::Asks;
@@ -127,4 +126,14 @@ fn surely(monitor: &Monitor, decision: DecisionId, case: &Cube, good: &dyn Fn(us
         }
     }
     true
+}
+
+/// Returns the text of a literal.
+pub(super) fn text_of(texts: &AHashMap<(ExprId, bool), String>, e: ExprId, positive: bool) -> String {
+    if let Some(text) = texts.get(&(e, positive)) {
+        return text.clone();
+    }
+    let text = texts.get(&(e, !positive)).map_or("?", String::as_str);
+    let is_name = text.chars().all(|c| c.is_alphanumeric() || c == '_');
+    if is_name { format!("!{text}") } else { format!("!({text})") }
 }

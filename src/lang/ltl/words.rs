@@ -8,8 +8,7 @@ use super::normaliser::{Meaning, Normaliser};
 use super::{Formula, FormulaKind, Steps};
 use crate::automata::{Form, Monitor, Normal, Tree, leaves};
 use crate::error::{Result, SourceFile};
-use crate::lang::ast::{Expr, ExprKind, Span};
-use crate::lang::parse::Parser;
+use crate::lang::ast::{Expr, Node as Part, NodeKind, Span};
 use crate::model::VarId;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::temporal::Asks;
@@ -30,8 +29,8 @@ impl Word {
 }
 
 pub(super) fn state(atom: u8) -> Formula {
-    let e = Expr { kind: ExprKind::Name(char::from(b'a' + atom).to_string()), span: Span::default() };
-    made(FormulaKind::State(e))
+    let name = NodeKind::Name(char::from(b'a' + atom).to_string().into());
+    made(FormulaKind::State(Expr::of(name, Span::default())))
 }
 
 pub(super) fn made(kind: FormulaKind) -> Formula {
@@ -39,7 +38,7 @@ pub(super) fn made(kind: FormulaKind) -> Formula {
 }
 
 fn number(n: u64) -> Option<(Expr, bool)> {
-    Some((Expr { kind: ExprKind::Int(n as i64), span: Span::default() }, false))
+    Some((Expr::of(NodeKind::Literal(Value::Int(n as i64)), Span::default()), false))
 }
 
 /// Returns the value of a formula at each position: the definition of LTL.
@@ -47,11 +46,11 @@ fn meaning(f: &Formula, word: &Word) -> Vec<bool> {
     let n = word.letters.len();
     let each = |f: &dyn Fn(usize) -> bool| (0..n).map(f).collect::<Vec<bool>>();
     match &f.kind {
-        FormulaKind::State(Expr { kind: ExprKind::Name(name), .. }) => {
+        FormulaKind::State(e) => {
+            let [Part { kind: NodeKind::Name(name), .. }] = e.nodes.as_slice() else { panic!("{e:?}") };
             let bit = name.as_bytes()[0] - b'a';
             each(&|i| word.letters[i] >> bit & 1 == 1)
         }
-        FormulaKind::State(_) => panic!("atoms are names"),
         FormulaKind::Not(a) => meaning(a, word).iter().map(|v| !v).collect(),
         FormulaKind::And(all) => {
             all.iter().map(|a| meaning(a, word)).reduce(|x, y| each(&|i| x[i] && y[i])).unwrap()
@@ -94,11 +93,15 @@ fn walk(from: usize, word: &Word, steps: usize) -> impl Iterator<Item = usize> {
     std::iter::successors(Some(from), |&i| Some(word.after(i))).take(steps)
 }
 
+fn steps_of(e: &Expr) -> u64 {
+    match e.nodes.as_slice() {
+        [Part { kind: NodeKind::Literal(Value::Int(n)), .. }] => *n as u64,
+        _ => panic!("bounds are numbers"),
+    }
+}
+
 fn until(steps: &Steps, a: &[bool], b: &[bool], word: &Word) -> Vec<bool> {
-    let value = |bound: &Option<(Expr, bool)>| match bound {
-        Some((Expr { kind: ExprKind::Int(n), .. }, _)) => Some(*n as usize),
-        _ => None,
-    };
+    let value = |bound: &Option<(Expr, bool)>| bound.as_ref().map(|(e, _)| steps_of(e) as usize);
     let (least, most) = (value(&steps.least).unwrap_or(0), value(&steps.most));
     let horizon = most.map_or(least + 2 * a.len() + 1, |m| m + 1);
     let holds = |i| {
@@ -128,26 +131,22 @@ impl Atoms {
 }
 
 impl Meaning for Atoms {
-    type Leaf = Expr;
-
     fn state(&mut self, e: &Expr) -> Result<ExprId> {
-        match &e.kind {
-            ExprKind::Name(name) => {
-                Ok(self.pool.var(VarId(u32::from(name.as_bytes()[0] - b'a')), Type::Bool))
-            }
-            ExprKind::Not(a) => {
-                let a = self.state(a)?;
-                Ok(self.pool.unary(Unary::Not, a))
-            }
-            _ => panic!("atoms are names"),
+        let mut id = None;
+        for node in &e.nodes {
+            id = Some(match (&node.kind, id) {
+                (NodeKind::Name(name), _) => {
+                    self.pool.var(VarId(u32::from(name.as_bytes()[0] - b'a')), Type::Bool)
+                }
+                (NodeKind::Not, Some(operand)) => self.pool.unary(Unary::Not, operand),
+                _ => panic!("atoms are names"),
+            });
         }
+        Ok(id.unwrap())
     }
 
     fn bound(&mut self, e: &Expr) -> Result<u64> {
-        match e.kind {
-            ExprKind::Int(n) => Ok(n as u64),
-            _ => panic!("bounds are numbers"),
-        }
+        Ok(steps_of(e))
     }
 
     fn literal(&mut self, mut e: ExprId, mut positive: bool, span: Span) -> Normal {
@@ -319,7 +318,7 @@ fn a_step_before_what_recurs_counts_where_it_matters() {
         "X ((G F a) & (G (a => F b)))",
         "X ((F G a) | (F (a & G b)))",
     ] {
-        let f = super::parse::formula(Parser::new(&SourceFile::new("formula", text))).unwrap();
+        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
         assert!(agrees(&f, &words), "{text}");
     }
 }
@@ -327,7 +326,7 @@ fn a_step_before_what_recurs_counts_where_it_matters() {
 #[test]
 fn monitors_of_common_formulas_are_small() {
     let states = |text: &str| {
-        let f = super::parse::formula(Parser::new(&SourceFile::new("formula", text))).unwrap();
+        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
         let judge = Judge::new(&f).unwrap();
         judge.monitors.iter().map(|o| o.states.len()).collect::<Vec<_>>()
     };

@@ -1,8 +1,9 @@
 //! Expressions, with PRISM's precedence.
 
-use super::{Atom, Failed, Maker, Parsed, Parser};
-use crate::lang::ast::{ATOM_LEVEL, BinaryOp, Ident, NEG_LEVEL, NOT_LEVEL, Span};
+use super::parser::{Failed, Parsed, Parser};
+use crate::lang::ast::{BinaryOp, Ident, NEG_LEVEL, NOT_LEVEL, NodeKind, Span};
 use crate::lang::token::Token;
+use crate::model::value::Value;
 
 /// Returns the operator of a token.
 pub(crate) fn operator(token: Token) -> Option<BinaryOp> {
@@ -26,53 +27,60 @@ pub(crate) fn operator(token: Token) -> Option<BinaryOp> {
     })
 }
 
-impl<M: Maker> Parser<'_, M> {
-    /// Parses `c ? e : c ? e : … e`, or anything that binds tighter.
-    pub(crate) fn expression(&mut self) -> Parsed<M::Expr> {
+impl Parser<'_> {
+    /// Parses `c ? e : c ? e : … e`, or anything that binds tighter; returns its place.
+    pub(crate) fn expression(&mut self) -> Parsed<Span> {
         self.nested(Self::conditional)
     }
 
-    fn conditional(&mut self) -> Parsed<M::Expr> {
+    fn conditional(&mut self) -> Parsed<Span> {
         let start = self.here();
-        let first = self.binary(0)?;
-        if self.peek() != Token::Question {
-            return Ok(first);
-        }
-        let (mut cases, mut condition) = (Vec::new(), first);
+        let (mut thens, mut last) = (Vec::new(), self.binary(0)?);
         while self.eat(Token::Question) {
-            let then = self.expression()?;
+            thens.push(self.expression()?);
             self.expect(Token::Colon)?;
-            cases.push((condition, then));
-            condition = self.binary(0)?;
+            last = self.binary(0)?;
         }
-        let span = start.to(self.before());
-        Ok(self.maker.ite(cases, condition, span))
+        let whole = start.to(self.before());
+        while let Some(then) = thens.pop() {
+            let span = if thens.is_empty() { whole } else { then.to(last) };
+            last = self.push(span, || NodeKind::Ite);
+        }
+        Ok(last)
     }
 
     /// Parses a chain of operators that bind at least as tightly as `least`.
-    pub(crate) fn binary(&mut self, least: u8) -> Parsed<M::Expr> {
+    pub(crate) fn binary(&mut self, least: u8) -> Parsed<Span> {
         let start = self.here();
-        let mut left = self.prefix(least)?;
-        // Operands to the right of the current level, the level of the last operator, and the end
-        // of the last operand.
-        let (mut rest, mut level, mut end) = (Vec::new(), ATOM_LEVEL, self.before());
+        // The place of the first operand of the current level, the operator before, the number of
+        // operands, and the end of the last one.
+        let (mut first, mut last, mut count) = (self.prefix(least)?, None, 1);
+        let mut end = self.before();
         while let Some(op) = operator(self.peek()).filter(|op| op.level() >= least) {
             let sign = self.peek();
             self.advance();
             self.foreign_operator(sign);
-            if level != op.level() {
-                left = self.chained(left, std::mem::take(&mut rest), start.to(end));
+            if let Some(before) = last.filter(|before: &BinaryOp| before.level() != op.level()) {
+                (first, count) = (self.chained(before, count, start.to(end)), 1);
             }
-            let right =
-                if op == BinaryOp::Pow { self.exponent(level)? } else { self.binary(op.level() + 1)? };
-            rest.push((op, right));
-            (level, end) = (op.level(), self.before());
+            let right = if op == BinaryOp::Pow { self.exponent(last)? } else { self.binary(op.level() + 1)? };
+            if !matches!(op, BinaryOp::And | BinaryOp::Or) {
+                self.push(first.to(right), || NodeKind::Binary(op));
+            }
+            (last, count, end) = (Some(op), count + 1, self.before());
         }
-        Ok(self.chained(left, rest, start.to(end)))
+        Ok(last.map_or(first, |op| self.chained(op, count, start.to(end))))
     }
 
-    fn chained(&mut self, left: M::Expr, rest: Vec<(BinaryOp, M::Expr)>, span: Span) -> M::Expr {
-        if rest.is_empty() { left } else { self.maker.chain(left, rest, span) }
+    /// Ends a chain of operators of one level.
+    fn chained(&mut self, op: BinaryOp, count: u32, span: Span) -> Span {
+        match op {
+            BinaryOp::And | BinaryOp::Or => self.push(span, || NodeKind::Join(op, count)),
+            _ => {
+                self.widen(span);
+                span
+            }
+        }
     }
 
     /// Reports `&&`, `==` and other operators of other languages, and continues after them.
@@ -95,9 +103,9 @@ impl<M: Maker> Parser<'_, M> {
 
     /// Parses the exponent after `^`; a chain of powers is refused, since tools read it
     /// differently.
-    fn exponent(&mut self, level: u8) -> Parsed<M::Expr> {
+    fn exponent(&mut self, last: Option<BinaryOp>) -> Parsed<Span> {
         let operator = self.before();
-        if level == BinaryOp::Pow.level() {
+        if last == Some(BinaryOp::Pow) {
             let help = "put brackets around one of the two powers";
             self.report(self.wrong(operator, "`^` cannot be chained without brackets").help(help));
         }
@@ -105,7 +113,7 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses signs and negations before an operand.
-    fn prefix(&mut self, least: u8) -> Parsed<M::Expr> {
+    fn prefix(&mut self, least: u8) -> Parsed<Span> {
         let start = self.here();
         match self.peek() {
             Token::Bang => {
@@ -114,50 +122,47 @@ impl<M: Maker> Parser<'_, M> {
                     let message = "`!` binds less tightly than the operator before it";
                     self.report(self.wrong(start, message).help("write the negation in brackets: `(!…)`"));
                 }
-                let operand = self.nested(|p| p.binary(NOT_LEVEL))?;
-                let span = start.to(self.before());
-                Ok(self.maker.not(operand, span))
+                self.nested(|p| p.binary(NOT_LEVEL))?;
+                Ok(self.push(start.to(self.before()), || NodeKind::Not))
             }
             Token::Minus => {
                 self.advance();
-                let operand = self.nested(|p| p.binary(NEG_LEVEL))?;
-                let span = start.to(self.before());
-                Ok(self.maker.neg(operand, span))
+                self.nested(|p| p.binary(NEG_LEVEL))?;
+                Ok(self.push(start.to(self.before()), || NodeKind::Neg))
             }
             _ => self.atom(),
         }
     }
 
-    pub(crate) fn atom(&mut self) -> Parsed<M::Expr> {
+    pub(crate) fn atom(&mut self) -> Parsed<Span> {
         let span = self.here();
-        let atom = match self.peek() {
-            Token::Int => self.integer(span)?,
-            Token::Real => self.real(span)?,
-            Token::Quoted => Atom::Label(self.label_reference()?),
-            Token::Word => return self.word(span),
+        match self.peek() {
+            Token::Int => {
+                self.advance();
+                let Ok(value) = self.text(span).parse() else {
+                    self.report(self.wrong(span, "this integer does not fit 64 bits"));
+                    return Err(Failed);
+                };
+                Ok(self.push(span, || NodeKind::Literal(Value::Int(value))))
+            }
+            Token::Real => {
+                self.advance();
+                let value = self.finite(span)?;
+                Ok(self.push(span, || NodeKind::Literal(Value::Real(value))))
+            }
+            Token::Quoted => {
+                let name = self.label_reference()?;
+                Ok(self.push(span, || NodeKind::Label(name.into())))
+            }
+            Token::Word => self.word(span),
             Token::LeftParen => {
                 self.advance();
                 let inner = self.expression()?;
                 self.expect(Token::RightParen)?;
-                return Ok(inner);
+                Ok(inner)
             }
-            _ => return Err(self.expected("an expression")),
-        };
-        Ok(self.maker.atom(atom, span))
-    }
-
-    fn integer(&mut self, span: Span) -> Parsed<Atom<'static>> {
-        self.advance();
-        let Ok(value) = self.text(span).parse() else {
-            self.report(self.wrong(span, "this integer does not fit 64 bits"));
-            return Err(Failed);
-        };
-        Ok(Atom::Int(value))
-    }
-
-    fn real(&mut self, span: Span) -> Parsed<Atom<'static>> {
-        self.advance();
-        self.finite(span).map(Atom::Real)
+            _ => Err(self.expected("an expression")),
+        }
     }
 
     /// Returns the value of a literal with a point or an exponent.
@@ -173,14 +178,16 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses an atom that starts with a word: a literal, a name or a function.
-    fn word(&mut self, span: Span) -> Parsed<M::Expr> {
-        let atom = match self.text(span) {
-            "true" => Atom::Bool(true),
-            "false" => Atom::Bool(false),
-            "func" => return self.old_function(span),
-            name @ ("min" | "max") => {
+    fn word(&mut self, span: Span) -> Parsed<Span> {
+        match self.text(span) {
+            word @ ("true" | "false") => {
                 self.advance();
-                return self.call(Ident { name: name.to_owned(), span });
+                Ok(self.push(span, || NodeKind::Literal(Value::Bool(word == "true"))))
+            }
+            "func" => self.old_function(span),
+            "min" | "max" => {
+                self.advance();
+                self.call(span)
             }
             word @ ("P" | "Pmin" | "Pmax" | "R" | "Rmin" | "Rmax" | "S" | "E" | "A" | "filter")
                 if matches!(
@@ -197,7 +204,7 @@ impl<M: Maker> Parser<'_, M> {
                 let message = format!("the operator `{word}` of properties cannot stand in an expression");
                 let help = "a target or an objective is only the formula within the brackets of a property";
                 self.report(self.wrong(span, message).help(help));
-                return Err(Failed);
+                Err(Failed)
             }
             word @ ("X" | "F" | "G")
                 if matches!(
@@ -208,38 +215,40 @@ impl<M: Maker> Parser<'_, M> {
                 let message = format!("the temporal operator `{word}` cannot stand in an expression");
                 let help = "temporal formulas are allowed in properties, `P>=1 [ … ]`, and in objectives";
                 self.report(self.wrong(span, message).help(help));
-                return Err(Failed);
+                Err(Failed)
             }
             _ => {
-                let ident = self.ident("the name of a variable, constant or formula")?;
+                self.word_that_names("the name of a variable, constant or formula")?;
                 if self.peek() == Token::LeftParen {
-                    return self.call(ident);
+                    return self.call(span);
                 }
-                return Ok(self.maker.atom(Atom::Name(&ident.name), span));
+                let name = self.text(span);
+                Ok(self.push(span, || NodeKind::Name(name.into())))
             }
-        };
-        self.advance();
-        Ok(self.maker.atom(atom, span))
+        }
     }
 
     /// Parses the rest of `f(e, …)` after the name.
-    fn call(&mut self, function: Ident) -> Parsed<M::Expr> {
-        let start = function.span;
+    fn call(&mut self, name: Span) -> Parsed<Span> {
         self.expect(Token::LeftParen)?;
-        let arguments = self.arguments()?;
-        let span = start.to(self.before());
-        Ok(self.maker.call(function, arguments, span))
+        let function = self.named(name);
+        self.arguments(name, function)
     }
 
     /// Parses `func(f, e, …)`.
-    fn old_function(&mut self, start: Span) -> Parsed<M::Expr> {
+    fn old_function(&mut self, start: Span) -> Parsed<Span> {
         self.advance();
         self.expect(Token::LeftParen)?;
         let function = self.function_name()?;
         self.expect(Token::Comma)?;
-        let arguments = self.arguments()?;
-        let span = start.to(self.before());
-        Ok(self.maker.call(function, arguments, span))
+        self.arguments(start, function)
+    }
+
+    /// Parses the arguments of a call, and its closing bracket.
+    fn arguments(&mut self, start: Span, function: Ident) -> Parsed<Span> {
+        let count = self.list(Self::expression)?.len() as u32;
+        self.expect(Token::RightParen)?;
+        Ok(self.push(start.to(self.before()), || NodeKind::Call(Box::new(function), count)))
     }
 
     /// Parses a name, or one of the two functions that are keywords.
@@ -247,17 +256,8 @@ impl<M: Maker> Parser<'_, M> {
         let span = self.here();
         if self.at_word("min") || self.at_word("max") {
             self.advance();
-            return Ok(Ident { name: self.text(span).to_owned(), span });
+            return Ok(self.named(span));
         }
         self.ident("a name")
-    }
-
-    fn arguments(&mut self) -> Parsed<Vec<M::Expr>> {
-        let mut arguments = vec![self.expression()?];
-        while self.eat(Token::Comma) {
-            arguments.push(self.expression()?);
-        }
-        self.expect(Token::RightParen)?;
-        Ok(arguments)
     }
 }

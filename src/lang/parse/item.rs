@@ -1,10 +1,9 @@
 //! The parts of a model file outside of modules.
 
-use super::{Failed, Maker, Parsed, Parser};
-use crate::lang::ast::{
-    ConstDef, ConstType, FormulaDef, Item, LabelDef, Model, ModelType, RewardItem, Rewards, Span,
-};
+use super::parser::{Failed, Parsed, Parser};
+use crate::lang::ast::{ConstDef, ConstType, Ident, Item, Model, NamedExpr, RewardItem, Rewards, Span};
 use crate::lang::token::Token;
+use crate::model::ModelKind;
 
 /// Keywords that start a part of a model file: after an error, parsing continues at one of them.
 pub(super) const ITEM_WORDS: &[&str] = &[
@@ -44,9 +43,9 @@ const FOREIGN: &[(&str, &str)] = &[
     ("invariant", "invariants"),
 ];
 
-impl<'a, M: Maker> Parser<'a, M> {
+impl<'a> Parser<'a> {
     /// Parses a whole model file.
-    pub(crate) fn model(&mut self) -> Model<M::Expr, M::Command> {
+    pub(crate) fn model(&mut self) -> Model {
         let mut model = Model { kind: None, items: Vec::new() };
         while self.peek() != Token::End {
             let before = self.tokens.taken();
@@ -61,12 +60,12 @@ impl<'a, M: Maker> Parser<'a, M> {
         model
     }
 
-    fn part(&mut self, model: &mut Model<M::Expr, M::Command>) -> Parsed<()> {
+    fn part(&mut self, model: &mut Model) -> Parsed<()> {
         let span = self.here();
         let word = self.part_word(span);
         let item = match word {
-            "mdp" | "nondeterministic" => return self.model_type(model, ModelType::Mdp),
-            "dtmc" | "probabilistic" => return self.model_type(model, ModelType::Dtmc),
+            "mdp" | "nondeterministic" => return self.model_type(model, ModelKind::Mdp),
+            "dtmc" | "probabilistic" => return self.model_type(model, ModelKind::Dtmc),
             "const" | "rate" | "prob" => Item::Const(self.constant()?),
             "formula" => Item::Formula(self.formula()?),
             "label" => Item::Label(self.label()?),
@@ -93,7 +92,7 @@ impl<'a, M: Maker> Parser<'a, M> {
         if is_known { word } else { self.slip(ITEM_WORDS).unwrap_or(word) }
     }
 
-    fn model_type(&mut self, model: &mut Model<M::Expr, M::Command>, kind: ModelType) -> Parsed<()> {
+    fn model_type(&mut self, model: &mut Model, kind: ModelKind) -> Parsed<()> {
         let span = self.advance();
         match model.kind {
             Some((_, first)) => {
@@ -128,10 +127,7 @@ impl<'a, M: Maker> Parser<'a, M> {
         if self.eat_word("endobservables") {
             return Ok(());
         }
-        self.ident("the name of a variable")?;
-        while self.eat(Token::Comma) {
-            self.ident("the name of a variable")?;
-        }
+        self.list(|p| p.ident("the name of a variable"))?;
         self.expect_word("endobservables").map(|_| ())
     }
 
@@ -139,10 +135,7 @@ impl<'a, M: Maker> Parser<'a, M> {
     fn observable(&mut self) -> Parsed<()> {
         self.advance();
         self.quoted()?;
-        self.expect(Token::Eq)?;
-        self.expression()?;
-        self.expect(Token::Semicolon)?;
-        Ok(())
+        self.body().map(|_| ())
     }
 
     /// Skips everything up to and including a word, or up to the end.
@@ -152,7 +145,7 @@ impl<'a, M: Maker> Parser<'a, M> {
         }
     }
 
-    fn constant(&mut self) -> Parsed<ConstDef<M::Expr>> {
+    fn constant(&mut self) -> Parsed<ConstDef> {
         let is_old = self.at_word("rate") || self.at_word("prob");
         self.advance();
         let ty = match self.text(self.here()) {
@@ -171,16 +164,22 @@ impl<'a, M: Maker> Parser<'a, M> {
         Ok(ConstDef { ty: ty.unwrap_or(ConstType::Int), name, value })
     }
 
-    fn formula(&mut self) -> Parsed<FormulaDef<M::Expr>> {
-        self.advance();
-        let name = self.ident("the name of a formula")?;
+    /// Parses `= expression;`.
+    fn body(&mut self) -> Parsed<Span> {
         self.expect(Token::Eq)?;
         let body = self.expression()?;
         self.expect(Token::Semicolon)?;
-        Ok(FormulaDef { name, body })
+        Ok(body)
     }
 
-    fn label(&mut self) -> Parsed<LabelDef<M::Expr>> {
+    fn formula(&mut self) -> Parsed<NamedExpr> {
+        self.advance();
+        let name = self.ident("the name of a formula")?;
+        let body = self.body()?;
+        Ok(NamedExpr { name, body })
+    }
+
+    fn label(&mut self) -> Parsed<NamedExpr> {
         self.advance();
         if self.peek() == Token::Word {
             let span = self.here();
@@ -194,20 +193,18 @@ impl<'a, M: Maker> Parser<'a, M> {
             let message = format!("the label \"{}\" is built in and cannot be defined", name.name);
             self.report(self.wrong(name.span, message));
         }
-        self.expect(Token::Eq)?;
-        let body = self.expression()?;
-        self.expect(Token::Semicolon)?;
-        Ok(LabelDef { name, body })
+        let body = self.body()?;
+        Ok(NamedExpr { name, body })
     }
 
-    fn init(&mut self) -> Parsed<M::Expr> {
+    fn init(&mut self) -> Parsed<Span> {
         self.advance();
         let condition = self.expression()?;
         self.expect_word("endinit")?;
         Ok(condition)
     }
 
-    fn rewards(&mut self) -> Parsed<Rewards<M::Expr>> {
+    fn rewards(&mut self) -> Parsed<Rewards> {
         let start = self.advance();
         let name = self.reward_name();
         let mut items = Vec::new();
@@ -228,11 +225,11 @@ impl<'a, M: Maker> Parser<'a, M> {
     }
 
     /// Parses a name in quotes, if there is one.
-    fn reward_name(&mut self) -> Option<crate::lang::ast::Ident> {
+    fn reward_name(&mut self) -> Option<Ident> {
         if self.peek() == Token::Quoted { self.quoted().ok() } else { None }
     }
 
-    fn reward_item(&mut self) -> Parsed<RewardItem<M::Expr>> {
+    fn reward_item(&mut self) -> Parsed<RewardItem> {
         let action = if self.eat(Token::LeftBracket) {
             let name = if self.peek() == Token::RightBracket { None } else { Some(self.action()?) };
             self.expect(Token::RightBracket)?;

@@ -1,13 +1,15 @@
 //! Modules: variables, commands, updates, renaming.
 
 use super::item::ITEM_WORDS;
-use super::{Failed, Maker, Parsed, Parser};
-use crate::lang::ast::{Assignment, Branch, Command, Ident, Item, Module, RenamedModule, VarDecl};
+use super::parser::{Failed, Parsed, Parser};
+use crate::lang::ast::{
+    Assignment, Branch, Command, Expr, Ident, Item, Module, RenamedModule, Span, VarDecl,
+};
 use crate::lang::token::{Token, is_property_operator};
 
-impl<M: Maker> Parser<'_, M> {
+impl Parser<'_> {
     /// Parses `module … endmodule`.
-    pub(super) fn module(&mut self) -> Parsed<Item<M::Expr, M::Command>> {
+    pub(super) fn module(&mut self) -> Parsed<Item> {
         let start = self.advance();
         let name = self.ident("the name of a module")?;
         if self.eat(Token::Eq) {
@@ -42,10 +44,9 @@ impl<M: Maker> Parser<'_, M> {
         }
     }
 
-    fn module_part(&mut self, module: &mut Module<M::Expr, M::Command>) -> Parsed<()> {
+    fn module_part(&mut self, module: &mut Module) -> Parsed<()> {
         if self.peek() == Token::LeftBracket {
-            let command = self.command()?;
-            module.commands.push(self.maker.command(command));
+            module.commands.push(self.command()?.span);
             return Ok(());
         }
         if self.at_word("invariant") {
@@ -67,7 +68,7 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses `x : [low..high] init e;` or `x : bool init e;`.
-    pub(super) fn declaration(&mut self) -> Parsed<VarDecl<M::Expr>> {
+    pub(super) fn declaration(&mut self) -> Parsed<VarDecl> {
         let name = self.ident("the name of a variable")?;
         let start = name.span;
         self.expect(Token::Colon)?;
@@ -77,7 +78,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(VarDecl { name, range, init, span: start.to(end) })
     }
 
-    fn variable_type(&mut self) -> Parsed<Option<(M::Expr, M::Expr)>> {
+    fn variable_type(&mut self) -> Parsed<Option<(Span, Span)>> {
         if self.eat(Token::LeftBracket) {
             let low = self.expression()?;
             self.expect(Token::Dots)?;
@@ -103,11 +104,11 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses `[a] guard -> updates;`.
-    pub(super) fn command(&mut self) -> Parsed<Command<M::Expr>> {
+    pub(super) fn command(&mut self) -> Parsed<Command> {
         let start = self.expect(Token::LeftBracket)?;
         let action = if self.peek() == Token::RightBracket { None } else { Some(self.action()?) };
         self.expect(Token::RightBracket)?;
-        let guard = self.expression()?;
+        let guard = self.tree(Self::expression)?;
         self.expect(Token::Arrow)?;
         let mut branches = vec![self.branch()?];
         while self.eat(Token::Plus) {
@@ -125,7 +126,7 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Checks that the probability is given in every branch, unless there is only one.
-    fn check_probabilities_given(&mut self, branches: &[Branch<M::Expr>]) {
+    fn check_probabilities_given(&mut self, branches: &[Branch]) {
         if branches.len() < 2 {
             return;
         }
@@ -135,7 +136,7 @@ impl<M: Maker> Parser<'_, M> {
         }
     }
 
-    fn branch(&mut self) -> Parsed<Branch<M::Expr>> {
+    fn branch(&mut self) -> Parsed<Branch> {
         let start = self.here();
         let probability = if self.at_update() { None } else { Some(self.probability()?) };
         let updates = self.updates()?;
@@ -143,9 +144,9 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses a probability with its `:`; reports an update without a prime.
-    fn probability(&mut self) -> Parsed<M::Expr> {
+    fn probability(&mut self) -> Parsed<Expr> {
         let (start, first, before) = (self.here(), self.peek(), self.tokens.taken());
-        let probability = self.expression()?;
+        let probability = self.tree(Self::expression)?;
         let is_number = first != Token::Word && self.tokens.taken() - before == 1;
         if !is_number && matches!(self.peek(), Token::Semicolon | Token::End) {
             let diagnostic = self.wrong(
@@ -170,7 +171,7 @@ impl<M: Maker> Parser<'_, M> {
     }
 
     /// Parses `(x'=e) & (y'=e) & …` or `true`.
-    fn updates(&mut self) -> Parsed<Vec<Assignment<M::Expr>>> {
+    fn updates(&mut self) -> Parsed<Vec<Assignment>> {
         if self.eat_word("true") {
             return Ok(Vec::new());
         }
@@ -183,7 +184,7 @@ impl<M: Maker> Parser<'_, M> {
         Ok(updates)
     }
 
-    fn assignment(&mut self) -> Parsed<Assignment<M::Expr>> {
+    fn assignment(&mut self) -> Parsed<Assignment> {
         if self.peek() == Token::Word && self.peek_at(1) == Token::Prime {
             let name = self.text(self.here());
             let diagnostic = self.wrong(self.here(), "an update is written in brackets");
@@ -197,24 +198,20 @@ impl<M: Maker> Parser<'_, M> {
         let variable = self.ident("the name of a variable")?;
         self.expect(Token::Prime)?;
         self.expect(Token::Eq)?;
-        let value = self.expression()?;
+        let value = self.tree(Self::expression)?;
         self.expect(Token::RightParen)?;
         Ok(Assignment { variable, value })
     }
 
     /// Parses `base [ old=new, … ] endmodule`.
-    fn renamed(&mut self, name: Ident) -> Parsed<Item<M::Expr, M::Command>> {
+    fn renamed(&mut self, name: Ident) -> Parsed<Item> {
         let base = self.ident("the name of a module")?;
         self.expect(Token::LeftBracket)?;
-        let mut renames = Vec::new();
-        loop {
-            let old = self.renamed_name()?;
-            self.expect(Token::Eq)?;
-            renames.push((old, self.renamed_name()?));
-            if !self.eat(Token::Comma) {
-                break;
-            }
-        }
+        let renames = self.list(|p| {
+            let old = p.renamed_name()?;
+            p.expect(Token::Eq)?;
+            Ok((old, p.renamed_name()?))
+        })?;
         self.expect(Token::RightBracket)?;
         self.expect_word("endmodule")?;
         Ok(Item::Renamed(Box::new(RenamedModule { name, base, renames })))

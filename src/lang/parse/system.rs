@@ -1,6 +1,6 @@
 //! Compositions of modules: `system … endsystem`.
 
-use super::{Failed, Parsed, Parser};
+use super::parser::{Failed, MAX_NESTING, Parsed, Parser};
 use crate::lang::ast::{Ident, Span, System, SystemKind};
 use crate::lang::token::Token;
 
@@ -12,7 +12,7 @@ enum Join {
     Parallel,
 }
 
-impl<M> Parser<'_, M> {
+impl Parser<'_> {
     /// Parses `system … endsystem`.
     pub(super) fn system(&mut self) -> Parsed<System> {
         self.advance();
@@ -89,7 +89,7 @@ impl<M> Parser<'_, M> {
             if !matches!(self.peek(), Token::Slash | Token::LeftBrace) {
                 break;
             }
-            if suffix == super::MAX_NESTING {
+            if suffix == MAX_NESTING {
                 self.report(self.wrong(self.here(), "too many hidings and renamings in a row"));
                 return Err(Failed);
             }
@@ -105,15 +105,11 @@ impl<M> Parser<'_, M> {
             SystemKind::Hide(Box::new(system), self.actions(Token::RightBrace)?)
         } else {
             self.expect(Token::LeftBrace)?;
-            let mut renames = Vec::new();
-            loop {
-                let old = self.action()?;
-                self.rename_arrow()?;
-                renames.push((old, self.action()?));
-                if !self.eat(Token::Comma) {
-                    break;
-                }
-            }
+            let renames = self.list(|p| {
+                let old = p.action()?;
+                p.rename_arrow()?;
+                Ok((old, p.action()?))
+            })?;
             self.expect(Token::RightBrace)?;
             SystemKind::Rename(Box::new(system), renames)
         };
@@ -132,10 +128,7 @@ impl<M> Parser<'_, M> {
 
     /// Parses `a,b,…` and the closing token.
     fn actions(&mut self, close: Token) -> Parsed<Vec<Ident>> {
-        let mut actions = vec![self.action()?];
-        while self.eat(Token::Comma) {
-            actions.push(self.action()?);
-        }
+        let actions = self.list(Self::action)?;
         self.expect(close)?;
         Ok(actions)
     }

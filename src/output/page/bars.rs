@@ -2,20 +2,21 @@
 
 use maud::{Markup, html};
 
-use super::super::check::{CheckReport, LevelsReport};
-use super::super::text;
-use super::Number;
+use super::super::check::CheckReport;
+use super::super::text::{self, grouped};
 use super::words::{percent, share};
+use crate::engine::Count;
+use crate::planning::AnalysisResult;
 
-fn whole(check: &CheckReport) -> Number {
-    check.counts.as_ref().map(|c| c.states.clone()).unwrap_or_default()
+fn whole(result: &AnalysisResult) -> Count {
+    result.counts.as_ref().map(|c| c.states.clone()).unwrap_or_default()
 }
 
 /// Renders a number of states with its share of all states.
-fn cell(part: &Number, whole: &Number, class: &str) -> Markup {
+fn cell(part: &Count, whole: &Count, class: &str) -> Markup {
     let percent = percent(part, whole);
     html! {
-        td.n { (part.grouped()) }
+        td.n { (grouped(part)) }
         td.bar title=(share(percent)) {
             span class=(class) style=(format!("width:{percent:.2}%")) {}
         }
@@ -23,16 +24,16 @@ fn cell(part: &Number, whole: &Number, class: &str) -> Markup {
 }
 
 /// Renders the objectives with the sizes of their regions.
-pub(super) fn objectives(check: &CheckReport) -> Markup {
-    let whole = whole(check);
+pub(super) fn objectives(result: &AnalysisResult) -> Markup {
+    let whole = whole(result);
     html! {
         table {
             thead { tr {
                 th { "objective" } th.n { "target" }
                 th colspan="2" { "almost sure in" } th colspan="2" { "possible in" }
             } }
-            tbody { @for o in &check.objectives { tr {
-                th { (o.name) } td.n { (o.target.grouped()) }
+            tbody { @for o in &result.objectives { tr {
+                th { (o.name) } td.n { (grouped(&o.target)) }
                 (cell(&o.almost_sure, &whole, "sure"))
                 (cell(&o.positive, &whole, "possible"))
             } } }
@@ -41,12 +42,12 @@ pub(super) fn objectives(check: &CheckReport) -> Markup {
 }
 
 /// Renders the classes with their sizes.
-pub(super) fn classes(check: &CheckReport) -> Markup {
-    let whole = whole(check);
+pub(super) fn classes(result: &AnalysisResult) -> Markup {
+    let whole = whole(result);
     html! {
         table {
             thead { tr { th { "sure" } th colspan="2" { "states" } } }
-            tbody { @for class in check.classes.iter().flatten() { tr {
+            tbody { @for class in result.classes.iter().flatten() { tr {
                 th { (text::names(&class.most_preferred)) }
                 (cell(&class.states, &whole, "plain"))
             } } }
@@ -55,35 +56,30 @@ pub(super) fn classes(check: &CheckReport) -> Markup {
 }
 
 /// Renders the SASI and SPI levels side by side, one line per number of improvements.
-pub(super) fn levels(check: &CheckReport) -> Markup {
-    let none = LevelsReport::default();
-    let (sasi, spi) = (check.sasi.as_ref().unwrap_or(&none), check.spi.as_ref().unwrap_or(&none));
-    let whole = whole(check);
-    let at = |levels: &LevelsReport, k: usize| {
-        levels.levels.get(k).or(levels.unbounded.as_ref()).map(|n| (n.clone(), k))
-    };
+pub(super) fn levels(result: &AnalysisResult) -> Markup {
+    let (sasi, spi, whole) = (&result.sasi, &result.spi, whole(result));
     html! {
         table {
             thead { tr {
                 th { "improvements" } th colspan="2" { "guaranteed (SASI)" } th colspan="2" { "possible (SPI)" }
             } }
             tbody {
-                @for k in 0..sasi.levels.len().max(spi.levels.len()) { tr {
-                    th { (k + 1) " or more" }
-                    (level(at(sasi, k).map(|l| l.0), &whole, "sure"))
-                    (level(at(spi, k).map(|l| l.0), &whole, "possible"))
+                @for k in 1..=sasi.levels.len().max(spi.levels.len()) { tr {
+                    th { (k) " or more" }
+                    (level(sasi.size(k), &whole, "sure"))
+                    (level(spi.size(k), &whole, "possible"))
                 } }
                 tr {
                     th { "any number" }
-                    (level(sasi.unbounded.clone(), &whole, "sure"))
-                    (level(spi.unbounded.clone(), &whole, "possible"))
+                    (level(sasi.unbounded(), &whole, "sure"))
+                    (level(spi.unbounded(), &whole, "possible"))
                 }
             }
         }
     }
 }
 
-fn level(states: Option<Number>, whole: &Number, class: &str) -> Markup {
+fn level(states: Option<Count>, whole: &Count, class: &str) -> Markup {
     match states {
         Some(states) => cell(&states, whole, class),
         None => html! { td.n { "?" } td.bar {} },
@@ -91,21 +87,21 @@ fn level(states: Option<Number>, whole: &Number, class: &str) -> Markup {
 }
 
 /// Renders the sizes of the model and the improvement MDP.
-pub(super) fn sizes(check: &CheckReport) -> Markup {
+pub(super) fn sizes(result: &AnalysisResult) -> Markup {
     let mut rows: Vec<(&str, String)> = Vec::new();
-    if let Some(counts) = &check.counts {
+    if let Some(counts) = &result.counts {
         rows.extend([
-            ("states", counts.states.grouped()),
-            ("choices", counts.choices.grouped()),
-            ("transitions", counts.transitions.grouped()),
-            ("deadlocks", counts.deadlocks.grouped()),
-            ("initial states", counts.initial.grouped()),
+            ("states", grouped(&counts.states)),
+            ("choices", grouped(&counts.choices)),
+            ("transitions", grouped(&counts.transitions)),
+            ("deadlocks", grouped(&counts.deadlocks)),
+            ("initial states", grouped(&counts.initial)),
         ]);
     }
-    if let Some(improvement) = &check.improvement {
-        rows.push(("improvement MDP: states", improvement.states.grouped()));
-        rows.push(("improvement MDP: transitions", improvement.transitions.grouped()));
-        rows.push(("transitions dropped", improvement.dropped.grouped()));
+    if let Some(improvement) = &result.improvement {
+        rows.push(("improvement MDP: states", grouped(&improvement.states)));
+        rows.push(("improvement MDP: transitions", grouped(&improvement.transitions)));
+        rows.push(("transitions dropped", grouped(&improvement.dropped)));
     }
     html! { table { tbody { @for (name, number) in rows { tr { th { (name) } td.n { (number) } } } } } }
 }
@@ -113,24 +109,17 @@ pub(super) fn sizes(check: &CheckReport) -> Markup {
 /// Renders the time of each phase.
 pub(super) fn times(check: &CheckReport) -> Markup {
     let time = &check.time;
-    let phases = [
-        ("parse", time.parse),
-        ("build", time.build),
-        ("outcomes", time.outcomes),
-        ("improvement", time.improvement),
-        ("SASI levels", time.sasi),
-        ("SPI levels", time.spi),
-    ];
-    let most = phases.iter().filter_map(|(_, t)| *t).fold(1e-9, f64::max);
+    let phases: Vec<_> = time.phases().filter_map(|(name, seconds)| Some((name, seconds?))).collect();
+    let most = phases.iter().map(|phase| phase.1).fold(1e-9, f64::max);
     html! {
-        table { tbody { @for (name, seconds) in phases { @if let Some(seconds) = seconds { tr {
-            th { (name) }
+        table { tbody { @for (name, seconds) in phases { tr {
+            th { (name) @if name.starts_with('S') { " levels" } }
             td.n { (text::seconds(seconds)) }
             td.bar { span.plain style=(format!("width:{:.2}%", 100.0 * seconds / most)) {} }
-        } } } } }
+        } } } }
         p.hint {
             (text::seconds(time.total)) " in total"
-            @if check.memory.peak_nodes > 0 { ", " (Number::from(check.memory.peak_nodes).grouped()) " nodes" }
+            @if check.memory.peak_nodes > 0 { ", " (grouped(check.memory.peak_nodes)) " nodes" }
             @if check.memory.peak_rss_bytes > 0 {
                 ", " (text::bytes(check.memory.peak_rss_bytes)) " of memory"
             }

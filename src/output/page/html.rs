@@ -2,8 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::super::check::InitialReport;
-use super::super::report::show_state;
+use super::super::header::{Header, ModelSummary};
 use super::super::simulate::TurnReport;
 use super::super::{ranks, text};
 use super::paint::Paint;
@@ -11,14 +10,15 @@ use super::{Content, Picture, Play, bars, data, hasse, map, paint, words};
 use crate::model::Variable;
 use crate::model::preference::Empty;
 use crate::model::value::Type;
-use crate::planning::{Rank, Scheduler};
+use crate::planning::Scheduler;
+use crate::planning::result::{Plan, Prospects};
 use crate::projections::Projections;
 
 /// The page.
 pub(super) fn page(content: &Content<'_>) -> String {
     let check = content.check;
     let paint = content.projections.map(|projections| Paint::new(content, projections));
-    let title = format!("{} · Meliora", file_name(&check.model.path));
+    let title = format!("{} · Meliora", file_name(check.header.path()));
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -55,17 +55,18 @@ fn file_name(path: &str) -> &str {
 
 fn header(content: &Content<'_>) -> Markup {
     let check = content.check;
-    let constants = check.model.constants.iter().map(|(name, value)| format!("{name}={value}"));
-    let constants = constants.collect::<Vec<_>>().join(", ");
+    let constants = check.header.model.as_ref().map(ModelSummary::constants).unwrap_or_default();
+    let preferences = check.header.preferences.as_deref().unwrap_or_default();
+    let own = Header { engine: None, history: None, ..check.header.clone() };
+    let settings = own.settings().into_iter().map(|(name, value)| format!("{name} {value}"));
     html! {
         header {
-            h1 { (file_name(&check.model.path)) span { " with " (file_name(&check.preferences)) } }
+            h1 { (file_name(check.header.path())) span { " with " (file_name(preferences)) } }
             p.hint {
                 @if !constants.is_empty() { (constants) " · " }
-                "scope " (check.scope.name()) " · safety " (check.safety)
-                @if let Some(empty) = check.empty { " · empty " (empty) }
-                " · engine " (check.engine)
-                @if let Some(counts) = &check.counts { " · " (counts.states.grouped()) " states" }
+                (settings.collect::<Vec<_>>().join(" · "))
+                @if let Some(engine) = check.header.engine { " · engine " (engine) }
+                @if let Some(counts) = &check.result.counts { " · " (text::grouped(&counts.states)) " states" }
             }
         }
     }
@@ -74,7 +75,7 @@ fn header(content: &Content<'_>) -> Markup {
 /// Renders the verdict on the initial states.
 fn verdict(content: &Content<'_>) -> Markup {
     let initial = &content.check.initial;
-    let more = content.check.counts.as_ref().map(|c| c.initial.grouped()).unwrap_or_default();
+    let more = content.check.result.counts.as_ref().map(|c| text::grouped(&c.initial)).unwrap_or_default();
     html! {
         section.verdict #verdict {
             @for (index, state) in initial.iter().enumerate() {
@@ -85,19 +86,19 @@ fn verdict(content: &Content<'_>) -> Markup {
     }
 }
 
-fn card(initial: &InitialReport) -> Markup {
+fn card(initial: &Prospects) -> Markup {
     html! {
         div.card {
             p.headline { (words::verdict(initial)) }
             div.figures {
-                (figure("guaranteed", "sure", initial.sasi_rank, initial.sasi_actions.as_ref()))
-                (figure("possible", "possible", initial.spi_rank, initial.spi_actions.as_ref()))
+                (figure("guaranteed", "sure", initial.sasi.as_ref()))
+                (figure("possible", "possible", initial.spi.as_ref()))
                 div.figure {
                     span.number.text { (text::names(&initial.most_preferred)) }
                     span.label { "sure in the initial state" }
                 }
             }
-            p.hint { "In the initial state " (values(&show_state(&initial.state))) }
+            p.hint { "In the initial state " (values(&initial.values.to_string())) }
         }
     }
 }
@@ -109,12 +110,13 @@ fn values(text: &str) -> Markup {
     }
 }
 
-fn figure(label: &str, class: &str, rank: Option<Rank>, actions: Option<&Vec<String>>) -> Markup {
+fn figure(label: &str, class: &str, plan: Option<&Plan>) -> Markup {
+    let actions = plan.map(|plan| plan.actions.join(", ")).unwrap_or_default();
     html! {
         div.figure {
-            span.number.(class) { (ranks::mark(rank)) }
+            span.number.(class) { (ranks::mark(plan.map(|plan| plan.rank))) }
             span.label { "improvements " (label) }
-            @if let Some(begin) = words::begin(actions) { span.begin { "permitted: " b { (begin) } } }
+            @if !actions.is_empty() { span.begin { "permitted: " b { (actions) } } }
         }
     }
 }
@@ -304,18 +306,18 @@ fn preferences(content: &Content<'_>) -> Markup {
 }
 
 fn tables(content: &Content<'_>) -> Markup {
-    let check = content.check;
+    let (check, result) = (content.check, &content.check.result);
     html! {
-        section #levels { h2 { "States by number of improvements" } div.scroll { (bars::levels(check)) } }
-        section #objectives { h2 { "Objectives" } div.scroll { (bars::objectives(check)) } }
+        section #levels { h2 { "States by number of improvements" } div.scroll { (bars::levels(result)) } }
+        section #objectives { h2 { "Objectives" } div.scroll { (bars::objectives(result)) } }
         div.columns {
             section #classes {
                 h2 { "Classes" }
                 p.hint { "States by their most preferred almost-sure objectives." }
-                div.scroll { (bars::classes(check)) }
+                div.scroll { (bars::classes(result)) }
             }
             div {
-                section #sizes { h2 { "Sizes" } (bars::sizes(check)) }
+                section #sizes { h2 { "Sizes" } (bars::sizes(result)) }
                 section #times { h2 { "Time" } (bars::times(check)) }
             }
         }
@@ -325,8 +327,8 @@ fn tables(content: &Content<'_>) -> Markup {
 fn footer(content: &Content<'_>) -> Markup {
     html! {
         footer { p.hint {
-            "Meliora " (env!("CARGO_PKG_VERSION")) " · " code { (content.check.model.path) } " · "
-            code { (content.check.preferences) }
+            "Meliora " (env!("CARGO_PKG_VERSION")) " · " code { (content.check.header.path()) } " · "
+            code { (content.check.header.preferences.as_deref().unwrap_or_default()) }
             " · Shares and bars refer to all states of the scope."
         } }
     }

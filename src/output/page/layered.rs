@@ -1,16 +1,18 @@
 //! Layered drawings of acyclic graphs: nodes in rows, each arc from a row to a lower one. An arc
 //! that passes a row runs straight down through its own gap there, so it crosses no other node.
 //!
-//! After Sugiyama, Tagawa and Toda, "Methods for visual understanding of hierarchical system
-//! structures" (1981): add a bend in each row that an arc passes, order the rows to reduce
-//! crossings, then compute positions.
+//! An arc that passes a row has a bend there, which is a node without width. So every arc goes from
+//! one row to the next, and the rows of the layout are those of the graph. The crate orders the rows
+//! so that few arcs cross, and computes positions; its results depend on its input alone.
+
+use rust_sugiyama::configure::{Config, RankingType};
+use rust_sugiyama::from_vertices_and_edges;
 
 /// The height of a node, and the distance between two rows.
 pub(super) const HEIGHT: f64 = 44.0;
 const BETWEEN_ROWS: f64 = 52.0;
-/// The minimum distance between two nodes, and between an arc and its neighbours.
-const BETWEEN_NODES: f64 = 18.0;
-const BESIDE_ARCS: f64 = 12.0;
+/// The minimum distance between two items of a row, which are nodes and arcs.
+const BETWEEN_ITEMS: f64 = 18.0;
 /// The margin around the drawing.
 const MARGIN: f64 = 2.0;
 /// Maximum number of nodes and bends; larger drawings are unreadable and slow to compute.
@@ -37,13 +39,10 @@ pub(super) struct Drawing {
     pub(super) height: f64,
 }
 
-/// Nodes and bends, in rows.
+/// Nodes and bends.
 struct Items {
     widths: Vec<f64>,
-    is_bend: Vec<bool>,
-    above: Vec<Vec<usize>>,
-    below: Vec<Vec<usize>>,
-    rows: Vec<Vec<usize>>,
+    rows: Vec<usize>,
     /// For each arc its upper node, its bends and its lower node.
     chains: Vec<Vec<usize>>,
 }
@@ -55,146 +54,62 @@ impl Layered {
         if self.widths.len() + bends > MOST_ITEMS {
             return None;
         }
-        let mut items = self.items();
-        items.sort_rows();
-        let middles = items.middles();
-        Some(self.drawing(&items, &middles))
+        let items = self.items();
+        let (middles, width) = items.middles();
+        let top = |item: usize| MARGIN + items.rows[item] as f64 * (HEIGHT + BETWEEN_ROWS);
+        let corners = |chain: &Vec<usize>| {
+            let ends = |&item: &usize| [(middles[item], top(item)), (middles[item], top(item) + HEIGHT)];
+            let all: Vec<(f64, f64)> = chain.iter().flat_map(ends).collect();
+            // An arc starts below its upper node and ends above its lower one.
+            all[1..all.len() - 1].to_vec()
+        };
+        let rows = self.rows.iter().max().map_or(0, |last| last + 1);
+        Some(Drawing {
+            nodes: (0..self.rows.len()).map(|i| (middles[i] - items.widths[i] / 2.0, top(i))).collect(),
+            arcs: items.chains.iter().map(corners).collect(),
+            width,
+            height: rows as f64 * (HEIGHT + BETWEEN_ROWS) - BETWEEN_ROWS + 2.0 * MARGIN,
+        })
     }
 
     fn items(&self) -> Items {
-        let count = self.widths.len();
-        let mut items = Items {
-            widths: self.widths.clone(),
-            is_bend: vec![false; count],
-            above: vec![Vec::new(); count],
-            below: vec![Vec::new(); count],
-            rows: vec![Vec::new(); self.rows.iter().max().map_or(0, |last| last + 1)],
-            chains: Vec::new(),
-        };
-        self.rows.iter().enumerate().for_each(|(node, &row)| items.rows[row].push(node));
+        let (mut widths, mut rows, mut chains) = (self.widths.clone(), self.rows.clone(), Vec::new());
         for &(high, low) in &self.arcs {
-            let bends = (self.rows[high] + 1..self.rows[low]).map(|row| items.bend(row));
-            let chain: Vec<usize> =
-                [high].into_iter().chain(bends.collect::<Vec<_>>()).chain([low]).collect();
-            for pair in chain.windows(2) {
-                items.below[pair[0]].push(pair[1]);
-                items.above[pair[1]].push(pair[0]);
-            }
-            items.chains.push(chain);
+            let first = rows.len();
+            rows.extend(self.rows[high] + 1..self.rows[low]);
+            widths.resize(rows.len(), 0.0);
+            chains.push([high].into_iter().chain(first..rows.len()).chain([low]).collect());
         }
-        items
-    }
-
-    fn drawing(&self, items: &Items, middles: &[f64]) -> Drawing {
-        let left = |item: usize| middles[item] - items.widths[item] / 2.0;
-        let right = |item: usize| middles[item] + items.widths[item] / 2.0;
-        let all = || 0..items.widths.len();
-        let start = all().map(left).fold(f64::INFINITY, f64::min).min(0.0) - MARGIN;
-        let end = all().map(right).fold(0.0, f64::max) + MARGIN;
-        let mut tops = vec![0.0; items.widths.len()];
-        for (row, members) in items.rows.iter().enumerate() {
-            members.iter().for_each(|&item| tops[item] = MARGIN + row as f64 * (HEIGHT + BETWEEN_ROWS));
-        }
-        let corners = |chain: &Vec<usize>| {
-            let mut corners = Vec::with_capacity(2 * chain.len());
-            for (index, &item) in chain.iter().enumerate() {
-                let x = middles[item] - start;
-                if index > 0 {
-                    corners.push((x, tops[item]));
-                }
-                if index + 1 < chain.len() {
-                    corners.push((x, tops[item] + HEIGHT));
-                }
-            }
-            corners
-        };
-        Drawing {
-            nodes: (0..self.widths.len()).map(|node| (left(node) - start, tops[node])).collect(),
-            arcs: items.chains.iter().map(corners).collect(),
-            width: end - start,
-            height: items.rows.len() as f64 * (HEIGHT + BETWEEN_ROWS) - BETWEEN_ROWS + 2.0 * MARGIN,
-        }
+        Items { widths, rows, chains }
     }
 }
 
 impl Items {
-    fn bend(&mut self, row: usize) -> usize {
-        let item = self.widths.len();
-        self.widths.push(0.0);
-        self.is_bend.push(true);
-        self.above.push(Vec::new());
-        self.below.push(Vec::new());
-        self.rows[row].push(item);
-        item
-    }
-
-    /// Orders each row by the average position of the neighbours above, then below, and again.
-    fn sort_rows(&mut self) {
-        for round in 0..8 {
-            let mut position = vec![0.0; self.widths.len()];
-            for row in &self.rows {
-                for (index, &item) in row.iter().enumerate() {
-                    position[item] = (index as f64 + 0.5) / row.len() as f64;
-                }
-            }
-            let neighbours = if round % 2 == 0 { &self.above } else { &self.below };
-            for row in &mut self.rows {
-                let key = |item: &usize| average(&neighbours[*item], &position).unwrap_or(position[*item]);
-                row.sort_by(|a, b| key(a).total_cmp(&key(b)));
+    /// Returns the middle of each item, and the width of the drawing. Parts that no arc connects
+    /// stand side by side.
+    fn middles(&self) -> (Vec<f64>, f64) {
+        let vertices: Vec<_> =
+            (0..).zip(&self.widths).map(|(item, &width)| (item, (width, HEIGHT))).collect();
+        let pairs = self.chains.iter().flat_map(|chain| chain.windows(2));
+        let arcs: Vec<_> = pairs.map(|pair| (pair[0] as u32, pair[1] as u32)).collect();
+        let config = Config {
+            vertex_spacing: BETWEEN_ITEMS,
+            dummy_vertices: false,
+            ranking_type: RankingType::Up,
+            ..Config::default()
+        };
+        let (mut middles, mut end) = (vec![0.0; self.widths.len()], MARGIN - BETWEEN_ITEMS);
+        for (part, ..) in from_vertices_and_edges(&vertices, &arcs, &config) {
+            let half = |item: usize| self.widths[item] / 2.0;
+            let left = part.iter().map(|&(item, (x, _))| x - half(item)).fold(f64::INFINITY, f64::min);
+            let start = end + BETWEEN_ITEMS - left;
+            for (item, (x, _)) in part {
+                middles[item] = start + x;
+                end = end.max(start + x + half(item));
             }
         }
+        (middles, end + MARGIN)
     }
-
-    /// Returns the middle of each item, as close to its neighbours as the order in its row allows.
-    fn middles(&self) -> Vec<f64> {
-        let mut middles = vec![0.0; self.widths.len()];
-        let neighbours: Vec<Vec<usize>> =
-            self.above.iter().zip(&self.below).map(|(above, below)| [&above[..], below].concat()).collect();
-        for round in 0..32 {
-            for index in 0..self.rows.len() {
-                let row = &self.rows[if round % 2 == 0 { index } else { self.rows.len() - 1 - index }];
-                let wish = |&item: &usize| average(&neighbours[item], &middles).unwrap_or(middles[item]);
-                let wishes: Vec<f64> = row.iter().map(wish).collect();
-                for (&item, middle) in row.iter().zip(self.apart(row, &wishes)) {
-                    middles[item] = middle;
-                }
-            }
-        }
-        middles
-    }
-
-    /// Returns the middles of a row in its order, with the minimum distances and the least sum of
-    /// squared distances to the wishes. Items that would overlap form a block.
-    fn apart(&self, row: &[usize], wishes: &[f64]) -> Vec<f64> {
-        let mut offsets = Vec::with_capacity(row.len());
-        let mut offset = 0.0;
-        for (index, &item) in row.iter().enumerate() {
-            if let Some(before) = index.checked_sub(1).map(|i| row[i]) {
-                let bends = self.is_bend[before] || self.is_bend[item];
-                let gap = if bends { BESIDE_ARCS } else { BETWEEN_NODES };
-                offset += (self.widths[before] + self.widths[item]) / 2.0 + gap;
-            }
-            offsets.push(offset);
-        }
-        // The blocks: the sum of the wishes minus the offsets of the members, and their number.
-        let mut blocks: Vec<(f64, usize)> = Vec::new();
-        for (wish, offset) in wishes.iter().zip(&offsets) {
-            let (mut sum, mut count) = (wish - offset, 1);
-            while let Some(&(before, members)) = blocks.last()
-                && before / members as f64 >= sum / count as f64
-            {
-                (sum, count) = (sum + before, count + members);
-                blocks.pop();
-            }
-            blocks.push((sum, count));
-        }
-        let starts = blocks.into_iter().flat_map(|(sum, count)| vec![sum / count as f64; count]);
-        starts.zip(offsets).map(|(start, offset)| start + offset).collect()
-    }
-}
-
-fn average(items: &[usize], values: &[f64]) -> Option<f64> {
-    (!items.is_empty()).then(|| items.iter().map(|&i| values[i]).sum::<f64>() / items.len() as f64)
 }
 
 #[cfg(test)]

@@ -85,7 +85,7 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
                 @for (color, label) in paint.legend(picture) {
                     li { span.swatch style=(format!("background:{}", palette::hex(color))) {} (label) }
                 }
-                @if content.check.scope == Scope::Reachable {
+                @if content.check.header.scope == Some(Scope::Reachable) {
                     li.wall-key { span.swatch.wall {} "unreachable" }
                     @if !projections.projected { li.pale hidden[!pale] { span.swatch.pale {} "faded: unreachable with these values" } }
                 }

@@ -1,4 +1,4 @@
-//! The report as a page, as single pictures, or as Markdown.
+//! The report as a page, or as single pictures.
 //!
 //! The page is one file that loads nothing else. It contains the regions as a decision diagram, and
 //! its script evaluates them when a slider moves. Without the script everything but the sliders
@@ -11,16 +11,16 @@ mod html;
 mod layered;
 mod letters;
 mod map;
-mod markdown;
 mod paint;
 mod palette;
 mod report;
 mod words;
 
 pub use report::{PageReport, Written};
+use strum::{EnumString, IntoStaticStr, VariantArray};
 
+use super::CheckReport;
 use super::simulate::TraceReport;
-use super::{CheckReport, Number};
 use crate::model::preference::{Outline, Preferences};
 use crate::model::{Program, State};
 use crate::planning::simulate::PlayEnd;
@@ -59,30 +59,30 @@ pub struct Play {
 }
 
 /// A single picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
 pub enum Picture {
-    /// The preference order.
+    /// Preference order.
     Hasse,
-    /// The SASI ranks over the plane.
+    /// Map of guaranteed improvements (SASI ranks).
     Sasi,
-    /// The SPI ranks over the plane.
+    /// Map of possible improvements (SPI ranks).
     Spi,
-    /// The classes over the plane.
+    /// Map of the most preferred objectives (classes).
     Classes,
 }
 
 impl Picture {
+    /// All pictures.
+    pub const ALL: &[Picture] = Picture::VARIANTS;
+
     /// The maps in the order of the page.
     const MAPS: [Picture; 3] = [Picture::Sasi, Picture::Spi, Picture::Classes];
 
     /// Returns the name on the command line and in the page.
     pub fn name(self) -> &'static str {
-        match self {
-            Picture::Hasse => "hasse",
-            Picture::Sasi => "sasi",
-            Picture::Spi => "spi",
-            Picture::Classes => "classes",
-        }
+        self.into()
     }
 
     fn title(self) -> &'static str {
@@ -101,11 +101,6 @@ impl Content<'_> {
         html::page(self)
     }
 
-    /// Renders the report as Markdown.
-    pub fn markdown(&self) -> String {
-        markdown::render(self)
-    }
-
     /// Renders a picture as SVG; returns `None` if it needs a plane and there is none.
     pub fn svg(&self, picture: Picture) -> Option<String> {
         let drawn = match picture {
@@ -122,10 +117,9 @@ impl Content<'_> {
 
     /// Returns the preference order with the names and sizes in its picture.
     fn order(&self) -> hasse::Order {
-        let sure = |i: &usize| self.check.objectives.get(*i).map(|o| o.almost_sure.clone());
+        let sure = |i: &usize| self.check.result.objectives.get(*i).map(|o| &o.almost_sure);
         let note = |group: &[usize]| {
-            let sure: Vec<Number> = group.iter().filter_map(sure).collect();
-            sure.iter().max().map(|n| format!("sure in {}", words::short(n)))
+            group.iter().filter_map(sure).max().map(|n| format!("sure in {}", words::short(n)))
         };
         let names: Vec<&str> = self.preferences.objectives.iter().map(|o| o.name.as_str()).collect();
         hasse::Order::new(&self.preferences.order, self.preferences.empty, &names, note)

@@ -52,10 +52,7 @@ pub(super) struct Look {
 
 impl<'a> Paint<'a> {
     pub(super) fn new(content: &Content<'_>, projections: &'a Projections) -> Self {
-        let name = |class: &_| {
-            let names = content.preferences.names(class);
-            text::names(&names.into_iter().map(str::to_owned).collect::<Vec<_>>())
-        };
+        let name = |class: &_| text::names(&content.preferences.owned_names(class));
         // The fixpoint has its own colour.
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
         let opening = projections.opening();
@@ -210,7 +207,7 @@ fn marks(content: &Content<'_>, projections: &Projections) -> Vec<String> {
 
 /// Ranks the classes by size, so that the strongest colours go to the largest.
 fn places(content: &Content<'_>, projections: &Projections) -> Vec<Option<usize>> {
-    let sizes = content.check.classes.as_deref().unwrap_or_default();
+    let sizes = content.check.result.classes.as_deref().unwrap_or_default();
     let size = |class: usize| sizes.get(class).map(|c| c.states.clone());
     let mut order: Vec<usize> =
         (0..projections.classes.len()).filter(|&c| !projections.classes[c].0.is_empty()).collect();

@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::super::envelope::is_true;
-use super::super::report::{Failure, MemoryUse, Report, show_state};
-use super::super::{CheckReport, Style, text};
+use super::super::envelope::{incomplete, is_true};
+use super::super::report::{Failure, MemoryUse, Report};
+use super::super::{CheckReport, Header, Style, text};
 use super::words;
 use crate::escape;
 
@@ -37,7 +37,7 @@ pub struct PageReport {
 pub struct Written {
     /// The path.
     pub path: String,
-    /// `html`, `svg`, `dot` or `md`.
+    /// `html`, `svg` or `dot`.
     pub format: &'static str,
     /// The size in bytes.
     pub bytes: u64,
@@ -81,25 +81,24 @@ impl Report for PageReport {
             return drawing.clone();
         }
         let check = &self.check;
-        let mut settings = vec![("scope", check.scope.name()), ("safety", check.safety)];
-        settings.extend(check.empty.map(|empty| ("empty", empty)));
-        let mut out = text::title(&[&check.model.path, &check.preferences], &settings, style);
+        let shown = Header { engine: None, history: None, ..check.header.clone() };
+        let mut out = shown.title(Vec::new(), style);
         for initial in &check.initial {
             let _ = writeln!(out, "\n{}", style.bold(&words::verdict(initial)));
-            let _ = writeln!(out, "  at {}, {}", show_state(&initial.state), words::sure(initial));
+            let _ = writeln!(out, "  at {}, {}", initial.values, words::sure(initial));
         }
         if let Some(written) = &self.written {
             let _ = write!(out, "\n{}: {}", style.good("written"), escape::line(&written.path));
             if !written.grid.is_empty() {
                 let _ = write!(out, ", with maps over {}", written.grid.join(" × "));
-                let _ = write!(out, " ({} diagram nodes)", text::group(&written.nodes.to_string()));
+                let _ = write!(out, " ({} diagram nodes)", text::grouped(written.nodes));
             }
             if written.projected {
                 let _ = write!(out, ", without sliders: the diagrams exceed `--nodes`");
             }
             out.push('\n');
         }
-        out.push_str(&text::incomplete(self.error.as_ref(), style));
+        out.push_str(&incomplete(self.error.as_ref(), style));
         out
     }
 }

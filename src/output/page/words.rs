@@ -1,29 +1,30 @@
 //! Texts for verdicts and counts.
 
-use super::super::Number;
-use super::super::check::InitialReport;
-use super::super::{ranks, text};
+use super::super::ranks;
+use super::super::text::{self, grouped};
 use super::Play;
+use crate::engine::Count;
 use crate::planning::Kind;
+use crate::planning::result::Prospects;
 use crate::planning::simulate::PlayEnd;
 
 /// Formats a count for a picture: `624`, `1.2 million`, `3.6e16`.
-pub(super) fn short(n: &Number) -> String {
+pub(super) fn short(n: &Count) -> String {
     let digits = n.to_string();
     match digits.len() {
-        0..=6 => n.grouped(),
+        0..=6 => grouped(n),
         7..=9 => format!("{:.1} million", real(n) / 1e6),
         _ => format!("{:.1e}", real(n)),
     }
 }
 
 /// Returns the nearest floating-point number; for shares and lengths only.
-pub(super) fn real(n: &Number) -> f64 {
+pub(super) fn real(n: &Count) -> f64 {
     n.to_string().parse().unwrap_or(f64::INFINITY)
 }
 
 /// Returns the share of a whole in percent; 0 if the whole is 0.
-pub(super) fn percent(part: &Number, whole: &Number) -> f64 {
+pub(super) fn percent(part: &Count, whole: &Count) -> f64 {
     let whole = real(whole);
     if whole > 0.0 { (100.0 * real(part) / whole).min(100.0) } else { 0.0 }
 }
@@ -38,8 +39,8 @@ pub(super) fn share(percent: f64) -> String {
 }
 
 /// Returns one sentence for an initial state.
-pub(super) fn verdict(initial: &InitialReport) -> String {
-    ranks::verdict(initial.sasi_rank, initial.spi_rank)
+pub(super) fn verdict(initial: &Prospects) -> String {
+    ranks::verdict(initial.sasi.as_ref().map(|p| p.rank), initial.spi.as_ref().map(|p| p.rank))
 }
 
 /// Describes the end of a run.
@@ -60,12 +61,6 @@ pub(super) fn outcome(play: &Play) -> String {
 }
 
 /// Formats the sure objectives: `sure: A, B`.
-pub(super) fn sure(initial: &InitialReport) -> String {
+pub(super) fn sure(initial: &Prospects) -> String {
     format!("sure: {}", text::names(&initial.most_preferred))
-}
-
-/// Formats the permitted actions, or returns `None` if there are none.
-pub(super) fn begin(actions: Option<&Vec<String>>) -> Option<String> {
-    let actions = actions.filter(|a| !a.is_empty())?;
-    Some(actions.join(", "))
 }

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use meliora::certify;
+use meliora::advanced::symbolic::Encoding;
+use meliora::certify::{self, Hashes};
 use meliora::dump::manifest::{File, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, dddmp, read_directory};
-use meliora::engine::symbolic::{Encoding, Order, SymbolicEngine};
 use meliora::engine::{NoProgress, Scope, Settings};
+use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Result, SourceFile};
 use meliora::export::{Inputs, Selection, export};
 use meliora::lang;
@@ -16,7 +17,7 @@ use meliora::model::Program;
 use meliora::model::preference::Preferences;
 use meliora::planning::{Analysis, Options, Safety};
 
-const HASHES: (&str, &str) = ("the model's", "the preferences'");
+const HASHES: Hashes<'static> = Hashes { model: "the model's", preferences: "the preferences'" };
 
 /// The options that a manifest can name.
 pub(super) type Named = (String, String, Option<usize>, String);
@@ -61,7 +62,7 @@ impl Shop {
         let mut analysis = Analysis::new(&engine, &preferences, options);
         analysis.run(&mut |_| ()).unwrap();
         let named = |text: &str| (text.to_owned(), text.to_owned());
-        let inputs = Inputs { model: named(HASHES.0), preferences: named(HASHES.1) };
+        let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
         let selection = Selection { wanted: &|_| true, certificate: true };
         let dump = export(&engine, &analysis, &inputs, &selection).unwrap();
         Some(sealed(dump))

@@ -2,7 +2,7 @@
 
 use ahash::AHashMap;
 
-use super::counts;
+use super::counters::counts;
 use crate::model::value::Type;
 use crate::model::{CommandId, Program, Synchronisation, VarId};
 

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use ahash::{AHashMap, AHashSet};
 
-use super::super::ast::{Automaton, Constant, Expr, Function, TypeOf, Variable as Declaration};
+use super::super::read::model::{Automaton, Constant, Function, Variable as Declaration};
+use super::super::read::types::Bounds;
 use super::scope::{Declared, Instance, Known, Level, Meaning, Place, Transient};
-use super::{Inputs, Lowering};
+use super::state::{Inputs, Lowering};
 use crate::error::{Diagnostic, Severity};
-use crate::lang::ast::{BinaryOp, Ident, Span};
+use crate::lang::ast::{BinaryOp, Expr, Ident, Span};
 use crate::lang::check::{Wanted, given_values};
 use crate::lang::valuation::Binding;
 use crate::model::expr::{Binary, ExprId};
@@ -47,7 +48,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// Reports a constant outside of the bounds of its type.
-    fn within(&mut self, value: Value, ty: &TypeOf, span: Span, what: &str) {
+    fn within(&mut self, value: Value, ty: &Bounds, span: Span, what: &str) {
         for (bound, op) in [(&ty.low, BinaryOp::Lt), (&ty.high, BinaryOp::Gt)] {
             let Some(bound) = bound else { continue };
             let Some(limit) = self.constant(bound, Place::default(), ty.ty, "a bound") else { continue };
@@ -62,16 +63,10 @@ impl<'a> Lowering<'a> {
     fn declare_global(&mut self, name: &'a Ident, meaning: Meaning) {
         if let Some((_, first)) = self.globals.names.get(name.name.as_str()) {
             let first = first.span;
-            self.twice(name, first);
+            self.lowerer.declared_twice(&name.name, name.span, first);
             return;
         }
         self.globals.names.insert(&name.name, (meaning, name));
-    }
-
-    fn twice(&mut self, name: &Ident, first: Span) {
-        let message = format!("`{}` is declared twice", name.name);
-        let diagnostic = self.lowerer.wrong(name.span, message).label("declared again");
-        self.lowerer.report(diagnostic.related(first.range(), "declared here first"));
     }
 
     /// Declares the global variables and functions, then those of each element of the system.
@@ -108,7 +103,8 @@ impl<'a> Lowering<'a> {
         let mut locations: AHashMap<&'a str, usize> = AHashMap::new();
         for (position, location) in automaton.locations.iter().enumerate() {
             if let Some(first) = locations.insert(&location.name.name, position) {
-                self.twice(&location.name, automaton.locations[first].name.span);
+                let first = automaton.locations[first].name.span;
+                self.lowerer.declared_twice(&location.name.name, location.name.span, first);
             }
         }
         let level = Level::default();
@@ -122,7 +118,7 @@ impl<'a> Lowering<'a> {
             let meaning = self.variable(variable, unique, Some(index));
             let before = self.instances[index].level.names.insert(own, (meaning, &variable.name));
             if let Some((_, first)) = before {
-                self.twice(&variable.name, first.span);
+                self.lowerer.declared_twice(own, variable.name.span, first.span);
             }
         }
         for function in &automaton.functions {
@@ -135,7 +131,7 @@ impl<'a> Lowering<'a> {
     fn location(&mut self, automaton: &Automaton, name: &str, module: usize) -> Option<VarId> {
         let count = i64::try_from(automaton.locations.len()).ok()?;
         let first = automaton.locations.iter().position(|l| l.name.name == automaton.initial[0].name);
-        for initial in &automaton.initial {
+        for initial in automaton.initial.iter() {
             if !automaton.locations.iter().any(|l| l.name.name == initial.name) {
                 self.lowerer.fail::<()>(initial.span, format!("unknown location `{}`", initial.name));
             }
@@ -225,29 +221,23 @@ impl<'a> Lowering<'a> {
     fn initial_value(
         &mut self,
         declared: &Declaration,
-        (low, high): (i64, i64),
+        range: (i64, i64),
         instance: Option<usize>,
     ) -> Option<i64> {
         let e = declared.initial.as_ref()?;
         let what = format!("the initial value of `{}`", declared.name.name);
-        let value = match self.constant(e, Place { instance, ..Place::default() }, declared.ty.ty, &what)? {
-            Value::Bool(b) => i64::from(b),
-            Value::Int(i) => i,
-            Value::Real(_) => return None,
-        };
-        if !(low..=high).contains(&value) {
-            let message = format!("{what}, {value}, is outside of its range {low}..{high}");
-            return self.lowerer.fail(e.span, message);
-        }
-        Some(value)
+        let place = Place { instance, ..Place::default() };
+        let id = self.typed(e, place, declared.ty.ty, &what)?;
+        self.lowerer.value_in_range(id, e.span(), &what, range)
     }
 
     /// Records the values that locations give to transient variables.
     fn transient_values(&mut self) {
         for index in 0..self.instances.len() {
             let automaton = self.instances[index].automaton;
-            for location in &automaton.locations {
-                for (name, value) in &location.values {
+            for location in automaton.locations.iter() {
+                for given in &location.values {
+                    let (name, value) = (&given.variable, &given.value);
                     match self.meaning(&name.name, Some(index)) {
                         Some(Meaning::Transient(t)) => {
                             self.transients[t].given.push((index, location, value));
@@ -268,21 +258,11 @@ impl<'a> Lowering<'a> {
 
     /// Returns the condition that holds exactly in the initial states.
     pub(super) fn initial(&mut self) -> Option<ExprId> {
-        let mut conditions = Vec::new();
-        for (index, variable) in self.variables.iter().enumerate() {
-            let Some(value) = variable.initial else { continue };
-            let id = self.lowerer.pool.var(VarId(u32::try_from(index).ok()?), variable.ty);
-            let value = match variable.ty {
-                Type::Bool => Value::Bool(value != 0),
-                _ => Value::Int(value),
-            };
-            let value = self.lowerer.pool.value(value);
-            conditions.push((self.lowerer.pool.binary(Binary::Eq, id, value), Span::default()));
-        }
+        let mut conditions = self.lowerer.initial_values(&self.variables);
         for index in 0..self.instances.len() {
             let automaton = self.instances[index].automaton;
             let mut begins = Vec::new();
-            for initial in &automaton.initial {
+            for initial in automaton.initial.iter() {
                 if let Some(here) = self.at(index, initial)? {
                     begins.push((here, initial.span));
                 }
@@ -298,18 +278,15 @@ impl<'a> Lowering<'a> {
         for (instance, e) in restrictions {
             let Some(e) = e else { continue };
             let place = Place { instance, ..Place::default() };
-            let condition = self.typed(e, place, Type::Bool, "the restriction of the initial states")?;
+            let condition = self.typed(&e.exp, place, Type::Bool, "the restriction of the initial states")?;
             is_restricted |= self.lowerer.pool.literal(condition) != Some(Value::Bool(true));
-            conditions.push((condition, e.span));
+            conditions.push((condition, e.exp.span()));
         }
         // If one variable has no initial value, the condition defines the initial values of all.
         if is_restricted || self.variables.iter().any(|v| v.initial.is_none()) {
             self.variables.iter_mut().for_each(|v| v.initial = None);
         }
-        match conditions.is_empty() {
-            true => self.lowerer.literal(Value::Bool(true)),
-            false => self.lowerer.balanced(BinaryOp::And, conditions),
-        }
+        self.lowerer.balanced(BinaryOp::And, conditions)
     }
 
     /// Returns the condition that an element is in a location; `Some(None)` if it has only one.

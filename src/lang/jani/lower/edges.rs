@@ -2,10 +2,10 @@
 
 use ahash::AHashMap;
 
-use super::super::ast::{Assignment, Destination, Edge};
-use super::Lowering;
+use super::super::read::model::{Assignment, Destination, Edge};
 use super::rewards::ways;
 use super::scope::{Meaning, Place, Slot};
+use super::state::Lowering;
 use crate::lang::ast::{BinaryOp, Span};
 use crate::model::expr::{ExprId, Node};
 use crate::model::value::{Type, Value};
@@ -51,21 +51,18 @@ impl<'a> Lowering<'a> {
         }
         for &(instance, edge) in parts {
             if let Some(guard) = &edge.guard {
-                let guard_id = self.typed(guard, Place::of(instance), Type::Bool, "a guard")?;
-                conditions.push((guard_id, guard.span));
+                let guard_id = self.typed(&guard.exp, Place::of(instance), Type::Bool, "a guard")?;
+                conditions.push((guard_id, guard.exp.span()));
             }
         }
-        match conditions.is_empty() {
-            true => self.lowerer.literal(Value::Bool(true)),
-            false => self.lowerer.balanced(BinaryOp::And, conditions),
-        }
+        self.lowerer.balanced(BinaryOp::And, conditions)
     }
 
     fn branch(&mut self, parts: &[EdgeOf<'a>], destinations: &[&'a Destination]) -> Option<Branch> {
         let mut probability: Option<(ExprId, Span)> = None;
         for (&(instance, _), destination) in parts.iter().zip(destinations) {
             let own = match &destination.probability {
-                Some(e) => self.typed(e, Place::of(instance), Type::Real, "a probability")?,
+                Some(e) => self.typed(&e.exp, Place::of(instance), Type::Real, "a probability")?,
                 None => self.lowerer.literal(Value::Real(1.0))?,
             };
             let own = (own, destination.span);

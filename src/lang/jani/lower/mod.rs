@@ -10,82 +10,27 @@ mod edges;
 mod expr;
 mod rewards;
 mod scope;
+mod state;
 mod system;
 
 use std::sync::Arc;
 
 use ahash::{AHashMap, AHashSet};
 
-use super::Inputs;
-use super::ast::Model;
-use crate::error::{Diagnostic, Error, Result, Severity};
-use crate::lang::ast::{ModelType, Span};
-use crate::lang::check::{self, Checked, Lowerer, Scope};
+use super::read::model::Model;
+use crate::error::{Error, Result, Severity};
+use crate::lang::ast::{Ident, Span};
+use crate::lang::check::{self, Checked};
 use crate::lang::named::{Asked, Property};
-use crate::lang::names::Names;
 use crate::lang::valuation::Binding;
-use crate::model::expr::{ExprId, ExprPool};
+use crate::model::expr::ExprId;
 use crate::model::rewards::RewardStructure;
-use crate::model::value::{Type, Value};
-use crate::model::{Command, ModelKind, Program, Synchronisation, VarId, Variable};
+use crate::model::value::Type;
+use crate::model::{Command, Program, Synchronisation, VarId};
 use crate::progress::ProgressSink;
-use scope::{Declared, Instance, Level, Place, Transient};
-
-/// Maximum number of functions searched for the variables that an expression reads.
-const MOST_FUNCTIONS_DEEP: usize = 1_000;
-
-/// The actions of the model, under names of the modelling language.
-#[derive(Default)]
-struct Actions {
-    names: Names,
-    of: AHashMap<String, usize>,
-    all: Vec<String>,
-}
-
-impl Actions {
-    fn add(&mut self, name: &str) -> usize {
-        if let Some(&known) = self.of.get(name) {
-            return known;
-        }
-        self.all.push(self.names.add_of_model(name));
-        self.of.insert(name.to_owned(), self.all.len() - 1);
-        self.all.len() - 1
-    }
-}
-
-/// State of lowering a model.
-struct Lowering<'a> {
-    lowerer: Lowerer<'a>,
-    model: &'a Model,
-    /// Names of constants and variables; `modules` has the names of automata.
-    names: Names,
-    modules: Names,
-    actions: Actions,
-    globals: Level<'a>,
-    instances: Vec<Instance<'a>>,
-    /// Groups of elements that are multiplied out, with the name of the module for each group.
-    joint_modules: Vec<(Vec<usize>, String)>,
-    variables: Vec<Variable>,
-    transients: Vec<Transient<'a>>,
-    functions: Vec<Declared<'a>>,
-    constant_values: Vec<(String, Value)>,
-    /// Constants without a value yet; the flag says that the reason was reported.
-    pending: AHashMap<&'a str, bool>,
-    /// Bounds for unbounded variables; the flag says that they were used.
-    bounds: AHashMap<String, (i64, i64, bool)>,
-    /// Name of the option that gives bounds.
-    bounds_by: &'a str,
-    /// Results of functions by stage, function and arguments; the stage is 0 before all
-    /// assignments.
-    called: AHashMap<(usize, usize, Vec<ExprId>), Option<ExprId>>,
-    stage: usize,
-    stages: usize,
-    /// Number of nested definitions being read.
-    depth: usize,
-    warnings: Vec<Diagnostic>,
-    /// Rewards of steps.
-    earned: rewards::Earned,
-}
+use scope::Place;
+pub(super) use state::Inputs;
+use state::Lowering;
 
 /// Flattens a model.
 ///
@@ -96,32 +41,9 @@ pub(super) fn program<'a>(
     inputs: &Inputs<'a>,
     bindings: &[Binding],
     bounds: Vec<(String, i64, i64)>,
-    sink: &dyn ProgressSink,
+    sink: &'a dyn ProgressSink,
 ) -> Result<Checked> {
-    let lowerer = Lowerer::new(inputs.source, Scope::default(), ExprPool::default(), sink);
-    let mut lowering = Lowering {
-        lowerer,
-        model,
-        names: Names::default(),
-        modules: Names::default(),
-        actions: Actions::default(),
-        globals: Level::default(),
-        instances: Vec::new(),
-        joint_modules: Vec::new(),
-        variables: Vec::new(),
-        transients: Vec::new(),
-        functions: Vec::new(),
-        constant_values: Vec::new(),
-        pending: AHashMap::new(),
-        bounds: bounds.into_iter().map(|(name, low, high)| (name, (low, high, false))).collect(),
-        bounds_by: &inputs.bounds.name,
-        called: AHashMap::new(),
-        stage: 0,
-        stages: 0,
-        depth: 0,
-        warnings: Vec::new(),
-        earned: rewards::Earned::default(),
-    };
+    let mut lowering = Lowering::new(model, inputs, bounds, sink);
     let mut foreign = lowering.constants(inputs, bindings);
     if foreign.is_empty() && lowering.lowerer.diagnostics.is_empty() {
         let elements = lowering.elements();
@@ -157,17 +79,14 @@ impl Lowering<'_> {
         let joint = self.joint_modules.into_iter().map(|(_, name)| name);
         let program = Program {
             source: Arc::clone(&self.lowerer.source),
-            kind: match self.model.kind {
-                ModelType::Mdp => ModelKind::Mdp,
-                ModelType::Dtmc => ModelKind::Dtmc,
-            },
+            kind: self.model.kind,
             constants: self.constant_values,
             given_constants: bindings.iter().map(|b| b.name.name.clone()).collect(),
             pool: self.lowerer.pool,
             variables: self.variables,
             modules: self.instances.into_iter().map(|i| i.name).chain(joint).collect(),
             initial,
-            actions: self.actions.all,
+            actions: self.actions.names,
             commands,
             synchronisations,
             labels,
@@ -231,10 +150,8 @@ impl Lowering<'_> {
         for function in &self.model.functions {
             if function.parameters.is_empty() && !self.globals.names.contains_key(function.name.name.as_str())
             {
-                let name = function.name.clone();
-                let call = super::ast::ExprKind::Call(name, Vec::new());
-                let call = super::ast::Expr { kind: call, span: function.name.span };
-                if let Some(id) = self.expr(&call, Place::default()) {
+                let Ident { span, .. } = function.name;
+                if let Some(id) = self.call(&function.name, &[], Place::default(), span) {
                     formulas.push((self.names.add(&function.name.name), id));
                 }
             }
@@ -265,7 +182,7 @@ impl Lowering<'_> {
 
     fn warn(&mut self) {
         let changed =
-            self.names.changed.iter().chain(&self.modules.changed).chain(&self.actions.names.changed);
+            self.names.changed.iter().chain(&self.modules.changed).chain(&self.action_names.changed);
         for (name, new) in changed {
             let message = format!("`{name}` is renamed to `{new}`: it is not a name in PRISM's language");
             self.warnings.push(self.lowerer.wrong(Span::default(), message).severity(Severity::Warning));

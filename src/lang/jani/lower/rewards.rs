@@ -1,12 +1,14 @@
 //! Reward structures from transient numbers: the values that locations give are earned when a state
 //! is left, the values that edges assign are earned by the step.
 
-use super::super::ast::{Destination, ExprKind, Reach, Reward};
-use super::Lowering;
+use super::super::read::model::Destination;
+use super::super::read::property::{Reach, Reward};
 use super::edges::EdgeOf;
 use super::scope::{Meaning, Place, Slot};
+use super::state::Lowering;
 use crate::error::Diagnostic;
-use crate::lang::ast::{BinaryOp, Span};
+use crate::lang::ast::{BinaryOp, Node, NodeKind, Span};
+use crate::lang::combinations::combinations;
 use crate::lang::property::{self, Measure, Question, Rewards};
 use crate::model::expr::ExprId;
 use crate::model::rewards::{Earner, RewardItem, RewardStructure};
@@ -180,11 +182,12 @@ impl Lowering<'_> {
                 None => Question::Quantity(property::quantity(Measure::Probability, reach.extreme, None)),
             });
         };
-        let own = match &reward.value.kind {
-            ExprKind::Name(name) => match self.meaning(name, None) {
-                Some(Meaning::Transient(t)) if self.is_reward(t) => self.reward_structure(t, reward.into()),
-                _ => self.reward_of_expression(reward)?,
-            },
+        let named = match reward.value.nodes.as_slice() {
+            [Node { kind: NodeKind::Name(name), .. }] => self.meaning(name, None),
+            _ => None,
+        };
+        let own = match named {
+            Some(Meaning::Transient(t)) if self.is_reward(t) => self.reward_structure(t, reward.into()),
             _ => self.reward_of_expression(reward)?,
         };
         let same = |s: &RewardStructure| s.name == own.name && s.items.len() == own.items.len();
@@ -201,7 +204,7 @@ impl Lowering<'_> {
 
     /// Returns the structure of a reward that is an expression over the state.
     fn reward_of_expression(&mut self, reward: &Reward) -> Result<RewardStructure, String> {
-        let span = reward.value.span;
+        let span = reward.value.span();
         let told = self.lowerer.diagnostics.len();
         let value = self.typed(&reward.value, Place::default(), Type::Real, "a reward");
         let errors = self.lowerer.diagnostics.split_off(told);
@@ -230,13 +233,5 @@ impl From<&Reward> for Accumulation {
 
 /// Returns all combinations of one destination per edge, in the order of the command's branches.
 pub(super) fn ways<'a>(parts: &[EdgeOf<'a>]) -> Vec<Vec<&'a Destination>> {
-    let mut combinations: Vec<Vec<&'a Destination>> = vec![Vec::new()];
-    for (_, edge) in parts {
-        let longer = |c: &Vec<&'a Destination>| {
-            let c = c.clone();
-            edge.destinations.iter().map(move |d| c.iter().copied().chain([d]).collect::<Vec<_>>())
-        };
-        combinations = combinations.iter().flat_map(longer).collect();
-    }
-    combinations
+    combinations(parts.iter().map(|(_, edge)| edge.destinations.iter().collect()))
 }

@@ -2,8 +2,8 @@
 
 use ahash::AHashMap;
 
-use super::super::ast::{Automaton, Expr, Function, Location, Variable};
-use crate::lang::ast::Ident;
+use super::super::read::model::{Automaton, Function, Location, Variable};
+use crate::lang::ast::{Expr, Ident};
 use crate::model::VarId;
 use crate::model::expr::ExprId;
 use crate::model::value::Type;

@@ -2,11 +2,12 @@
 
 use ahash::{AHashMap, AHashSet};
 
-use super::super::ast::{Automaton, Edge, Expr, ExprKind, Vector};
-use super::Lowering;
+use super::super::read::model::{Automaton, Edge, Vector};
 use super::edges::EdgeOf;
 use super::scope::{Meaning, Slot};
-use crate::lang::ast::Ident;
+use super::state::{Lowering, MOST_FUNCTIONS_DEEP};
+use crate::lang::ast::{Expr, Ident, NodeKind, Span};
+use crate::lang::combinations::{combinations, product};
 use crate::model::{Command, CommandId, Synchronisation};
 
 /// Maximum number of commands when edges are multiplied out.
@@ -34,7 +35,6 @@ struct Effect {
 struct Made {
     commands: Vec<Option<Command>>,
     single: AHashMap<(usize, usize), CommandId>,
-    numbers: AHashMap<(usize, Option<usize>), usize>,
 }
 
 impl<'a> Lowering<'a> {
@@ -45,11 +45,12 @@ impl<'a> Lowering<'a> {
         for automaton in &model.automata {
             if let Some(first) = known.insert(&automaton.name.name, automaton) {
                 let message = format!("the automaton `{}` is defined twice", automaton.name.name);
-                let diagnostic = self.lowerer.wrong(automaton.name.span, message).label("defined again");
-                self.lowerer.report(diagnostic.related(first.name.span.range(), "defined here first"));
+                let labels = ["defined again", "defined here first"];
+                self.lowerer.again(automaton.name.span, message, first.name.span, labels);
             }
         }
         for element in &model.system.elements {
+            let element = &element.automaton;
             match known.get(element.name.as_str()) {
                 Some(automaton) => elements.push(*automaton),
                 None => {
@@ -59,7 +60,8 @@ impl<'a> Lowering<'a> {
             }
         }
         if elements.is_empty() && self.lowerer.diagnostics.is_empty() {
-            self.lowerer.fail::<()>(model.system.span, "the system has no element");
+            let start = model.system.span.start();
+            self.lowerer.fail::<()>(Span::new(start, start + 1), "the system has no element");
         }
         elements
     }
@@ -78,7 +80,7 @@ impl<'a> Lowering<'a> {
         }
         let mut synchronisations = self.silent(&made);
         for action in free {
-            let (factors, action) = (vec![self.singles(0, Some(action), &made)], self.actions.add(action));
+            let (factors, action) = (vec![self.singles(0, Some(action), &made)], self.action(action));
             synchronisations.push(Synchronisation { action: Some(action), factors });
         }
         for moving in &moves {
@@ -115,7 +117,7 @@ impl<'a> Lowering<'a> {
             }
             let named = vector.actions.iter().enumerate();
             let members: Vec<(usize, &'a str)> =
-                named.filter_map(|(i, a)| a.as_ref().map(|a| (i, a.name.as_str()))).collect();
+                named.filter_map(|(i, a)| a.0.as_ref().map(|a| (i, a.name.as_str()))).collect();
             if members.is_empty() {
                 self.lowerer.fail::<()>(vector.span, "this vector has no action of any automaton");
                 continue;
@@ -171,24 +173,21 @@ impl<'a> Lowering<'a> {
         slots: &mut AHashSet<Slot>,
         called: &mut AHashSet<usize>,
     ) {
-        match &e.kind {
-            ExprKind::Literal(_) => {}
-            ExprKind::Name(name) => match self.meaning(name, instance) {
-                Some(Meaning::Variable(v, _)) => drop(slots.insert(Slot::Variable(v))),
-                Some(Meaning::Transient(t)) => drop(slots.insert(Slot::Transient(t))),
-                _ => {}
-            },
-            ExprKind::Op(_, operands) => {
-                operands.iter().for_each(|o| self.read(o, instance, slots, called));
-            }
-            ExprKind::Call(name, arguments) => {
-                arguments.iter().for_each(|a| self.read(a, instance, slots, called));
-                let own = instance.and_then(|i| self.instances[i].level.functions.get(name.name.as_str()));
-                let Some(&f) = own.or_else(|| self.globals.functions.get(name.name.as_str())) else { return };
-                if called.len() < super::MOST_FUNCTIONS_DEEP && called.insert(f) {
-                    let declared = &self.functions[f];
-                    self.read(&declared.function.body, declared.instance, slots, called);
+        for node in &e.nodes {
+            match &node.kind {
+                NodeKind::Name(name) => match self.meaning(name, instance) {
+                    Some(Meaning::Variable(v, _)) => drop(slots.insert(Slot::Variable(v))),
+                    Some(Meaning::Transient(t)) => drop(slots.insert(Slot::Transient(t))),
+                    _ => {}
+                },
+                NodeKind::Call(name, _) => {
+                    let Some(f) = self.function_named(&name.name, instance) else { continue };
+                    if called.len() < MOST_FUNCTIONS_DEEP && called.insert(f) {
+                        let declared = &self.functions[f];
+                        self.read(&declared.function.body, declared.instance, slots, called);
+                    }
                 }
+                _ => {}
             }
         }
     }
@@ -196,10 +195,8 @@ impl<'a> Lowering<'a> {
     /// Makes commands for the edges of one element that are executed alone or as one participant.
     fn alone(&mut self, instance: usize, used: &AHashSet<(usize, &str)>, made: &mut Made) {
         for (index, edge) in self.instances[instance].automaton.edges.iter().enumerate() {
-            let action = edge.action.as_ref().map(|a| self.actions.add(&a.name));
-            let number = made.numbers.entry((instance, action)).or_default();
-            *number += 1;
-            let number = *number;
+            let action = edge.action.as_ref().map(|a| self.action(&a.name));
+            let number = self.actions.next_number(instance, action);
             let parts = [(instance, edge)];
             let command = self.command(&parts);
             let moves = match &edge.action {
@@ -231,7 +228,7 @@ impl<'a> Lowering<'a> {
     /// Returns the synchronisation of a vector; `Some(None)` if some element has no edge with its
     /// action.
     fn together(&mut self, moving: &Move<'a>, made: &mut Made) -> Option<Option<Synchronisation>> {
-        let action = moving.vector.result.as_ref().map(|r| self.actions.add(&r.name));
+        let action = moving.vector.result.0.as_ref().map(|r| self.action(&r.name));
         let mut factors = Vec::new();
         for group in &moving.groups {
             let factor = match group.as_slice() {
@@ -251,27 +248,19 @@ impl<'a> Lowering<'a> {
         vector: &Vector,
         made: &mut Made,
     ) -> Option<Vec<CommandId>> {
-        let mut combinations: Vec<Vec<EdgeOf<'a>>> = vec![Vec::new()];
-        for &(instance, action) in members {
-            let own: Vec<&'a Edge> = edges(self.instances[instance].automaton, Some(action)).collect();
-            if own.len().saturating_mul(combinations.len()).saturating_add(made.commands.len()) > MOST_JOINT {
-                let message = "the edges of this vector depend on each other in more ways than can be listed";
-                return self.lowerer.fail(vector.span, message);
-            }
-            let longer = |c: &Vec<EdgeOf<'a>>| {
-                let c = c.clone();
-                own.iter()
-                    .map(move |&e| c.iter().copied().chain([(instance, e)]).collect())
-                    .collect::<Vec<_>>()
-            };
-            combinations = combinations.iter().flat_map(longer).collect();
+        let own = |&(instance, action): &(usize, &'a str)| -> Vec<EdgeOf<'a>> {
+            let edges = edges(self.instances[instance].automaton, Some(action));
+            edges.map(|edge| (instance, edge)).collect()
+        };
+        let lists: Vec<_> = members.iter().map(own).collect();
+        if product(&lists).saturating_add(made.commands.len()) > MOST_JOINT {
+            let message = "the edges of this vector depend on each other in more ways than can be listed";
+            return self.lowerer.fail(vector.span, message);
         }
         let module = self.joint_module(members);
         let mut factor = Vec::new();
-        for parts in combinations {
-            let number = made.numbers.entry((module, action)).or_default();
-            *number += 1;
-            let number = *number;
+        for parts in combinations(lists.into_iter()) {
+            let number = self.actions.next_number(module, action);
             let command = self.command(&parts).map(|c| Command { module, action, number, ..c });
             let id = CommandId(u32::try_from(made.commands.len()).ok()?);
             self.earn(&parts, command.as_ref(), id);
@@ -296,12 +285,12 @@ impl<'a> Lowering<'a> {
     /// Checks that every action is declared; warns of an action in no vector, which never happens.
     fn check_actions(&mut self, moves: &[Move<'a>], free: &[&str]) {
         let model = self.model;
-        let declared: AHashSet<&str> = model.actions.iter().map(|a| a.name.as_str()).collect();
+        let declared: AHashSet<&str> = model.actions.iter().map(|a| a.name.name.as_str()).collect();
         let in_vectors: AHashSet<(usize, &str)> =
             moves.iter().flat_map(|m| m.groups.iter().flatten().copied()).collect();
         let mut unknown: Vec<&Ident> = Vec::new();
         for vector in model.system.vectors.iter().flatten() {
-            unknown.extend(vector.actions.iter().flatten().chain(&vector.result));
+            unknown.extend(vector.actions.iter().chain([&vector.result]).filter_map(|a| a.0.as_ref()));
         }
         let mut told = AHashSet::new();
         for (index, instance) in self.instances.iter().enumerate() {

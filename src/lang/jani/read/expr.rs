@@ -1,31 +1,42 @@
 //! Expressions.
 
-use super::super::ast::{Expr, ExprKind, Op};
-use super::super::json::Node;
-use super::reader::{Object, Reader, Value};
-use crate::lang::ast::{BinaryOp, Ident};
+use super::super::json::{Node as Json, Object, Shape};
+use super::reader::Reader;
+use super::record::Read;
+use crate::lang::ast::{BinaryOp, Expr, Function, Ident, Node, NodeKind};
 use crate::model::value;
 
-/// Binary operators by their names in the format.
-const BINARY: &[(&str, BinaryOp)] = &[
-    ("∧", BinaryOp::And),
-    ("∨", BinaryOp::Or),
-    ("⇒", BinaryOp::Implies),
-    ("=", BinaryOp::Eq),
-    ("≠", BinaryOp::Ne),
-    ("<", BinaryOp::Lt),
-    ("≤", BinaryOp::Le),
-    (">", BinaryOp::Gt),
-    ("≥", BinaryOp::Ge),
-    ("+", BinaryOp::Add),
-    ("-", BinaryOp::Sub),
-    ("*", BinaryOp::Mul),
-    ("/", BinaryOp::Div),
-];
+const TWO: &[&str] = &["left", "right"];
+const ONE: &[&str] = &["exp"];
 
-/// Functions of two operands and of one operand that the modelling language also has.
-const TWO: &[(&str, &str)] = &[("min", "min"), ("max", "max"), ("%", "mod"), ("pow", "pow"), ("log", "log")];
-const ONE: &[(&str, &str)] = &[("floor", "floor"), ("ceil", "ceil")];
+/// Operators by their names in the format, with the keys of their operands.
+const OPERATORS: &[(&str, &[&str], NodeKind)] = &[
+    ("∧", TWO, NodeKind::Join(BinaryOp::And, 2)),
+    ("∨", TWO, NodeKind::Join(BinaryOp::Or, 2)),
+    ("⇒", TWO, NodeKind::Binary(BinaryOp::Implies)),
+    ("=", TWO, NodeKind::Binary(BinaryOp::Eq)),
+    ("≠", TWO, NodeKind::Binary(BinaryOp::Ne)),
+    ("<", TWO, NodeKind::Binary(BinaryOp::Lt)),
+    ("≤", TWO, NodeKind::Binary(BinaryOp::Le)),
+    (">", TWO, NodeKind::Binary(BinaryOp::Gt)),
+    ("≥", TWO, NodeKind::Binary(BinaryOp::Ge)),
+    ("+", TWO, NodeKind::Binary(BinaryOp::Add)),
+    ("-", TWO, NodeKind::Binary(BinaryOp::Sub)),
+    ("*", TWO, NodeKind::Binary(BinaryOp::Mul)),
+    ("/", TWO, NodeKind::Binary(BinaryOp::Div)),
+    ("min", TWO, NodeKind::Apply(Function::Min, 2)),
+    ("max", TWO, NodeKind::Apply(Function::Max, 2)),
+    ("%", TWO, NodeKind::Apply(Function::Mod, 2)),
+    ("pow", TWO, NodeKind::Apply(Function::Pow, 2)),
+    ("log", TWO, NodeKind::Apply(Function::Log, 2)),
+    ("floor", ONE, NodeKind::Apply(Function::Floor, 1)),
+    ("ceil", ONE, NodeKind::Apply(Function::Ceil, 1)),
+    ("abs", ONE, NodeKind::Apply(Function::Abs, 1)),
+    ("sgn", ONE, NodeKind::Apply(Function::Sign, 1)),
+    ("trc", ONE, NodeKind::Apply(Function::Truncate, 1)),
+    ("¬", ONE, NodeKind::Not),
+    ("ite", &["if", "then", "else"], NodeKind::Ite),
+];
 
 /// Operators of unsupported features, with the features.
 const REFUSED: &[(&str, &str)] = &[
@@ -56,38 +67,30 @@ const REFUSED: &[(&str, &str)] = &[
     ("∀", "quantifiers"),
 ];
 
-fn find<T: Copy>(table: &[(&str, T)], name: &str) -> Option<T> {
-    table.iter().find(|(n, _)| *n == name).map(|(_, value)| *value)
+impl<'a> Read<'a> for Expr {
+    fn read(reader: &mut Reader<'a>, node: Json<'a>, _: &str) -> Option<Self> {
+        let mut nodes = Vec::new();
+        reader.nodes(node, &mut nodes)?;
+        Some(Expr { nodes })
+    }
 }
 
 impl<'a> Reader<'a> {
-    /// Reads an expression.
-    pub(super) fn expression(&mut self, node: Node<'a>) -> Option<Expr> {
-        let span = node.span();
+    /// Adds the nodes of an expression.
+    fn nodes(&mut self, node: Json<'a>, nodes: &mut Vec<Node>) -> Option<()> {
         let kind = match self.any(node)? {
-            Value::Bool(b) => ExprKind::Literal(value::Value::Bool(b)),
-            Value::Number(text) => ExprKind::Literal(self.number(node, text)?),
-            Value::Text(name) => ExprKind::Name(name),
-            Value::Object(object) => self.compound(&object)?,
+            Shape::Bool(b) => NodeKind::Literal(value::Value::Bool(b)),
+            Shape::Number(text) => NodeKind::Literal(self.number(node, text)?),
+            Shape::Text(name) => NodeKind::Name(name.into()),
+            Shape::Object(object) => self.compound(&object, nodes)?,
+            Shape::Null | Shape::Array(_) => return None,
         };
-        Some(Expr { kind, span })
-    }
-
-    /// Reads an expression under a required key.
-    pub(super) fn operand(&mut self, object: &Object<'a>, what: &str, key: &str) -> Option<Expr> {
-        let node = self.required(object, what, key)?;
-        self.expression(node)
-    }
-
-    /// Reads `{"exp": …}`, the form of guards, probabilities and restrictions.
-    pub(super) fn wrapped(&mut self, node: Option<Node<'a>>, what: &str) -> Option<Option<Expr>> {
-        let Some(node) = node else { return Some(None) };
-        let object = self.object(node, what, &["exp"])?;
-        self.operand(&object, what, "exp").map(Some)
+        nodes.push(Node { kind, span: node.span() });
+        Some(())
     }
 
     /// Reads a number; without a point or an exponent it is an integer.
-    fn number(&mut self, node: Node<'a>, text: &str) -> Option<value::Value> {
+    fn number(&mut self, node: Json<'a>, text: &str) -> Option<value::Value> {
         if text.contains(['.', 'e', 'E']) {
             match text.parse::<f64>() {
                 Ok(x) if x.is_finite() => return Some(value::Value::Real(x)),
@@ -100,89 +103,71 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn compound(&mut self, object: &Object<'a>) -> Option<ExprKind> {
+    /// Adds the operands of an operator, and returns the operator.
+    fn compound(&mut self, object: &Object<'a>, nodes: &mut Vec<Node>) -> Option<NodeKind> {
         if object.get("constant").is_some() {
             return self.constant(object);
         }
-        let op = self.named(object, "an expression", "op")?;
-        if let Some(binary) = find(BINARY, &op.name) {
-            return self.row(object, &op, binary);
+        let Ident { name, span } = self.field(object, "an expression", "op", None)?;
+        if name == "call" {
+            return self.call(object, nodes);
         }
-        if let Some(function) = find(TWO, &op.name) {
-            return self.two(object, &op).map(|o| ExprKind::Op(Op::Function(function), o));
+        if let Some((_, keys, kind)) = OPERATORS.iter().find(|o| o.0 == name) {
+            let known: Vec<&str> = ["op"].iter().chain(*keys).copied().collect();
+            let what = format!("\"{name}\"");
+            self.known(object, &what, &known)?;
+            return self.operands(object, &what, keys, kind, nodes);
         }
-        if let Some(function) = find(ONE, &op.name) {
-            return self.one(object, &op).map(|o| ExprKind::Op(Op::Function(function), o));
-        }
-        match op.name.as_str() {
-            "¬" => self.one(object, &op).map(|o| ExprKind::Op(Op::Not, o)),
-            "abs" => self.one(object, &op).map(|o| ExprKind::Op(Op::Abs, o)),
-            "sgn" => self.one(object, &op).map(|o| ExprKind::Op(Op::Sgn, o)),
-            "trc" => self.one(object, &op).map(|o| ExprKind::Op(Op::Trc, o)),
-            "ite" => self.conditional(object, &op),
-            "call" => self.call(object),
-            name => match find(REFUSED, name) {
-                Some(feature) => {
-                    self.unsupported(op.span, format!("the operator \"{name}\" ({feature}) is not supported"))
-                }
-                None => self.fail(op.span, format!("unknown operator \"{name}\" in an expression")),
-            },
+        match REFUSED.iter().find(|r| r.0 == name) {
+            Some((_, feature)) => {
+                self.unsupported(span, format!("the operator \"{name}\" ({feature}) is not supported"))
+            }
+            None => self.fail(span, format!("unknown operator \"{name}\" in an expression")),
         }
     }
 
     /// Reads `{"constant": "e"}` or `{"constant": "π"}`.
-    fn constant(&mut self, object: &Object<'a>) -> Option<ExprKind> {
+    fn constant(&mut self, object: &Object<'a>) -> Option<NodeKind> {
         self.known(object, "a constant of mathematics", &["constant"])?;
-        let name = self.named(object, "an expression", "constant")?;
-        let value = match name.name.as_str() {
+        let Ident { name, span } = self.field(object, "an expression", "constant", None)?;
+        let value = match name.as_str() {
             "e" => std::f64::consts::E,
             "π" => std::f64::consts::PI,
-            _ => return self.fail(name.span, format!("unknown constant \"{}\"", name.name)),
+            _ => return self.fail(span, format!("unknown constant \"{name}\"")),
         };
-        Some(ExprKind::Literal(value::Value::Real(value)))
+        Some(NodeKind::Literal(value::Value::Real(value)))
     }
 
-    /// Reads `left op right`; nested `∧`, and nested `∨`, are flattened.
-    fn row(&mut self, object: &Object<'a>, op: &Ident, binary: BinaryOp) -> Option<ExprKind> {
-        let associative = matches!(binary, BinaryOp::And | BinaryOp::Or);
-        let mut operands = Vec::new();
-        for operand in self.two(object, op)? {
-            match operand.kind {
-                ExprKind::Op(Op::Binary(inner), more) if associative && inner == binary => {
-                    operands.extend(more);
+    /// Reads the operands under the given keys; nested `∧`, and nested `∨`, are flattened.
+    fn operands(
+        &mut self,
+        object: &Object<'a>,
+        what: &str,
+        keys: &[&str],
+        kind: &NodeKind,
+        nodes: &mut Vec<Node>,
+    ) -> Option<NodeKind> {
+        let mut counts = Vec::new();
+        for key in keys {
+            let node = self.required(object, what, key).and_then(|node| self.nodes(node, nodes));
+            counts.push(node.map(|()| match (kind, nodes.last().map(|root| &root.kind)) {
+                (NodeKind::Join(op, _), Some(&NodeKind::Join(inner, count))) if *op == inner => {
+                    nodes.pop();
+                    count
                 }
-                _ => operands.push(operand),
-            }
+                _ => 1,
+            }));
         }
-        Some(ExprKind::Op(Op::Binary(binary), operands))
+        let count = counts.into_iter().sum::<Option<u32>>()?;
+        Some(if let NodeKind::Join(op, _) = kind { NodeKind::Join(*op, count) } else { kind.clone() })
     }
 
-    fn two(&mut self, object: &Object<'a>, op: &Ident) -> Option<Vec<Expr>> {
-        let what = format!("\"{}\"", op.name);
-        self.known(object, &what, &["op", "left", "right"])?;
-        let left = self.operand(object, &what, "left");
-        let right = self.operand(object, &what, "right");
-        Some(vec![left?, right?])
-    }
-
-    fn one(&mut self, object: &Object<'a>, op: &Ident) -> Option<Vec<Expr>> {
-        let what = format!("\"{}\"", op.name);
-        self.known(object, &what, &["op", "exp"])?;
-        Some(vec![self.operand(object, &what, "exp")?])
-    }
-
-    fn conditional(&mut self, object: &Object<'a>, op: &Ident) -> Option<ExprKind> {
-        let what = format!("\"{}\"", op.name);
-        self.known(object, &what, &["op", "if", "then", "else"])?;
-        let parts = ["if", "then", "else"].map(|key| self.operand(object, &what, key));
-        let [condition, then, otherwise] = parts;
-        Some(ExprKind::Op(Op::Ite, vec![condition?, then?, otherwise?]))
-    }
-
-    fn call(&mut self, object: &Object<'a>) -> Option<ExprKind> {
+    fn call(&mut self, object: &Object<'a>, nodes: &mut Vec<Node>) -> Option<NodeKind> {
         self.known(object, "a call", &["op", "function", "args"])?;
-        let function = self.named(object, "a call", "function");
-        let arguments = self.items(object.get("args"), "the arguments", Reader::expression);
-        Some(ExprKind::Call(function?, arguments?))
+        let function = self.field::<Ident>(object, "a call", "function", None);
+        let arguments = self.field::<Vec<Expr>>(object, "a call", "args", Some(Vec::new()))?;
+        let count = u32::try_from(arguments.len()).ok()?;
+        nodes.extend(arguments.into_iter().flat_map(|e| e.nodes));
+        Some(NodeKind::Call(Box::new(function?), count))
     }
 }

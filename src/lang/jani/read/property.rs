@@ -1,10 +1,10 @@
 //! Properties: those that ask for the probability to reach a state set, or for the expected reward
 //! until it is reached, and reasons against the others.
 
-use super::super::ast::{Expr, ExprKind, Property, Reach, Reward};
-use super::super::json::Node;
-use super::reader::{Object, Reader, Value};
-use crate::lang::ast::BinaryOp;
+use super::super::json::{Node, Object, Shape};
+use super::reader::Reader;
+use super::record::{Read, records};
+use crate::lang::ast::{BinaryOp, Expr, Ident, NodeKind};
 use crate::lang::property::Extreme;
 use crate::model::value;
 
@@ -13,19 +13,52 @@ type Asks<T> = Option<Result<T, String>>;
 
 const NO_REACHABILITY: &str = "it does not ask for a probability or a reward to reach a set of states";
 
-impl<'a> Reader<'a> {
-    /// Reads a property.
-    pub(super) fn property(&mut self, node: Node<'a>) -> Option<Property> {
-        let object = self.object(node, "a property", &["name", "expression"])?;
-        let name = self.named(&object, "a property", "name");
-        let expression = self.required(&object, "a property", "expression");
-        let asks = self.asked(expression?);
-        Some(Property { name: name?, asks: asks? })
-    }
+records! {
+    Property = "a property" {
+        "name" => name: Ident,
+        "expression" => asks: Asked,
+    };
+}
 
+/// The question, or the reason why the property is not about reaching a state set.
+pub(crate) type Asked = Result<Reach, String>;
+
+/// A question about reaching a target.
+#[derive(Debug, Clone)]
+pub(crate) struct Reach {
+    pub(crate) target: Expr,
+    pub(crate) extreme: Extreme,
+    /// The expected reward until the target is reached; `None` for the probability to reach it.
+    pub(crate) reward: Option<Reward>,
+    /// The comparison with a number, if there is one.
+    pub(crate) bound: Option<(BinaryOp, f64)>,
+}
+
+/// A reward that is accumulated.
+#[derive(Debug, Clone)]
+pub(crate) struct Reward {
+    pub(crate) value: Expr,
+    /// With every step: the value after its assignments.
+    pub(crate) steps: bool,
+    /// When a state is left: the value in the state.
+    pub(crate) exit: bool,
+}
+
+impl<'a> Read<'a> for Asked {
+    fn read(reader: &mut Reader<'a>, node: Node<'a>, _: &str) -> Option<Self> {
+        reader.asked(node)
+    }
+}
+
+/// Returns the reason why a property is not a reachability.
+fn no<T>(reason: &str) -> Asks<T> {
+    Some(Err(reason.to_owned()))
+}
+
+impl<'a> Reader<'a> {
     fn asked(&mut self, node: Node<'a>) -> Asks<Reach> {
-        let Value::Object(object) = self.any(node)? else { return Some(Err(NO_REACHABILITY.to_owned())) };
-        let Some(op) = object.get("op") else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let Shape::Object(object) = self.any(node)? else { return no(NO_REACHABILITY) };
+        let Some(op) = object.get("op") else { return no(NO_REACHABILITY) };
         let op = self.name(op, "an operator")?.name;
         match op.as_str() {
             "filter" => {
@@ -35,8 +68,8 @@ impl<'a> Reader<'a> {
             }
             "Pmin" | "Pmax" | "Emin" | "Emax" => self.value(&object, &op, None),
             "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
-            "Smin" | "Smax" => Some(Err("it asks for a steady-state probability".to_owned())),
-            _ => Some(Err(NO_REACHABILITY.to_owned())),
+            "Smin" | "Smax" => no("it asks for a steady-state probability"),
+            _ => no(NO_REACHABILITY),
         }
     }
 
@@ -44,15 +77,18 @@ impl<'a> Reader<'a> {
     fn comparison(&mut self, object: &Object<'a>, op: &str) -> Asks<Reach> {
         let left = self.required(object, "a comparison", "left")?;
         let right = self.required(object, "a comparison", "right")?;
-        let Value::Object(inner) = self.any(left)? else { return Some(Err(NO_REACHABILITY.to_owned())) };
-        let Some(asked) = inner.get("op") else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let Shape::Object(inner) = self.any(left)? else { return no(NO_REACHABILITY) };
+        let Some(asked) = inner.get("op") else { return no(NO_REACHABILITY) };
         let asked = self.name(asked, "an operator")?.name;
         if !matches!(asked.as_str(), "Pmin" | "Pmax" | "Emin" | "Emax") {
-            return Some(Err(NO_REACHABILITY.to_owned()));
+            return no(NO_REACHABILITY);
         }
-        let value = match self.expression(right)?.kind {
-            ExprKind::Literal(v @ (value::Value::Int(_) | value::Value::Real(_))) => v.to_f64(),
-            _ => return Some(Err("its bound is not a number".to_owned())),
+        let value = match Expr::read(self, right, "a bound")?.nodes.as_slice() {
+            [root] => match root.kind {
+                NodeKind::Literal(v @ (value::Value::Int(_) | value::Value::Real(_))) => v.to_f64(),
+                _ => return no("its bound is not a number"),
+            },
+            _ => return no("its bound is not a number"),
         };
         let comparison = match op {
             "≥" => BinaryOp::Ge,
@@ -75,29 +111,27 @@ impl<'a> Reader<'a> {
             return Some(Err(format!("it has a {other}")));
         }
         let (Some(target), Some(accumulated)) = (object.get("reach"), object.get("accumulate")) else {
-            return Some(Err(
-                "it asks for an expected value without accumulating it until a set of states is reached"
-                    .to_owned(),
-            ));
+            return no(
+                "it asks for an expected value without accumulating it until a set of states is reached",
+            );
         };
-        let moments =
-            self.items(Some(accumulated), "the moments of rewards", |r, n| r.name(n, "a moment"))?;
+        let moments = Vec::<Ident>::read(self, accumulated, "the moments of rewards")?;
         let at = |moment: &str| moments.iter().any(|m| m.name == moment);
-        let (steps, exit) = (at("steps"), at("exit"));
         if self.is_temporal(target)? {
-            return Some(Err("its formula is nested".to_owned()));
+            return no("its formula is nested");
         }
-        let target = self.expression(target);
-        let value = self.operand(object, "an expected value", "exp");
-        let reward = Some(Reward { value: value?, steps, exit });
+        let target = Expr::read(self, target, "a target");
+        let value = self.required(object, "an expected value", "exp")?;
+        let value = Expr::read(self, value, "a reward")?;
+        let reward = Some(Reward { value, steps: at("steps"), exit: at("exit") });
         Some(Ok(Reach { target: target?, extreme, reward, bound }))
     }
 
     /// Reads the target of `F e` or `true U e`.
     fn path(&mut self, object: &Object<'a>) -> Asks<Expr> {
         let path = self.required(object, "a property", "exp")?;
-        let Value::Object(path) = self.any(path)? else { return Some(Err(NO_REACHABILITY.to_owned())) };
-        let Some(op) = path.get("op") else { return Some(Err(NO_REACHABILITY.to_owned())) };
+        let Shape::Object(path) = self.any(path)? else { return no(NO_REACHABILITY) };
+        let Some(op) = path.get("op") else { return no(NO_REACHABILITY) };
         let op = self.name(op, "an operator")?.name;
         let bounds = ["step-bounds", "time-bounds", "reward-bounds"];
         if let Some(bound) = bounds.iter().find(|b| path.get(b).is_some()) {
@@ -110,20 +144,20 @@ impl<'a> Reader<'a> {
         };
         if let Some(before) = before {
             match self.any(before)? {
-                Value::Bool(true) => {}
-                _ => return Some(Err("it restricts the states on the way".to_owned())),
+                Shape::Bool(true) => {}
+                _ => return no("it restricts the states on the way"),
             }
         }
         let Some(target) = target else { return self.fail(path.start(), "this formula has no target") };
         if self.is_temporal(target)? {
-            return Some(Err("its formula is nested".to_owned()));
+            return no("its formula is nested");
         }
-        self.expression(target).map(Ok)
+        Expr::read(self, target, "a target").map(Ok)
     }
 
     /// Returns true if a formula has a temporal operator at its top or below Boolean operators.
     fn is_temporal(&mut self, node: Node<'a>) -> Option<bool> {
-        let Value::Object(object) = self.any(node)? else { return Some(false) };
+        let Shape::Object(object) = self.any(node)? else { return Some(false) };
         let Some(op) = object.get("op") else { return Some(false) };
         match self.name(op, "an operator")?.name.as_str() {
             "F" | "G" | "U" | "W" | "R" | "X" | "Pmin" | "Pmax" | "Emin" | "Emax" | "Smin" | "Smax" | "∀"

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use ahash::AHashMap;
+use ahash::AHashSet;
 
-use super::super::json::{self, Malformed, Member, Node, Shape};
+use super::super::json::{self, Malformed, Node, Object, Shape};
 use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use crate::lang::ast::{Ident, Span};
 use crate::progress::{Poll, ProgressSink};
@@ -16,7 +16,7 @@ const MOST_BYTES: usize = 64 << 20;
 /// Maximum number of values of a document.
 const MOST_VALUES: usize = 1 << 24;
 
-pub(super) struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     source: &'a Arc<SourceFile>,
     diagnostics: Vec<Diagnostic>,
     poll: Poll<'a>,
@@ -25,36 +25,13 @@ pub(super) struct Reader<'a> {
     is_full: bool,
 }
 
-/// An object with distinct keys.
-pub(super) struct Object<'a> {
-    pub(super) span: Span,
-    members: Vec<Member<'a>>,
-}
-
-impl<'a> Object<'a> {
-    /// Returns the value of a key.
-    pub(super) fn get(&self, key: &str) -> Option<Node<'a>> {
-        self.members.iter().find(|m| m.key == key).map(|m| m.value)
-    }
-
-    /// Returns the place of a key.
-    pub(super) fn key_span(&self, key: &str) -> Span {
-        self.members.iter().find(|m| m.key == key).map_or(self.span, |m| m.key_span)
-    }
-
-    /// Returns the place of the first character of the object.
-    pub(super) fn start(&self) -> Span {
-        Span::new(self.span.start(), self.span.start() + 1)
-    }
-}
-
 impl<'a> Reader<'a> {
-    pub(super) fn new(source: &'a Arc<SourceFile>, sink: &'a dyn ProgressSink) -> Self {
+    pub(crate) fn new(source: &'a Arc<SourceFile>, sink: &'a dyn ProgressSink) -> Self {
         Reader { source, diagnostics: Vec::new(), poll: Poll::new(sink), values: 0, is_full: false }
     }
 
     /// Returns the whole document.
-    pub(super) fn document(&mut self) -> Option<Node<'a>> {
+    pub(crate) fn document(&mut self) -> Option<Node<'a>> {
         if self.source.text.len() > MOST_BYTES {
             let message = format!("the document is larger than {} MiB", MOST_BYTES >> 20);
             return self.fail(Span::new(0, 1), message);
@@ -69,7 +46,7 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// The recorded errors; a limit.
-    pub(super) fn finish<T>(self, read: Option<T>) -> Result<T> {
+    pub(crate) fn finish<T>(self, read: Option<T>) -> Result<T> {
         self.poll.check()?;
         match read {
             Some(read) if self.diagnostics.is_empty() => Ok(read),
@@ -77,26 +54,31 @@ impl<'a> Reader<'a> {
         }
     }
 
-    pub(super) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
+    pub(crate) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(self.source, span.range(), message)
     }
 
-    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+    pub(crate) fn report(&mut self, diagnostic: Diagnostic) {
         if self.diagnostics.len() < MAX_ERRORS {
             self.diagnostics.push(diagnostic);
         }
     }
 
     /// Reports an error and gives up the current value.
-    pub(super) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
+    pub(crate) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
         let diagnostic = self.wrong(span, message);
         self.report(diagnostic);
         None
     }
 
+    /// Returns the error for an unsupported construct.
+    pub(crate) fn not_supported(&self, span: Span, message: impl Into<String>) -> Diagnostic {
+        self.wrong(span, message).severity(Severity::Unsupported).label("not supported")
+    }
+
     /// Refuses an unsupported construct by its name.
-    pub(super) fn unsupported<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
-        let diagnostic = self.wrong(span, message).severity(Severity::Unsupported).label("not supported");
+    pub(crate) fn unsupported<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
+        let diagnostic = self.not_supported(span, message);
         self.report(diagnostic);
         None
     }
@@ -109,7 +91,7 @@ impl<'a> Reader<'a> {
 
     fn shape(&mut self, node: Node<'a>) -> Option<Shape<'a>> {
         self.values += 1;
-        if self.poll.is_over() || self.is_full {
+        if self.poll.should_stop() || self.is_full {
             return None;
         }
         if node.depth() > json::MOST_DEPTH || self.values > MOST_VALUES {
@@ -122,7 +104,12 @@ impl<'a> Reader<'a> {
             return self.fail(here, format!("the document has more than {most} {what}"));
         }
         match node.shape() {
-            Ok(shape) => Some(shape),
+            Ok(shape) => {
+                if let Shape::Object(object) = &shape {
+                    self.distinct(object)?;
+                }
+                Some(shape)
+            }
             Err(malformed) => self.malformed(malformed),
         }
     }
@@ -141,25 +128,28 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// Returns the form of a value that may be of several kinds.
-    pub(super) fn any(&mut self, node: Node<'a>) -> Option<Value<'a>> {
-        Some(match self.shape(node)? {
-            Shape::Bool(b) => Value::Bool(b),
-            Shape::Number(text) => Value::Number(text),
-            Shape::Text(text) => Value::Text(text),
-            Shape::Object(members) => Value::Object(self.checked(node, members)?),
+    /// Returns the form of a value other than an array or `null`.
+    pub(crate) fn any(&mut self, node: Node<'a>) -> Option<Shape<'a>> {
+        match self.shape(node)? {
             found @ (Shape::Null | Shape::Array(_)) => {
-                return self.expected(node, "a literal, a name or an object", &found);
+                self.expected(node, "a literal, a name or an object", &found)
             }
-        })
+            found => Some(found),
+        }
     }
 
-    /// Reads an object that may have the given keys, `comment`, and keys that start with `x-`.
-    pub(super) fn object(&mut self, node: Node<'a>, what: &str, keys: &[&str]) -> Option<Object<'a>> {
+    /// Reads an object that may have the given keys, `comment`, and keys that start with `x-`. The
+    /// keys in `refused` have their own messages.
+    pub(crate) fn object(
+        &mut self,
+        node: Node<'a>,
+        what: &str,
+        keys: &[&str],
+        refused: &[&str],
+    ) -> Option<Object<'a>> {
         match self.shape(node)? {
-            Shape::Object(members) => {
-                let object = self.checked(node, members)?;
-                self.known(&object, what, keys)?;
+            Shape::Object(object) => {
+                self.unknown(&object, what, keys, refused)?;
                 Some(object)
             }
             found => self.expected(node, &format!("{what}, an object"), &found),
@@ -167,31 +157,26 @@ impl<'a> Reader<'a> {
     }
 
     /// Refuses keys that occur twice.
-    fn checked(&mut self, node: Node<'a>, members: Vec<Member<'a>>) -> Option<Object<'a>> {
-        let mut first: AHashMap<&str, Span> = AHashMap::new();
-        let mut doubled = None;
-        for member in &members {
-            if let Some(&span) = first.get(member.key.as_str()) {
-                doubled = Some((member, span));
-                break;
-            }
-            first.insert(&member.key, member.key_span);
-        }
-        if let Some((member, first)) = doubled {
-            let message = format!("the key \"{}\" occurs twice in one object", member.key);
-            let diagnostic = self.wrong(member.key_span, message).label("again");
-            self.report(diagnostic.related(first.range(), "the first one"));
-            return None;
-        }
-        Some(Object { span: node.span(), members })
+    fn distinct(&mut self, object: &Object<'a>) -> Option<()> {
+        let mut known: AHashSet<&str> = AHashSet::new();
+        let mut keys = object.members.iter();
+        let Some(member) = keys.find(|m| !known.insert(m.key.as_str())) else { return Some(()) };
+        let message = format!("the key \"{}\" occurs twice in one object", member.key);
+        let diagnostic = self.wrong(member.key_span, message).label("again");
+        self.report(diagnostic.related(object.key_span(&member.key).range(), "the first one"));
+        None
     }
 
     /// Refuses unknown keys, since a misspelt one would silently have no effect.
-    pub(super) fn known(&mut self, object: &Object<'a>, what: &str, keys: &[&str]) -> Option<()> {
+    pub(crate) fn known(&mut self, object: &Object<'a>, what: &str, keys: &[&str]) -> Option<()> {
+        self.unknown(object, what, keys, &[])
+    }
+
+    fn unknown(&mut self, object: &Object<'a>, what: &str, keys: &[&str], refused: &[&str]) -> Option<()> {
         let mut good = Some(());
         for member in &object.members {
             let key = member.key.as_str();
-            if key == "comment" || key.starts_with("x-") || keys.contains(&key) {
+            if key == "comment" || key.starts_with("x-") || keys.contains(&key) || refused.contains(&key) {
                 continue;
             }
             let diagnostic = self.wrong(member.key_span, format!("unknown key \"{key}\" in {what}"));
@@ -203,55 +188,36 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the value of a required key.
-    pub(super) fn required(&mut self, object: &Object<'a>, what: &str, key: &str) -> Option<Node<'a>> {
+    pub(crate) fn required(&mut self, object: &Object<'a>, what: &str, key: &str) -> Option<Node<'a>> {
         match object.get(key) {
             Some(node) => Some(node),
             None => self.fail(object.start(), format!("{what} has no \"{key}\"")),
         }
     }
 
-    pub(super) fn array(&mut self, node: Node<'a>, what: &str) -> Option<Vec<Node<'a>>> {
+    pub(crate) fn array(&mut self, node: Node<'a>, what: &str) -> Option<Vec<Node<'a>>> {
         match self.shape(node)? {
             Shape::Array(items) => Some(items),
             found => self.expected(node, &format!("{what}, an array"), &found),
         }
     }
 
-    /// Reads every item of an array, all of them before giving up; without an array there are no
-    /// items.
-    pub(super) fn items<T>(
-        &mut self,
-        node: Option<Node<'a>>,
-        what: &str,
-        mut read: impl FnMut(&mut Self, Node<'a>) -> Option<T>,
-    ) -> Option<Vec<T>> {
-        let Some(node) = node else { return Some(Vec::new()) };
-        let items: Vec<_> = self.array(node, what)?.into_iter().map(|i| read(self, i)).collect();
-        items.into_iter().collect()
-    }
-
     /// Reads a string as a name with its place.
-    pub(super) fn name(&mut self, node: Node<'a>, what: &str) -> Option<Ident> {
+    pub(crate) fn name(&mut self, node: Node<'a>, what: &str) -> Option<Ident> {
         match self.shape(node)? {
             Shape::Text(name) => Some(Ident { name, span: node.span() }),
             found => self.expected(node, &format!("{what}, a string"), &found),
         }
     }
 
-    /// Reads the name under a required key.
-    pub(super) fn named(&mut self, object: &Object<'a>, what: &str, key: &str) -> Option<Ident> {
-        let node = self.required(object, what, key)?;
-        self.name(node, &format!("the \"{key}\" of {what}"))
-    }
-
-    pub(super) fn truth(&mut self, node: Node<'a>, what: &str) -> Option<bool> {
+    pub(crate) fn truth(&mut self, node: Node<'a>, what: &str) -> Option<bool> {
         match self.shape(node)? {
             Shape::Bool(b) => Some(b),
             found => self.expected(node, &format!("{what}, `true` or `false`"), &found),
         }
     }
 
-    pub(super) fn whole(&mut self, node: Node<'a>, what: &str) -> Option<i64> {
+    pub(crate) fn whole(&mut self, node: Node<'a>, what: &str) -> Option<i64> {
         match self.shape(node)? {
             Shape::Number(text) if text.parse::<i64>().is_ok() => text.parse().ok(),
             found => self.expected(node, &format!("{what}, a whole number"), &found),
@@ -259,17 +225,9 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns true if a value is `null`.
-    pub(super) fn is_null(&mut self, node: Node<'a>) -> bool {
+    pub(crate) fn is_null(&mut self, node: Node<'a>) -> bool {
         matches!(self.shape(node), Some(Shape::Null))
     }
-}
-
-/// A value other than an array or `null`.
-pub(super) enum Value<'a> {
-    Bool(bool),
-    Number(&'a str),
-    Text(String),
-    Object(Object<'a>),
 }
 
 /// Returns at most the first 40 bytes of a place: a whole automaton would not help.

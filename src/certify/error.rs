@@ -5,25 +5,25 @@ use crate::error::Error;
 use crate::model::State;
 
 /// The reason why a check ended early.
-pub(super) enum Stop {
+pub(super) enum CheckError {
     /// The check could not be completed.
     Error(Error),
     /// A condition is violated.
     Violation(Violation),
 }
 
-impl From<Error> for Stop {
+impl From<Error> for CheckError {
     fn from(error: Error) -> Self {
-        Stop::Error(error)
+        CheckError::Error(error)
     }
 }
 
-impl Stop {
+impl CheckError {
     /// Reports a violated condition, with a state that violates it.
     pub(super) fn violated(condition: impl Into<String>, state: Option<State>) -> Self {
-        Stop::Violation(Violation { condition: condition.into(), state })
+        CheckError::Violation(Violation { condition: condition.into(), state })
     }
 }
 
 /// The result of a check.
-pub(super) type Check<T = ()> = Result<T, Stop>;
+pub(super) type CheckResult<T = ()> = Result<T, CheckError>;

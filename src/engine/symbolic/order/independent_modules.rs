@@ -1,4 +1,4 @@
-//! The variable order heuristic for grid worlds: one module that moves, or several independent
+//! The variable order heuristic for grid modules: one module that moves, or several independent
 //! modules that never move together.
 //!
 //! A counter that every step changes (a battery, a clock) divides the states into slices, each of
@@ -12,12 +12,13 @@ use std::fmt::Write;
 use ahash::{AHashMap, AHashSet};
 
 use super::super::encoding::Bit;
-use super::{Ordered, by_variables, counters, thresholds};
+use super::counters::{counters, operands, support, thresholds};
+use super::{Ordered, by_variables};
 use crate::model::expr::{ExprId, Node};
 use crate::model::{Command, Program, VarId};
 
 /// Minimum percentage, among the branches that change more than flags, of branches that change a
-/// counter of every step. It is below 100 because some worlds have a place where nothing is
+/// counter of every step. It is below 100 because some modules have a place where nothing is
 /// consumed.
 const MOST_STEPS: usize = 75;
 
@@ -27,13 +28,14 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
     let is_flag = |v: &VarId| program.variables[v.index()].bits() <= 1;
     let owner = |v: &VarId| program.variables[v.index()].module;
     let mut shared: Vec<VarId> = program.variable_ids().filter(|v| owner(v).is_none()).collect();
-    let mut worlds: Vec<World<'_>> = (0..program.modules.len()).map(|m| World::of(program, m)).collect();
-    worlds.retain(|w| !w.commands.is_empty() || !w.variables.is_empty());
-    match worlds.as_mut_slice() {
+    let mut modules: Vec<IndependentModule<'_>> =
+        (0..program.modules.len()).map(|m| IndependentModule::of(program, m)).collect();
+    modules.retain(|w| !w.commands.is_empty() || !w.variables.is_empty());
+    match modules.as_mut_slice() {
         [] => return None,
         [only] => only.variables.splice(0..0, shared.drain(..)).for_each(drop),
         several => {
-            let apart = |w: &World<'_>| {
+            let apart = |w: &IndependentModule<'_>| {
                 let foreign = |v: &VarId| owner(v) != Some(w.module) && !(owner(v).is_none() && is_flag(v));
                 !w.known(program).iter().any(foreign)
             };
@@ -44,8 +46,8 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
         }
     }
     let mut all = Ordered { bits: by_variables(program, &shared), why: String::new() };
-    for world in worlds {
-        let one = world.ordered(program);
+    for module in modules {
+        let one = module.ordered(program);
         all.bits.extend(one.bits);
         if !one.why.is_empty() {
             let _ = write!(all.why, "{}{}", if all.why.is_empty() { "" } else { "; " }, one.why);
@@ -54,7 +56,7 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
     Some(all)
 }
 
-/// The variables by their role in a world.
+/// The variables by their role in a module.
 #[derive(Default)]
 struct Roles {
     /// Counters that every step changes.
@@ -70,16 +72,16 @@ struct Roles {
 }
 
 /// One module alone.
-struct World<'p> {
+struct IndependentModule<'p> {
     module: usize,
     variables: Vec<VarId>,
     commands: Vec<&'p Command>,
 }
 
-impl<'p> World<'p> {
+impl<'p> IndependentModule<'p> {
     fn of(program: &'p Program, module: usize) -> Self {
         let owned = |v: &VarId| program.variables[v.index()].module == Some(module);
-        World {
+        IndependentModule {
             module,
             variables: program.variable_ids().filter(owned).collect(),
             commands: program.commands.iter().filter(|c| c.module == module).collect(),
@@ -107,7 +109,7 @@ impl<'p> World<'p> {
 
     fn ordered(&self, program: &Program) -> Ordered {
         let roles = self.roles(program);
-        let groups = self.met(program, &roles.positions);
+        let groups = self.guard_groups(program, &roles.positions);
         let name = |v: &VarId| program.variables[v.index()].name.as_str();
         let names = |list: &[VarId]| list.iter().map(name).collect::<Vec<_>>().join(" and ");
         let mut why = Vec::new();
@@ -126,7 +128,7 @@ impl<'p> World<'p> {
         Ordered { bits, why: why.join("; ") }
     }
 
-    /// Returns the role of each variable in the world.
+    /// Returns the role of each variable in the module.
     fn roles(&self, program: &Program) -> Roles {
         let counters = counters(program, &self.commands);
         let bounds = thresholds(program, &self.commands, &counters);
@@ -174,15 +176,15 @@ impl<'p> World<'p> {
 
     /// Partitions the variables: those that occur in one guard, directly or through others, form a
     /// group.
-    fn met(&self, program: &Program, variables: &[VarId]) -> Vec<Vec<VarId>> {
+    fn guard_groups(&self, program: &Program, variables: &[VarId]) -> Vec<Vec<VarId>> {
         let mut groups: Vec<Vec<VarId>> = variables.iter().map(|&v| vec![v]).collect();
         // Shared subexpressions of guards are visited once; the variables found in them are kept.
         let mut found: AHashMap<ExprId, AHashSet<VarId>> = AHashMap::new();
         for command in &self.commands {
             let together = support(program, command.guard, variables, &mut found);
-            let (met, mut apart): (Vec<_>, Vec<_>) =
+            let (joined, mut apart): (Vec<_>, Vec<_>) =
                 groups.into_iter().partition(|g: &Vec<VarId>| g.iter().any(|v| together.contains(v)));
-            apart.extend((!met.is_empty()).then(|| met.concat()));
+            apart.extend((!joined.is_empty()).then(|| joined.concat()));
             groups = apart;
         }
         let place = |v: &VarId| variables.iter().position(|w| w == v);
@@ -190,44 +192,6 @@ impl<'p> World<'p> {
         groups.sort_by_key(|g| g.first().and_then(place));
         groups
     }
-}
-
-fn operands(node: Node) -> Vec<ExprId> {
-    match node {
-        Node::Literal(_) | Node::Var(_) => vec![],
-        Node::Unary(_, a) => vec![a],
-        Node::Binary(_, a, b) => vec![a, b],
-        Node::Ite(c, a, b) => vec![c, a, b],
-    }
-}
-
-/// Returns the variables of `among` that occur in an expression.
-fn support(
-    program: &Program,
-    e: ExprId,
-    among: &[VarId],
-    known: &mut AHashMap<ExprId, AHashSet<VarId>>,
-) -> AHashSet<VarId> {
-    // Operands come before the nodes built from them, without recursion: guards may be deep.
-    let mut stack = vec![(e, false)];
-    while let Some((e, ready)) = stack.pop() {
-        if known.contains_key(&e) {
-            continue;
-        }
-        match program.pool.node(e) {
-            Node::Var(v) => drop(known.insert(e, among.iter().copied().filter(|w| *w == v).collect())),
-            node if ready => {
-                let parts = operands(node);
-                let all = parts.iter().filter_map(|p| known.get(p)).flatten().copied().collect();
-                known.insert(e, all);
-            }
-            node => {
-                stack.push((e, true));
-                stack.extend(operands(node).into_iter().map(|p| (p, false)));
-            }
-        }
-    }
-    known.get(&e).cloned().unwrap_or_default()
 }
 
 /// Returns the bits of some variables from the most significant bit down, bits of equal weight

@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use ahash::AHashMap;
 
-use super::limits::{MAX_ERRORS, MOST_OBJECTIVES, MOST_PAIRS};
-use super::target::lower_part;
+use super::check::{MAX_ERRORS, lower_target};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang::ast::{Ident, Span};
 use crate::lang::ltl::Monitoring;
@@ -15,6 +14,11 @@ use crate::model::preference::{
     Contradiction, Empty, Goal, History, Objective, Outline, Preferences, Preorder, Relation, Statement,
 };
 use crate::model::temporal::Begin;
+
+/// Maximum number of objectives of a preference file.
+const MOST_OBJECTIVES: usize = 1_000;
+/// Maximum number of pairs of objectives that the statements of a preference file relate.
+const MOST_PAIRS: usize = 1_000_000;
 
 /// Parses a preference file and lowers its targets into the pool of the program.
 ///
@@ -37,10 +41,10 @@ pub fn lower_preferences(
     let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
     let history = checker.history(tree);
     let objectives = match history {
-        History::State => checker.objectives(tree, &mut Plain { program })?,
+        History::State => checker.objectives(tree, |o| target(program, source, o))?,
         History::Play => {
             let mut watching = Monitoring::new(program);
-            let objectives = checker.objectives(tree, &mut watching)?;
+            let objectives = checker.objectives(tree, |o| watched(&mut watching, source, o))?;
             if checker.diagnostics.is_empty() {
                 watching.finish(Begin::Initially)?;
             }
@@ -72,40 +76,34 @@ pub fn outline_preferences(source: &Arc<SourceFile>) -> Result<Outline> {
     })
 }
 
-/// Conversion of objectives into goals.
-trait Goals {
-    /// Returns the goal of an objective.
-    ///
-    /// # Errors
-    /// The formula is wrong.
-    fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal>;
-}
-
-/// Goals that are targets in a program.
-struct Plain<'a> {
-    program: &'a mut Program,
-}
-
-impl Goals for Plain<'_> {
-    fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal> {
-        match objective.formula.reachability() {
-            Some(target) => Ok(Goal::Reach(lower_part(self.program, source, *target)?)),
-            None => {
-                let message = "`history = state` accepts only reachability formulas, `F condition`";
-                let diagnostic = Diagnostic::new(source, objective.formula.span.range(), message);
-                let help = "`history = play;` judges whole paths and accepts temporal formulas";
-                Err(diagnostic.label("not of the form `F condition`").help(help).into())
-            }
+/// Returns an objective as a target in a program.
+///
+/// # Errors
+/// The formula is wrong, or not of the form `F condition`.
+fn target(program: &mut Program, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal> {
+    match objective.formula.reachability() {
+        Some(target) => Ok(Goal::Reach(lower_target(program, source, target)?)),
+        None => {
+            let message = "`history = state` accepts only reachability formulas, `F condition`";
+            let diagnostic = Diagnostic::new(source, objective.formula.span.range(), message);
+            let help = "`history = play;` judges whole paths and accepts temporal formulas";
+            Err(diagnostic.label("not of the form `F condition`").help(help).into())
         }
     }
 }
 
-impl Goals for Monitoring<'_> {
-    fn goal(&mut self, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal> {
-        let condition = self.watch(source, &objective.formula, &objective.name.name)?;
-        let monitor = self.states_of(&condition);
-        Ok(Goal::Satisfy { condition, monitor })
-    }
+/// Returns an objective as a condition on monitors.
+///
+/// # Errors
+/// The formula is wrong or not supported.
+fn watched(
+    watching: &mut Monitoring<'_>,
+    source: &Arc<SourceFile>,
+    objective: &pref::Objective,
+) -> Result<Goal> {
+    let condition = watching.watch(source, &objective.formula, &objective.name.name)?;
+    let monitor = watching.states_of(&condition);
+    Ok(Goal::Satisfy { condition, monitor })
 }
 
 struct Checker<'a> {
@@ -128,13 +126,17 @@ impl<'a> Checker<'a> {
     }
 
     /// Returns the objectives with their goals; errors in them are recorded.
-    fn objectives(&mut self, tree: &'a pref::Preferences, goals: &mut impl Goals) -> Result<Vec<Objective>> {
+    fn objectives(
+        &mut self,
+        tree: &'a pref::Preferences,
+        mut goal: impl FnMut(&pref::Objective) -> Result<Goal>,
+    ) -> Result<Vec<Objective>> {
         let mut objectives = Vec::new();
         for (index, objective) in tree.objectives.iter().enumerate() {
             if !self.declare(index, objective) {
                 break;
             }
-            match goals.goal(self.source, objective) {
+            match goal(objective) {
                 Ok(goal) => {
                     let (name, span) = (objective.name.name.clone(), Some(objective.span.range()));
                     objectives.push(Objective { name, goal, span });

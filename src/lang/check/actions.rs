@@ -1,0 +1,40 @@
+//! The actions of a model, and the numbers of commands.
+
+use ahash::AHashMap;
+
+/// Actions in the order of their first occurrence.
+#[derive(Default)]
+pub(in crate::lang) struct Actions {
+    /// Names for users.
+    pub(in crate::lang) names: Vec<String>,
+    index: AHashMap<String, usize>,
+    numbers: AHashMap<(usize, Option<usize>), usize>,
+}
+
+impl Actions {
+    /// Returns the position of an action, which is added if it is new.
+    pub(super) fn add(&mut self, name: &str) -> usize {
+        self.add_as(name, || name.to_owned())
+    }
+
+    /// Same as [`Actions::add`]; a new action is shown under another name.
+    pub(in crate::lang) fn add_as(&mut self, name: &str, shown: impl FnOnce() -> String) -> usize {
+        if let Some(&index) = self.index.get(name) {
+            return index;
+        }
+        self.names.push(shown());
+        self.index.insert(name.to_owned(), self.names.len() - 1);
+        self.names.len() - 1
+    }
+
+    pub(super) fn get(&self, name: &str) -> Option<usize> {
+        self.index.get(name).copied()
+    }
+
+    /// Returns the number of the next command of a module with an action, from 1 on.
+    pub(in crate::lang) fn next_number(&mut self, module: usize, action: Option<usize>) -> usize {
+        let number = self.numbers.entry((module, action)).or_default();
+        *number += 1;
+        *number
+    }
+}

@@ -1,0 +1,118 @@
+//! The objects of a model.
+
+use super::property::Property;
+use super::record::{NonEmpty, records};
+use super::types::{Action, Bounds, Enabled, Exp, Feature, Version};
+use crate::lang::ast::{Expr, Ident};
+use crate::model::ModelKind;
+
+records! {
+    Model = "the model" {
+        "type" => kind: ModelKind,
+        "actions" => actions: Vec<Named> = Vec::new(),
+        "constants" => constants: Vec<Constant> = Vec::new(),
+        "variables" => variables: Vec<Variable> = Vec::new(),
+        "functions" => functions: Vec<Function> = Vec::new(),
+        "restrict-initial" => restrict: Option<Exp> = None,
+        "properties" => properties: Vec<Property> = Vec::new(),
+        "automata" => automata: Vec<Automaton>,
+        "system" => system: System,
+    }
+    checks { "jani-version" => Version, "features" => Vec<Feature> }
+    refuses { "datatypes" => "datatypes are not supported" }
+    ignores { "name", "metadata" };
+
+    /// The declaration of an action.
+    Named = "an action" {
+        "name" => name: Ident,
+    };
+
+    Constant = "a constant" {
+        "name" => name: Ident,
+        "type" => ty: Bounds,
+        "value" => value: Option<Expr> = None,
+    };
+
+    Variable = "a variable" {
+        "name" => name: Ident,
+        "type" => ty: Bounds,
+        "transient" => transient: bool = false,
+        "initial-value" => initial: Option<Expr> = None,
+    };
+
+    Function = "a function" {
+        "name" => name: Ident,
+        "type" => ty: Bounds,
+        "parameters" => parameters: Vec<Parameter> = Vec::new(),
+        "body" => body: Expr,
+    };
+
+    Parameter = "a parameter" {
+        "name" => name: Ident,
+        "type" => ty: Bounds,
+    };
+
+    Automaton = "an automaton" {
+        "name" => name: Ident,
+        "variables" => variables: Vec<Variable> = Vec::new(),
+        "functions" => functions: Vec<Function> = Vec::new(),
+        "restrict-initial" => restrict: Option<Exp> = None,
+        "locations" => locations: NonEmpty<Location>,
+        "initial-locations" => initial: NonEmpty<Ident>,
+        "edges" => edges: Vec<Edge>,
+    };
+
+    Location = "a location" {
+        "name" => name: Ident,
+        "transient-values" => values: Vec<TransientValue> = Vec::new(),
+    }
+    refuses { "time-progress" => "conditions on the progress of time are not supported" };
+
+    /// The value of a transient variable in a location.
+    TransientValue = "a transient value" {
+        "ref" => variable: Ident,
+        "value" => value: Expr,
+    };
+
+    Edge = "an edge" {
+        "location" => location: Ident,
+        "action" => action: Option<Ident> = None,
+        "guard" => guard: Option<Exp> = None,
+        "destinations" => destinations: NonEmpty<Destination>,
+    }
+    refuses { "rate" => "edges with rates are not supported" }
+    ignores { "color" }
+    at span;
+
+    Destination = "a destination" {
+        "location" => location: Ident,
+        "probability" => probability: Option<Exp> = None,
+        "assignments" => assignments: Vec<Assignment> = Vec::new(),
+    }
+    at span;
+
+    Assignment = "an assignment" {
+        "ref" => variable: Ident,
+        "value" => value: Expr,
+        "index" => index: i64 = 0,
+    };
+
+    /// The automata that run in parallel, and their synchronisation; without vectors they are `None`.
+    System = "the system" {
+        "elements" => elements: Vec<Element>,
+        "syncs" => vectors: Option<Vec<Vector>> = None,
+    }
+    at span;
+
+    Element = "an element of the system" {
+        "automaton" => automaton: Ident,
+    }
+    checks { "input-enable" => Enabled };
+
+    /// A synchronisation vector: for each element an action, or none.
+    Vector = "a synchronisation vector" {
+        "synchronise" => actions: Vec<Action>,
+        "result" => result: Action = Action(None),
+    }
+    at span;
+}

@@ -1,0 +1,80 @@
+//! Temporal formulas as trees.
+
+use crate::lang::ast::{Expr, Span};
+
+/// A temporal formula with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Formula {
+    /// Form of the formula.
+    pub kind: FormulaKind,
+    /// Place in the text, without enclosing brackets.
+    pub span: Span,
+}
+
+/// The forms of formulas.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FormulaKind {
+    /// A condition on the present state.
+    State(Expr),
+    /// `!φ`
+    Not(Box<Formula>),
+    /// `φ & ψ & …`
+    And(Vec<Formula>),
+    /// `φ | ψ | …`
+    Or(Vec<Formula>),
+    /// `φ => ψ`
+    Implies(Box<Formula>, Box<Formula>),
+    /// `φ <=> ψ`
+    Iff(Box<Formula>, Box<Formula>),
+    /// `X φ`
+    Next(Box<Formula>),
+    /// `F φ`
+    Eventually(Steps, Box<Formula>),
+    /// `G φ`
+    Always(Steps, Box<Formula>),
+    /// `φ U ψ`
+    Until(Steps, Box<Formula>, Box<Formula>),
+    /// `φ W ψ`
+    Weak(Box<Formula>, Box<Formula>),
+    /// `φ R ψ`
+    Release(Box<Formula>, Box<Formula>),
+}
+
+/// Bounds on the number of steps, `<=10` or `[2,5]`, as constant expressions not yet evaluated.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Steps {
+    /// Lower bound; the flag says that the bound itself is excluded.
+    pub least: Option<(Expr, bool)>,
+    /// Upper bound; the flag says that the bound itself is excluded.
+    pub most: Option<(Expr, bool)>,
+}
+
+impl Formula {
+    /// Returns the target `e` if the formula is the reachability `F e` of a state formula.
+    pub fn reachability(&self) -> Option<&Expr> {
+        match &self.kind {
+            FormulaKind::Eventually(Steps { least: None, most: None }, inner) => match &inner.kind {
+                FormulaKind::State(e) => Some(e),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// Returns the operands.
+    pub(super) fn operands(&self) -> Vec<&Formula> {
+        match &self.kind {
+            FormulaKind::State(_) => Vec::new(),
+            FormulaKind::And(all) | FormulaKind::Or(all) => all.iter().collect(),
+            FormulaKind::Not(a)
+            | FormulaKind::Next(a)
+            | FormulaKind::Eventually(_, a)
+            | FormulaKind::Always(_, a) => vec![a],
+            FormulaKind::Implies(a, b)
+            | FormulaKind::Iff(a, b)
+            | FormulaKind::Until(_, a, b)
+            | FormulaKind::Weak(a, b)
+            | FormulaKind::Release(a, b) => vec![a, b],
+        }
+    }
+}

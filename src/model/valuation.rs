@@ -1,0 +1,61 @@
+//! Values, states and counts as JSON.
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value as Json};
+
+use super::value::{Type, Value};
+use super::{Program, Variable};
+
+/// A state as an object from variables to values.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Valuation(Map<String, Json>);
+
+impl Valuation {
+    /// Names the values of a state.
+    pub fn of(program: &Program, state: &[i64]) -> Self {
+        let value = |v: &Variable, x: i64| match (v.ty, v.value_name(x)) {
+            (_, Some(name)) => Json::from(name),
+            (Type::Bool, None) => Json::Bool(x != 0),
+            _ => Json::from(x),
+        };
+        let named = program.variables.iter().zip(state).map(|(v, &x)| (v.name.clone(), value(v, x)));
+        Valuation(named.collect())
+    }
+
+    /// Returns the values in the order of the variables.
+    pub fn values(&self) -> impl Iterator<Item = &Json> {
+        self.0.values()
+    }
+}
+
+impl fmt::Display for Valuation {
+    /// Formats a state as `x=1,b=false`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, (name, value)) in self.0.iter().enumerate() {
+            let comma = if index > 0 { "," } else { "" };
+            match value.as_str() {
+                Some(text) => write!(f, "{comma}{name}={text}")?,
+                None => write!(f, "{comma}{name}={value}")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Converts the value of a constant; a value that JSON numbers cannot represent becomes text.
+pub fn json(value: Value) -> Json {
+    match value {
+        Value::Bool(b) => Json::from(b),
+        Value::Int(i) => Json::from(i),
+        Value::Real(x) => {
+            serde_json::Number::from_f64(x).map_or_else(|| Json::from(x.to_string()), Json::Number)
+        }
+    }
+}
+
+/// Serialises a count as a string: many readers of JSON lose digits beyond 2^53.
+pub(crate) fn decimal<S: Serializer>(count: &impl fmt::Display, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(count)
+}

@@ -1,0 +1,68 @@
+//! A state under a strategy, in the JSON and the text of `strategy`.
+
+use serde_json::{Value as Json, json};
+
+use super::reason::Words;
+use crate::model::valuation::Valuation;
+use crate::planning::explain::{Action, Successor};
+use crate::planning::{Explanation, InducedModel, Rank};
+
+/// The explanation of a state, with the words for its results.
+pub struct StateReport<'a> {
+    /// The texts of the model and the preferences.
+    pub words: Words<'a>,
+    /// The state and its actions.
+    pub at: Explanation,
+    /// The number of guaranteed (SASI) and of possible (SPI) improvements.
+    pub ranks: [Rank; 2],
+    /// The paths under the progress strategy, if they were computed.
+    pub course: Option<InducedModel>,
+}
+
+impl StateReport<'_> {
+    /// Returns the action of the progress strategy; `None` at rank 0.
+    pub fn progress_action(&self) -> Option<&Action> {
+        self.at.actions.get(self.at.pick?)
+    }
+
+    /// Returns the JSON object of the state.
+    pub fn json(&self) -> Json {
+        let (words, at, [sasi, spi]) = (self.words, &self.at, self.ranks);
+        json!({
+            "state": Valuation::of(words.program, &at.state),
+            "most_preferred": words.names(&at.most_preferred),
+            "sasi_rank": sasi,
+            "spi_rank": spi,
+            "progress_action": self.progress_action().map(|action| &action.name),
+            "actions": at.actions.iter().map(|action| self.action(action)).collect::<Vec<_>>(),
+            "longest_play": self.course.as_ref().and_then(InducedModel::longest_play),
+        })
+    }
+
+    fn action(&self, action: &Action) -> Json {
+        json!({
+            "name": action.name,
+            "kept": action.kept,
+            "permitted": action.permitted,
+            "progress": action.progress,
+            "verdict": action.verdict.name(),
+            "reason": self.words.reason(&self.at, action),
+            "successors": action.successors.iter().map(|s| self.successor(s)).collect::<Vec<_>>(),
+        })
+    }
+
+    fn successor(&self, successor: &Successor) -> Json {
+        let words = self.words;
+        json!({
+            "state": Valuation::of(words.program, &successor.state),
+            "probability": successor.probability,
+            "most_preferred": words.names(&successor.most_preferred),
+            "change": successor.change.name(),
+            "gained": words.names(&successor.gained),
+            "lost": words.names(&successor.lost),
+            "rank": successor.rank,
+            "dropped": successor.dropped,
+            "goal": successor.goal,
+        })
+    }
+}

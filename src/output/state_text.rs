@@ -1,0 +1,119 @@
+//! The text of a state under a strategy.
+
+use std::fmt::Write;
+
+use super::reason::Words;
+use super::state::StateReport;
+use super::text::{self, Probability, columns};
+use super::{Style, ranks};
+use crate::model::preference::Change;
+use crate::model::valuation::Valuation;
+use crate::planning::InducedModel;
+use crate::planning::explain::{Action, Successor};
+use crate::planning::induced_model::Node;
+
+/// Renders a state.
+pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
+    let (words, at, [sasi, spi]) = (state.words, &state.at, state.ranks);
+    let title = format!("State {}", Valuation::of(words.program, &at.state));
+    let mut out = format!("\n{}\n", style.bold(&title));
+    let _ = writeln!(out, "  Sure: {}", words.list(&at.most_preferred));
+    let _ = writeln!(out, "  {}", ranks::both(sasi, spi));
+    for action in &at.actions {
+        out += &action_text(state, action, style);
+    }
+    if let Some(course) = &state.course {
+        out += &course_text(words, course, style);
+    }
+    out
+}
+
+fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String {
+    let (words, picked) = (state.words, state.progress_action());
+    let verdict = match (action.permitted, picked.is_some_and(|picked| picked.name == action.name)) {
+        (true, true) => style.good("permitted, progress action"),
+        (true, false) => style.good("permitted"),
+        (false, _) => style.dim("not permitted"),
+    };
+    let reason = words.reason(&state.at, action);
+    let mut out = format!("\n  {}  {verdict}: {reason}\n", style.bold(&action.name));
+    let row = |s: &Successor| {
+        vec![
+            Probability(s.probability).to_string(),
+            words.changed(&state.at.state, &s.state),
+            format!("sure: {}", words.list(&s.most_preferred)),
+            change(words, s),
+            format!("{} rank {}", words.kind, ranks::cell(s.rank)),
+        ]
+    };
+    let rows: Vec<Vec<String>> = action.successors.iter().map(row).collect();
+    for line in columns(&rows) {
+        let _ = writeln!(out, "       {line}");
+    }
+    out
+}
+
+/// Describes a step, with its gains and losses.
+fn change(words: Words<'_>, s: &Successor) -> String {
+    let mut text = s.change.name().to_owned();
+    if s.change != Change::Lateral {
+        for (set, what) in [(&s.gained, "gained"), (&s.lost, "lost")] {
+            if !set.is_empty() {
+                let _ = write!(text, ", {} {what}", words.list(set));
+            }
+        }
+    }
+    if s.dropped {
+        text.push_str(" (dropped)");
+    }
+    text
+}
+
+/// Formats the actions and successors as `W to 3, 4 (B gained) or 5 (C gained)`.
+fn then(words: Words<'_>, node: &Node) -> String {
+    let mut played = Vec::new();
+    for (action, next) in node.at.actions.iter().zip(&node.next) {
+        let mut goes = Vec::new();
+        for (successor, to) in action.successors.iter().zip(next) {
+            let Some(to) = to else { continue };
+            let note = match (successor.improves, successor.dropped) {
+                (true, _) => format!(" ({} gained)", words.list(&successor.gained)),
+                (_, true) => format!(" ({} lost)", words.list(&successor.lost)),
+                _ => String::new(),
+            };
+            goes.push(format!("{}{note}", to + 1));
+        }
+        if let Some(last) = goes.pop() {
+            let to = if goes.is_empty() { last } else { format!("{} or {last}", goes.join(", ")) };
+            played.push(format!("{} to {to}", action.name));
+        }
+    }
+    match (played.is_empty(), node.at.pick) {
+        (false, _) => played.join("; "),
+        (true, None) => "end".to_owned(),
+        (true, Some(_)) => "…".to_owned(),
+    }
+}
+
+/// Renders the paths under the progress strategy, one line per node.
+fn course_text(words: Words<'_>, course: &InducedModel, style: Style) -> String {
+    let mut rows = vec![["", "state", "sure", "level", "next"].map(str::to_owned).to_vec()];
+    for (index, node) in course.nodes.iter().enumerate() {
+        rows.push(vec![
+            (index + 1).to_string(),
+            match index {
+                0 => "start".to_owned(),
+                _ => words.changed(&course.nodes[0].at.state, &node.at.state),
+            },
+            words.list(&node.at.most_preferred),
+            ranks::cell(node.at.memory.level),
+            then(words, node),
+        ]);
+    }
+    let mut out = format!("\n  {}\n", style.bold("Paths under the progress strategy"));
+    out += &text::listed(&rows, style);
+    if let Some(steps) = course.longest_play() {
+        let _ = writeln!(out, "    Every such path ends after at most {}.", text::plural(steps, "step"));
+    }
+    out
+}
