@@ -31,15 +31,14 @@ impl<'a> Lowering<'a> {
         for (index, constant) in self.model.constants.iter().enumerate() {
             let what = format!("the constant `{}`", constant.name.name);
             let value = match (&constant.value, given.get(&index)) {
-                (Some(e), _) => self.constant(e, Place::default(), constant.ty.ty, &what),
-                (None, given) => given.copied(),
+                (Some(e), _) => self.constant_literal(e, Place::default(), constant.ty.ty, &what),
+                (None, given) => given.map(|&value| (self.lowerer.pool.value(value), value)),
             };
-            let Some(value) = value else {
+            let Some((id, value)) = value else {
                 self.pending.insert(&constant.name.name, true);
                 continue;
             };
             self.within(value, &constant.ty, constant.name.span, &what);
-            let id = self.lowerer.pool.value(value);
             self.pending.remove(constant.name.name.as_str());
             self.declare_global(&constant.name, Meaning::Constant(id));
             self.constant_values.push((names[index].clone(), value));

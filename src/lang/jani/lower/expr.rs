@@ -44,8 +44,20 @@ impl<'a> Lowering<'a> {
 
     /// Returns the value of an expression without variables.
     pub(super) fn constant(&mut self, e: &Expr, place: Place<'_>, ty: Type, what: &str) -> Option<Value> {
+        Some(self.constant_literal(e, place, ty, what)?.1)
+    }
+
+    /// Returns the literal of an expression without variables, which may be more exact than its
+    /// value.
+    pub(super) fn constant_literal(
+        &mut self,
+        e: &Expr,
+        place: Place<'_>,
+        ty: Type,
+        what: &str,
+    ) -> Option<(ExprId, Value)> {
         let id = self.typed(e, place, ty, what)?;
-        self.lowerer.constant_value(id, e.span(), what)
+        Some((id, self.lowerer.constant_value(id, e.span(), what)?))
     }
 
     fn name(&mut self, name: &str, span: Span, place: Place<'_>) -> Option<ExprId> {
