@@ -25,12 +25,12 @@ pub mod names {
     pub use crate::names::{class, members};
 }
 
+/// Comma-separated values.
+pub mod csv {
+    pub use crate::csv::lines;
+}
+
 /// Escaping of untrusted text for display.
 pub mod escape {
     pub use crate::escape::{is_shown, line, lines};
-}
-
-/// Tables of comma-separated values.
-pub mod csv {
-    pub use crate::csv::lines;
 }

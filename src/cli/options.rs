@@ -66,7 +66,7 @@ pub(super) struct ModelArgs {
 impl ModelArgs {
     /// Returns the header of a report about the model.
     pub(super) fn header(&self) -> Header {
-        Header { scope: Some(self.scope.into()), ..Header::of_model(&self.path()) }
+        Header { scope: Some(self.scope), ..Header::of_model(&self.path()) }
     }
 
     /// Returns the path of the model as reports show it.

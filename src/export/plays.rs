@@ -16,10 +16,7 @@ use crate::planning::temporal::{self, AcceptingRegion};
 type Sets = AcceptingRegion<SymbolicEngine>;
 
 /// Returns the regions of an objective with their names: U_d for each disjunct d, from 1.
-fn named<'a>(
-    analysis: &'a Analysis<SymbolicEngine>,
-    objective: usize,
-) -> impl Iterator<Item = (String, &'a Sets)> {
+fn named(analysis: &Analysis<SymbolicEngine>, objective: usize) -> impl Iterator<Item = (String, &Sets)> {
     let name = &analysis.preferences().objectives[objective].name;
     (1..)
         .zip(analysis.accepting_regions(objective))
