@@ -1,14 +1,15 @@
 """The PRISM language (a subset) and preference files, read into plain Python functions.
 
 What is understood: `mdp`, typed constants (given or not), formulas, labels, modules with bounded
-integers and Booleans, module renaming, labelled and unlabelled commands, `init ... endinit`.
-Anything else raises `InputError`.
+integers and Booleans, module renaming, labelled and unlabelled commands, `init ... endinit`, reward
+structures. Anything else raises `InputError`. Numbers that are not whole are exact fractions.
 """
 
 import itertools
 import math
 import re
 from dataclasses import dataclass, field
+from fractions import Fraction
 
 TOKEN = re.compile(r'\s+|//[^\n]*|"[^"\n]*"|\d+\.\d+(?:[eE][-+]?\d+)?|\d+|\w+\'?|->|\.\.|=>|<=>|<=|>=|!=|.')
 FUNCTIONS = {"min": min, "max": max, "floor": math.floor, "ceil": math.ceil, "mod": lambda a, b: a % b, "pow": pow}
@@ -46,6 +47,7 @@ class Model:
     labels: dict = field(default_factory=dict)
     compile: object = None  # text of an expression -> function of a state
     init: object = None  # predicate on states, or None
+    rewards: dict = field(default_factory=dict)  # name ("" for none) -> list of (action or None, guard, value)
 
     def initial_states(self):
         if self.init is None:
@@ -58,6 +60,16 @@ class Model:
 
     def choices(self, state):
         """`(name, successors)` of every enabled choice, names as in the command-line contract."""
+        for name, combo in self.combinations(state):
+            yield name, frozenset(self.distribution(state, combo))
+
+    def steps(self, state):
+        """`(name, label, distribution)` of every enabled choice; probabilities are fractions."""
+        for name, combo in self.combinations(state):
+            yield name, combo[0].label, self.distribution(state, combo)
+
+    def combinations(self, state):
+        """`(name, commands)` of every enabled choice."""
         enabled = {}
         for module, commands in self.modules.items():
             for command in commands:
@@ -72,7 +84,7 @@ class Model:
             label = combo[0].label
             commands = ",".join(f"{c.module}#{c.number}" for c in combo)
             name = commands if not label else label if labels.count(label) == 1 else f"{label}({commands})"
-            yield name, self.successors(state, combo)
+            yield name, combo
 
     def __post_init__(self):
         self.alphabet = {}
@@ -83,20 +95,22 @@ class Model:
                     members.append(module)
         self.alphabet.pop("", None)
 
-    def successors(self, state, combo):
+    def distribution(self, state, combo):
         for command in combo:
             values = [probability(state) for probability, _ in command.branches]
             if any(p < 0 or p > 1 for p in values) or abs(sum(values) - 1) > 1e-9:
                 raise InputError(f"probabilities of `{command.text}` are {values} in {self.show(state)}")
-        found = set()
+        found = {}
         for branches in itertools.product(*(c.branches for c in combo)):
-            if all(probability(state) > 0 for probability, _ in branches):
+            weight = math.prod((Fraction(probability(state)) for probability, _ in branches), start=Fraction(1))
+            if weight > 0:
                 target = list(state)
                 for _, updates in branches:
                     for index, value in updates:
                         target[index] = value(state)
-                found.add(self.in_range(tuple(target), state, combo))
-        return frozenset(found)
+                target = self.in_range(tuple(target), state, combo)
+                found[target] = found.get(target, 0) + weight
+        return found
 
     def in_range(self, target, state, combo):
         for value, variable in zip(target, self.variables):
@@ -153,7 +167,9 @@ class Parser:
             operator = self.next()
             if operator == "=>":  # right-associative
                 return f"((not {left}) or {self.binary(level)})"
-            left = f"({left} {self.PYTHON.get(operator, operator)} {self.binary(level + 1)})"
+            right = self.binary(level + 1)
+            left = f"Fraction({left})" if operator == "/" else left
+            left = f"({left} {self.PYTHON.get(operator, operator)} {right})"
         return left
 
     def unary(self):
@@ -176,14 +192,14 @@ class Parser:
         if token in ("true", "false"):
             return token.capitalize()
         if re.fullmatch(r"[\d.]+(?:[eE][-+]?\d+)?", token):
-            return token
+            return token if token.isdigit() else f'Fraction("{token}")'
         if token in self.names:
             return self.names[token]
         raise InputError(f"unknown name `{token}`")
 
 
 def function_of(source):
-    return eval(f"lambda s: {source}", dict(FUNCTIONS))  # noqa: S307 - our own translation
+    return eval(f"lambda s: {source}", {**FUNCTIONS, "Fraction": Fraction})  # noqa: S307 - our own translation
 
 
 def tokens_of(text):
@@ -205,7 +221,7 @@ def expand(tokens, formulas, depth=0):
 
 def split_top_level(tokens):
     """Constants, formulas, labels, modules (name -> tokens, or (source, renaming)), init."""
-    parser, parts = Parser(tokens, {}), {"const": [], "formula": {}, "label": {}, "module": {}, "init": None}
+    parser, parts = Parser(tokens, {}), {"const": [], "formula": {}, "label": {}, "module": {}, "init": None, "rewards": {}}
     parser.next("mdp")
 
     def until(end):
@@ -226,6 +242,9 @@ def split_top_level(tokens):
             parts[word][name.strip('"')] = value
         elif word == "init":
             parts["init"] = until("endinit")
+        elif word == "rewards":
+            name = parser.next().strip('"') if parser.peek().startswith('"') else ""
+            parts["rewards"][name] = until("endrewards")
         elif word == "module":
             name = parser.next()
             body = until("endmodule")
@@ -248,7 +267,7 @@ def constants_of(declared, given, formulas):
         tokens = list(expand(tokens, formulas)) or tokens_of(given[name])
         value = function_of(Parser(tokens, names).expression())(())
         values[name] = float(value) if kind == "double" else value
-        names[name] = repr(values[name])
+        names[name] = repr(Fraction(value)) if kind == "double" else repr(value)
     unknown = set(given) - set(values)
     if unknown:
         raise InputError(f"unknown constant `{min(unknown)}`")
@@ -331,6 +350,21 @@ def read_branch(parser, index):
     return function_of(probability), updates
 
 
+def read_rewards(tokens, names):
+    """The items of a reward structure: action (None for a state reward, "" for no label), guard, value."""
+    parser, items = Parser(tokens, names), []
+    while parser.peek():
+        action = None
+        if parser.accept("["):
+            action = "" if parser.peek() == "]" else parser.next()
+            parser.next("]")
+        guard = function_of(parser.expression())
+        parser.next(":")
+        items.append((action, guard, function_of(parser.expression())))
+        parser.next(";")
+    return items
+
+
 def read_model(path, given):
     with open(path, encoding="utf-8") as file:
         parts = split_top_level(tokens_of(file.read()))
@@ -360,6 +394,8 @@ def read_model(path, given):
     modules = {m: read_commands(m, Parser(tokens[starts[m] :], names), index) for m, tokens in bodies.items()}
     model = Model(path, constants, variables, modules, parts["label"], compile_text)
     model.init = compile_tokens(parts["init"]) if parts["init"] else None
+    for name, tokens in parts["rewards"].items():
+        model.rewards[name] = read_rewards(list(expand(tokens, parts["formula"])), names)
     return model
 
 

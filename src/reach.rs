@@ -6,7 +6,7 @@ use crate::engine::Engine;
 use crate::engine::regions::{Regions, regions};
 use crate::error::{Result, SourceFile};
 use crate::lang::ltl::{Formula, Monitoring};
-use crate::lang::property::{Bound, Strategies};
+use crate::lang::property::{Bound, Question, Strategies};
 use crate::lang::{lower_target, ltl, parse_expression, parse_property};
 use crate::model::Program;
 use crate::model::expr::ExprId;
@@ -52,11 +52,11 @@ impl Goal {
     }
 
     /// Reads a target such as `x = 3`, a formula such as `F x = 3`, or a property such as
-    /// `P>=1 [ F x = 3 ]`, which also has a comparison.
+    /// `P>=1 [ F x = 3 ]`, which also has a question.
     ///
     /// # Errors
     /// The text is none of these, or not supported; each error has its place.
-    pub fn parse(program: &mut Program, source: &Arc<SourceFile>) -> Result<(Self, Option<Comparison>)> {
+    pub fn parse(program: &mut Program, source: &Arc<SourceFile>) -> Result<(Self, Option<Question>)> {
         if let Ok(tree) = parse_expression(source) {
             return Ok((Goal::Target(lower_target(program, source, &tree)?), None));
         }
@@ -64,8 +64,9 @@ impl Goal {
         let first = source.text.trim_start().split(|c| !is_word(c)).next();
         if first.is_some_and(|word| ["P", "Pmin", "Pmax"].contains(&word)) {
             let property = parse_property(source)?;
+            property.check(program, source)?;
             let goal = Goal::of(program, source, &property.formula)?;
-            return Ok((goal, Some((property.strategies, property.bound))));
+            return Ok((goal, Some(property.question)));
         }
         Ok((Goal::of(program, source, &ltl::parse_formula(source)?)?, None))
     }
@@ -81,7 +82,8 @@ impl Goal {
         }
     }
 
-    /// Computes the four regions, with an engine for the program of the goal. Cost: see
+    /// Computes the four regions over all states, with an engine for the program of the goal; those
+    /// with monitors that are not fresh among them. Cost: see
     /// [`regions`] and [`temporal::regions`].
     ///
     /// # Errors
@@ -89,9 +91,22 @@ impl Goal {
     pub fn regions<E: Engine>(&self, engine: &E) -> Result<Regions<E::States>> {
         match self {
             Goal::Target(target) => regions(engine, &engine.states_where(*target)?),
-            Goal::Formula(watched) => {
-                temporal::judged(engine, watched.fresh, temporal::regions(engine, &watched.condition)?)
-            }
+            Goal::Formula(watched) => temporal::regions(engine, &watched.condition),
+        }
+    }
+
+    /// Returns the regions within the states whose paths are judged.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn restricted<E: Engine>(
+        &self,
+        engine: &E,
+        regions: Regions<E::States>,
+    ) -> Result<Regions<E::States>> {
+        match self {
+            Goal::Target(_) => Ok(regions),
+            Goal::Formula(watched) => temporal::judged(engine, watched.fresh, regions),
         }
     }
 }

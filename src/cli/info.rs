@@ -9,7 +9,7 @@ use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
-use meliora::output::info::{FlatReport, Nodes};
+use meliora::output::info::{FlatReport, Nodes, RewardSummary};
 use meliora::output::{Header, InfoReport};
 use meliora::planning::result::ModelCounts;
 
@@ -74,7 +74,10 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
         }
     };
     let (program, overlap) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    job.update(|r| r.header.read(&program));
+    job.update(|r| {
+        r.header.read(&program);
+        r.rewards = RewardSummary::all(&program);
+    });
     let build = || load::engine(&program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     if let Some(engine) = engine.symbolic() {

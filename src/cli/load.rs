@@ -5,9 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::advanced::lang::ltl::{Formula, Monitoring};
 use meliora::advanced::lang::named::{self, Property};
-use meliora::advanced::lang::property::{Bound, Strategies};
+use meliora::advanced::lang::property::{Measure, Question as Asks};
 use meliora::dump::manifest;
 use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
 use meliora::engine::{Order, SymbolicEngine};
@@ -17,7 +16,7 @@ use meliora::model::expr::ExprId;
 use meliora::model::preference::{Empty, Preferences};
 use meliora::model::{ModelKind, Program, fault};
 use meliora::output::Number;
-use meliora::reach::{Comparison, Goal};
+use meliora::reach::Goal;
 
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
@@ -53,8 +52,10 @@ pub(super) struct Asking {
     pub(super) text: String,
     /// The goal of the paths.
     pub(super) goal: Goal,
-    /// The quantifier and the bound of `--property`, for the initial states.
-    pub(super) property: Option<Comparison>,
+    /// The question of `--property`, for the initial states.
+    pub(super) property: Option<Asks>,
+    /// The states in which the rewards that the question names are wrong.
+    pub(super) wrong: Option<ExprId>,
 }
 
 /// A model with its properties.
@@ -92,9 +93,6 @@ fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
 fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
     let checked = lang::load_given(&read(model)?, given, sink)?;
     sink.warn_at(&checked.warnings);
-    if checked.ignored_rewards > 0 {
-        sink.note("rewards are read and ignored");
-    }
     let mut program = checked.program;
     let overlap = match program.kind {
         ModelKind::Dtmc => Some(program.overlap()),
@@ -185,24 +183,33 @@ pub(super) fn asked(
         let source = SourceFile::new("--target", text);
         let tree = lang::parse_expression(&source)?;
         let goal = Goal::Target(lang::lower_target(&mut program, &source, &tree)?);
-        questions.push(Asking { text: text.to_owned(), goal, property: None });
+        questions.push(Asking { text: text.to_owned(), goal, property: None, wrong: None });
     }
     for text in properties {
         let (goal, property) = match named.iter().find(|p| p.name == *text) {
             Some(named) => {
                 let found = of_model(named)?;
-                (Goal::Target(found.target), found.compared)
+                (Goal::Target(found.target), Some(found.question))
             }
             None => {
                 let source = SourceFile::new("--property", text.as_str());
                 let property = lang::parse_property(&source)?;
-                let asks = Some((property.strategies, property.bound));
-                (Goal::of(&mut program, &source, &property.formula)?, asks)
+                property.check(&program, &source)?;
+                (Goal::of(&mut program, &source, &property.formula)?, Some(property.question))
             }
         };
-        questions.push(Asking { text: text.clone(), goal, property });
+        let wrong = property.as_ref().and_then(|asks| wrong_rewards(&mut program, asks));
+        questions.push(Asking { text: text.clone(), goal, property, wrong });
     }
     Ok(Asked { program: Arc::new(program), questions, overlap })
+}
+
+/// Returns the states in which the rewards that a question names are wrong.
+pub(super) fn wrong_rewards(program: &mut Program, asks: &Asks) -> Option<ExprId> {
+    let Asks::Quantity(quantity) = asks else { return None };
+    let Measure::Reward(rewards) = &quantity.measure else { return None };
+    let structure = rewards.find(program)?;
+    Some(program.wrong_rewards(structure))
 }
 
 /// Returns the question of a property that the model names.

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::advanced::lang::property::{Bound, Strategies};
+use meliora::advanced::lang::property::Question as Asks;
 use meliora::engine::Engine;
 use meliora::error::{Error, SourceFile};
 use meliora::lang::{open_constants, parse_properties, split_constants};
@@ -13,11 +13,12 @@ use meliora::model::Program;
 use meliora::output::PropertiesReport;
 use meliora::output::properties::{PropertyAnswer, Sizes};
 use meliora::planning::result::ModelCounts;
-use meliora::reach::{Comparison, Goal, satisfying};
+use meliora::reach::{Goal, satisfying};
 
 use super::exit::Status;
 use super::load::{self, Asked, Asking};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
+use super::quantity;
 use super::supervise::{Job, supervise};
 
 /// The arguments for a property file.
@@ -26,6 +27,7 @@ pub(super) struct Questions {
     pub(super) engine: EngineArgs,
     pub(super) file: PathBuf,
     pub(super) only: Option<String>,
+    pub(super) precision: f64,
 }
 
 fn report(model: &ModelArgs, engine: EngineArgs) -> PropertiesReport {
@@ -42,7 +44,7 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
     let shown = shown.of(&questions.model);
     supervise(report, questions.model.timeout, &shown, move |job| {
         let (asked, open) = job.timed("parse", || read(job, &questions), |_, _| ())?;
-        work(job, &questions.model, &questions.engine, &asked, &open)
+        work(job, (&questions.model, &questions.engine), &asked, &open, questions.precision)
     })
 }
 
@@ -53,7 +55,7 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
 pub(super) fn several(
     model: ModelArgs,
     engine: EngineArgs,
-    properties: Vec<String>,
+    (properties, precision): (Vec<String>, f64),
     shown: &ShownArgs,
 ) -> Result<Status, Error> {
     let report = report(&model, engine);
@@ -66,7 +68,7 @@ pub(super) fn several(
             let entry = |q: &Asking| PropertyAnswer::open(None, q.text.clone(), None);
             r.properties = asked.questions.iter().map(entry).collect();
         });
-        work(job, &model, &engine, &asked, &open)
+        work(job, (&model, &engine), &asked, &open, precision)
     })
 }
 
@@ -91,10 +93,10 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
         let reason = stated.property.as_ref().err().cloned();
         let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
         job.update(|r| r.properties.push(entry));
-        if let Ok(property) = &stated.property {
+        if let Ok(property) = stated.property {
             let goal = Goal::of(&mut program, &stated.source, &property.formula)?;
-            let asks = Some((property.strategies, property.bound));
-            asking.push(Asking { text: stated.text, goal, property: asks });
+            let wrong = load::wrong_rewards(&mut program, &property.question);
+            asking.push(Asking { text: stated.text, goal, property: Some(property.question), wrong });
             open.push(position);
         }
     }
@@ -104,20 +106,20 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
 /// Answers the reachability properties with one engine, then each formula with its own.
 fn work(
     job: &Job<PropertiesReport>,
-    model: &ModelArgs,
-    engine: &EngineArgs,
+    args: (&ModelArgs, &EngineArgs),
     asked: &Asked,
     open: &[usize],
+    precision: f64,
 ) -> Result<(), Error> {
     job.update(|r| r.header.read(&asked.program));
     let all = || asked.questions.iter().zip(open.iter().copied());
     let plain: Vec<_> = all().filter(|(q, _)| matches!(q.goal, Goal::Target(_))).collect();
     if !plain.is_empty() || asked.questions.is_empty() {
-        run_engine(job, model, engine, asked, &asked.program, &plain)?;
+        run_engine(job, args, asked, &asked.program, &plain, precision)?;
     }
     for question in all() {
         if let Goal::Formula(watched) = &question.0.goal {
-            run_engine(job, model, engine, asked, &watched.program, &[question])?;
+            run_engine(job, args, asked, &watched.program, &[question], precision)?;
         }
     }
     Ok(())
@@ -125,15 +127,15 @@ fn work(
 
 fn run_engine(
     job: &Job<PropertiesReport>,
-    model: &ModelArgs,
-    engine: &EngineArgs,
+    (model, engine): (&ModelArgs, &EngineArgs),
     asked: &Asked,
     program: &Arc<Program>,
     questions: &[(&Asking, usize)],
+    precision: f64,
 ) -> Result<(), Error> {
     let build = || load::engine(program, model, engine.engine, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
-    answer(job, &*engine, asked, questions)
+    answer(job, &*engine, asked, questions, precision)
 }
 
 fn answer<E: Engine>(
@@ -141,6 +143,7 @@ fn answer<E: Engine>(
     engine: &E,
     asked: &Asked,
     questions: &[(&Asking, usize)],
+    precision: f64,
 ) -> Result<(), Error> {
     let judged = match questions.first() {
         Some((asking, _)) => asking.goal.judged(engine)?,
@@ -156,6 +159,9 @@ fn answer<E: Engine>(
     let initial = engine.initial_states();
     for &(asking, position) in questions {
         let found = job.timed("regions", || asking.goal.regions(engine), |_, _| ())?;
+        let answered = || quantity::answer(engine, asking, &asked.program, &found, precision);
+        let (value, holds) = job.timed("value", answered, |_, _| ())?;
+        let found = asking.goal.restricted(engine, found)?;
         let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));
         let sizes = Sizes {
             pmax_one: size(&found.pmax_one)?,
@@ -163,14 +169,16 @@ fn answer<E: Engine>(
             pmin_one: size(&found.pmin_one)?,
             pmin_positive: size(&found.pmin_positive)?,
         };
-        let truth = |asks: Comparison| {
-            let satisfying = satisfying(engine, asks, found)?;
-            engine.is_empty(&engine.difference(&initial, &satisfying)?)
+        let holds = match asking.property {
+            Some(Asks::Qualitative(strategies, bound)) => {
+                let satisfying = satisfying(engine, (strategies, bound), found)?;
+                Some(engine.is_empty(&engine.difference(&initial, &satisfying)?)?)
+            }
+            _ => holds,
         };
-        let holds = asking.property.map(truth).transpose()?;
         job.update(|r| {
             let answer = &mut r.properties[position];
-            (answer.holds, answer.sizes) = (holds, sizes);
+            (answer.holds, answer.value, answer.sizes) = (holds, value, sizes);
             r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
         });
     }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use meliora::advanced::lang::property::Question as Asks;
 use meliora::engine::regions::{self, Which};
 use meliora::engine::{Count, Engine};
 use meliora::error::Error;
@@ -17,6 +18,7 @@ use super::exit::Status;
 use super::load::{self, Asked, Asking};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::properties;
+use super::quantity;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -33,18 +35,22 @@ pub(super) struct ReachArgs {
     #[arg(long, value_name = "EXPR", group = "question", allow_hyphen_values = true)]
     target: Option<String>,
 
-    /// Property to check in the initial states, such as 'P>=1 [ F "goal" ]' or 'P>0 [ G F a ]'
-    /// (repeatable)
+    /// Property to check in the initial states, such as 'P>=1 [ F "goal" ]', 'Pmax=? [ G F a ]' or
+    /// 'R{"cost"}min=? [ F "goal" ]' (repeatable)
     #[arg(long, value_name = "PROPERTY", group = "question")]
     property: Vec<String>,
 
-    /// PRISM property file: answers the qualitative properties, and gives a reason for the others
+    /// PRISM property file: answers the supported properties, and gives a reason for the others
     #[arg(long, value_name = "FILE", group = "question")]
     properties: Option<PathBuf>,
 
     /// Check only the property with this name
     #[arg(long, value_name = "NAME", requires = "properties")]
     only: Option<String>,
+
+    /// Largest width of a value, absolute for probabilities, relative above 1 for rewards
+    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = super::quantity::precision)]
+    precision: f64,
 
     #[command(flatten)]
     engine: EngineArgs,
@@ -64,12 +70,12 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
         return Ok(status);
     }
     if let Some(file) = args.properties {
-        let ReachArgs { model, engine, only, shown, .. } = args;
-        return properties::run(properties::Questions { model, engine, file, only }, &shown);
+        let ReachArgs { model, engine, only, precision, shown, .. } = args;
+        return properties::run(properties::Questions { model, engine, file, only, precision }, &shown);
     }
     if args.property.len() > 1 {
-        let ReachArgs { model, engine, property, shown, .. } = args;
-        return properties::several(model, engine, property, &shown);
+        let ReachArgs { model, engine, property, precision, shown, .. } = args;
+        return properties::several(model, engine, (property, precision), &shown);
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
     let header = args.model.header().with_engine(args.engine.engine.name());
@@ -89,7 +95,7 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     };
     let build = || load::engine(program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    answer(job, &*engine, &asked, asking)
+    answer(job, &*engine, &asked, asking, args.precision)
 }
 
 /// Computes the four regions. Each is added to the report as soon as it is known.
@@ -98,6 +104,7 @@ fn answer<E: Engine>(
     engine: &E,
     asked: &Asked,
     asking: &Asking,
+    precision: f64,
 ) -> Result<(), Error> {
     let judged = asking.goal.judged(engine)?;
     // Counting is a part of building.
@@ -112,18 +119,24 @@ fn answer<E: Engine>(
             regions::regions_by(engine, &states, |which, find| search.region(which, find))?
         }
         Goal::Formula(watched) => {
-            let found =
-                temporal::regions_by(engine, &watched.condition, |which, find| search.region(which, find))?;
-            temporal::judged(engine, watched.fresh, found)?
+            temporal::regions_by(engine, &watched.condition, |which, find| search.region(which, find))?
         }
     };
-    if let Some(property) = asking.property {
-        let holds = search.share(&satisfying(engine, property, found)?)? == Share::All;
-        job.update(|r| {
-            r.holds = Some(holds);
+    let answered = || quantity::answer(engine, asking, &asked.program, &found, precision);
+    let (value, holds) = job.timed("value", answered, |r, s| r.time.add("value", s))?;
+    let holds = match asking.property {
+        Some(Asks::Qualitative(strategies, bound)) => {
+            let found = asking.goal.restricted(engine, found)?;
+            Some(search.share(&satisfying(engine, (strategies, bound), found)?)? == Share::All)
+        }
+        _ => holds,
+    };
+    job.update(|r| {
+        (r.holds, r.value) = (holds, value);
+        if asking.property.is_some() {
             r.list_property();
-        });
-    }
+        }
+    });
     Ok(())
 }
 

@@ -10,7 +10,7 @@ use meliora::model::{Program, State};
 use meliora::output::values::StateValues;
 use meliora::output::{Number, ValuesReport};
 use meliora::planning::{Analysis, Phase};
-use meliora::quantities::{Setup, Steps, Values};
+use meliora::quantities::{Cost, Earned, Setup, Steps, Values};
 
 use super::exit::Status;
 use super::files::Target;
@@ -92,10 +92,6 @@ fn precision(text: &str) -> std::result::Result<f64, String> {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: ValuesArgs) -> Result<Status> {
     args.engine.validate(&args.model)?;
-    if args.reward != STEPS {
-        let message = format!("`--reward {}`: the only cost is `{STEPS}`", args.reward);
-        return Err(Error::Usage(message));
-    }
     let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
     let csv = args.csv.as_deref().map(|path| Target::new(path, &inputs)).transpose()?;
     let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
@@ -106,7 +102,7 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
 
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.watch)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
         Ok((question, states))
     };
@@ -115,11 +111,11 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
         r.header.read_both(&question.program, &question.preferences);
         r.header.history = question.preferences.whole_plays();
     });
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.watch);
+    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     plan::in_scope(&*engine, &args.model, &args.at, &given)?;
     let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];
-    let levels = || plan::analysis(&engine, &question, &args.preferences, &phases, &job.watch);
+    let levels = || plan::analysis(&engine, &question, &args.preferences, &phases, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     job.update(|r| r.counts = analysis.result().counts.clone());
     let states = if args.at.is_empty() { listed(job, args, &engine)? } else { given };
@@ -134,6 +130,19 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     }
 }
 
+/// Returns the cost with a name: a reward structure, or the number of steps.
+fn costs<'p>(program: &'p Program, name: &str) -> Result<Box<dyn Cost + 'p>> {
+    if let Some(at) = program.reward_structure(Some(name)) {
+        return Ok(Box::new(Earned { program, structure: &program.rewards[at] }));
+    }
+    if name == STEPS {
+        return Ok(Box::new(Steps));
+    }
+    let known = program.rewards.iter().filter_map(|r| r.name.as_deref());
+    let known = std::iter::once(STEPS).chain(known).collect::<Vec<_>>().join(", ");
+    Err(Error::Usage(format!("`--reward {name}`: the model has no such reward structure; there are {known}")))
+}
+
 /// Returns the initial states or all states, up to the limit.
 fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -> Result<Vec<State>> {
     let set = if args.all { engine.all_states() } else { engine.initial_states() };
@@ -141,7 +150,7 @@ fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -
     let states = engine.list_states(&set, args.limit as usize)?;
     if count > meliora::engine::Count::from(states.len()) {
         let (listed, all) = (states.len(), Number(count).grouped());
-        job.watch.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
+        job.sink.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
     }
     Ok(states)
 }
@@ -157,7 +166,8 @@ fn evaluate(
     let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
     let within = args.within.map(|n| n as usize);
     let mut values = Values::new(Setup { levels, exact: args.exact, within });
-    let explore = || values.explore(analysis, program, states, &Steps);
+    let costs = costs(program, &args.reward)?;
+    let explore = || values.explore(analysis, program, states, &*costs);
     let explored = job.timed("explore", explore, |r, s| r.time.add("explore", s));
     // The worker may be left behind while it solves, so what follows from the levels is added first.
     fill(job, analysis, program, &values, states)?;

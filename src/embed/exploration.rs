@@ -5,8 +5,9 @@ use std::sync::Arc;
 use super::States;
 use crate::engine::regions::{Regions, regions};
 use crate::engine::{Algebra, AnyEngine, Engine, Usage};
-use crate::error::{Error, Result, SourceFile};
+use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang;
+use crate::lang::property::Question;
 use crate::model::Program;
 use crate::model::preference::History;
 use crate::planning::result::ModelCounts;
@@ -123,7 +124,12 @@ impl Exploration {
     pub fn reach_where(&self, question: &str) -> Result<Reached> {
         let source = SourceFile::new("condition", question);
         let mut program = Program::clone(self.program());
-        let (goal, comparison) = Goal::parse(&mut program, &source)?;
+        let (goal, asked) = Goal::parse(&mut program, &source)?;
+        if let Some(Question::Quantity(_)) = asked {
+            let message = "this property asks for a number, or compares one with a bound other than 0 and 1";
+            let diagnostic = Diagnostic::new(&source, 0..question.len(), message);
+            return Err(diagnostic.help("`meliora reach --property` computes it").into());
+        }
         let engine = match &goal {
             Goal::Target(_) => self.engine.reading(Arc::new(program))?,
             Goal::Formula(watched) => {
@@ -135,12 +141,14 @@ impl Exploration {
             Goal::Target(target) => of(engine.states_where(*target)?),
             Goal::Formula(watched) => of(secured(&engine, &accepting_regions(&engine, &watched.condition)?)?),
         };
-        let found = goal.regions(&engine)?;
-        let holds = |comparison| {
-            let satisfying = satisfying(&engine, comparison, found.clone())?;
-            engine.is_empty(&engine.difference(&engine.initial_states(), &satisfying)?)
+        let found = goal.restricted(&engine, goal.regions(&engine)?)?;
+        let holds = match asked {
+            Some(Question::Qualitative(strategies, bound)) => {
+                let satisfying = satisfying(&engine, (strategies, bound), found.clone())?;
+                Some(engine.is_empty(&engine.difference(&engine.initial_states(), &satisfying)?)?)
+            }
+            _ => None,
         };
-        let holds = comparison.map(holds).transpose()?;
         Ok(Reached {
             target,
             holds,

@@ -352,7 +352,7 @@ pub struct RenamedModule {
     pub renames: Vec<(Ident, Ident)>,
 }
 
-/// A reward structure; its syntax is checked, otherwise it is ignored.
+/// A reward structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rewards {
     /// Name without quotes.

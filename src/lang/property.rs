@@ -1,5 +1,5 @@
-//! Qualitative properties, such as `P>=1 [ ψ ]`: their answer is a set of states, found without
-//! numbers.
+//! Properties. A qualitative property, such as `P>=1 [ ψ ]`, is answered without numbers: by a set of
+//! states. All others ask for a probability or an expected reward, or compare one with a bound.
 
 use std::sync::Arc;
 
@@ -7,7 +7,9 @@ use super::ast::{BinaryOp, Span};
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
-use crate::error::{Result, SourceFile};
+use crate::error::{Diagnostic, Result, SourceFile};
+pub use crate::model::Optimum;
+use crate::model::{ModelKind, Program};
 use crate::progress::NoProgress;
 
 /// Quantifier over strategies.
@@ -32,39 +34,125 @@ pub enum Bound {
     Zero,
 }
 
-/// A qualitative property.
+/// The number that a property asks for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Measure {
+    /// The probability of the formula.
+    Probability,
+    /// The expected reward until a target is reached.
+    Reward(Rewards),
+}
+
+/// A reference to a reward structure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Rewards {
+    /// The first one of the model.
+    First,
+    /// The one with this name.
+    Named(String),
+    /// The one at this position, from 1.
+    Numbered(usize),
+}
+
+/// A property whose answer is a number, or depends on one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantity {
+    /// The number.
+    pub measure: Measure,
+    /// The strategies; `None` if the property does not say, as `P=?` for a `dtmc`.
+    pub optimum: Option<Optimum>,
+    /// The comparison of the number, which has the number on its left side; `None` for `=?`.
+    pub bound: Option<(BinaryOp, f64)>,
+}
+
+/// The question of a property.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Question {
+    /// A comparison with 0 or 1, which is decided without numbers: the strategies, and the bound on
+    /// the probability of the formula under them.
+    Qualitative(Strategies, Bound),
+    /// Any other question.
+    Quantity(Quantity),
+}
+
+/// A property.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Property {
-    /// Quantifier over strategies.
-    pub strategies: Strategies,
-    /// Bound on the probability of the formula under these strategies.
-    pub bound: Bound,
+    /// Question.
+    pub question: Question,
+    /// Place of the operator and its bound.
+    pub operator: Span,
     /// Formula on paths.
     pub formula: Formula,
 }
 
-/// Minimum or maximum probability, as an operator names it.
-#[derive(Clone, Copy, PartialEq, Eq)]
+impl Rewards {
+    /// Returns the position of the structure among those of a program, if it is there.
+    pub fn find(&self, program: &Program) -> Option<usize> {
+        match self {
+            Rewards::First => program.reward_structure(None),
+            Rewards::Named(name) => program.reward_structure(Some(name)),
+            Rewards::Numbered(number) => number.checked_sub(1).filter(|&at| at < program.rewards.len()),
+        }
+    }
+}
+
+impl Quantity {
+    /// Returns the strategies that the property asks about; for a `dtmc` all have the same value.
+    /// `None` if the property does not say.
+    pub fn strategies(&self, program: &Program) -> Option<Optimum> {
+        self.optimum.or((program.kind == ModelKind::Dtmc).then_some(Optimum::Max))
+    }
+}
+
+impl Property {
+    /// Checks that the question has a meaning for a program.
+    ///
+    /// # Errors
+    /// A reward structure does not exist, or the property of an `mdp` does not say which strategies
+    /// it asks about.
+    pub fn check(&self, program: &Program, source: &Arc<SourceFile>) -> Result<()> {
+        let Question::Quantity(quantity) = &self.question else { return Ok(()) };
+        let wrong = |message: &str| Diagnostic::new(source, self.operator.range(), message);
+        if quantity.strategies(program).is_none() {
+            let help = "write `Pmin=?` or `Pmax=?`, for rewards `Rmin=?` or `Rmax=?`";
+            return Err(wrong("an `mdp` has a least and a greatest value")
+                .label("which one?")
+                .help(help)
+                .into());
+        }
+        match &quantity.measure {
+            Measure::Reward(rewards) if rewards.find(program).is_none() => {
+                let names = program.rewards.iter().filter_map(|r| r.name.as_ref());
+                let names: Vec<_> = names.map(|name| format!("\"{name}\"")).collect();
+                let help = match names.is_empty() {
+                    true => "no reward structure of the model has a name".to_owned(),
+                    false => format!("the reward structures are {}", names.join(", ")),
+                };
+                Err(wrong("unknown reward structure").label("not in the model").help(help).into())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Minimum or maximum, as an operator names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::lang) enum Extreme {
     Unnamed,
     Min,
     Max,
 }
 
-/// Returns the qualitative meaning of a comparison of a probability with a number. It is `None` if
-/// the answer needs numbers, or is always the same. Without a name, the bound must hold for every
-/// strategy.
-pub(in crate::lang) fn meaning(
-    extreme: Extreme,
-    comparison: BinaryOp,
-    value: f64,
-) -> Option<(Strategies, Bound)> {
+/// Returns the question of a comparison of a probability with a number. Without a name, the bound
+/// must hold for every strategy.
+pub(in crate::lang) fn compared(extreme: Extreme, comparison: BinaryOp, value: f64) -> Question {
     let bound = match (comparison, value) {
         (BinaryOp::Ge, 1.0) => Bound::One,
         (BinaryOp::Gt, 0.0) => Bound::Positive,
         (BinaryOp::Lt, 1.0) => Bound::BelowOne,
         (BinaryOp::Le, 0.0) => Bound::Zero,
-        _ => return None,
+        _ => return Question::Quantity(quantity(Measure::Probability, extreme, Some((comparison, value)))),
     };
     // The minimum is at least b if the probability of every strategy is; the maximum, if that of
     // some strategy is.
@@ -74,16 +162,34 @@ pub(in crate::lang) fn meaning(
         Extreme::Min if !from_below => Strategies::Some,
         _ => Strategies::All,
     };
-    Some((strategies, bound))
+    Question::Qualitative(strategies, bound)
 }
 
-/// Parses a property such as `P>=1 [ F "done" ]`, `P<1 [ G !(F x=3) ]` or `Pmax>0 [ a U b ]`.
+/// Returns a quantity. A bound without a name must hold for every strategy: a lower bound for the
+/// minimum, an upper bound for the maximum.
+pub(in crate::lang) fn quantity(
+    measure: Measure,
+    extreme: Extreme,
+    bound: Option<(BinaryOp, f64)>,
+) -> Quantity {
+    let optimum = match (extreme, bound) {
+        (Extreme::Min, _) => Some(Optimum::Min),
+        (Extreme::Max, _) => Some(Optimum::Max),
+        (Extreme::Unnamed, Some((BinaryOp::Ge | BinaryOp::Gt, _))) => Some(Optimum::Min),
+        (Extreme::Unnamed, Some(_)) => Some(Optimum::Max),
+        (Extreme::Unnamed, None) => None,
+    };
+    Quantity { measure, optimum, bound }
+}
+
+/// Parses a property such as `P>=1 [ F "done" ]`, `Pmax=? [ a U b ]`, `P>=0.9 [ G !(F x=3) ]` or
+/// `R{"cost"}min=? [ F "done" ]`.
 ///
 /// `P` with a bound holds in a state if every strategy satisfies it (PRISM's meaning for MDPs).
 /// `Pmin` and `Pmax` compare the minimum and the maximum probability (Storm's forms).
 ///
 /// # Errors
-/// A syntax error, or a property whose answer needs numbers, with the reason.
+/// A syntax error, or a property that is not supported.
 pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
     property_at(source, Span::new(0, source.text.len()))
 }
@@ -101,9 +207,9 @@ pub(in crate::lang) fn property_at(source: &Arc<SourceFile>, place: Span) -> Res
 impl Parser<'_> {
     fn property(&mut self) -> Parsed<Property> {
         let start = self.here();
-        let extreme = self.operator()?;
-        let (comparison, value) = self.bound(start)?;
-        let (strategies, bound) = self.meaning(extreme, comparison, value, start)?;
+        let (measure, extreme) = self.operator()?;
+        let bound = self.bound()?;
+        let whole = start.to(self.before());
         if self.peek() != Token::LeftBracket {
             let diagnostic = self.wrong(self.here(), "the formula of a property is written in brackets");
             self.report(diagnostic.label("expected `[`").help("write `P>=1 [ F condition ]`"));
@@ -114,30 +220,26 @@ impl Parser<'_> {
         self.expect(Token::RightBracket)?;
         self.eat(Token::Semicolon);
         self.expect(Token::End)?;
-        Ok(Property { strategies, bound, formula })
+        let question = self.question(measure, extreme, bound, whole)?;
+        self.check_rewards(&question, &formula)?;
+        Ok(Property { question, operator: whole, formula })
     }
 
-    fn operator(&mut self) -> Parsed<Extreme> {
+    /// Parses the operator before the bound: `P`, `Pmax`, `R{"name"}min` and so on.
+    fn operator(&mut self) -> Parsed<(Measure, Extreme)> {
         let span = self.here();
         match self.text(span) {
-            "Pmin" => {
+            word @ ("P" | "Pmin" | "Pmax") => {
                 self.advance();
-                Ok(Extreme::Min)
+                Ok((Measure::Probability, self.extreme(word)))
             }
-            "Pmax" => {
+            word @ ("R" | "Rmin" | "Rmax") => {
                 self.advance();
-                Ok(Extreme::Max)
+                let rewards = self.reward_structure()?;
+                Ok((Measure::Reward(rewards), self.extreme(word)))
             }
-            "P" => {
-                self.advance();
-                Ok(match () {
-                    () if self.eat_word("min") => Extreme::Min,
-                    () if self.eat_word("max") => Extreme::Max,
-                    () => Extreme::Unnamed,
-                })
-            }
-            word @ ("R" | "Rmin" | "Rmax" | "S" | "E" | "A" | "filter" | "multi") => {
-                let help = "supported are `P>=1 [ F … ]`, `P>0`, `P<1`, `P<=0`, `Pmin…` and `Pmax…`";
+            word @ ("S" | "E" | "A" | "filter" | "multi") => {
+                let help = "supported are `P>=1 [ F … ]`, `Pmax=? [ … ]` and `R{\"name\"}min=? [ F … ]`";
                 let message = format!("properties with `{word}` are not supported");
                 self.report(self.unsupported(span, message).help(help));
                 Err(Failed)
@@ -145,15 +247,46 @@ impl Parser<'_> {
             "" => Err(self.expected("a property such as `P>=1 [ F … ]`")),
             _ => {
                 let message = "a property needs a bound on the probability of its formula";
-                let help = "write `P>=1 [ … ]` for surely, `P>0 [ … ]` for possibly";
+                let help =
+                    "write `P>=1 [ … ]` for surely, `P>0 [ … ]` for possibly, `Pmax=? [ … ]` for the value";
                 self.report(self.wrong(span, message).label("expected `P>=1 [` or another bound").help(help));
                 Err(Failed)
             }
         }
     }
 
-    /// Parses a bound such as `>=1` or `>0`.
-    fn bound(&mut self, start: Span) -> Parsed<(BinaryOp, f64)> {
+    /// Parses `min` or `max`, unless it is part of the operator's word.
+    fn extreme(&mut self, word: &str) -> Extreme {
+        match word.get(1..) {
+            Some("min") => Extreme::Min,
+            Some("max") => Extreme::Max,
+            _ if self.eat_word("min") => Extreme::Min,
+            _ if self.eat_word("max") => Extreme::Max,
+            _ => Extreme::Unnamed,
+        }
+    }
+
+    /// Parses `{"name"}` or `{2}`, if it is there.
+    fn reward_structure(&mut self) -> Parsed<Rewards> {
+        if !self.eat(Token::LeftBrace) {
+            return Ok(Rewards::First);
+        }
+        let span = self.here();
+        let rewards = match (self.peek(), self.text(span).parse::<usize>()) {
+            (Token::Quoted, _) => Rewards::Named(self.quoted()?.name),
+            (Token::Int, Ok(number)) if number > 0 => {
+                self.advance();
+                Rewards::Numbered(number)
+            }
+            _ => return Err(self.expected("the name of a reward structure in quotes, or its number from 1")),
+        };
+        self.expect(Token::RightBrace)?;
+        Ok(rewards)
+    }
+
+    /// Parses a bound such as `>=1` or `>0.5`, or `=?`, for which it returns `None`.
+    fn bound(&mut self) -> Parsed<Option<(BinaryOp, f64)>> {
+        let start = self.here();
         let comparison = match self.peek() {
             Token::Ge => BinaryOp::Ge,
             Token::Gt => BinaryOp::Gt,
@@ -161,47 +294,57 @@ impl Parser<'_> {
             Token::Lt => BinaryOp::Lt,
             Token::Eq => {
                 self.advance();
-                if !self.eat(Token::Question) {
-                    let span = start.to(self.before());
-                    let diagnostic = self.wrong(span, "a probability is compared by `>=`, `>`, `<=` or `<`");
-                    let help = "`P>=1 […]` says that it is 1, `P<=0 […]` that it is 0";
-                    self.report(diagnostic.label("not by `=`").help(help));
-                    return Err(Failed);
+                if self.eat(Token::Question) {
+                    return Ok(None);
                 }
-                let message = "questions for the value of a probability are not supported";
-                let reason =
-                    "only comparisons with the probabilities 0 and 1 are decided; no values are computed";
+                let span = start.to(self.before());
+                let diagnostic = self.wrong(span, "a value is compared by `>=`, `>`, `<=` or `<`");
                 let help =
-                    "ask `P>=1 […]` (certainly), `P>0 […]` (possibly), or `Pmax>=1 […]` (some strategy)";
-                self.report(self.unsupported(start.to(self.before()), message).note(reason).help(help));
+                    "`P>=1 […]` says that it is 1, `P<=0 […]` that it is 0, and `=?` asks for the value";
+                self.report(diagnostic.label("not by `=`").help(help));
                 return Err(Failed);
             }
-            _ => return Err(self.expected("`>=`, `>`, `<=` or `<`")),
+            _ => return Err(self.expected("`>=`, `>`, `<=`, `<` or `=?`")),
         };
         self.advance();
         let span = self.here();
         match (self.peek(), self.text(span).parse::<f64>()) {
-            (Token::Int | Token::Real, Ok(value)) => {
+            (Token::Int | Token::Real, Ok(value)) if value.is_finite() => {
                 self.advance();
-                Ok((comparison, value))
+                Ok(Some((comparison, value)))
             }
-            _ => Err(self.expected("0 or 1")),
+            _ => Err(self.expected("a number")),
         }
     }
 
-    /// Same as [`meaning`]; reports a comparison without a qualitative meaning.
-    fn meaning(
+    /// Returns the question; reports a bound that no probability can have.
+    fn question(
         &mut self,
+        measure: Measure,
         extreme: Extreme,
-        comparison: BinaryOp,
-        value: f64,
-        start: Span,
-    ) -> Parsed<(Strategies, Bound)> {
-        meaning(extreme, comparison, value).ok_or_else(|| {
-            let message = "the answer to this bound needs numbers, or is always the same";
-            let help = "the bounds `>=1`, `>0`, `<1` and `<=0` are supported";
-            self.report(self.unsupported(start.to(self.before()), message).help(help));
-            Failed
-        })
+        bound: Option<(BinaryOp, f64)>,
+        place: Span,
+    ) -> Parsed<Question> {
+        match (measure, bound) {
+            (Measure::Probability, Some((_, value))) if value > 1.0 => {
+                let diagnostic = self.wrong(place, format!("{value} is not a probability"));
+                self.report(diagnostic.label("greater than 1").help("a probability is a number from 0 to 1"));
+                Err(Failed)
+            }
+            (Measure::Probability, Some((comparison, value))) => Ok(compared(extreme, comparison, value)),
+            (measure, bound) => Ok(Question::Quantity(quantity(measure, extreme, bound))),
+        }
+    }
+
+    /// Reports rewards that are not accumulated until a target is reached.
+    fn check_rewards(&mut self, question: &Question, formula: &Formula) -> Parsed<()> {
+        let is_reward = matches!(question, Question::Quantity(Quantity { measure: Measure::Reward(_), .. }));
+        if !is_reward || formula.reachability().is_some() {
+            return Ok(());
+        }
+        let message = "rewards are supported until a set of states is reached";
+        let help = "write `R{\"name\"}min=? [ F condition ]`";
+        self.report(self.unsupported(formula.span, message).label("expected `F condition`").help(help));
+        Err(Failed)
     }
 }

@@ -196,6 +196,7 @@ impl File<'_> {
 
 /// Checks that the formula has a meaning in the program.
 fn known(program: &mut Program, source: &Arc<SourceFile>, property: &Property) -> Result<()> {
+    property.check(program, source)?;
     match property.formula.reachability() {
         Some(target) => lower_target(program, source, target).map(|_| ()),
         None => Monitoring::new(program).watch(source, &property.formula, "property").map(|_| ()),
@@ -336,8 +337,8 @@ mod tests {
         let names: Vec<Option<&str>> = all.iter().map(|s| s.name.as_deref()).collect();
         assert_eq!(names, [Some("one"), None, Some("two"), None, None]);
         let answered: Vec<bool> = all.iter().map(|s| s.property.is_ok()).collect();
-        assert_eq!(answered, [true, true, false, false, false]);
-        assert!(all[2].property.as_ref().unwrap_err().contains("value of a probability"));
+        assert_eq!(answered, [true, true, true, false, false]);
+        assert_eq!(all[3].property.as_ref().unwrap_err(), "unknown reward structure");
         assert!(all[4].property.as_ref().unwrap_err().contains("unknown name `y`"));
         assert!(program.labels.iter().any(|(name, _)| name == "far"));
     }

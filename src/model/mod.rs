@@ -9,6 +9,7 @@ pub mod fault;
 pub mod hasse;
 mod overlap;
 pub mod preference;
+pub mod rewards;
 pub(crate) mod rounding;
 pub mod step;
 pub mod temporal;
@@ -22,6 +23,7 @@ use std::sync::Arc;
 use crate::error::SourceFile;
 use crate::span::Span;
 use expr::{ExprId, ExprPool};
+use rewards::RewardStructure;
 use smallvec::SmallVec;
 use value::{Type, Value};
 
@@ -59,6 +61,15 @@ pub enum ModelKind {
     Dtmc,
 }
 
+/// The extreme of a value over all strategies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Optimum {
+    /// The least value.
+    Min,
+    /// The greatest value.
+    Max,
+}
+
 /// A program of the PRISM language, flattened: no constants, formulas, renamings or compositions.
 #[derive(Debug, Clone)]
 pub struct Program {
@@ -88,6 +99,8 @@ pub struct Program {
     pub labels: Vec<(String, ExprId)>,
     /// The formulas by name, for use in targets; only those that have a meaning of their own.
     pub formulas: Vec<(String, ExprId)>,
+    /// The reward structures, in the order of declaration.
+    pub rewards: Vec<RewardStructure>,
     /// The monitors for temporal formulas, which are the last module.
     pub monitors: Option<temporal::Monitors>,
 }

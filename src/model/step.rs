@@ -123,7 +123,7 @@ impl Program {
     }
 
     /// Returns the combinations of enabled commands, one of each factor, by synchronisation.
-    fn combinations(&self, state: &[i64]) -> Result<Vec<(usize, Vec<CommandId>)>, StepError> {
+    pub(super) fn combinations(&self, state: &[i64]) -> Result<Vec<(usize, Vec<CommandId>)>, StepError> {
         let mut combinations = Vec::new();
         for (index, synchronisation) in self.synchronisations.iter().enumerate() {
             let mut enabled = Vec::new();

@@ -12,6 +12,8 @@ use super::report::{Failure, Report};
 use super::text::{self, Grid};
 use crate::engine::Scope;
 use crate::lang::flat::Flat;
+use crate::model::Program;
+use crate::model::rewards::{Earner, RewardStructure};
 use crate::planning::result::ModelCounts;
 
 /// Maximum number of value names shown for one variable.
@@ -28,6 +30,8 @@ pub struct InfoFindings {
     pub scope: Scope,
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
+    /// The reward structures.
+    pub rewards: Vec<RewardSummary>,
     /// The variables of the diagram from the top; `None` for the explicit engine.
     pub order: Option<Vec<String>>,
     /// Sizes of diagrams; `None` for the explicit engine.
@@ -39,6 +43,36 @@ pub struct InfoFindings {
 
 /// The report with times and memory.
 pub type InfoReport = Envelope<InfoFindings>;
+
+/// A reward structure.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RewardSummary {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Number of items that states earn.
+    pub states: usize,
+    /// Number of items that choices earn, by their action or by a command.
+    pub choices: usize,
+    /// The reason why it cannot be used, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+impl RewardSummary {
+    /// Describes the reward structures of a program.
+    pub fn all(program: &Program) -> Vec<RewardSummary> {
+        let summary = |structure: &RewardStructure| {
+            let states = structure.items.iter().filter(|i| i.earner == Earner::State).count();
+            RewardSummary {
+                name: structure.name.clone(),
+                states,
+                choices: structure.items.len() - states,
+                error: structure.errors.first().map(|e| e.message.clone()),
+            }
+        };
+        program.rewards.iter().map(summary).collect()
+    }
+}
 
 /// Sizes of diagrams.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -66,6 +100,20 @@ impl InfoReport {
             grid.row(vec![v.name.clone(), range, v.bits.to_string()]);
         }
         grid.titled("Variables", style)
+    }
+
+    fn reward_structures(&self, style: Style) -> String {
+        if self.rewards.is_empty() {
+            return String::new();
+        }
+        let mut grid = Grid::new(&["rewards", "of states", "of choices", ""], style);
+        for structure in &self.rewards {
+            let name = structure.name.clone().unwrap_or_else(|| "(no name)".to_owned());
+            let note = if structure.error.is_some() { "cannot be used" } else { "" };
+            let (states, choices) = (structure.states.to_string(), structure.choices.to_string());
+            grid.row(vec![name, states, choices, note.to_owned()]);
+        }
+        grid.titled("Reward structures", style)
     }
 
     fn diagrams(&self, style: Style) -> String {
@@ -117,7 +165,10 @@ impl Findings for InfoFindings {
 
     fn body(report: &InfoReport, style: Style) -> String {
         let sizes = report.header.sizes(report.counts.as_ref(), style);
-        let variables = if sizes.is_empty() { String::new() } else { report.variables(style) };
+        let variables = match sizes.is_empty() {
+            true => String::new(),
+            false => report.variables(style) + &report.reward_structures(style),
+        };
         sizes + &variables + &report.diagrams(style)
     }
 }

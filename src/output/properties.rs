@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::envelope::{Envelope, Findings};
 use super::text::Grid;
+use super::values::Bound;
 use super::{Number, Style};
 use crate::engine::regions::Regions;
 use crate::planning::result::ModelCounts;
@@ -26,7 +27,7 @@ pub type PropertiesReport = Envelope<PropertiesFindings>;
 pub type Sizes = Regions<Option<Number>>;
 
 /// A property with its answer, or the reason for no answer.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PropertyAnswer {
     /// Its name in the file.
     pub name: Option<String>,
@@ -34,6 +35,9 @@ pub struct PropertyAnswer {
     pub property: String,
     /// True if it holds in all initial states; `None` if it was not answered.
     pub holds: Option<bool>,
+    /// The probability or the reward over the initial states, if it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<Bound>,
     /// The sizes of its regions.
     #[serde(flatten)]
     pub sizes: Sizes,
@@ -45,7 +49,7 @@ pub struct PropertyAnswer {
 impl PropertyAnswer {
     /// Creates a property without an answer; `reason` says why it will have none.
     pub fn open(name: Option<String>, property: String, reason: Option<String>) -> Self {
-        PropertyAnswer { name, property, holds: None, sizes: Sizes::default(), reason }
+        PropertyAnswer { name, property, holds: None, value: None, sizes: Sizes::default(), reason }
     }
 }
 
@@ -60,16 +64,27 @@ impl PropertiesFindings {
                 Some(false) => "does not hold",
                 None => "",
             };
+            let value = answer.value.as_ref().map_or_else(String::new, shown);
+            let words = [holds.to_owned(), value];
+            let answered: Vec<String> = words.into_iter().filter(|w| !w.is_empty()).collect();
             grid.row(vec![
                 title(answer),
                 count(&answer.sizes.pmax_one),
                 count(&answer.sizes.pmax_positive),
                 count(&answer.sizes.pmin_one),
                 count(&answer.sizes.pmin_positive),
-                holds.to_owned(),
+                answered.join(": "),
             ]);
         }
         grid.text(style)
+    }
+}
+
+/// Formats the bounds of a value: one number if they are equal, otherwise an interval.
+pub(super) fn shown(value: &Bound) -> String {
+    match value.lower == value.upper {
+        true => value.lower.to_string(),
+        false => format!("[{}, {}]", value.lower, value.upper),
     }
 }
 

@@ -6,8 +6,9 @@ use serde::Serialize;
 
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
-use super::properties::{PropertyAnswer, Sizes};
+use super::properties::{PropertyAnswer, Sizes, shown};
 use super::text::Grid;
+use super::values::Bound;
 use super::{Number, Style};
 use crate::engine::regions::Regions;
 use crate::planning::result::ModelCounts;
@@ -30,6 +31,9 @@ pub struct ReachFindings {
     /// True if the property of `--property` holds in all initial states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
+    /// The value of the property over the initial states.
+    #[serde(skip)]
+    pub value: Option<Bound>,
     /// The property with its answer, as for several properties.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub properties: Vec<PropertyAnswer>,
@@ -76,6 +80,7 @@ impl Findings for ReachFindings {
         ("pmax_one", "Pmax = 1"),
         ("pmin_positive", "Pmin > 0"),
         ("pmin_one", "Pmin = 1"),
+        ("value", "value"),
     ];
 
     fn is_no(&self) -> bool {
@@ -92,6 +97,9 @@ impl Findings for ReachFindings {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", report.expression)));
             out += &report.regions(style);
         }
+        if let Some(value) = &report.value {
+            let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
+        }
         if let Some(holds) = report.holds {
             let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
             let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
@@ -104,7 +112,7 @@ impl ReachFindings {
     /// Adds the property with its answer to the list.
     pub fn list_property(&mut self) {
         let mut answer = PropertyAnswer::open(None, self.expression.clone(), None);
-        (answer.holds, answer.sizes) = (self.holds, self.sizes.clone());
+        (answer.holds, answer.value, answer.sizes) = (self.holds, self.value.clone(), self.sizes.clone());
         self.properties = vec![answer];
     }
 

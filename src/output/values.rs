@@ -152,7 +152,7 @@ impl ValuesFindings {
             "cost_lower",
             "cost_upper",
         ];
-        let mut rows = vec![variables.chain(columns).map(str::to_owned).collect::<Vec<_>>()];
+        let mut text = csv::lines([variables.chain(columns)]);
         for state in &self.states {
             let mut first: Vec<String> = state.state.values().map(plain).collect();
             first.push(state.most_preferred.join("+"));
@@ -167,11 +167,11 @@ impl ValuesFindings {
                     let cost =
                         |x: fn(&Bound) -> f64| cost.as_ref().map_or(String::new(), |c| x(c).to_string());
                     cells.extend([cost(|c| c.lower), cost(|c| c.upper)]);
-                    rows.push(cells);
+                    text.push_str(&csv::lines([cells]));
                 }
             }
         }
-        csv::lines(rows)
+        text
     }
 }
 

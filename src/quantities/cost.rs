@@ -3,9 +3,10 @@
 use num_traits::One;
 
 use crate::error::Result;
-use crate::model::State;
 use crate::model::exact::Ratio;
+use crate::model::rewards::RewardStructure;
 use crate::model::step::Step;
+use crate::model::{Program, State};
 
 /// A cost for each step: what a choice costs in a state, at least 0.
 ///
@@ -33,5 +34,24 @@ impl Cost for Steps {
 
     fn of(&self, _: &State, _: &Step<Ratio>) -> Result<Ratio> {
         Ok(Ratio::one())
+    }
+}
+
+/// The rewards of a reward structure.
+#[derive(Debug, Clone, Copy)]
+pub struct Earned<'p> {
+    /// The model.
+    pub program: &'p Program,
+    /// One of its reward structures.
+    pub structure: &'p RewardStructure,
+}
+
+impl Cost for Earned<'_> {
+    fn name(&self) -> &str {
+        self.structure.name.as_deref().unwrap_or_default()
+    }
+
+    fn of(&self, state: &State, step: &Step<Ratio>) -> Result<Ratio> {
+        self.program.reward(self.structure, state, &step.choice)
     }
 }

@@ -24,6 +24,7 @@
 //! | `horizon` | success within n steps |
 //! | `number` | intervals with outward rounding, and fractions |
 //! | [`values`] | the results: [`Values`] |
+//! | [`reach`] | probabilities of formulas and rewards until a target, without preferences |
 //!
 //! # Why policy iteration
 //!
@@ -52,10 +53,11 @@ mod graph;
 mod horizon;
 mod meter;
 mod number;
+pub mod reach;
 mod solve;
 mod solved;
 pub mod values;
 
-pub use cost::{Cost, Steps};
+pub use cost::{Cost, Earned, Steps};
 pub use number::Interval;
 pub use values::{Aim, Bounds, ChoiceValues, Node, Setup, Values};

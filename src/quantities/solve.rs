@@ -28,6 +28,8 @@ pub(super) enum Quantity {
     Cost(u32),
     /// N
     Number,
+    /// The largest expected cost until a counted edge, where every strategy takes one almost surely.
+    Reward,
 }
 
 /// The solution of one system of equations, as far as it is known.
@@ -72,7 +74,7 @@ impl<N: Number> System<'_, N> {
     fn sense(&self) -> Sense {
         match self.quantity {
             Quantity::Cost(_) => Sense::Min,
-            Quantity::Probability(_) | Quantity::Number => Sense::Max,
+            Quantity::Probability(_) | Quantity::Number | Quantity::Reward => Sense::Max,
         }
     }
 
@@ -91,6 +93,7 @@ impl<N: Number> System<'_, N> {
     fn is_open(&self, node: u32) -> bool {
         match self.quantity {
             Quantity::Cost(k) => self.graph.ranks[node as usize].sure >= k,
+            Quantity::Reward => self.graph.ranks[node as usize].sure > 0,
             _ => self.fact(node).is_none(),
         }
     }
@@ -112,7 +115,7 @@ impl<N: Number> System<'_, N> {
         if edge.counts && self.quantity != Quantity::Number {
             return End::Known(match (self.below, self.quantity) {
                 (Some(below), _) => below.values[edge.to as usize].clone(),
-                (None, Quantity::Cost(_)) => N::zero(),
+                (None, Quantity::Cost(_) | Quantity::Reward) => N::zero(),
                 (None, _) => N::one(),
             });
         }
@@ -125,7 +128,9 @@ impl<N: Number> System<'_, N> {
     /// Returns the constant part of a choice that does not depend on its successors.
     fn own_constant(&self, choice: u32) -> N {
         match self.quantity {
-            Quantity::Cost(_) => self.fractions[self.graph.costs[choice as usize] as usize].clone(),
+            Quantity::Cost(_) | Quantity::Reward => {
+                self.fractions[self.graph.costs[choice as usize] as usize].clone()
+            }
             _ => N::zero(),
         }
     }

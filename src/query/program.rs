@@ -47,6 +47,7 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
         synchronisations: Vec::new(),
         labels: Vec::new(),
         formulas: Vec::new(),
+        rewards: Vec::new(),
         monitors: None,
     })
 }

@@ -79,6 +79,11 @@ fn properties_are_asked_by_their_names() {
     let scratch = Scratch::new(&[("m.jani", workshop())]);
     let model = scratch.show("m.jani");
     let regions = answer(&["reach", &model, "--property", "all made"]);
+    let value = &regions["properties"][0]["value"];
+    assert!(
+        value["lower"].as_f64() <= value["upper"].as_f64() && value["upper"].as_f64() <= Some(1.0),
+        "{value}"
+    );
     assert_eq!(regions["pmax_one"], answer(&["reach", &model, "--target", "made=2"])["pmax_one"]);
     let surely = ["reach", &model, "--const", "N=2", "--property", "surely", "--json"];
     assert_eq!(Finished::of(meliora().args(surely)).json()["holds"], false);

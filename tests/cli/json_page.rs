@@ -117,6 +117,7 @@ impl Audit {
             "count" => value.as_str().is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit())),
             "integer" => value.is_i64() || value.is_u64(),
             "number" => value.is_number(),
+            "bound" => value.is_number() || value == "inf",
             "boolean" => value.is_boolean(),
             "rank" => value.is_u64() || value == "unbounded",
             "state" => value.as_object().is_some_and(|state| state.values().all(is_value)),
@@ -148,6 +149,9 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach models/toy.prism --target s=3"),
     (1, "reach models/toy.prism --property P>=1[F(s=3)]"),
     (1, "reach models/toy.prism --properties OUT/some.props"),
+    (0, "reach OUT/paid.prism --property Rmin=?[F(x=0)]"),
+    (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
+    (0, "info OUT/paid.prism"),
     (4, "reach TINY --target oil=1"),
     (0, "info models/toy.prism"),
     (0, "info models/courier.prism --preferences models/courier.pref --engine explicit"),
@@ -183,11 +187,13 @@ const COMMANDS: &[(i32, &str)] = &[
     (3, "reach models/toy.prism --target t"),
 ];
 
+const PAID: &str = "mdp module m x : [0..1] init 1; [] true -> true; endmodule\n\
+    rewards \"pay\" true : 1; endrewards rewards true : y; endrewards";
 const PROPERTIES: &str = "\"sure\": Pmax>=1 [ F s=3 ];\nP=? [ F s=3 ];\n";
 
 #[test]
 fn the_page_of_json_names_every_field_and_no_other() {
-    let scratch = Scratch::new(&[("some.props", PROPERTIES)]);
+    let scratch = Scratch::new(&[("some.props", PROPERTIES), ("paid.prism", PAID)]);
     let mut audit = Audit { page: page(), seen: BTreeSet::new(), faults: BTreeSet::new() };
     for (status, command) in COMMANDS {
         let tiny = "models/scramble.prism -c cells=10007 --engine explicit --memory 1MiB";

@@ -16,6 +16,7 @@ mod json_page;
 mod limits;
 mod output;
 mod properties;
+mod quantities;
 mod readme;
 mod report;
 mod settings;

@@ -61,6 +61,7 @@ pub fn random_program(numbers: &[u16], faulty: bool) -> Program {
         given_constants: vec![],
         labels: vec![("true".into(), literal)],
         formulas: vec![],
+        rewards: Vec::new(),
         monitors: None,
         modules: (0..modules).map(|m| format!("m{m}")).collect(),
         actions: (0..actions).map(|a| format!("a{a}")).collect(),

@@ -213,6 +213,7 @@ fn program(pool: ExprPool, initial: ExprId) -> Program {
         synchronisations: vec![],
         labels: vec![],
         formulas: vec![],
+        rewards: Vec::new(),
         monitors: None,
     }
 }

@@ -12,4 +12,5 @@ mod preferences;
 #[path = "../common/random_program.rs"]
 #[allow(dead_code, unreachable_pub, reason = "only programs are used")]
 mod random_program;
+mod rewards;
 mod round_trip;

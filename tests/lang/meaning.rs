@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use meliora::advanced::lang::property::{Bound, Strategies};
+use meliora::advanced::lang::ast::BinaryOp;
+use meliora::advanced::lang::property::{Bound, Measure, Optimum, Question, Rewards, Strategies};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
@@ -254,14 +255,6 @@ fn built_in_labels_can_be_targets() {
 }
 
 #[test]
-fn rewards_are_ignored() {
-    let text =
-        "mdp\nmodule m endmodule\nrewards \"r\" [a] true : 1; true : unknown; endrewards\nrewards endrewards";
-    let checked = load(&SourceFile::new("m", text), &SourceFile::new("--const", "")).expect("it is right");
-    assert_eq!(checked.ignored_rewards, 2);
-}
-
-#[test]
 fn a_state_takes_what_is_left_out_from_the_initial_state() {
     let program = program("mdp\nmodule m\n x : [-3..3] init 1; b : bool init true;\nendmodule");
     let state = |text: &str| parse_state(&SourceFile::new("--at", text), &program).ok();
@@ -273,8 +266,11 @@ fn a_state_takes_what_is_left_out_from_the_initial_state() {
 #[test]
 fn properties_speak_of_all_or_some_strategies() {
     let of = |text: &str| {
-        let property = parse_property(&SourceFile::new("--property", text)).expect("it is qualitative");
-        (property.strategies, property.bound)
+        let property = parse_property(&SourceFile::new("--property", text)).expect("it is right");
+        match property.question {
+            Question::Qualitative(strategies, bound) => (strategies, bound),
+            Question::Quantity(quantity) => panic!("{quantity:?}"),
+        }
     };
     assert_eq!(of("P>=1 [ F \"done\" ]"), (Strategies::All, Bound::One));
     assert_eq!(of("P>0 [ F x=1 ]"), (Strategies::All, Bound::Positive));
@@ -285,6 +281,31 @@ fn properties_speak_of_all_or_some_strategies() {
     assert_eq!(of("Pmin>=1 [ F x=1 ]"), (Strategies::All, Bound::One));
     assert_eq!(of("Pmin<1 [ F x=1 ]"), (Strategies::Some, Bound::BelowOne));
     assert_eq!(of("Pmax<=0 [ F x=1 ]"), (Strategies::All, Bound::Zero));
+}
+
+#[test]
+fn properties_ask_for_probabilities_and_rewards() {
+    let of = |text: &str| {
+        let property = parse_property(&SourceFile::new("--property", text)).expect("it is right");
+        match property.question {
+            Question::Quantity(q) => (q.measure, q.optimum, q.bound),
+            qualitative => panic!("{qualitative:?}"),
+        }
+    };
+    let probability = |optimum, bound| (Measure::Probability, optimum, bound);
+    assert_eq!(of("Pmax=? [ x=0 U x=1 ]"), probability(Some(Optimum::Max), None));
+    assert_eq!(of("P min =? [ F<=3 x=1 ]"), probability(Some(Optimum::Min), None));
+    assert_eq!(of("P=? [ F x=1 ]"), probability(None, None));
+    assert_eq!(of("P>=0.9 [ F x=1 ]"), probability(Some(Optimum::Min), Some((BinaryOp::Ge, 0.9))));
+    assert_eq!(of("P<0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((BinaryOp::Lt, 0.5))));
+    assert_eq!(of("Pmax>0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((BinaryOp::Gt, 0.5))));
+    assert_eq!(of("P>=0 [ F x=1 ]"), probability(Some(Optimum::Min), Some((BinaryOp::Ge, 0.0))));
+    let reward = |rewards, optimum, bound| (Measure::Reward(rewards), optimum, bound);
+    let named = Rewards::Named("cost".to_owned());
+    assert_eq!(of("R{\"cost\"}min=? [ F x=1 ]"), reward(named, Some(Optimum::Min), None));
+    assert_eq!(of("R{2}max=? [ F x=1 ]"), reward(Rewards::Numbered(2), Some(Optimum::Max), None));
+    assert_eq!(of("Rmax=? [ F x=1 ]"), reward(Rewards::First, Some(Optimum::Max), None));
+    assert_eq!(of("R<=3 [ F x=1 ]"), reward(Rewards::First, Some(Optimum::Max), Some((BinaryOp::Le, 3.0))));
 }
 
 #[test]

@@ -122,6 +122,7 @@ impl Graph {
             given_constants: vec![],
             labels: vec![],
             formulas: vec![],
+            rewards: Vec::new(),
             monitors: None,
             modules: vec!["m".into()],
             actions: vec![],

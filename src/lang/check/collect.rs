@@ -8,7 +8,7 @@ use super::limits::{MOST_COMMANDS, MOST_MODULES, MOST_RENAMINGS, MOST_VARIABLES}
 use super::lowerer::Lowerer;
 use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::lang::ast::{
-    ConstDef, Ident, Item, Model, Module, NamedExpr, RenamedModule, Span, System, VarDecl,
+    ConstDef, Ident, Item, Model, Module, NamedExpr, RenamedModule, Rewards, Span, System, VarDecl,
 };
 use crate::model::VarId;
 use crate::model::value::Type;
@@ -45,7 +45,7 @@ pub(super) struct Parts<'a> {
     pub(super) variables: Vec<Declared<'a>>,
     pub(super) init: Option<Span>,
     pub(super) system: Option<&'a System>,
-    pub(super) rewards: usize,
+    pub(super) rewards: Vec<&'a Rewards>,
     /// First place of each label and of each module.
     label_at: AHashMap<&'a str, Span>,
     module_at: AHashMap<&'a str, Span>,
@@ -77,7 +77,7 @@ impl<'a> Parts<'a> {
                 }
                 Item::Init(e) => self.init(*e, lowerer),
                 Item::System(s) => self.system(s, lowerer),
-                Item::Rewards(_) => self.rewards += 1,
+                Item::Rewards(r) => self.rewards.push(r),
                 Item::Const(c) => self.constants.push(c),
             }
         }

@@ -10,6 +10,7 @@ mod limits;
 mod lowerer;
 mod modules;
 mod ops;
+mod rewards;
 mod scope;
 mod system;
 mod target;
@@ -29,6 +30,7 @@ pub(in crate::lang) use actions::Actions;
 pub(in crate::lang) use constants::{Wanted, given_values};
 pub(in crate::lang) use expr::{Names, lowered};
 pub(in crate::lang) use lowerer::{Lowered, Lowerer, MAX_ERRORS};
+pub(in crate::lang) use rewards::warnings as reward_warnings;
 pub(in crate::lang) use scope::Scope;
 pub use target::lower_target;
 pub(in crate::lang) use target::lower_value;
@@ -40,8 +42,6 @@ pub struct Checked {
     pub program: Program,
     /// Warnings.
     pub warnings: Vec<Diagnostic>,
-    /// Number of reward structures read and ignored.
-    pub ignored_rewards: usize,
     /// Properties that the model names, if its format has them.
     pub properties: Vec<super::named::Property>,
 }
@@ -76,9 +76,8 @@ pub(in crate::lang) fn check(
     lowerer.poll.check()?;
     match program {
         Some(program) if lowerer.diagnostics.is_empty() => Ok(Checked {
+            warnings: rewards::warnings(&program.rewards),
             program: Program { pool: lowerer.pool, ..program },
-            warnings: Vec::new(),
-            ignored_rewards: parts.rewards,
             properties: Vec::new(),
         }),
         _ => Err(Error::Input(lowerer.diagnostics)),
@@ -101,6 +100,7 @@ impl<'a> Lowerer<'a> {
         let labels: Vec<_> = parts.labels.iter().map(|l| self.label_definition(l)).collect();
         let composed = self.synchronisations(parts, &commands, actions);
         let (actions, synchronisations) = composed?;
+        let rewards = self.rewards(parts, &actions);
         Some(Program {
             source: Arc::clone(&self.source),
             kind: model.kind.map_or(ModelKind::Mdp, |(kind, _)| kind),
@@ -115,6 +115,7 @@ impl<'a> Lowerer<'a> {
             synchronisations,
             labels: labels.into_iter().collect::<Option<_>>()?,
             formulas: formulas.into_iter().collect::<Option<_>>()?,
+            rewards,
             monitors: None,
         })
     }

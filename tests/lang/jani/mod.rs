@@ -3,6 +3,7 @@
 mod corners;
 mod errors;
 mod random;
+mod rewards;
 mod write;
 
 use meliora::error::SourceFile;

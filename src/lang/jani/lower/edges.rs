@@ -3,10 +3,10 @@
 use ahash::AHashMap;
 
 use super::super::read::model::{Assignment, Destination, Edge};
+use super::rewards::ways;
 use super::scope::{Meaning, Place, Slot};
 use super::state::Lowering;
 use crate::lang::ast::{BinaryOp, Span};
-use crate::lang::combinations::combinations;
 use crate::model::expr::{ExprId, Node};
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Branches, Command, VarId};
@@ -15,10 +15,10 @@ use crate::model::{Branch, Branches, Command, VarId};
 pub(super) type EdgeOf<'a> = (usize, &'a Edge);
 
 /// An assignment with its element, target and type.
-struct Step<'e> {
+pub(super) struct Step<'e> {
     instance: usize,
-    assignment: &'e Assignment,
-    slot: Slot,
+    pub(super) assignment: &'e Assignment,
+    pub(super) slot: Slot,
     ty: Type,
 }
 
@@ -34,9 +34,7 @@ impl<'a> Lowering<'a> {
     /// Combines edges into one command, with a branch for each combination of their destinations.
     pub(super) fn command(&mut self, parts: &[EdgeOf<'a>]) -> Option<Command> {
         let guard = self.guard(parts);
-        let destinations = |part: &EdgeOf<'a>| part.1.destinations.iter().collect::<Vec<_>>();
-        let combinations = combinations(parts.iter().map(destinations));
-        let branches: Vec<_> = combinations.iter().map(|c| self.branch(parts, c)).collect();
+        let branches: Vec<_> = ways(parts).iter().map(|c| self.branch(parts, c)).collect();
         let branches: Branches = branches.into_iter().collect::<Option<_>>()?;
         let first = parts.first()?.1;
         Some(Command { module: 0, action: None, number: 0, guard: guard?, branches, span: first.span })
@@ -100,6 +98,25 @@ impl<'a> Lowering<'a> {
         parts: &[EdgeOf<'a>],
         destinations: &[&'a Destination],
     ) -> Option<Vec<(VarId, ExprId)>> {
+        let mut steps = self.assignments(parts, destinations)?;
+        let last = steps.iter().map(|s| s.assignment.index).max();
+        steps.retain(|s| matches!(s.slot, Slot::Variable(_)) || Some(s.assignment.index) < last);
+        let values = self.values_after(steps)?;
+        let changed = |(slot, id): (&Slot, &ExprId)| match slot {
+            Slot::Variable(v) if self.lowerer.pool.node(*id) != Node::Var(*v) => Some((*v, *id)),
+            _ => None,
+        };
+        let mut updates: Vec<_> = values.iter().filter_map(changed).collect();
+        updates.sort_unstable();
+        Some(updates)
+    }
+
+    /// Returns all assignments of some destinations.
+    pub(super) fn assignments(
+        &mut self,
+        parts: &[EdgeOf<'a>],
+        destinations: &[&'a Destination],
+    ) -> Option<Vec<Step<'a>>> {
         let mut steps = Vec::new();
         for (&(instance, _), destination) in parts.iter().zip(destinations) {
             for assignment in &destination.assignments {
@@ -107,8 +124,11 @@ impl<'a> Lowering<'a> {
                 steps.push(Step { instance, assignment, slot, ty });
             }
         }
-        let last = steps.iter().map(|s| s.assignment.index).max();
-        steps.retain(|s| matches!(s.slot, Slot::Variable(_)) || Some(s.assignment.index) < last);
+        Some(steps)
+    }
+
+    /// Returns the values of the assigned variables after assignments in the order of their indices.
+    pub(super) fn values_after(&mut self, mut steps: Vec<Step<'a>>) -> Option<AHashMap<Slot, ExprId>> {
         steps.sort_by_key(|s| s.assignment.index);
         let mut values = Values::default();
         for row in steps.chunk_by(|a, b| a.assignment.index == b.assignment.index) {
@@ -119,13 +139,7 @@ impl<'a> Lowering<'a> {
                 self.assign(step, id?, &mut values)?;
             }
         }
-        let changed = |(slot, id): (&Slot, &ExprId)| match slot {
-            Slot::Variable(v) if self.lowerer.pool.node(*id) != Node::Var(*v) => Some((*v, *id)),
-            _ => None,
-        };
-        let mut updates: Vec<_> = values.given.iter().filter_map(changed).collect();
-        updates.sort_unstable();
-        Some(updates)
+        Some(values.given)
     }
 
     /// Returns the target of an assignment, with its type.

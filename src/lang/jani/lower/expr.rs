@@ -156,7 +156,7 @@ impl<'a> Lowering<'a> {
         Some(result)
     }
 
-    fn initial_of_transient(&mut self, index: usize, span: Span) -> Option<ExprId> {
+    pub(super) fn initial_of_transient(&mut self, index: usize, span: Span) -> Option<ExprId> {
         let transient = &self.transients[index];
         let (variable, instance) = (transient.variable, transient.instance);
         let what = format!("the initial value of `{}`", variable.name.name);

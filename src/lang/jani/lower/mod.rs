@@ -8,6 +8,7 @@
 mod declare;
 mod edges;
 mod expr;
+mod rewards;
 mod scope;
 mod state;
 mod system;
@@ -19,10 +20,11 @@ use ahash::{AHashMap, AHashSet};
 use super::read::model::Model;
 use crate::error::{Error, Result, Severity};
 use crate::lang::ast::{Ident, Span};
-use crate::lang::check::Checked;
+use crate::lang::check::{self, Checked};
 use crate::lang::named::{Asked, Property};
 use crate::lang::valuation::Binding;
 use crate::model::expr::ExprId;
+use crate::model::rewards::RewardStructure;
 use crate::model::value::Type;
 use crate::model::{Command, Program, Synchronisation, VarId};
 use crate::progress::ProgressSink;
@@ -61,7 +63,8 @@ impl Lowering<'_> {
     fn finish(mut self, bindings: &[Binding]) -> Result<Checked> {
         let initial = self.initial();
         let moves = self.moves();
-        let properties = self.properties();
+        let mut rewards = self.reward_structures();
+        let properties = self.properties(&mut rewards);
         let formulas = self.formulas();
         self.lowerer.poll.check()?;
         let (Some(initial), Some((commands, synchronisations)), true) =
@@ -72,6 +75,7 @@ impl Lowering<'_> {
         self.own(&commands, &synchronisations);
         self.warn();
         let labels = self.labels(&properties);
+        self.warnings.extend(check::reward_warnings(&rewards));
         let joint = self.joint_modules.into_iter().map(|(_, name)| name);
         let program = Program {
             source: Arc::clone(&self.lowerer.source),
@@ -87,14 +91,14 @@ impl Lowering<'_> {
             synchronisations,
             labels,
             formulas,
+            rewards,
             monitors: None,
         };
-        let rewards = self.transients.iter().filter(|t| t.variable.ty.ty != Type::Bool).count();
-        Ok(Checked { program, warnings: self.warnings, ignored_rewards: rewards, properties })
+        Ok(Checked { program, warnings: self.warnings, properties })
     }
 
-    /// Lowers the targets of the properties that ask for reachability.
-    fn properties(&mut self) -> Vec<Property> {
+    /// Lowers the properties about reaching a set of states.
+    fn properties(&mut self, rewards: &mut Vec<RewardStructure>) -> Vec<Property> {
         let mut properties = Vec::new();
         for property in &self.model.properties {
             let asks = match &property.asks {
@@ -102,7 +106,10 @@ impl Lowering<'_> {
                 Ok(reach) => {
                     let what = format!("the target of the property `{}`", property.name.name);
                     match self.typed(&reach.target, Place::default(), Type::Bool, &what) {
-                        Some(target) => Ok(Asked { target, compared: reach.compared }),
+                        Some(target) => {
+                            let question = self.question(&property.name.name, reach, rewards);
+                            question.map(|question| Asked { target, question })
+                        }
                         None => continue,
                     }
                 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::super::read::model::Model;
+use super::rewards::Earned;
 use super::scope::{Declared, Instance, Level, Transient};
 use crate::error::{Diagnostic, SourceFile};
 use crate::lang::check::{Actions, Lowerer, Scope};
@@ -58,6 +59,8 @@ pub(super) struct Lowering<'a> {
     /// Number of nested definitions being read.
     pub(super) depth: usize,
     pub(super) warnings: Vec<Diagnostic>,
+    /// Rewards of steps.
+    pub(super) earned: Earned,
 }
 
 impl<'a> Lowering<'a> {
@@ -89,6 +92,7 @@ impl<'a> Lowering<'a> {
             stages: 0,
             depth: 0,
             warnings: Vec::new(),
+            earned: Earned::default(),
         }
     }
 

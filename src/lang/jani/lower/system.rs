@@ -197,7 +197,8 @@ impl<'a> Lowering<'a> {
         for (index, edge) in self.instances[instance].automaton.edges.iter().enumerate() {
             let action = edge.action.as_ref().map(|a| self.action(&a.name));
             let number = self.actions.next_number(instance, action);
-            let command = self.command(&[(instance, edge)]);
+            let parts = [(instance, edge)];
+            let command = self.command(&parts);
             let moves = match &edge.action {
                 None => true,
                 Some(action) => used.contains(&(instance, action.name.as_str())),
@@ -205,6 +206,7 @@ impl<'a> Lowering<'a> {
             if moves {
                 let id = CommandId(u32::try_from(made.commands.len()).unwrap_or(u32::MAX));
                 made.single.insert((instance, index), id);
+                self.earn(&parts, command.as_ref(), id);
                 made.commands.push(command.map(|c| Command { module: instance, action, number, ..c }));
             }
         }
@@ -260,7 +262,9 @@ impl<'a> Lowering<'a> {
         for parts in combinations(lists.into_iter()) {
             let number = self.actions.next_number(module, action);
             let command = self.command(&parts).map(|c| Command { module, action, number, ..c });
-            factor.push(CommandId(u32::try_from(made.commands.len()).ok()?));
+            let id = CommandId(u32::try_from(made.commands.len()).ok()?);
+            self.earn(&parts, command.as_ref(), id);
+            factor.push(id);
             made.commands.push(command);
         }
         Some(factor)

@@ -1,17 +1,17 @@
-//! Properties: those that ask for the probability to reach a state set, and reasons against the
-//! others.
+//! Properties: those that ask for the probability to reach a state set, or for the expected reward
+//! until it is reached, and reasons against the others.
 
 use super::super::json::{Node, Object, Shape};
 use super::reader::Reader;
 use super::record::{Read, records};
 use crate::lang::ast::{BinaryOp, Expr, Ident, NodeKind};
-use crate::lang::property::{self, Bound, Extreme, Strategies};
+use crate::lang::property::Extreme;
 use crate::model::value;
 
 /// The question of a property, or the reason why a well-formed property is not a reachability.
 type Asks<T> = Option<Result<T, String>>;
 
-const NO_REACHABILITY: &str = "it does not ask for the probability to reach a set of states";
+const NO_REACHABILITY: &str = "it does not ask for a probability or a reward to reach a set of states";
 
 records! {
     Property = "a property" {
@@ -20,15 +20,28 @@ records! {
     };
 }
 
-/// The question, or the reason why the property is not a reachability of a state set.
+/// The question, or the reason why the property is not about reaching a state set.
 pub(crate) type Asked = Result<Reach, String>;
 
-/// The probability to reach a target.
+/// A question about reaching a target.
 #[derive(Debug, Clone)]
 pub(crate) struct Reach {
     pub(crate) target: Expr,
-    /// The comparison with 0 or 1, if there is one.
-    pub(crate) compared: Option<(Strategies, Bound)>,
+    pub(crate) extreme: Extreme,
+    /// The expected reward until the target is reached; `None` for the probability to reach it.
+    pub(crate) reward: Option<Reward>,
+    /// The comparison with a number, if there is one.
+    pub(crate) bound: Option<(BinaryOp, f64)>,
+}
+
+/// A reward that is accumulated.
+#[derive(Debug, Clone)]
+pub(crate) struct Reward {
+    pub(crate) value: Expr,
+    /// With every step: the value after its assignments.
+    pub(crate) steps: bool,
+    /// When a state is left: the value in the state.
+    pub(crate) exit: bool,
 }
 
 impl<'a> Read<'a> for Asked {
@@ -53,9 +66,8 @@ impl<'a> Reader<'a> {
                 let values = self.required(&object, "a filter", "values")?;
                 self.asked(values)
             }
-            "Pmin" | "Pmax" => Some(self.path(&object)?.map(|target| Reach { target, compared: None })),
+            "Pmin" | "Pmax" | "Emin" | "Emax" => self.value(&object, &op, None),
             "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
-            "Emin" | "Emax" => no("it asks for an expected value"),
             "Smin" | "Smax" => no("it asks for a steady-state probability"),
             _ => no(NO_REACHABILITY),
         }
@@ -66,17 +78,17 @@ impl<'a> Reader<'a> {
         let left = self.required(object, "a comparison", "left")?;
         let right = self.required(object, "a comparison", "right")?;
         let Shape::Object(inner) = self.any(left)? else { return no(NO_REACHABILITY) };
-        let Some(extreme) = inner.get("op") else { return no(NO_REACHABILITY) };
-        let extreme = self.name(extreme, "an operator")?.name;
-        if !matches!(extreme.as_str(), "Pmin" | "Pmax") {
+        let Some(asked) = inner.get("op") else { return no(NO_REACHABILITY) };
+        let asked = self.name(asked, "an operator")?.name;
+        if !matches!(asked.as_str(), "Pmin" | "Pmax" | "Emin" | "Emax") {
             return no(NO_REACHABILITY);
         }
         let value = match Expr::read(self, right, "a bound")?.nodes.as_slice() {
             [root] => match root.kind {
-                NodeKind::Literal(v @ (value::Value::Int(_) | value::Value::Real(_))) => Some(v.to_f64()),
-                _ => None,
+                NodeKind::Literal(v @ (value::Value::Int(_) | value::Value::Real(_))) => v.to_f64(),
+                _ => return no("its bound is not a number"),
             },
-            _ => None,
+            _ => return no("its bound is not a number"),
         };
         let comparison = match op {
             "≥" => BinaryOp::Ge,
@@ -84,12 +96,35 @@ impl<'a> Reader<'a> {
             "<" => BinaryOp::Lt,
             _ => BinaryOp::Le,
         };
-        let extreme = if extreme == "Pmax" { Extreme::Max } else { Extreme::Min };
-        let compared = value.and_then(|value| property::meaning(extreme, comparison, value));
-        if compared.is_none() {
-            return no("its bound is neither 0 nor 1");
+        self.value(&inner, &asked, Some((comparison, value)))
+    }
+
+    /// Reads `Pmin`, `Pmax`, `Emin` or `Emax`.
+    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(BinaryOp, f64)>) -> Asks<Reach> {
+        let extreme = if op.ends_with("max") { Extreme::Max } else { Extreme::Min };
+        if op.starts_with('P') {
+            let target = self.path(object)?;
+            return Some(target.map(|target| Reach { target, extreme, reward: None, bound }));
         }
-        Some(self.path(&inner)?.map(|target| Reach { target, compared }))
+        let others = ["step-instant", "time-instant", "reward-instants"];
+        if let Some(other) = others.iter().find(|o| object.get(o).is_some()) {
+            return Some(Err(format!("it has a {other}")));
+        }
+        let (Some(target), Some(accumulated)) = (object.get("reach"), object.get("accumulate")) else {
+            return no(
+                "it asks for an expected value without accumulating it until a set of states is reached",
+            );
+        };
+        let moments = Vec::<Ident>::read(self, accumulated, "the moments of rewards")?;
+        let at = |moment: &str| moments.iter().any(|m| m.name == moment);
+        if self.is_temporal(target)? {
+            return no("its formula is nested");
+        }
+        let target = Expr::read(self, target, "a target");
+        let value = self.required(object, "an expected value", "exp")?;
+        let value = Expr::read(self, value, "a reward")?;
+        let reward = Some(Reward { value, steps: at("steps"), exit: at("exit") });
+        Some(Ok(Reach { target: target?, extreme, reward, bound }))
     }
 
     /// Reads the target of `F e` or `true U e`.

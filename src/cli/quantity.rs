@@ -1,0 +1,132 @@
+//! Answers to properties that ask for a number, or compare one with a bound.
+
+use std::cmp::Ordering;
+
+use meliora::advanced::lang::ast::BinaryOp;
+use meliora::advanced::lang::property::{Measure, Optimum, Quantity, Question};
+use meliora::engine::Engine;
+use meliora::engine::regions::Regions;
+use meliora::error::{Error, Limit, Result};
+use meliora::model::expr::ExprId;
+use meliora::model::{Program, exact, fault};
+use meliora::output::values::Bound;
+use meliora::quantities::reach::{self, Value, Wanted};
+use meliora::quantities::{Earned, Interval};
+
+use meliora::reach::Goal;
+
+use super::load::Asking;
+
+/// Maximum number of initial states with values.
+const MOST_STATES: usize = 1 << 20;
+
+/// The value over the initial states, and whether the bound holds in all of them.
+type Answer = (Option<Bound>, Option<bool>);
+
+/// Parses the argument of `--precision`.
+///
+/// # Errors
+/// It is not a number between 0 and 1.
+pub(super) fn precision(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x < 1.0 => Ok(x),
+        _ => Err("expected a number between 0 and 1".to_owned()),
+    }
+}
+
+/// Answers a question for a number from the regions of its formula; no answer for other questions.
+/// The regions contain all states, also those with monitors that are not fresh.
+///
+/// # Errors
+/// A limit is hit, or a reward is wrong.
+pub(super) fn answer<E: Engine>(
+    engine: &E,
+    asking: &Asking,
+    model: &Program,
+    regions: &Regions<E::States>,
+    precision: f64,
+) -> Result<Answer> {
+    let Some(Question::Quantity(quantity)) = &asking.property else { return Ok((None, None)) };
+    let (program, target) = match &asking.goal {
+        Goal::Target(target) => (model, engine.states_where(*target)?),
+        Goal::Formula(watched) => (&*watched.program, engine.no_states()),
+    };
+    if let Some(wrong) = asking.wrong {
+        check_rewards(engine, program, quantity, wrong)?;
+    }
+    let states = engine.list_states(&engine.initial_states(), MOST_STATES + 1)?;
+    if states.len() > MOST_STATES {
+        return Err(Limit::Listed(MOST_STATES as u64).into());
+    }
+    let optimum = quantity.strategies(program).unwrap_or(Optimum::Max);
+    let wanted = wanted(program, quantity, &target)?;
+    let values = |exact| reach::values(engine, program, (&wanted, optimum), regions, &states, exact);
+    let mut found = values(false)?;
+    let is_narrow = |found: &[Value]| over(found).is_none_or(|value| value.width() <= precision);
+    let is_decided = |found: &[Value]| quantity.bound.is_none_or(|bound| truth(found, bound).is_some());
+    // Where bounds are too wide, or contain the bound of the property, exact numbers decide.
+    if !is_narrow(&found) || !is_decided(&found) {
+        found = values(true)?;
+    }
+    let holds = quantity.bound.and_then(|bound| truth(&found, bound));
+    Ok((over(&found), holds))
+}
+
+/// Checks the rewards in all states of the scope; the error names one of the wrong ones.
+fn check_rewards<E: Engine>(engine: &E, program: &Program, quantity: &Quantity, wrong: ExprId) -> Result<()> {
+    let examples = engine.list_states(&engine.states_where(wrong)?, 1)?;
+    let (Some(state), Measure::Reward(rewards)) = (examples.first(), &quantity.measure) else {
+        return Ok(());
+    };
+    let Some(structure) = rewards.find(program).and_then(|at| program.rewards.get(at)) else { return Ok(()) };
+    let choices = program.choices(state).map_err(|f| fault::error(program, &f, state))?;
+    choices.iter().try_for_each(|(choice, _)| program.reward(structure, state, choice).map(|_| ()))
+}
+
+fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Result<Wanted<'p, S>> {
+    let Measure::Reward(rewards) = &quantity.measure else { return Ok(Wanted::Probability) };
+    let structure = rewards.find(program).and_then(|at| program.rewards.get(at));
+    let structure = structure.ok_or_else(|| Error::Usage("unknown reward structure".to_owned()))?;
+    Ok(Wanted::Reward(Earned { program, structure }, target))
+}
+
+/// Returns the bounds over all states: the lower one of the least value, the upper one of the
+/// greatest.
+fn over(values: &[Value]) -> Option<Bound> {
+    let intervals = values.iter().map(Value::interval);
+    let join =
+        |a: Interval, b: Interval| Interval { lower: a.lower.min(b.lower), upper: a.upper.max(b.upper) };
+    let all = intervals.reduce(join)?;
+    Some(Bound { lower: all.lower, upper: all.upper, exact: None })
+}
+
+/// Returns whether all values satisfy a comparison; `None` if the bounds do not decide it.
+fn truth(values: &[Value], (comparison, bound): (BinaryOp, f64)) -> Option<bool> {
+    let each: Vec<Option<bool>> = values.iter().map(|value| satisfies(value, comparison, bound)).collect();
+    match () {
+        () if each.contains(&Some(false)) => Some(false),
+        () if each.contains(&None) => None,
+        () => Some(true),
+    }
+}
+
+fn satisfies(value: &Value, comparison: BinaryOp, bound: f64) -> Option<bool> {
+    let holds = |order: Ordering| match comparison {
+        BinaryOp::Ge => order.is_ge(),
+        BinaryOp::Gt => order.is_gt(),
+        BinaryOp::Le => order.is_le(),
+        _ => order.is_lt(),
+    };
+    if let Value::Finite(bounds) = value
+        && let Some(exact) = &bounds.exact
+    {
+        return Some(holds(exact.cmp(&exact::shortest(bound)?)));
+    }
+    let Interval { lower, upper } = value.interval();
+    // The bound is a decimal that its double rounds: a value equal to the double decides nothing.
+    match () {
+        () if lower > bound => Some(holds(Ordering::Greater)),
+        () if upper < bound => Some(holds(Ordering::Less)),
+        () => None,
+    }
+}

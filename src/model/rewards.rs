@@ -1,0 +1,200 @@
+//! Reward structures: the numbers that choices earn.
+
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+
+use super::expr::ExprId;
+use super::step::Choice;
+use super::value::{Binary, EvalError, Unary, Value};
+use super::{CommandId, Program};
+use crate::error::{Diagnostic, Error, Result};
+use crate::span::Span;
+
+/// A reward structure.
+#[derive(Debug, Clone)]
+pub struct RewardStructure {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// The items; all that apply are added.
+    pub items: Vec<RewardItem>,
+    /// The reasons why the structure has no meaning. They do not prevent other uses of the model.
+    pub errors: Vec<Diagnostic>,
+    /// The position of its declaration.
+    pub span: Span,
+}
+
+/// An item of a reward structure.
+#[derive(Debug, Clone)]
+pub struct RewardItem {
+    /// The choices that earn the reward.
+    pub earner: Earner,
+    /// The condition on the state.
+    pub guard: ExprId,
+    /// The reward, of type `Real`.
+    pub value: ExprId,
+    /// The position of the item.
+    pub span: Span,
+}
+
+/// The choices that earn a reward in the states that satisfy its guard.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Earner {
+    /// Every choice: the state earns the reward.
+    State,
+    /// The choices with this label, a position in [`Program::actions`], or those without a label.
+    Action(Option<usize>),
+    /// The choices that this command takes part in.
+    Command(CommandId),
+}
+
+impl RewardStructure {
+    /// Returns the name in messages.
+    pub fn title(&self) -> String {
+        self.name.as_ref().map_or_else(|| "without a name".to_owned(), |name| format!("\"{name}\""))
+    }
+}
+
+impl Program {
+    /// Returns the position of a reward structure: the one with this name, or the first one without
+    /// a name to look for, as `R` without a name means in PRISM.
+    pub fn reward_structure(&self, name: Option<&str>) -> Option<usize> {
+        match name {
+            None => (!self.rewards.is_empty()).then_some(0),
+            Some(_) => self.rewards.iter().position(|r| r.name.as_deref() == name),
+        }
+    }
+
+    /// Adds a predicate to the program's pool for the states in which some choice earns a negative
+    /// or infinite reward, judged in double precision; [`Program::reward`] says why. Its height grows
+    /// with the logarithm of the number of items.
+    pub fn wrong_rewards(&mut self, structure: usize) -> ExprId {
+        let items = self.rewards.get(structure).map_or_else(Vec::new, |s| s.items.clone());
+        let bounds = [0.0, f64::MAX].map(|x| self.pool.value(Value::Real(x)));
+        let mut wrong = Vec::with_capacity(items.len());
+        for item in &items {
+            let earned = self.earned_where(item.earner);
+            let guard = self.pool.binary(Binary::And, item.guard, earned);
+            let least = self.pool.binary(Binary::Le, bounds[0], item.value);
+            let most = self.pool.binary(Binary::Le, item.value, bounds[1]);
+            let right = self.pool.binary(Binary::And, least, most);
+            let not = self.pool.unary(Unary::Not, right);
+            wrong.push(self.pool.binary(Binary::And, guard, not));
+        }
+        self.joined(Binary::Or, wrong)
+    }
+
+    /// Returns the states in which some choice earns.
+    fn earned_where(&mut self, earner: Earner) -> ExprId {
+        match earner {
+            Earner::State => self.pool.value(Value::Bool(true)),
+            Earner::Command(command) => self.commands[command.index()].guard,
+            Earner::Action(action) => {
+                let with: Vec<usize> = (0..self.synchronisations.len())
+                    .filter(|&s| self.synchronisations[s].action == action)
+                    .collect();
+                let enabled = with.into_iter().map(|s| self.enabled_where(s)).collect();
+                self.joined(Binary::Or, enabled)
+            }
+        }
+    }
+
+    /// Returns the states in which a synchronisation has an enabled combination.
+    fn enabled_where(&mut self, synchronisation: usize) -> ExprId {
+        let guards =
+            |factor: &Vec<CommandId>| factor.iter().map(|c| self.commands[c.index()].guard).collect();
+        let factors: Vec<Vec<ExprId>> =
+            self.synchronisations[synchronisation].factors.iter().map(guards).collect();
+        let factors = factors.into_iter().map(|guards| self.joined(Binary::Or, guards)).collect();
+        self.joined(Binary::And, factors)
+    }
+
+    /// Joins conditions pair by pair; without any, returns the neutral element.
+    fn joined(&mut self, op: Binary, mut row: Vec<ExprId>) -> ExprId {
+        while row.len() > 1 {
+            let join = |pair: &[ExprId]| match *pair {
+                [a, b] => self.pool.binary(op, a, b),
+                _ => pair[0],
+            };
+            row = row.chunks(2).map(join).collect();
+        }
+        row.first().copied().unwrap_or_else(|| self.pool.value(Value::Bool(op == Binary::And)))
+    }
+
+    /// Returns what a choice of a state earns: the sum of the rewards of the state, of the action of
+    /// the choice, and of its commands. A self-loop of a deadlock has no action. The single choice
+    /// of a `dtmc` earns the mean over the combinations that it draws from.
+    ///
+    /// # Errors
+    /// The structure has no meaning; a reward is negative or has no value in this state; the choices
+    /// of the state have no meaning.
+    pub fn reward(&self, structure: &RewardStructure, state: &[i64], choice: &Choice) -> Result<BigRational> {
+        if !structure.errors.is_empty() {
+            return Err(Error::Input(structure.errors.clone()));
+        }
+        let mut sum = BigRational::zero();
+        for item in &structure.items {
+            let share = self.share(item.earner, state, choice)?;
+            if !share.is_zero() && self.applies(structure, item, state)? {
+                sum += share * self.value(structure, item, state)?;
+            }
+        }
+        Ok(sum)
+    }
+
+    /// Returns the part of the choice that earns a reward: 0 or 1, or a fraction in a `dtmc`.
+    fn share(&self, earner: Earner, state: &[i64], choice: &Choice) -> Result<BigRational> {
+        let whole = |earns: bool| BigRational::from_integer(i32::from(earns).into());
+        match choice {
+            _ if earner == Earner::State => Ok(whole(true)),
+            Choice::Deadlock => Ok(whole(false)),
+            Choice::Combination { synchronisation, commands } => {
+                Ok(whole(self.earns(earner, *synchronisation, commands)))
+            }
+            Choice::Uniform => {
+                let combinations =
+                    self.combinations(state).map_err(|fault| super::fault::error(self, &fault, state))?;
+                let earning = combinations.iter().filter(|(s, c)| self.earns(earner, *s, c)).count();
+                Ok(BigRational::new(earning.into(), combinations.len().max(1).into()))
+            }
+        }
+    }
+
+    fn earns(&self, earner: Earner, synchronisation: usize, commands: &[CommandId]) -> bool {
+        match earner {
+            Earner::State => true,
+            Earner::Action(action) => self.synchronisations[synchronisation].action == action,
+            Earner::Command(command) => commands.contains(&command),
+        }
+    }
+
+    fn applies(&self, structure: &RewardStructure, item: &RewardItem, state: &[i64]) -> Result<bool> {
+        match self.pool.eval(item.guard, state) {
+            Ok(guard) => Ok(guard == Value::Bool(true)),
+            Err(reason) => Err(self.undefined(structure, item, state, reason)),
+        }
+    }
+
+    fn value(&self, structure: &RewardStructure, item: &RewardItem, state: &[i64]) -> Result<BigRational> {
+        let value = self.pool.eval_exact(item.value, state);
+        let value = value.map_err(|reason| self.undefined(structure, item, state, reason))?;
+        if !value.is_negative() {
+            return Ok(value);
+        }
+        let (title, at) = (structure.title(), self.show_state(state));
+        let message = format!("the reward structure {title} earns {value} in the state {at}");
+        let diagnostic = Diagnostic::new(&self.source, item.span.range(), message);
+        Err(diagnostic.label("negative").help("rewards must be at least 0").into())
+    }
+
+    fn undefined(
+        &self,
+        structure: &RewardStructure,
+        item: &RewardItem,
+        state: &[i64],
+        reason: EvalError,
+    ) -> Error {
+        let (title, at) = (structure.title(), self.show_state(state));
+        let message = format!("the reward structure {title} has no value in the state {at}: {reason}");
+        Diagnostic::new(&self.source, item.span.range(), message).label(reason.to_string()).into()
+    }
+}

@@ -1,0 +1,213 @@
+//! The quantities of `reach`: the extreme probability of a formula, and the extreme expected reward
+//! until a target is reached.
+//!
+//! Regions come first. A probability is 1 or 0 in the qualitative regions of the formula, and between
+//! them it is the probability to reach the first. The least probability is 1 minus the greatest
+//! probability of the negation. An expected reward is finite where the target is reached almost
+//! surely: by some strategy for the least, by every strategy for the greatest. So only the states
+//! between the regions, as far as the given states reach them, have equations.
+
+use std::collections::VecDeque;
+
+use ahash::AHashMap;
+
+use super::cost::{Cost, Earned};
+use super::graph::{EVERY, Edge, Graph, LOST, Rank};
+use super::meter::Meter;
+use super::number::{Interval, Number};
+use super::solve::{Quantity, System};
+use super::values::Bounds;
+use crate::engine::Engine;
+use crate::engine::regions::Regions;
+use crate::error::Result;
+use crate::model::exact::Ratio;
+use crate::model::{Optimum, Program, State, fault};
+
+/// The node of all states where the path ends.
+const END: u32 = 0;
+
+/// The quantity that is wanted.
+#[derive(Debug)]
+pub enum Wanted<'p, S> {
+    /// The probability of the formula that the regions belong to.
+    Probability,
+    /// The expected reward until a state of the target is reached.
+    Reward(Earned<'p>, &'p S),
+}
+
+/// A value of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// A number.
+    Finite(Bounds),
+    /// Infinity: the target is not reached almost surely.
+    Infinite,
+}
+
+impl Value {
+    /// Returns the bounds, which may be infinite.
+    pub fn interval(&self) -> Interval {
+        match self {
+            Value::Finite(bounds) => bounds.interval,
+            Value::Infinite => Interval::point(f64::INFINITY),
+        }
+    }
+}
+
+/// Computes a quantity in some states of the scope, from the regions of the formula; for a reward,
+/// these are the regions of reaching the target. With `exact`, computes with fractions, which can
+/// become very long.
+///
+/// Cost: one evaluation of the commands, and some membership tests, per state between the regions
+/// that the given states reach.
+///
+/// # Errors
+/// A limit is reached; a command or a reward has no meaning in some state.
+pub fn values<E: Engine>(
+    engine: &E,
+    program: &Program,
+    (wanted, optimum): (&Wanted<'_, E::States>, Optimum),
+    regions: &Regions<E::States>,
+    states: &[State],
+    exact: bool,
+) -> Result<Vec<Value>> {
+    let all = engine.all_states();
+    let negated = |x: &E::States| engine.difference(&all, x);
+    let search = match (wanted, optimum) {
+        (Wanted::Probability, Optimum::Max) => {
+            let (end, inside) = (regions.pmax_one.clone(), regions.pmax_positive.clone());
+            Search { engine, program, end, inside, quantity: Quantity::Probability(1), cost: None }
+        }
+        (Wanted::Probability, Optimum::Min) => {
+            let (end, inside) = (negated(&regions.pmin_positive)?, negated(&regions.pmin_one)?);
+            Search { engine, program, end, inside, quantity: Quantity::Probability(1), cost: None }
+        }
+        (Wanted::Reward(cost, target), Optimum::Min) => {
+            let (end, inside) = ((*target).clone(), regions.pmax_one.clone());
+            Search { engine, program, end, inside, quantity: Quantity::Cost(1), cost: Some(*cost) }
+        }
+        (Wanted::Reward(cost, target), Optimum::Max) => {
+            let (end, inside) = ((*target).clone(), regions.pmin_one.clone());
+            Search { engine, program, end, inside, quantity: Quantity::Reward, cost: Some(*cost) }
+        }
+    };
+    let found = if exact { search.run::<Ratio>(states)? } else { search.run::<Interval>(states)? };
+    let complement = search.cost.is_none() && optimum == Optimum::Min;
+    Ok(found.into_iter().map(|value| if complement { complemented(value) } else { value }).collect())
+}
+
+/// Returns 1 minus a probability.
+fn complemented(value: Value) -> Value {
+    let Value::Finite(Bounds { interval, exact }) = value else { return value };
+    let rest = |x: f64, round: fn(f64) -> f64| if x == 0.0 || x == 1.0 { 1.0 - x } else { round(1.0 - x) };
+    let lower = rest(interval.upper.min(1.0), f64::next_down).max(0.0);
+    let upper = rest(interval.lower, f64::next_up).min(1.0);
+    Value::Finite(Bounds { interval: Interval { lower, upper }, exact: exact.map(|x| Ratio::one() - x) })
+}
+
+/// A search for the states that have equations.
+struct Search<'a, E: Engine> {
+    engine: &'a E,
+    program: &'a Program,
+    /// The states where the path ends: with the probability 1, or without further reward.
+    end: E::States,
+    /// The states in which the path goes on; it fails where it leaves them.
+    inside: E::States,
+    quantity: Quantity,
+    cost: Option<Earned<'a>>,
+}
+
+/// The states found so far.
+#[derive(Default)]
+struct Found {
+    index: AHashMap<State, u32>,
+    queue: VecDeque<(u32, State)>,
+}
+
+impl<E: Engine> Search<'_, E> {
+    /// Returns the values of some states.
+    fn run<N: Number>(&self, states: &[State]) -> Result<Vec<Value>> {
+        let mut meter = Meter::new(self.engine);
+        let (mut graph, mut found) = (Graph::default(), Found::default());
+        graph.add_node(Rank::default(), false, &mut meter)?;
+        let mut starts = Vec::with_capacity(states.len());
+        for state in states {
+            starts.push(self.node(state, &mut graph, &mut found, &mut meter)?);
+        }
+        while let Some((node, state)) = found.queue.pop_front() {
+            meter.step()?;
+            meter.progress(&|| format!("{} states", graph.nodes()));
+            let choices = self.choices(&state, &mut graph, &mut found, &mut meter)?;
+            graph.close(node, choices, &mut meter)?;
+        }
+        let fractions: Vec<N> = graph.fractions.iter().map(N::of).collect();
+        let system = System { graph: &graph, quantity: self.quantity, below: None, fractions: &fractions };
+        let mut solution = system.start(&mut meter)?;
+        system.solve(&mut solution, &mut meter)?;
+        let value = |node: &u32| match *node {
+            END => Value::Finite(Bounds::of(&if self.cost.is_some() { N::zero() } else { N::one() })),
+            LOST if self.cost.is_some() => Value::Infinite,
+            LOST => Value::Finite(Bounds::of(&N::zero())),
+            node => Value::Finite(solution.get(node).map_or_else(|| self.anything(), Bounds::of)),
+        };
+        Ok(starts.iter().map(value).collect())
+    }
+
+    /// Returns the bounds of a value of which nothing is known.
+    fn anything(&self) -> Bounds {
+        let upper = if self.cost.is_some() { f64::INFINITY } else { 1.0 };
+        Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
+    }
+
+    /// Returns the node of a state, which is new or known, [`END`] or [`LOST`].
+    fn node(
+        &self,
+        state: &State,
+        graph: &mut Graph,
+        found: &mut Found,
+        meter: &mut Meter<'_>,
+    ) -> Result<u32> {
+        if let Some(&known) = found.index.get(state) {
+            return Ok(known);
+        }
+        let node = match () {
+            () if self.engine.contains(&self.end, state)? => END,
+            () if !self.engine.contains(&self.inside, state)? => LOST,
+            () => {
+                let sure = if self.cost.is_some() { EVERY } else { 0 };
+                let node = graph.add_node(Rank { positive: EVERY, sure }, false, meter)?;
+                found.queue.push_back((node, state.clone()));
+                node
+            }
+        };
+        meter.take(2 * (size_of::<State>() + 8 * state.len()) + 8)?;
+        found.index.insert(state.clone(), node);
+        Ok(node)
+    }
+
+    /// Returns all choices of a state.
+    fn choices(
+        &self,
+        state: &State,
+        graph: &mut Graph,
+        found: &mut Found,
+        meter: &mut Meter<'_>,
+    ) -> Result<Vec<(u32, Ratio, Vec<Edge>)>> {
+        let steps = self.program.exact_steps(state).map_err(|f| fault::error(self.program, &f, state))?;
+        let mut choices = Vec::with_capacity(steps.len());
+        for (position, step) in (0u32..).zip(steps) {
+            let cost = match &self.cost {
+                Some(cost) => cost.of(state, &step)?,
+                None => Ratio::zero(),
+            };
+            let mut edges = Vec::with_capacity(step.successors.len());
+            for (next, p) in step.successors {
+                let to = self.node(&next, graph, found, meter)?;
+                let probability = graph.fraction(p, meter)?;
+                edges.push(Edge { to, probability, counts: to == END });
+            }
+            choices.push((position, cost, edges));
+        }
+        Ok(choices)
+    }
+}

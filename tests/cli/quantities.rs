@@ -1,0 +1,139 @@
+//! Probabilities and expected rewards: `reach --property 'Pmax=? [ … ]'` and `R{"name"}min=? [ F … ]`.
+
+use serde_json::{Value as Json, json};
+
+use crate::common::{Finished, Scratch, meliora};
+
+/// Tries `a` until it succeeds, or gives up by `b`. In 3 nothing happens any more.
+const MODEL: &str = "mdp
+    module m
+      x : [0..3] init 0;
+      [a] x=0 -> 1/10 : (x'=1) + 9/10 : true;
+      [b] x=0 -> 1/3 : (x'=1) + 2/3 : (x'=3);
+      [wait] x=0 -> true;
+      [] x=1 -> (x'=2);
+      [] x=2 -> true;
+    endmodule
+    rewards \"cost\"
+      [a] true : 0.1;
+      [b] true : 1/3;
+      x=1 : 5;
+    endrewards
+    rewards \"wrong\" x=1 : -1; endrewards
+    rewards true : 1; endrewards";
+
+fn ask(text: &str, more: &[&str]) -> Finished {
+    let scratch = Scratch::new(&[("m.prism", text)]);
+    Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--json"]).args(more))
+}
+
+/// Returns the bounds of a property under both engines.
+fn bounds(text: &str, property: &str) -> (f64, f64) {
+    let values: Vec<(f64, f64)> = ["symbolic", "explicit"]
+        .map(|engine| {
+            let found = ask(text, &["--engine", engine, "--property", property]).expect(0).json();
+            let value = &found["properties"][0]["value"];
+            let bound = |name: &str| match &value[name] {
+                Json::String(infinite) if infinite == "inf" => f64::INFINITY,
+                number => number.as_f64().unwrap_or_else(|| panic!("{property}: {found}")),
+            };
+            (bound("lower"), bound("upper"))
+        })
+        .to_vec();
+    assert_eq!(values[0], values[1], "{property}");
+    values[0]
+}
+
+#[test]
+fn values_are_bounded_tightly() {
+    for (property, expected) in [
+        ("Pmax=? [ F x=2 ]", 1.0),
+        ("Pmin=? [ F x=2 ]", 0.0),
+        ("Pmax=? [ F x=3 ]", 2.0 / 3.0),
+        ("Pmin=? [ G x!=3 ]", 1.0 / 3.0),
+        ("Pmax=? [ F<=1 x=1 ]", 1.0 / 3.0),
+        ("Pmax=? [ F<=3 x=2 ]", 0.1 + 0.9 / 3.0),
+        ("Pmax=? [ x=0 U<=2 x=1 ]", 0.1 + 0.9 / 3.0),
+        ("Pmax=? [ (F x=3) | (G F x=2) ]", 1.0),
+        ("Pmin=? [ X x=0 ]", 0.0),
+        ("R{\"cost\"}min=? [ F x=2 ]", 10.0 * 0.1 + 5.0),
+        ("R{\"cost\"}max=? [ F x=2 ]", f64::INFINITY),
+        ("R{\"cost\"}min=? [ F x>0 ]", 1.0 / 3.0),
+        ("R{3}min=? [ F x=2 ]", 11.0),
+        ("Rmin=? [ F x=0 ]", 0.0),
+    ] {
+        let (lower, upper) = bounds(MODEL, property);
+        let close = |x: f64| x == expected || (x - expected).abs() <= 1e-9;
+        assert!(lower <= upper && close(lower) && close(upper), "{property}: {lower} {upper}");
+    }
+}
+
+#[test]
+fn a_free_loop_does_not_make_a_target_free() {
+    // Value iteration from 0 finds 0, since waiting costs nothing.
+    let (lower, upper) = bounds(MODEL, "R{\"cost\"}min=? [ F x=1 ]");
+    assert!(lower <= 1.0 && 1.0 <= upper && upper - lower < 1e-9, "{lower} {upper}");
+}
+
+#[test]
+fn a_dtmc_needs_no_min_or_max() {
+    let chain = "dtmc module m x : [0..2]; [] x=0 -> 0.3 : (x'=1) + 0.7 : (x'=2); endmodule";
+    let (lower, upper) = bounds(chain, "P=? [ F x=1 ]");
+    assert!(lower <= 0.3 && 0.3 <= upper && upper - lower < 1e-9);
+    assert!(ask(MODEL, &["--property", "P=? [ F x=1 ]"]).expect(3).stdout.contains("least and a greatest"));
+}
+
+#[test]
+fn bounds_are_compared_exactly() {
+    for (property, holds) in [
+        ("P>=0.9 [ F x=2 ]", false),
+        ("P<=0.9 [ F x=3 ]", true),
+        ("P<0.6 [ F x=3 ]", false),
+        ("Pmax>=0.4 [ F<=3 x=2 ]", true),
+        ("Pmax>0.4 [ F<=3 x=2 ]", false),
+        ("Pmax<0.4 [ F<=3 x=2 ]", false),
+        ("P>=0 [ F x=2 ]", true),
+        ("R{\"cost\"}<=100 [ F x=2 ]", false),
+        ("R{\"cost\"}min<=6 [ F x=2 ]", true),
+        ("R{\"cost\"}min<6 [ F x=2 ]", false),
+    ] {
+        let found = ask(MODEL, &["--property", property]).expect(i32::from(!holds)).json();
+        assert_eq!(found["holds"], json!(holds), "{property}");
+    }
+}
+
+#[test]
+fn values_are_over_all_initial_states() {
+    let model = MODEL.replace("init 0", "").replace("rewards \"cost\"", "init true endinit rewards \"cost\"");
+    assert_eq!(bounds(&model, "Rmin=? [ F x=3 ]"), (f64::INFINITY, f64::INFINITY));
+    let found = ask(&model, &["--property", "Pmax=? [ F x=3 ]"]).expect(0).json();
+    assert_eq!(found["properties"][0]["value"]["lower"], json!(0.0));
+    assert_eq!(found["properties"][0]["value"]["upper"], json!(1.0));
+}
+
+#[test]
+fn wrong_rewards_are_errors_at_their_place() {
+    let negative = ask(MODEL, &["--property", "R{\"wrong\"}min=? [ F x=2 ]"]).expect(3).json();
+    assert_eq!(negative["message"], json!("the reward structure \"wrong\" earns -1 in the state x=1"));
+    assert_eq!(negative["line"], json!(15));
+    let unknown = ask(MODEL, &["--property", "R{\"costs\"}min=? [ F x=2 ]"]).expect(3).json();
+    assert_eq!(unknown["message"], json!("unknown reward structure"));
+    for engine in ["symbolic", "explicit"] {
+        // The state x=1 is the target, but a state of the scope.
+        let unused = ["--engine", engine, "--property", "R{\"wrong\"}min=? [ F x=1 ]"];
+        assert_eq!(ask(MODEL, &unused).expect(3).json()["message"], negative["message"]);
+    }
+    let elsewhere =
+        MODEL.replace("x=1 : -1;", "x=4 : -1; [a] x=2 : -1; [b] x>0 : 1/0;").replace("0..3", "0..4");
+    let found = ask(&elsewhere, &["--property", "R{\"wrong\"}min=? [ F x=2 ]"]).expect(0).json();
+    assert_eq!(found["properties"][0]["value"]["upper"], json!(0.0), "not in the scope, or not enabled");
+}
+
+#[test]
+fn the_text_says_the_value() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let mut command = meliora();
+    let shown =
+        Finished::of(command.args(["reach", &scratch.show("m.prism"), "--property", "Rmin=? [ F x=0 ]"]));
+    assert!(shown.expect(0).stdout.contains("The value in the initial states: 0"));
+}

@@ -1,0 +1,106 @@
+//! Rewards of JANI models: transient numbers.
+
+use meliora::advanced::lang::property::{Measure, Optimum, Question, Rewards};
+use meliora::error::Error;
+use meliora::model::Program;
+use serde_json::{Value as Json, json};
+
+use super::{around, load};
+
+/// A model with a transient real `cost`, around the edges given.
+fn costly(edges: Json, initial: f64) -> Json {
+    let mut model = around(edges);
+    let cost = json!({"name": "cost", "type": "real", "transient": true, "initial-value": initial});
+    model["variables"].as_array_mut().unwrap().push(cost);
+    model
+}
+
+fn sets(x: Json, cost: Json) -> Json {
+    json!([{"ref": "x", "value": x}, {"ref": "cost", "value": cost}])
+}
+
+fn earned(program: &Program, state: &[i64]) -> Vec<String> {
+    let structure = &program.rewards[program.reward_structure(Some("cost")).unwrap()];
+    let choices = program.choices(state).unwrap();
+    choices.iter().map(|(c, _)| program.reward(structure, state, c).unwrap().to_string()).collect()
+}
+
+#[test]
+fn steps_earn_the_expected_value_that_their_edges_assign() {
+    let edges = json!([
+        {"location": "l", "destinations": [
+            {"location": "l", "probability": {"exp": 0.25}, "assignments": sets(json!(1), json!(2))},
+            {"location": "l", "probability": {"exp": 0.75}, "assignments": sets(json!(2), json!("x"))}]},
+        {"location": "l", "destinations": [{"location": "l"}]}
+    ]);
+    let program = load(&costly(edges, 0.0)).unwrap().program;
+    assert_eq!(earned(&program, &[0]), ["1/2", "0"]);
+    assert_eq!(earned(&program, &[3]), ["11/4", "0"]);
+}
+
+#[test]
+fn assignments_of_smaller_indices_are_read() {
+    let mut assignments = sets(json!(3), json!("x"));
+    assignments[1]["index"] = json!(1);
+    let edges = json!([{"location": "l", "destinations": [{"location": "l", "assignments": assignments}]}]);
+    assert_eq!(earned(&load(&costly(edges, 0.0)).unwrap().program, &[0]), ["3"]);
+}
+
+#[test]
+fn states_earn_the_values_of_their_locations() {
+    let mut model = costly(json!([{"location": "l", "destinations": [{"location": "l"}]}]), 0.0);
+    model["automata"][0]["locations"][0]["transient-values"] = json!([{"ref": "cost", "value": "x"}]);
+    let program = load(&model).unwrap().program;
+    assert_eq!(earned(&program, &[2]), ["2"]);
+}
+
+#[test]
+fn an_initial_value_that_every_step_would_earn_is_not_supported() {
+    let edges = json!([{"location": "l", "destinations": [{"location": "l"}]}]);
+    let checked = load(&costly(edges, 1.0)).unwrap();
+    assert!(checked.warnings[0].message.contains("initial value other than 0"));
+    let program = checked.program;
+    let choice = program.choices(&[0]).unwrap().remove(0).0;
+    assert!(matches!(program.reward(&program.rewards[0], &[0], &choice), Err(Error::Input(_))));
+}
+
+#[test]
+fn properties_accumulate_what_they_name() {
+    let edges = json!([{"location": "l", "destinations": [
+        {"location": "l", "assignments": [{"ref": "cost", "value": 2}]}]}]);
+    let mut model = costly(edges, 0.0);
+    model["automata"][0]["locations"][0]["transient-values"] = json!([{"ref": "cost", "value": 5}]);
+    let asked = |name: &str, exp: Json, accumulate: Json| {
+        let target = json!({"op": "=", "left": "x", "right": 3});
+        let asked = json!({"op": "Emax", "exp": exp, "accumulate": accumulate, "reach": target});
+        json!({"name": name, "expression": {"op": "filter", "fun": "max", "states": {"op": "initial"}, "values": asked}})
+    };
+    model["properties"] = json!([
+        asked("both", json!("cost"), json!(["exit", "steps", "time"])),
+        asked("left", json!("cost"), json!(["exit"])),
+        asked("taken", json!("cost"), json!(["steps"])),
+        asked("number", json!(1), json!(["steps"])),
+        asked("sum", json!("x"), json!(["exit"])),
+        asked("after", json!("x"), json!(["steps"])),
+    ]);
+    let checked = load(&model).unwrap();
+    let program = &checked.program;
+    let choice = program.choices(&[3]).unwrap().remove(0).0;
+    let mut earned = Vec::new();
+    for property in &checked.properties {
+        let Ok(asked) = &property.asks else {
+            earned.push((property.name.as_str(), "no answer".to_owned()));
+            continue;
+        };
+        let Question::Quantity(quantity) = &asked.question else { panic!("{:?}", asked.question) };
+        assert_eq!((quantity.optimum, quantity.bound), (Some(Optimum::Max), None));
+        let Measure::Reward(rewards @ Rewards::Numbered(_)) = &quantity.measure else {
+            panic!("{quantity:?}")
+        };
+        let structure = &program.rewards[rewards.find(program).unwrap()];
+        earned.push((&property.name, program.reward(structure, &[3], &choice).unwrap().to_string()));
+    }
+    let expected =
+        [("both", "7"), ("left", "5"), ("taken", "2"), ("number", "1"), ("sum", "3"), ("after", "no answer")];
+    assert_eq!(earned, expected.map(|(name, value)| (name, value.to_owned())));
+}
