@@ -365,7 +365,7 @@ fn a_tie_that_turns_in_a_circle_is_not_chosen() {
     let (values, start) = values(&loaded, Safety::Action, 1, false);
     assert_eq!(values.probability(start, 1).interval, Interval::point(0.5));
     let best = values.best_choice(start, 1, Aim::Likely).unwrap();
-    assert_eq!(loaded.program.choices(&vec![0]).unwrap()[best].1, "try");
+    assert_eq!(loaded.program.choices(&[0]).unwrap()[best].1, "try");
 }
 
 #[test]
