@@ -62,7 +62,8 @@ pub(super) fn answer<E: Engine>(
     let wanted = wanted(program, quantity, &target)?;
     let values = |exact| reach::values(engine, program, (&wanted, optimum), regions, &states, exact);
     let mut found = values(false)?;
-    let is_narrow = |found: &[Value]| over(found).is_none_or(|value| value.width() <= precision);
+    // The values of several states may be far apart; each has narrow bounds of its own.
+    let is_narrow = |found: &[Value]| found.iter().all(|value| bound(value.interval()).width() <= precision);
     let is_decided = |found: &[Value]| quantity.bound.is_none_or(|bound| truth(found, bound).is_some());
     // Where bounds are too wide, or contain the bound of the property, exact numbers decide.
     if !is_narrow(&found) || !is_decided(&found) {
@@ -97,7 +98,11 @@ fn over(values: &[Value]) -> Option<Bound> {
     let join =
         |a: Interval, b: Interval| Interval { lower: a.lower.min(b.lower), upper: a.upper.max(b.upper) };
     let all = intervals.reduce(join)?;
-    Some(Bound { lower: all.lower, upper: all.upper, exact: None })
+    Some(bound(all))
+}
+
+fn bound(Interval { lower, upper }: Interval) -> Bound {
+    Bound { lower, upper, exact: None }
 }
 
 /// Returns whether all values satisfy a comparison; `None` if the bounds do not decide it.
