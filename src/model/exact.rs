@@ -20,7 +20,7 @@ pub type Ratio = BigRational;
 
 /// Largest absolute value of an exponent whose power is computed exactly, decimal exponents
 /// included: doubles have exponents below 400.
-const LARGEST_EXPONENT: i64 = 1100;
+const LARGEST_EXPONENT: u64 = 1100;
 
 /// Parses a decimal number such as `0.25` or `1.5e-3`; `None` if the text is not one.
 pub fn decimal(text: &str) -> Option<Ratio> {
@@ -31,7 +31,7 @@ pub fn decimal(text: &str) -> Option<Ratio> {
     let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
     let digits: BigInt = format!("{whole}{fraction}").parse().ok()?;
     let exponent = exponent.checked_sub(i64::try_from(fraction.len()).ok()?)?;
-    if exponent.abs() > LARGEST_EXPONENT {
+    if exponent.unsigned_abs() > LARGEST_EXPONENT {
         return None;
     }
     let power = BigInt::from(10).pow(u32::try_from(exponent.unsigned_abs()).ok()?);
@@ -74,7 +74,7 @@ pub(super) fn binary(op: Binary, x: &Ratio, y: &Ratio) -> Option<Ratio> {
 fn power(x: &Ratio, y: &Ratio) -> Option<Ratio> {
     let exponent = y.is_integer().then(|| y.to_integer().to_i64()).flatten();
     match exponent {
-        Some(n) if n.abs() <= LARGEST_EXPONENT && (n >= 0 || !x.is_zero()) => {
+        Some(n) if n.unsigned_abs() <= LARGEST_EXPONENT && (n >= 0 || !x.is_zero()) => {
             let power = Pow::pow(x, u32::try_from(n.unsigned_abs()).ok()?);
             Some(if n < 0 { Ratio::one() / power } else { power })
         }
@@ -154,7 +154,7 @@ mod tests {
         for (text, n, d) in [("0.1", 1, 10), ("1.5e-3", 3, 2000), ("12.50", 25, 2), ("2e3", 2000, 1)] {
             assert_eq!(decimal(text), Some(ratio(n, d)), "{text}");
         }
-        for text in ["", "x", "1e", "1e99999", "inf", "NaN"] {
+        for text in ["", "x", "1e", "1e99999", "1e-9223372036854775808", "inf", "NaN"] {
             assert_eq!(decimal(text), None, "{text}");
         }
         assert_eq!(shortest(0.1), Some(ratio(1, 10)));
@@ -179,5 +179,6 @@ mod tests {
         assert_eq!(power(&ratio(1, 2), &ratio(-3, 1)), Some(ratio(8, 1)));
         assert_eq!(power(&ratio(1, 2), &ratio(1, 2)), None);
         assert_eq!(power(&ratio(0, 1), &ratio(-1, 1)), None);
+        assert_eq!(power(&ratio(1, 2), &ratio(i64::MIN, 1)), None);
     }
 }

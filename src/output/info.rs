@@ -30,8 +30,6 @@ pub struct InfoFindings {
     pub scope: Scope,
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
-    /// The reward structures.
-    pub rewards: Vec<RewardSummary>,
     /// The variables of the diagram from the top; `None` for the explicit engine.
     pub order: Option<Vec<String>>,
     /// Sizes of diagrams; `None` for the explicit engine.
@@ -39,6 +37,8 @@ pub struct InfoFindings {
     /// The reason for the order, if it was computed from the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order_reason: Option<String>,
+    /// The reward structures.
+    pub rewards: Vec<RewardSummary>,
 }
 
 /// The report with times and memory.
