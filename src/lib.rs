@@ -18,6 +18,7 @@
 //! | Definition "Improvement MDP" | [`planning::improvement`], in three readings: [`planning::Safety`] |
 //! | Algorithm "Level set": levels and ranks of SPI and SASI | [`planning::levels`] |
 //! | SPI and SASI strategies | [`planning::strategy`], [`planning::finite_memory`]; explanations: [`planning::explain`] |
+//! | (beyond the paper) how likely improvements are, how soon, at what cost | [`quantities`] |
 //!
 //! # Architecture
 //!

@@ -148,7 +148,7 @@ impl<N: Number> Component<N> {
     /// Replaces a policy by the one that looks best after some sweeps of value iteration. This
     /// saves rounds of policy iteration and needs no precision.
     fn greedy(&self, policy: &mut [usize], meter: &mut Meter<'_>) -> Result<()> {
-        let mut x = vec![N::zero().bounds().lower; policy.len()];
+        let mut x = vec![0.0; policy.len()];
         let value = |action: &Action<N>, x: &[f64]| {
             let sum: f64 = action.row.edges.iter().map(|(to, p)| p.bounds().lower * x[*to as usize]).sum();
             (action.high.bounds().lower + sum) / action.leaving.bounds().upper

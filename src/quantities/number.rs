@@ -178,7 +178,10 @@ impl Number for Interval {
     }
 
     fn less(&self, other: &Self) -> Self {
-        Interval::point(down(self.lower - other.upper))
+        match other.upper == 0.0 {
+            true => self.low(),
+            false => Interval::point(down(self.lower - other.upper)),
+        }
     }
 
     fn bounds(&self) -> Interval {

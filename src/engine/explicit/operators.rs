@@ -345,7 +345,8 @@ impl ExplicitEngine {
             Choice::Uniform => return (self.prepared.uniform && !deadlock).then_some(0),
             Choice::Combination { synchronisation, commands } => (*synchronisation, commands),
         };
-        if self.prepared.uniform || deadlock || wanted >= self.prepared.synchronisations.len() {
+        // With monitors, the self-loop of a deadlock is a command of theirs.
+        if self.prepared.uniform || wanted >= self.prepared.synchronisations.len() {
             return None;
         }
         let mut stepper = Stepper::<1>::new(&self.prepared);
