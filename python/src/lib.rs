@@ -5,8 +5,8 @@
 //!
 //! Each file imports only files of the lines before its own:
 //!
-//! - `arrays`, `display`, `errors`, `progress`, `values`
-//! - `files`, `worker`, `region_export`
+//! - `arrays`, `display`, `errors`, `progress`, `region_export`
+//! - `files`, `values`, `worker`
 //! - `options`, `preferences`, `region`
 //! - `explanation`, `handle`, `simulation`
 //! - `strategy`, `levels`, `analysis`, `exploration`, `model`, each of which may use those before it

@@ -105,17 +105,18 @@ pub struct Position {
 impl Position {
     /// Returns the part and the detail, separated by a comma.
     pub fn words(&self) -> String {
-        self.joined(&[&self.part, &self.detail], ", ")
+        joined(&[&self.part, &self.detail], ", ")
     }
 
     /// Returns the phase, the part and the detail, separated by dots.
     pub fn line(&self) -> String {
-        self.joined(&[self.phase, &self.part, &self.detail], " · ")
+        joined(&[self.phase, &self.part, &self.detail], " · ")
     }
+}
 
-    fn joined(&self, words: &[&str], separator: &str) -> String {
-        words.iter().copied().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(separator)
-    }
+/// Joins the words that are not empty.
+fn joined(words: &[&str], separator: &str) -> String {
+    words.iter().copied().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(separator)
 }
 
 #[derive(Debug, Default)]
