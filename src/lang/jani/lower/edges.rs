@@ -4,15 +4,12 @@ use ahash::AHashMap;
 
 use super::super::read::model::{Assignment, Destination, Edge};
 use super::rewards::ways;
-use super::scope::{Meaning, Place, Slot};
+use super::scope::{EdgeOf, Meaning, Place, Slot};
 use super::state::Lowering;
 use crate::lang::ast::{BinaryOp, Span};
 use crate::model::expr::{ExprId, Node};
 use crate::model::value::{Type, Value};
 use crate::model::{Branch, Branches, Command, VarId};
-
-/// An edge of an element of the system.
-pub(super) type EdgeOf<'a> = (usize, &'a Edge);
 
 /// An assignment with its element, target and type.
 pub(super) struct Step<'e> {

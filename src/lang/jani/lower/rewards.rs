@@ -3,8 +3,7 @@
 
 use super::super::read::model::Destination;
 use super::super::read::property::{Reach, Reward};
-use super::edges::EdgeOf;
-use super::scope::{Meaning, Place, Slot};
+use super::scope::{EdgeOf, Meaning, Place, Slot};
 use super::state::Lowering;
 use crate::error::Diagnostic;
 use crate::lang::ast::{BinaryOp, Node, NodeKind, Span};
@@ -22,13 +21,6 @@ pub(super) struct Accumulation {
     pub(super) steps: bool,
     /// When a state is left: the value in the state.
     pub(super) exit: bool,
-}
-
-/// The rewards of steps, and the errors in them, by transient variable.
-#[derive(Default)]
-pub(super) struct Earned {
-    items: Vec<(usize, RewardItem)>,
-    errors: Vec<(usize, Diagnostic)>,
 }
 
 impl<'a> Lowering<'a> {

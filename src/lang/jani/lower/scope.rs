@@ -2,10 +2,12 @@
 
 use ahash::AHashMap;
 
-use super::super::read::model::{Automaton, Function, Location, Variable};
+use super::super::read::model::{Automaton, Edge, Function, Location, Variable};
+use crate::error::Diagnostic;
 use crate::lang::ast::{Expr, Ident};
 use crate::model::VarId;
 use crate::model::expr::ExprId;
+use crate::model::rewards::RewardItem;
 use crate::model::value::Type;
 
 /// The meaning of a name.
@@ -85,4 +87,14 @@ impl Place<'_> {
     pub(super) fn of(instance: usize) -> Self {
         Place { instance: Some(instance), ..Place::default() }
     }
+}
+
+/// An edge of an element of the system.
+pub(super) type EdgeOf<'a> = (usize, &'a Edge);
+
+/// The rewards of steps, and the errors in them, by transient variable.
+#[derive(Default)]
+pub(super) struct Earned {
+    pub(super) items: Vec<(usize, RewardItem)>,
+    pub(super) errors: Vec<(usize, Diagnostic)>,
 }

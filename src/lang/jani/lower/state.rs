@@ -5,8 +5,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::super::read::model::Model;
-use super::rewards::Earned;
-use super::scope::{Declared, Instance, Level, Transient};
+use super::scope::{Declared, Earned, Instance, Level, Transient};
 use crate::error::{Diagnostic, SourceFile};
 use crate::lang::check::{Actions, Lowerer, Scope};
 use crate::lang::names::Names;

@@ -3,8 +3,7 @@
 use ahash::{AHashMap, AHashSet};
 
 use super::super::read::model::{Automaton, Edge, Vector};
-use super::edges::EdgeOf;
-use super::scope::{Meaning, Slot};
+use super::scope::{EdgeOf, Meaning, Slot};
 use super::state::{Lowering, MOST_FUNCTIONS_DEEP};
 use crate::lang::ast::{Expr, Ident, NodeKind, Span};
 use crate::lang::combinations::{combinations, product};
