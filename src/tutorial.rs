@@ -160,9 +160,9 @@
 //! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());
 //! # analysis.run(&mut |_| ())?;
 //! # let missing = || Error::Usage("the levels are known".into());
-//! let mut book = FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).ok_or_else(missing)?;
+//! let mut strategy = FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).ok_or_else(missing)?;
 //! let start = [0];
-//! let at = book.explain(&start, book.start(&start))?;
+//! let at = strategy.explain(&start, strategy.start(&start)?)?;
 //! let said: Vec<(&str, bool, Verdict)> =
 //!     at.actions.iter().map(|a| (a.name.as_str(), a.permitted, a.verdict)).collect();
 //! // `a` leads to states without further improvement: the first of its successors is one.
@@ -172,7 +172,7 @@
 //!
 //! // Random runs under the strategy satisfy its guarantee. The same seed gives the same runs.
 //! let setup = Setup { scheduler: Scheduler::Permissive, runs: 100, steps: 50, seed: 1 };
-//! let plays = Simulation::new(&mut book, setup).run(&start)?;
+//! let plays = Simulation::new(&mut strategy, setup).run(&start)?;
 //! assert_eq!(plays.fewer_than(1), 0);
 //! assert_eq!(plays.weakened_step, 0);
 //! # Ok(())

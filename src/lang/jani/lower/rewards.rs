@@ -5,7 +5,6 @@ use super::super::read::model::Destination;
 use super::super::read::property::{Reach, Reward};
 use super::scope::{EdgeOf, Meaning, Place, Slot};
 use super::state::Lowering;
-use crate::error::Diagnostic;
 use crate::lang::ast::{BinaryOp, Node, NodeKind, Span};
 use crate::lang::combinations::combinations;
 use crate::lang::property::{self, Measure, Question, Rewards};
