@@ -105,7 +105,7 @@ fn bounds_are_compared_exactly() {
 #[test]
 fn values_are_over_all_initial_states() {
     let model = MODEL.replace("init 0", "").replace("rewards \"cost\"", "init true endinit rewards \"cost\"");
-    assert_eq!(bounds(&model, "Rmin=? [ F x=3 ]"), (f64::INFINITY, f64::INFINITY));
+    assert_eq!(bounds(&model, "Rmin=? [ F x=3 ]"), (0.0, f64::INFINITY));
     let found = ask(&model, &["--property", "Pmax=? [ F x=3 ]"]).expect(0).json();
     assert_eq!(found["properties"][0]["value"]["lower"], json!(0.0));
     assert_eq!(found["properties"][0]["value"]["upper"], json!(1.0));

@@ -62,7 +62,7 @@ fn stable(text: &str) -> Vec<String> {
         let parts = [" in all", " at most", " ms", " s ", " µs", "Prefer ", " tables "];
         parts.iter().any(|part| line.contains(part))
     };
-    let timed = timed_columns(text.lines().next().unwrap_or_default());
+    let timed = timed_columns(&text.lines().collect::<Vec<_>>());
     let blank = |line: &str| {
         let kept = line.chars().enumerate().filter(|(at, _)| !timed.iter().any(|column| column.contains(at)));
         kept.map(|(_, c)| c).collect::<String>().trim_end().to_owned()
@@ -70,18 +70,19 @@ fn stable(text: &str) -> Vec<String> {
     text.lines().filter(|l| !varies(l)).map(blank).collect()
 }
 
-/// The columns of a sweep's table that differ from run to run, by the heading of the table: cells end where the
-/// word above them ends.
-fn timed_columns(heading: &str) -> Vec<std::ops::Range<usize>> {
-    if !heading.starts_with("constants ") {
-        return Vec::new();
-    }
+/// The columns of a sweep's table that differ from run to run. The heading has several lines, of which the last one
+/// starts with `constants`; cells end where the word in this line ends.
+fn timed_columns(lines: &[&str]) -> Vec<std::ops::Range<usize>> {
+    let Some(last) = lines.iter().position(|line| line.starts_with("constants ")) else { return Vec::new() };
+    let heading = lines[last];
     let varying = ["seconds", "seconds_symbolic", "seconds_explicit", "prefer", "peak_nodes"];
     let (mut columns, mut start) = (Vec::new(), 0);
     for (at, _) in heading.match_indices(|c: char| c != ' ') {
         let end = at + 1;
         if heading[end..].starts_with(' ') || end == heading.len() {
-            if varying.contains(&heading[start..end].trim()) {
+            let words = lines[..=last].iter().filter_map(|line| line.get(start..end.min(line.len())));
+            let words: Vec<&str> = words.map(str::trim).filter(|word| !word.is_empty()).collect();
+            if varying.contains(&words.join("_").as_str()) {
                 columns.push(start..end);
             }
             start = end;
