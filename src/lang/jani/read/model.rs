@@ -2,7 +2,7 @@
 
 use super::property::Property;
 use super::record::{NonEmpty, records};
-use super::types::{Action, Bounds, Enabled, Exp, Feature, Version};
+use super::types::{Action, Bounds, Exp, Feature, Version};
 use crate::lang::ast::{Expr, Ident};
 use crate::model::ModelKind;
 
@@ -107,7 +107,7 @@ records! {
     Element = "an element of the system" {
         "automaton" => automaton: Ident,
     }
-    checks { "input-enable" => Enabled };
+    empties { "input-enable" => "input-enabled automata are not supported" };
 
     /// A synchronisation vector: for each element an action, or none.
     Vector = "a synchronisation vector" {

@@ -88,6 +88,15 @@ impl<'a> Reader<'a> {
             self.unsupported::<()>(object.key_span(key), message);
         }
     }
+
+    /// Refuses a key whose array is not empty, by a message that says what is not supported.
+    pub(crate) fn refuse_items(&mut self, object: &Object<'a>, what: &str, key: &str, message: &str) {
+        let Some(node) = object.get(key) else { return };
+        let items = self.array(node, &format!("the \"{key}\" of {what}"));
+        if items.is_some_and(|items| !items.is_empty()) {
+            self.unsupported::<()>(object.key_span(key), message);
+        }
+    }
 }
 
 /// Returns the place of a value, for records that keep it.
@@ -99,8 +108,8 @@ pub(crate) fn place(node: Node<'_>) -> Span {
 ///
 /// Each record has a name for messages, and for each key a field with its type, and a default
 /// unless the key is required. `checks` lists keys whose values are checked and not kept, `refuses`
-/// keys of unsupported features with the message, and `ignores` keys without an effect here. A
-/// field after `at` is the place of the object.
+/// keys of unsupported features with the message, `empties` such keys that may have an empty array,
+/// and `ignores` keys without an effect here. A field after `at` is the place of the object.
 macro_rules! records {
     ($(
         $(#[$doc:meta])*
@@ -109,6 +118,7 @@ macro_rules! records {
         }
         $(checks { $($checked:literal => $check:ty),* })?
         $(refuses { $($refused:literal => $message:literal),* })?
+        $(empties { $($emptied:literal => $reason:literal),* })?
         $(ignores { $($ignored:literal),* })?
         $(at $place:ident)?;
     )*) => {$(
@@ -125,10 +135,11 @@ macro_rules! records {
                 node: $crate::lang::jani::json::Node<'a>,
                 _: &str,
             ) -> Option<Self> {
-                let known = [$($key,)* $($($checked,)*)? $($($ignored,)*)?];
+                let known = [$($key,)* $($($checked,)*)? $($($emptied,)*)? $($($ignored,)*)?];
                 let refused: &[&str] = &[$($($refused),*)?];
                 let object = reader.object(node, $what, &known, refused)?;
                 $($(reader.refuse(&object, $refused, $message);)*)?
+                $($(reader.refuse_items(&object, $what, $emptied, $reason);)*)?
                 $($(reader.field::<Option<$check>>(&object, $what, $checked, Some(None));)*)?
                 $(let $field = reader.field::<$ty>(&object, $what, $key, None$(.or(Some($default)))?);)*
                 Some($name { $($field: $field?,)* $($place: $crate::lang::jani::read::record::place(node))? })

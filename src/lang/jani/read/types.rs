@@ -137,15 +137,3 @@ impl<'a> Read<'a> for Feature {
         reader.unsupported(feature.span, format!("the feature \"{}\" is not supported", feature.name))
     }
 }
-
-/// An empty list of the actions that are always enabled.
-pub(super) struct Enabled;
-
-impl<'a> Read<'a> for Enabled {
-    fn read(reader: &mut Reader<'a>, node: Node<'a>, what: &str) -> Option<Self> {
-        match reader.array(node, what)?.is_empty() {
-            true => Some(Enabled),
-            false => reader.unsupported(node.span(), "input-enabled automata are not supported"),
-        }
-    }
-}
