@@ -111,25 +111,28 @@ impl Goal {
     }
 }
 
-/// Returns the states in which a property with these regions is true.
+/// Returns whether a property with these regions is true in all initial states.
 ///
 /// # Errors
 /// A limit is reached.
-pub fn satisfying<E: Engine>(
+pub fn holds<E: Engine>(
     engine: &E,
     (strategies, bound): Comparison,
-    found: Regions<E::States>,
-) -> Result<E::States> {
-    let all = engine.all_states();
-    match (strategies, bound) {
-        (Strategies::Some, Bound::One) => Ok(found.pmax_one),
-        (Strategies::Some, Bound::Positive) => Ok(found.pmax_positive),
-        (Strategies::All, Bound::One) => Ok(found.pmin_one),
-        (Strategies::All, Bound::Positive) => Ok(found.pmin_positive),
+    found: &Regions<E::States>,
+) -> Result<bool> {
+    let initial = engine.initial_states();
+    let inside = |region| engine.difference(&initial, region);
+    let outside = |region| engine.intersection(&initial, region);
+    let violating = match (strategies, bound) {
+        (Strategies::Some, Bound::One) => inside(&found.pmax_one),
+        (Strategies::Some, Bound::Positive) => inside(&found.pmax_positive),
+        (Strategies::All, Bound::One) => inside(&found.pmin_one),
+        (Strategies::All, Bound::Positive) => inside(&found.pmin_positive),
         // A property is true for every strategy if no strategy violates it, and vice versa.
-        (Strategies::Some, Bound::BelowOne) => engine.difference(&all, &found.pmin_one),
-        (Strategies::Some, Bound::Zero) => engine.difference(&all, &found.pmin_positive),
-        (Strategies::All, Bound::BelowOne) => engine.difference(&all, &found.pmax_one),
-        (Strategies::All, Bound::Zero) => engine.difference(&all, &found.pmax_positive),
-    }
+        (Strategies::Some, Bound::BelowOne) => outside(&found.pmin_one),
+        (Strategies::Some, Bound::Zero) => outside(&found.pmin_positive),
+        (Strategies::All, Bound::BelowOne) => outside(&found.pmax_one),
+        (Strategies::All, Bound::Zero) => outside(&found.pmax_positive),
+    };
+    engine.is_empty(&violating?)
 }

@@ -5,7 +5,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::advanced::lang::property::Question as Asks;
 use meliora::engine::Engine;
 use meliora::error::{Error, SourceFile};
 use meliora::lang::{open_constants, parse_properties, split_constants};
@@ -13,7 +12,7 @@ use meliora::model::Program;
 use meliora::output::PropertiesReport;
 use meliora::output::properties::{PropertyAnswer, Sizes};
 use meliora::planning::result::ModelCounts;
-use meliora::reach::{Goal, satisfying};
+use meliora::reach::Goal;
 
 use super::exit::Status;
 use super::load::{self, Asked, Asking};
@@ -156,7 +155,6 @@ fn answer<E: Engine>(
         load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
         job.update(|r| r.counts = Some(counts));
     }
-    let initial = engine.initial_states();
     for &(asking, position) in questions {
         let found = job.timed("regions", || asking.goal.regions(engine), |_, _| ())?;
         let answered = || quantity::answer(engine, asking, &asked.program, &found, precision);
@@ -168,13 +166,6 @@ fn answer<E: Engine>(
             pmax_positive: size(&found.pmax_positive)?,
             pmin_one: size(&found.pmin_one)?,
             pmin_positive: size(&found.pmin_positive)?,
-        };
-        let holds = match asking.property {
-            Some(Asks::Qualitative(strategies, bound)) => {
-                let satisfying = satisfying(engine, (strategies, bound), found)?;
-                Some(engine.is_empty(&engine.difference(&initial, &satisfying)?)?)
-            }
-            _ => holds,
         };
         job.update(|r| {
             let answer = &mut r.properties[position];

@@ -1,4 +1,4 @@
-//! Answers to properties that ask for a number, or compare one with a bound.
+//! Answers to properties: whether they hold in the initial states, and the number that they ask for.
 
 use std::cmp::Ordering;
 
@@ -12,8 +12,7 @@ use meliora::model::{Program, exact, fault};
 use meliora::output::values::Bound;
 use meliora::quantities::reach::{self, Value, Wanted};
 use meliora::quantities::{Earned, Interval};
-
-use meliora::reach::Goal;
+use meliora::reach::{Goal, holds};
 
 use super::load::Asking;
 
@@ -34,7 +33,7 @@ pub(super) fn precision(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
-/// Answers a question for a number from the regions of its formula; no answer for other questions.
+/// Answers a property from the regions of its formula, and a target without a property not at all.
 /// The regions contain all states, also those with monitors that are not fresh.
 ///
 /// # Errors
@@ -46,7 +45,13 @@ pub(super) fn answer<E: Engine>(
     regions: &Regions<E::States>,
     precision: f64,
 ) -> Result<Answer> {
-    let Some(Question::Quantity(quantity)) = &asking.property else { return Ok((None, None)) };
+    let quantity = match &asking.property {
+        None => return Ok((None, None)),
+        Some(Question::Qualitative(strategies, bound)) => {
+            return Ok((None, Some(holds(engine, (*strategies, *bound), regions)?)));
+        }
+        Some(Question::Quantity(quantity)) => quantity,
+    };
     let (program, target) = match &asking.goal {
         Goal::Target(target) => (model, engine.states_where(*target)?),
         Goal::Formula(watched) => (&*watched.program, engine.no_states()),

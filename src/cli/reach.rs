@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use meliora::advanced::lang::property::Question as Asks;
 use meliora::engine::regions::{self, Which};
 use meliora::engine::{Count, Engine};
 use meliora::error::Error;
@@ -12,7 +11,7 @@ use meliora::output::ReachReport;
 use meliora::output::reach::Share;
 use meliora::planning::result::ModelCounts;
 use meliora::planning::temporal;
-use meliora::reach::{Goal, satisfying};
+use meliora::reach::Goal;
 
 use super::exit::Status;
 use super::load::{self, Asked, Asking};
@@ -124,13 +123,6 @@ fn answer<E: Engine>(
     };
     let answered = || quantity::answer(engine, asking, &asked.program, &found, precision);
     let (value, holds) = job.timed("value", answered, |r, s| r.time.add("value", s))?;
-    let holds = match asking.property {
-        Some(Asks::Qualitative(strategies, bound)) => {
-            let found = asking.goal.restricted(engine, found)?;
-            Some(search.share(&satisfying(engine, (strategies, bound), found)?)? == Share::All)
-        }
-        _ => holds,
-    };
     job.update(|r| {
         (r.holds, r.value) = (holds, value);
         if asking.property.is_some() {

@@ -17,6 +17,7 @@ use super::files::Target;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan;
+use super::quantity;
 use super::supervise::{Job, supervise};
 
 /// The name of the cost that every model has.
@@ -62,7 +63,7 @@ pub(super) struct ValuesArgs {
     within: Option<u32>,
 
     /// Largest width of a result, absolute for probabilities, relative above 1 for other numbers
-    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = precision)]
+    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = quantity::precision)]
     precision: f64,
 
     /// Compute with fractions; for small models
@@ -77,13 +78,6 @@ pub(super) struct ValuesArgs {
     engine: EngineArgs,
     #[command(flatten)]
     shown: ShownArgs,
-}
-
-fn precision(text: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(x) if x > 0.0 && x < 1.0 => Ok(x),
-        _ => Err("expected a number between 0 and 1".to_owned()),
-    }
 }
 
 /// Runs the command.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::States;
 use crate::engine::regions::{Regions, regions};
-use crate::engine::{Algebra, AnyEngine, Engine, Usage};
+use crate::engine::{AnyEngine, Engine, Usage};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang;
 use crate::lang::property::Question;
@@ -13,7 +13,7 @@ use crate::model::preference::History;
 use crate::planning::result::ModelCounts;
 use crate::planning::temporal::{accepting_regions, secured};
 use crate::planning::{Analysis, Options};
-use crate::reach::{Goal, satisfying};
+use crate::reach::{Goal, holds};
 
 /// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]
@@ -144,8 +144,7 @@ impl Exploration {
         let found = goal.restricted(&engine, goal.regions(&engine)?)?;
         let holds = match asked {
             Some(Question::Qualitative(strategies, bound)) => {
-                let satisfying = satisfying(&engine, (strategies, bound), found.clone())?;
-                Some(engine.is_empty(&engine.difference(&engine.initial_states(), &satisfying)?)?)
+                Some(holds(&engine, (strategies, bound), &found)?)
             }
             _ => None,
         };
