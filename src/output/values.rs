@@ -4,9 +4,9 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use serde_json::Value as Json;
 
-use super::envelope::{Envelope, Findings};
+use super::envelope::Envelope;
 use super::header::Header;
-use super::{Style, ranks, values_text};
+use super::ranks;
 use crate::csv;
 use crate::engine::Engine;
 use crate::error::Result;
@@ -152,7 +152,7 @@ impl ValuesFindings {
             "cost_lower",
             "cost_upper",
         ];
-        let mut text = csv::lines([variables.chain(columns)]);
+        let mut rows = vec![variables.chain(columns).map(str::to_owned).collect::<Vec<_>>()];
         for state in &self.states {
             let mut first: Vec<String> = state.state.values().map(plain).collect();
             first.push(state.most_preferred.join("+"));
@@ -167,11 +167,11 @@ impl ValuesFindings {
                     let cost =
                         |x: fn(&Bound) -> f64| cost.as_ref().map_or(String::new(), |c| x(c).to_string());
                     cells.extend([cost(|c| c.lower), cost(|c| c.upper)]);
-                    text.push_str(&csv::lines([cells]));
+                    rows.push(cells);
                 }
             }
         }
-        text
+        csv::lines(rows)
     }
 }
 
@@ -196,18 +196,12 @@ impl StateValues {
         let names: Vec<&str> = names.iter().map(|(_, name)| name.as_str()).collect();
         let setup = values.setup();
         let levels = (1..=setup.levels).map(|k| level(values, node, k, &names)).collect();
-        let engine = analysis.engine();
-        let rank = |kind| analysis.levels(kind).rank(engine, state);
-        let class = match analysis.classes() {
-            Some(classes) => classes.of(engine, state)?.map(|c| &classes.list[c].most_preferred),
-            None => None,
-        };
-        let most_preferred = class.map_or_else(Vec::new, |mp| analysis.preferences().names(mp));
+        let most_preferred = analysis.most_preferred(state)?;
         Ok(Some(StateValues {
             state: Valuation::of(program, state),
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
-            sasi_rank: rank(Kind::Sasi)?,
-            spi_rank: rank(Kind::Spi)?,
+            sasi_rank: analysis.rank(Kind::Sasi, state)?,
+            spi_rank: analysis.rank(Kind::Spi, state)?,
             levels,
             number: Bound::new(&values.number(node), setup.exact),
             within: values.within(node, 1).map(<[f64]>::to_vec),
@@ -229,20 +223,5 @@ fn level(values: &Values, node: Node, k: usize, names: &[&str]) -> LevelValues {
         cost: values.cost(node, k).as_ref().map(bound),
         actions: values.choices(node, k, Aim::Likely).iter().map(action).collect(),
         within: values.within(node, k).map(<[f64]>::to_vec),
-    }
-}
-
-impl Findings for ValuesFindings {
-    const SCHEMA: &str = "meliora.values/1";
-    const PHASES: &[(&str, &str)] = &[
-        ("parse", "parse"),
-        ("build", "build"),
-        ("levels", "levels"),
-        ("explore", "explore"),
-        ("solve", "solve"),
-    ];
-
-    fn body(report: &ValuesReport, style: Style) -> String {
-        values_text::render(report, style)
     }
 }

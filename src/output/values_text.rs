@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::text::{Grid, plural};
-use super::values::{Bound, LevelValues, StateValues, ValuesReport};
+use super::envelope::Findings;
+use super::text::{Grid, names, plural};
+use super::values::{Bound, LevelValues, StateValues, ValuesFindings, ValuesReport};
 use super::{Style, ranks};
 use crate::planning::Safety;
 
@@ -13,21 +14,29 @@ const CURVE: usize = 10;
 /// Probabilities of success curves above this number are shown as 1.
 const ALMOST: f64 = 1.0 - 1e-12;
 
-/// Renders the results.
-pub(super) fn render(report: &ValuesReport, style: Style) -> String {
-    let mut text = report.header.sizes(report.counts.as_ref(), style);
-    if report.header.safety == Some(Safety::Transition.name()) && !report.states.is_empty() {
-        text.push_str("\nProbabilities are those of improving before any step weakens.\n");
+impl Findings for ValuesFindings {
+    const SCHEMA: &str = "meliora.values/1";
+    const PHASES: &[(&str, &str)] = &[
+        ("parse", "parse"),
+        ("build", "build"),
+        ("levels", "levels"),
+        ("explore", "explore"),
+        ("solve", "solve"),
+    ];
+
+    fn body(report: &ValuesReport, style: Style) -> String {
+        let mut text = report.header.sizes(report.counts.as_ref(), style);
+        if report.header.safety == Some(Safety::Transition.name()) && !report.states.is_empty() {
+            text.push_str("\nProbabilities are those of improving before any step weakens.\n");
+        }
+        text.extend(report.states.iter().map(|state| one(state, &report.reward, style)));
+        text
     }
-    text.extend(report.states.iter().map(|state| one(state, &report.reward, style)));
-    text
 }
 
 fn one(state: &StateValues, reward: &str, style: Style) -> String {
     let mut text = format!("\n{}\n", style.bold(&format!("State {}", state.state)));
-    let sure =
-        if state.most_preferred.is_empty() { "nothing".to_owned() } else { state.most_preferred.join(", ") };
-    let _ = writeln!(text, "  Sure: {sure}");
+    let _ = writeln!(text, "  Sure: {}", names(&state.most_preferred));
     let _ = writeln!(
         text,
         "  Improvements: {} certain, {} possible, {} expected at most",

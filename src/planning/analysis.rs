@@ -313,14 +313,11 @@ impl<E: Engine> Analysis<E> {
     /// A limit of the engine is reached, or a command has no meaning in the state.
     pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
         let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
-        let most_preferred = match &self.classes {
-            Some(classes) => self.preferences.owned_names(&classes.most_preferred(&*self.engine, state)?),
-            None => Vec::new(),
-        };
+        let most_preferred = self.most_preferred(state)?;
         Ok(Prospects {
             state: state.to_vec(),
             values: Valuation::of(program, state),
-            most_preferred,
+            most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
             sasi: self.plan(&self.sasi, state, &choices)?,
             spi: self.plan(&self.spi, state, &choices)?,
         })
