@@ -7,6 +7,9 @@
 //! A literal is the decimal number of its text; without a text, it is the shortest decimal that
 //! rounds to its double. `+`, `-`, `*`, `/`, `min`, `max` and powers with a small whole exponent are
 //! exact. Logarithms and all other powers are irrational in general: their double is taken as exact.
+//!
+//! This file and `expr` import each other: the pool folds literals with these operations, and exact
+//! evaluation walks its nodes.
 
 use num_bigint::BigInt;
 use num_rational::BigRational;

@@ -1,4 +1,7 @@
 //! Probabilities of steps: doubles, or exact fractions.
+//!
+//! This file and `step` import each other: steps multiply weights, and the faults found while the
+//! branches of a command are weighed are those of steps.
 
 use num_traits::{One, Zero};
 

@@ -59,5 +59,5 @@ mod solved;
 pub mod values;
 
 pub use cost::{Cost, Earned, Steps};
-pub use number::Interval;
-pub use values::{Aim, Bounds, ChoiceValues, Node, Setup, Values};
+pub use number::{Bounds, Interval};
+pub use values::{Aim, ChoiceValues, Node, Setup, Values};

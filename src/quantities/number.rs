@@ -50,6 +50,38 @@ impl Interval {
     }
 }
 
+/// Bounds of a number, and the number itself if it is known exactly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bounds {
+    /// The bounds.
+    pub interval: Interval,
+    /// The exact value.
+    pub exact: Option<Ratio>,
+}
+
+impl Bounds {
+    /// Copies the bounds of a number.
+    pub(super) fn of<N: Number>(number: &N) -> Self {
+        Bounds { interval: number.bounds(), exact: number.exact().cloned() }
+    }
+
+    /// Returns the bounds of a probability, which is at most 1.
+    pub(super) fn at_most_one(mut self) -> Self {
+        self.interval.upper = self.interval.upper.min(1.0);
+        self
+    }
+
+    /// Returns the bounds 0 and `upper`.
+    pub(super) fn any(upper: f64) -> Self {
+        Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
+    }
+
+    /// Returns the bounds of a whole number.
+    pub(super) fn point(x: u8) -> Self {
+        Bounds { interval: Interval::point(f64::from(x)), exact: Some(Ratio::from_integer(x.into())) }
+    }
+}
+
 /// A number of the solver: exact, or between two bounds. All values are at least 0.
 pub(super) trait Number: Clone + Send + Sync {
     fn zero() -> Self;

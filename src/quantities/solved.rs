@@ -2,9 +2,8 @@
 
 use super::graph::Graph;
 use super::meter::Meter;
-use super::number::Number;
+use super::number::{Bounds, Number};
 use super::solve::{Quantity, Solution, System};
-use super::values::Bounds;
 use crate::error::Result;
 
 /// The solutions so far.

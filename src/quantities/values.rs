@@ -5,7 +5,7 @@ use super::explore::{Explorer, Facts, Place, Places};
 use super::graph::{Graph, LOST};
 use super::horizon::Horizon;
 use super::meter::Meter;
-use super::number::{Interval, Number};
+use super::number::{Bounds, Interval};
 use super::solve::NONE;
 use super::solved::Solved;
 use crate::engine::Engine;
@@ -25,35 +25,6 @@ pub struct Setup {
     pub exact: bool,
     /// The greatest number of steps of the success curves; `None` for no curves.
     pub within: Option<usize>,
-}
-
-/// Bounds of a number, and the number itself if it is known exactly.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Bounds {
-    /// The bounds.
-    pub interval: Interval,
-    /// The exact value.
-    pub exact: Option<Ratio>,
-}
-
-impl Bounds {
-    pub(super) fn of<N: Number>(number: &N) -> Self {
-        Bounds { interval: number.bounds(), exact: number.exact().cloned() }
-    }
-
-    /// Returns the bounds of a probability, which is at most 1.
-    fn at_most_one(mut self) -> Self {
-        self.interval.upper = self.interval.upper.min(1.0);
-        self
-    }
-
-    fn any(upper: f64) -> Self {
-        Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
-    }
-
-    fn point(x: u8) -> Self {
-        Bounds { interval: Interval::point(f64::from(x)), exact: Some(Ratio::from_integer(x.into())) }
-    }
 }
 
 /// The values of a choice at one level.
