@@ -13,9 +13,6 @@ use crate::model::{Program, State};
 /// For a reward structure, this is the sum of its state rewards in the state and of its transition
 /// rewards for the action of the choice.
 pub trait Cost {
-    /// Returns the name in reports.
-    fn name(&self) -> &str;
-
     /// Returns the cost of a choice in a state.
     ///
     /// # Errors
@@ -28,10 +25,6 @@ pub trait Cost {
 pub struct Steps;
 
 impl Cost for Steps {
-    fn name(&self) -> &str {
-        "steps"
-    }
-
     fn of(&self, _: &State, _: &Step<Ratio>) -> Result<Ratio> {
         Ok(Ratio::one())
     }
@@ -47,10 +40,6 @@ pub struct Earned<'p> {
 }
 
 impl Cost for Earned<'_> {
-    fn name(&self) -> &str {
-        self.structure.name.as_deref().unwrap_or_default()
-    }
-
     fn of(&self, state: &State, step: &Step<Ratio>) -> Result<Ratio> {
         self.program.reward(self.structure, state, &step.choice)
     }
