@@ -19,6 +19,7 @@ mod properties;
 mod quantities;
 mod readme;
 mod report;
+mod requirements;
 mod settings;
 mod status;
 mod strategies;
