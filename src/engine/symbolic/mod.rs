@@ -287,7 +287,7 @@ impl Engine for SymbolicEngine {
 
     fn restricted_to(&self, region: &Region<StateSet, ChoiceSet>) -> Result<Self> {
         self.diagram_of(&region.states)?;
-        self.diagrams_of(&region.choices)?;
+        self.groups_of(&region.choices)?;
         let Region { states, choices } = region.clone();
         // The targets remembered so far were reached by all choices.
         Ok(SymbolicEngine { states, choices, reaching: Arc::default(), ..self.clone() })
