@@ -81,7 +81,7 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
     let build = || load::engine(&program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     if let Some(engine) = engine.symbolic() {
-        let sizes = engine.sizes();
+        let sizes = engine.sizes()?;
         job.update(|r| {
             r.order = Some(engine.encoding().names());
             r.order_reason = (args.model.order == "auto").then(|| order::from_structure(&program).why);

@@ -84,7 +84,8 @@ pub struct Settings {
     pub scope: Scope,
     /// The kind of engine that [`AnyEngine::new`] creates.
     pub storage: Storage,
-    /// The memory limit in bytes for the node table and operation cache, or for the arrays.
+    /// The memory limit in bytes: for the node table, the operation cache, relation lists and
+    /// intermediate results of the symbolic engine, or for the arrays of the explicit engine.
     pub memory: u64,
     /// The order of the bits in decision diagrams.
     pub order: symbolic::Order,

@@ -12,3 +12,4 @@ mod membership;
 mod order;
 mod stopping;
 mod temporal;
+mod threads;

@@ -53,12 +53,12 @@ fn counts<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<String> {
 }
 
 /// Thresholds that send small work each way.
-fn thresholds() -> [Thresholds; 3] {
+fn thresholds() -> [Thresholds; 4] {
     let usual = Thresholds::default();
     let hasty = Thresholds {
-        trial_steps: 40,
-        forward_trial_steps: 40,
-        first_steps: 10,
+        trial_steps: 80,
+        forward_trial_steps: 80,
+        first_steps: 20,
         free_cases: 8,
         nodes_per_case: 100,
         large_set: 0,
@@ -72,7 +72,9 @@ fn thresholds() -> [Thresholds; 3] {
         first_collection: 2_000,
         ..usual
     };
-    [usual, hasty, narrow]
+    // Garbage is collected within all recursions.
+    let early = Thresholds { first_collection: 2_000, ..usual };
+    [usual, hasty, narrow, early]
 }
 
 /// The ways that were taken to what the explicit engine finds on the worlds of these seeds.
@@ -82,11 +84,12 @@ fn ways(seeds: impl Iterator<Item = u64>) -> Vec<Ways> {
         let (program, preferences) = world(seed);
         let explicit = Arc::new(ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap());
         let expected = (results(&explicit, &preferences), counts(&*explicit, &preferences));
+        let threads = [1, 2, 4][seed as usize % 3];
         for thresholds in thresholds() {
-            let settings = Settings { memory: 64 << 20, thresholds, ..Settings::default() };
+            let settings = Settings { memory: 256 << 20, threads, thresholds, ..Settings::default() };
             let symbolic = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).unwrap());
             let found = (results(&symbolic, &preferences), counts(&*symbolic, &preferences));
-            assert_eq!(found, expected, "seed {seed}, {thresholds:?}");
+            assert_eq!(found, expected, "seed {seed}, {threads} threads, {thresholds:?}");
             ways.push(symbolic.ways());
         }
     }

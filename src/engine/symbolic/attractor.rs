@@ -47,13 +47,13 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
             return Ok(Removed { lost: new.clone(), allowed: same() });
         }
         let key = (new.clone(), parts::operands(parts));
-        if let Some(found) = known.found.get(&key) {
-            return Ok(found.clone());
+        if let Some(found) = known.get(&key) {
+            return Ok(found);
         }
         self.tick()?;
         known.check()?;
         let found = self.remove_across(self.first_bit(new, parts), new, parts, known)?;
-        known.found.insert(key, found.clone());
+        known.insert(key, found.clone());
         Ok(found)
     }
 
@@ -155,7 +155,7 @@ pub(super) fn remove_attractor(
         return Ok(None);
     }
     let game = Game::new(engine, lost, won, within, edge_labels)?;
-    let most = Budget::of(store, &game.parts);
+    let most = Budget::of(store, &game.parts)?;
     let Some(loss) = store.remove_attractor(&lost.0, &game.parts, most)? else {
         store.work.given_up.fetch_add(1, Relaxed);
         return Ok(None);

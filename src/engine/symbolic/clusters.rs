@@ -134,8 +134,8 @@ fn without(store: &Store, mut relation: Bdd, support: &Support, dropped: &[(Bdd,
 /// the two relations. Returns true if the piece was added.
 fn join(store: &Store, cluster: &mut Cluster, piece: &Piece) -> Result<bool> {
     let steps = PartialRelation::union(store, &[&piece.steps, &cluster.steps])?;
-    let sizes = store.size(&piece.steps.relation) + store.size(&cluster.steps.relation);
-    if store.size(&steps.relation) > store.thresholds().small_union.max(2 * sizes) {
+    let sizes = store.size(&piece.steps.relation)? + store.size(&cluster.steps.relation)?;
+    if store.size(&steps.relation)? > store.thresholds().small_union.max(2 * sizes) {
         return Ok(false);
     }
     cluster.pieces.push(piece.clone());

@@ -34,15 +34,15 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         }
         let operands = parts::operands(&parts);
         let key = (x.clone(), operands.clone());
-        if let Some(found) = known.found.get(&key) {
-            return Ok(found.clone());
+        if let Some(found) = known.get(&key) {
+            return Ok(found);
         }
         self.tick()?;
         known.check()?;
         let found = self.reach_by_across(self.first_bit(x, &parts), x, &parts, known)?;
-        known.found.insert(key, found.clone());
+        known.insert(key, found.clone());
         // The closure of a closed set is the set itself.
-        known.found.insert((found.clone(), operands), found.clone());
+        known.insert((found.clone(), operands), found.clone());
         Ok(found)
     }
 
@@ -109,7 +109,7 @@ pub(super) fn can_reach(
             parts.push(Part { allowed, except, list: list.clone() });
         }
     }
-    let most = Budget::of(&engine.store, &parts);
+    let most = Budget::of(&engine.store, &parts)?;
     let found = engine.store.reach_by(target, &parts, most)?;
     engine.store.work.confined[usize::from(found.is_some())].fetch_add(1, Relaxed);
     Ok(found)

@@ -47,14 +47,15 @@ pub(super) trait Diagram<'id> {
     fn level_of(&self, e: Edge<'_, 'id>) -> LevelNo;
     /// Returns the children (set, clear) if the root is on `level`, else the diagram twice.
     fn children<'a>(&'a self, e: Edge<'a, 'id>, level: LevelNo) -> (Edge<'a, 'id>, Edge<'a, 'id>);
+    /// Returns the value of a constant; `None` for any other function.
+    fn value_of(&self, e: Edge<'_, 'id>) -> Option<bool>;
     fn is_zero(&self, e: Edge<'_, 'id>) -> bool;
-    fn zero(&self) -> AllocResult<Held<'_, 'id>>;
+    fn constant(&self, value: bool) -> Held<'_, 'id>;
     fn held(&self, e: Edge<'_, 'id>) -> Held<'_, 'id>;
     fn node(&self, level: LevelNo, set: Held<'_, 'id>, clear: Held<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
-    fn and(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
-    fn or(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
-    /// Computes f ∧ ¬g.
-    fn minus(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>>;
+    /// Returns the cached result of an operation of OxiDD.
+    fn recall_operation(&self, operation: BDDOp, operands: &[Edge<'_, 'id>]) -> Option<Held<'_, 'id>>;
+    fn remember_operation(&self, operation: BDDOp, operands: &[Edge<'_, 'id>], value: Edge<'_, 'id>);
     fn recall(&self, what: Memo, key: &[Edge<'_, 'id>], number: u32) -> Option<Held<'_, 'id>>;
     fn remember(&self, what: Memo, key: &[Edge<'_, 'id>], number: u32, value: Edge<'_, 'id>);
     /// Returns an owned handle of the diagram.
@@ -83,8 +84,17 @@ impl<'id> Diagram<'id> for ManagerOf<'id> {
         matches!(self.get_node(e), Node::Terminal(t) if *t.borrow() == BDDTerminal::False)
     }
 
-    fn zero(&self) -> AllocResult<Held<'_, 'id>> {
-        Ok(EdgeDropGuard::new(self, self.get_terminal(BDDTerminal::False)?))
+    #[inline]
+    fn value_of(&self, e: Edge<'_, 'id>) -> Option<bool> {
+        match self.get_node(e) {
+            Node::Inner(_) => None,
+            Node::Terminal(t) => Some(*t.borrow() == BDDTerminal::True),
+        }
+    }
+
+    #[inline]
+    fn constant(&self, value: bool) -> Held<'_, 'id> {
+        EdgeDropGuard::new(self, if value { Bdd::t_edge(self) } else { Bdd::f_edge(self) })
     }
 
     #[inline]
@@ -99,16 +109,14 @@ impl<'id> Diagram<'id> for ManagerOf<'id> {
         Ok(EdgeDropGuard::new(self, made))
     }
 
-    fn and(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>> {
-        Ok(EdgeDropGuard::new(self, Bdd::and_edge(self, f, g)?))
+    #[inline]
+    fn recall_operation(&self, operation: BDDOp, operands: &[Edge<'_, 'id>]) -> Option<Held<'_, 'id>> {
+        Some(EdgeDropGuard::new(self, self.apply_cache().get(self, operation, operands)?))
     }
 
-    fn or(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>> {
-        Ok(EdgeDropGuard::new(self, Bdd::or_edge(self, f, g)?))
-    }
-
-    fn minus(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> AllocResult<Held<'_, 'id>> {
-        Ok(EdgeDropGuard::new(self, Bdd::imp_strict_edge(self, g, f)?))
+    #[inline]
+    fn remember_operation(&self, operation: BDDOp, operands: &[Edge<'_, 'id>], value: Edge<'_, 'id>) {
+        self.apply_cache().add(self, operation, operands, value);
     }
 
     #[inline]

@@ -89,7 +89,7 @@ impl Draft {
     pub(super) fn size_to(&mut self, states: &mut Bdd) -> Result<()> {
         let relations = self.translated.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation));
         let usual = self.settings.thresholds.main_cache;
-        let entries = cache_for_nodes(self.store.size(states), relations, usual);
+        let entries = cache_for_nodes(self.store.size(states)?, relations, usual)?;
         self.enlarge(entries, Some(states))
     }
 

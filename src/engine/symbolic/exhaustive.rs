@@ -38,7 +38,7 @@ fn bit_of(state: usize, bit: usize, width: usize) -> bool {
 }
 
 /// Returns the function of the levels whose value at the k-th assignment is bit k of the table.
-fn function(store: &Store, levels: &[u32], table: Table) -> Bdd {
+pub(super) fn function(store: &Store, levels: &[u32], table: Table) -> Bdd {
     let Some((&level, rest)) = levels.split_first() else {
         return if table & 1 == 1 { store.one() } else { store.zero() };
     };

@@ -4,6 +4,10 @@
 //! partial relation. `transitions` groups the choices, so that in each state at most one choice of
 //! a group is enabled. For reachability, `clusters` unites small relations.
 //!
+//! `apply` has the Boolean operations, quantification and counting. They are written anew instead
+//! of calling those of OxiDD, so that every recursion counts its steps, can be cancelled, and ends
+//! before the node table is full. `charge` counts the memory outside of OxiDD's tables.
+//!
 //! The fixpoint operations are recursions over the diagrams of sets and the lists of relations
 //! (`relation_lists`) at once; `recursions` runs them: one step (`walk`) and the reachable states
 //! (`reach`, `saturation`). If each group of choices has a bound of its own (`parts`), `confined`
@@ -11,8 +15,10 @@
 //! `attractor`.
 
 mod algebra;
+mod apply;
 mod attractor;
 mod build;
+mod charge;
 mod clusters;
 mod command;
 mod confined;
@@ -32,6 +38,8 @@ mod recursions;
 mod relation_lists;
 mod saturation;
 mod store;
+#[cfg(test)]
+mod stress;
 mod support;
 mod symbolic_integer;
 mod tables;
@@ -144,13 +152,17 @@ impl SymbolicEngine {
     }
 
     /// Returns the sizes of the diagrams.
-    pub fn sizes(&self) -> DiagramSizes {
-        DiagramSizes {
-            transition: self.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation)).sum(),
-            states: self.store.size(&self.states.0),
+    ///
+    /// # Errors
+    /// A limit.
+    pub fn sizes(&self) -> Result<DiagramSizes> {
+        let relations = self.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation));
+        Ok(DiagramSizes {
+            transition: relations.sum::<Result<_>>()?,
+            states: self.store.size(&self.states.0)?,
             clusters: self.clusters.len(),
             groups: self.transitions.guards.len(),
-        }
+        })
     }
 
     /// Computes [`Engine::states_where`] for an expression of another program, which equals the
@@ -185,7 +197,7 @@ impl SymbolicEngine {
     /// # Errors
     /// The set belongs to another engine.
     pub fn has_nodes(&self, x: &StateSet, many: usize) -> Result<bool> {
-        Ok(self.store.has_nodes(self.diagram_of(x)?, many))
+        self.store.has_nodes(self.diagram_of(x)?, many)
     }
 
     /// Returns the number of inner nodes of the diagram of a set.
@@ -193,7 +205,7 @@ impl SymbolicEngine {
     /// # Errors
     /// The set belongs to another engine.
     pub fn size(&self, x: &StateSet) -> Result<usize> {
-        Ok(self.store.size(self.diagram_of(x)?))
+        self.store.size(self.diagram_of(x)?)
     }
 
     fn reaching(&self) -> MutexGuard<'_, Vec<(StateSet, StateSet)>> {
@@ -275,7 +287,7 @@ impl Engine for SymbolicEngine {
 
     fn restricted_to(&self, region: &Region<StateSet, ChoiceSet>) -> Result<Self> {
         self.diagram_of(&region.states)?;
-        self.diagrams_of(&region.choices)?;
+        self.groups_of(&region.choices)?;
         let Region { states, choices } = region.clone();
         // The targets remembered so far were reached by all choices.
         Ok(SymbolicEngine { states, choices, reaching: Arc::default(), ..self.clone() })
@@ -293,7 +305,7 @@ impl Engine for SymbolicEngine {
 
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let (store, c, x) = (&self.store, self.groups_of(c)?, self.diagram_of(x)?);
-        let large = store.has_nodes(x, store.thresholds().large_set);
+        let large = store.has_nodes(x, store.thresholds().large_set)?;
         let mut found = Vec::with_capacity(c.len());
         for (list, allowed) in self.groups.iter().zip(c) {
             found.push(if large {
@@ -376,7 +388,7 @@ impl Engine for SymbolicEngine {
             Some((lost, choices)) => Ok(Region { states: self.difference(&left.states, &lost)?, choices }),
             None => {
                 let is_simpler = |x: &StateSet, y: &StateSet| {
-                    Ok(self.store.is_smaller(self.diagram_of(x)?, self.diagram_of(y)?))
+                    self.store.is_smaller(self.diagram_of(x)?, self.diagram_of(y)?)
                 };
                 edge_labels::remove_attractor(self, left, within, won, edge_labels, lost, is_simpler)
             }

@@ -22,6 +22,11 @@ pub(super) struct Partition {
 }
 
 impl Partition {
+    /// Returns the number of values.
+    pub(super) fn len(&self) -> usize {
+        self.parts.len()
+    }
+
     /// Creates the partition with one value in all states.
     pub(super) fn constant(store: &Store, value: Value) -> Self {
         Partition { parts: vec![(value, store.one())] }

@@ -10,6 +10,7 @@ use ahash::AHashMap;
 use oxidd::Function;
 
 use super::SymbolicEngine;
+use super::charge::{BYTES_OF_TABLE, Charge};
 use super::diagram::{Bdd, Diagram};
 use super::relation_lists::RelationList;
 use super::store::Store;
@@ -33,14 +34,27 @@ type Operands = Vec<(Bdd, Bdd, u32)>;
 
 /// The results that a recursion over parts has found so far, by set and operands.
 pub(super) struct Known<T> {
-    pub(super) found: AHashMap<(Bdd, Operands), T>,
+    found: AHashMap<(Bdd, Operands), T>,
     most: usize,
+    charge: Charge,
 }
 
-impl<T> Known<T> {
+impl<T: Clone> Known<T> {
     /// Creates an empty table; the recursion gives up when the table has `most` results.
-    pub(super) fn new(most: usize) -> Self {
-        Known { found: AHashMap::new(), most }
+    pub(super) fn new(store: &Store, most: usize) -> Self {
+        Known { found: AHashMap::new(), most, charge: store.charge() }
+    }
+
+    /// Returns the result for a set and operands.
+    pub(super) fn get(&self, key: &(Bdd, Operands)) -> Option<T> {
+        self.found.get(key).cloned()
+    }
+
+    /// Adds a result. For each part it has at most one more diagram than the operands.
+    pub(super) fn insert(&mut self, key: (Bdd, Operands), result: T) {
+        let parts = key.1.len() * (size_of::<(Bdd, Bdd, u32)>() + size_of::<Bdd>());
+        self.charge.add(BYTES_OF_TABLE * size_of::<((Bdd, Operands), T)>() + parts);
+        self.found.insert(key, result);
     }
 
     /// Fails if the table is full.
@@ -102,13 +116,16 @@ impl Budget {
     pub(super) const NONE: Budget = Budget { cases: 0, steps: u64::MAX };
 
     /// Computes the limits from the size of the operands.
-    pub(super) fn of(store: &Store, parts: &[Part]) -> Self {
-        let nodes: usize = parts.iter().map(|p| store.size(&p.allowed)).sum();
+    ///
+    /// # Errors
+    /// A limit.
+    pub(super) fn of(store: &Store, parts: &[Part]) -> Result<Self> {
+        let nodes: usize = parts.iter().map(|p| store.size(&p.allowed)).sum::<Result<_>>()?;
         let thresholds = store.thresholds();
-        Budget {
+        Ok(Budget {
             cases: nodes / thresholds.nodes_per_case.max(1) + thresholds.free_cases,
             steps: nodes as u64 * thresholds.steps_per_node + thresholds.free_steps,
-        }
+        })
     }
 }
 
@@ -168,7 +185,8 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
 
     /// Computes: if `bit` then `set` else `clear`.
     pub(super) fn joined(&self, bit: u32, set: &Bdd, clear: &Bdd) -> Result<Bdd, Halt> {
-        self.own(|w| w.node(bit, &w.m.held(set.as_edge(w.m)), &w.m.held(clear.as_edge(w.m))))
+        self.tick()?;
+        self.own(|w| w.node(bit, w.m.held(set.as_edge(w.m)), w.m.held(clear.as_edge(w.m))))
     }
 
     /// Returns the first bit that a diagram depends on.

@@ -32,7 +32,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let closed = if bit < list.top {
             let ([x0, x1], [b0, b1]) = (self.split(x, bit), self.split(b, bit));
             let set = self.close(by_saturation, x1, b1, list)?;
-            self.node(bit, &set, &self.close(by_saturation, x0, b0, list)?)?
+            self.node(bit, set, self.close(by_saturation, x0, b0, list)?)?
         } else if by_saturation {
             self.fire(x, b, self.store.lists.layers(self.store, list)?)?
         } else {
@@ -58,7 +58,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let stays = [self.cofactor(cofactors, false, false), self.cofactor(cofactors, true, true)];
         let crosses = [self.cofactor(cofactors, false, true), self.cofactor(cofactors, true, false)];
         let mut closed = self.split(x, bit).map(|half| self.m.held(half));
-        let mut crossed = [self.zero()?, self.zero()?];
+        let mut crossed = [self.zero(), self.zero()];
         let mut open = [true, true];
         // A half that is entered before it is closed is closed once instead of twice.
         let mut at = usize::from(crosses[0].is_empty());
@@ -78,6 +78,6 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
             at = to;
         }
         let [clear, set] = closed;
-        self.node(bit, &set, &clear)
+        self.node(bit, set, clear)
     }
 }

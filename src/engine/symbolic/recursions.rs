@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use oxidd::Function;
 
 use super::attractor::Removed;
-use super::diagram::Bdd;
+use super::diagram::{Bdd, Held};
 use super::parts::{Budget, Known, Part};
 use super::relation_lists::RelationList;
 use super::store::Store;
@@ -86,13 +86,15 @@ impl Store {
         most: Budget,
     ) -> Result<Option<Removed>> {
         let how = (Direction::Backward, Some("attractor removal"));
-        self.walk(how, most.steps, |walk| walk.remove_attractor(new, parts, &mut Known::new(most.cases)))
+        self.walk(how, most.steps, |walk| {
+            walk.remove_attractor(new, parts, &mut Known::new(self, most.cases))
+        })
     }
 
     /// Computes [`Walk::reach_by`]; `None` if that exceeds the limits `most`.
     pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], most: Budget) -> Result<Option<Bdd>> {
         let how = (Direction::Backward, Some("backward reachability"));
-        self.walk(how, most.steps, |walk| walk.reach_by(x, parts, &mut Known::new(most.cases)))
+        self.walk(how, most.steps, |walk| walk.reach_by(x, parts, &mut Known::new(self, most.cases)))
     }
 
     /// Returns X over the next state: the support bits are replaced by their next copies.
@@ -101,18 +103,32 @@ impl Store {
         self.walk_to_the_end(how, |walk| walk.own(|w| w.primed(x.as_edge(w.m), support)))
     }
 
+    /// Runs one operation.
+    pub(super) fn make(
+        &self,
+        operation: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<Held<'m, 'id>, Halt>,
+    ) -> Result<Bdd> {
+        self.walk_to_the_end((Direction::Forward, None), |walk| walk.own(operation))
+    }
+
     /// Runs a recursion over diagrams; `None` if it takes more than `steps` steps.
     fn walk<T>(
         &self,
-        (direction, phase): (Direction, Option<&'static str>),
+        how: (Direction, Option<&'static str>),
         steps: u64,
         recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
     ) -> Result<Option<T>> {
-        self.safe_point()?;
-        let halted = self.shared(|m| self.deep(|| recursion(&Walk::new(self, m, direction, phase, steps))));
-        match halted {
+        let (result, steps) = self.shared(|m| {
+            let checked = |walk: &Walk<'_, '_>| {
+                self.check_limits(m)?;
+                recursion(walk)
+            };
+            self.deep(|| Walk::run((self, m), how, steps, checked))
+        });
+        self.work.steps.fetch_add(steps, Relaxed);
+        match result {
             Ok(found) => Ok(Some(found)),
-            Err(Halt::Failed(error)) => Err(error),
+            Err(Halt::Failed(error)) => Err(*error),
             Err(Halt::Spent) => Ok(None),
         }
     }

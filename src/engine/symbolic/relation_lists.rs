@@ -6,15 +6,19 @@
 
 use std::borrow::Borrow;
 use std::hash::{Hash, Hasher};
-use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use ahash::AHashSet;
 
+use super::charge::Charge;
 use super::diagram::Bdd;
 use super::partial_relation::PartialRelation;
 use super::store::Store;
-use crate::error::Result;
+use crate::error::{Error, Limit, Result};
+
+/// Bytes of a list without its entries: the list, its reference counts, its name and the overhead
+/// of the allocations.
+const BYTES_PER_LIST: usize = size_of::<RelationList>() + 64;
 
 /// A union of relations: each step is a step of one of them.
 pub(super) struct RelationList {
@@ -28,6 +32,7 @@ pub(super) struct RelationList {
     // Boxed, because few lists need it, and smaller lists lie closer together in memory.
     layers: OnceLock<Box<Layers>>,
     entries: Vec<PartialRelation>,
+    _charge: Charge,
 }
 
 /// The possible effects of the steps of a list.
@@ -59,6 +64,22 @@ impl ListKind {
 pub(super) struct Cofactors([[Arc<RelationList>; 2]; 2]);
 
 impl RelationList {
+    fn new(store: &Store, number: u32, entries: Vec<PartialRelation>) -> Self {
+        let top = store.shared(|m| entries.iter().map(|e| e.top(m)).min());
+        let bytes = BYTES_PER_LIST + size_of_val(entries.as_slice());
+        let mut charge = store.charge();
+        charge.add(bytes);
+        RelationList {
+            number,
+            top: top.unwrap_or(u32::MAX),
+            kind: ListKind::of(&entries),
+            cofactors: OnceLock::new(),
+            layers: OnceLock::new(),
+            entries,
+            _charge: charge,
+        }
+    }
+
     /// Returns true if the list has no steps.
     pub(super) fn is_empty(&self) -> bool {
         self.kind == ListKind::Empty
@@ -115,37 +136,59 @@ pub(super) struct Layers {
 }
 
 /// The lists of one store.
-#[derive(Default)]
 pub(super) struct Lists {
-    known: Mutex<AHashSet<Named>>,
-    next: AtomicU32,
+    names: Mutex<Names>,
+    /// The largest number that a list may have.
+    last: u32,
+}
+
+/// The lists by their entries.
+#[derive(Default)]
+struct Names {
+    known: AHashSet<Named>,
+    /// The number of the next list.
+    next: u32,
 }
 
 impl Lists {
+    /// Creates an empty table of lists with numbers up to `last`.
+    pub(super) fn new(last: u32) -> Self {
+        Lists { names: Mutex::default(), last }
+    }
+
     /// Returns the list of some relations.
+    ///
+    /// # Errors
+    /// A limit: the memory, or the numbers of lists. A number is never given twice, since the
+    /// operation cache and lists in use would confuse the two lists.
     pub(super) fn of(&self, store: &Store, entries: Vec<PartialRelation>) -> Result<Arc<RelationList>> {
         let entries = united(store, entries)?;
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(Named(list)) = known.get(entries.as_slice()) {
+        let mut names = self.names();
+        if let Some(Named(list)) = names.known.get(entries.as_slice()) {
             return Ok(list.clone());
         }
-        if known.len() >= store.thresholds().most_lists {
-            known.clear();
+        if names.known.len() >= store.thresholds().most_lists {
+            names.known.clear();
         }
-        // After a wrap-around the numbers are reused; the cache entries of the first lists are long
-        // gone.
-        let number = self.next.fetch_add(2, Relaxed);
-        let top = store.shared(|m| entries.iter().map(|e| e.top(m)).min());
-        let list = Arc::new(RelationList {
-            number,
-            top: top.unwrap_or(u32::MAX),
-            kind: ListKind::of(&entries),
-            cofactors: OnceLock::new(),
-            layers: OnceLock::new(),
-            entries,
-        });
-        known.insert(Named(list.clone()));
+        let number = names.next;
+        names.next = number.checked_add(2).filter(|_| number < self.last).ok_or_else(|| self.exhausted())?;
+        let list = Arc::new(RelationList::new(store, number, entries));
+        names.known.insert(Named(list.clone()));
         Ok(list)
+    }
+
+    /// Forgets the names of all lists. This frees the lists that are not in use.
+    pub(super) fn forget(&self) {
+        self.names().known.clear();
+    }
+
+    fn names(&self) -> MutexGuard<'_, Names> {
+        self.names.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn exhausted(&self) -> Error {
+        let most = self.last / 2;
+        Limit::Size { what: format!("the work needs more than {most} relation lists") }.into()
     }
 
     /// Returns the cofactors of a list by its first bit.
@@ -224,24 +267,25 @@ fn united(store: &Store, mut entries: Vec<PartialRelation>) -> Result<Vec<Partia
     entries.retain(|e| !store.is_zero(&e.relation));
     entries.sort_unstable();
     entries.dedup();
-    let is_small = |f: &Bdd| !store.has_nodes(f, store.thresholds().small_relation);
+    let is_small = |f: &Bdd| Ok::<_, Error>(!store.has_nodes(f, store.thresholds().small_relation)?);
     let mut all: Vec<PartialRelation> = Vec::with_capacity(entries.len());
     for same in entries.chunk_by(|a, b| a.support == b.support) {
         if let [only] = same {
             all.push(only.clone());
             continue;
         }
-        let (small, large): (Vec<&PartialRelation>, Vec<&PartialRelation>) =
-            same.iter().partition(|e| is_small(&e.relation));
-        all.extend(large.into_iter().cloned());
         let mut gathered: Option<PartialRelation> = None;
-        for entry in small {
+        for entry in same {
+            if !is_small(&entry.relation)? {
+                all.push(entry.clone());
+                continue;
+            }
             let Some(union) = &mut gathered else {
                 gathered = Some(entry.clone());
                 continue;
             };
             union.relation = store.or(&union.relation, &entry.relation)?;
-            if !is_small(&union.relation) {
+            if !is_small(&union.relation)? {
                 all.extend(gathered.take());
             }
         }

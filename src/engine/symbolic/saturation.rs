@@ -22,7 +22,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         b: Edge<'_, 'id>,
         layers: &Layers,
     ) -> Result<Held<'m, 'id>, Halt> {
-        let mut fired = layers.here.iter().map(|_| self.zero()).collect::<Result<Vec<_>, _>>()?;
+        let mut fired = Vec::from_iter(layers.here.iter().map(|_| self.zero()));
         let mut closed = self.m.held(x);
         loop {
             let before = self.m.held(closed.borrowed());

@@ -1,49 +1,63 @@
 //! The diagram store: OxiDD's manager, with limits, garbage collection and cancellation.
 //!
-//! Every operation goes through the store. First it asks the progress sink for cancellation, and
-//! collects garbage if enough has gathered. If the node table is full, it collects garbage and
-//! tries once more.
+//! Every operation goes through the store. At its start, and then once in 1,024 steps, it asks the
+//! progress sink for cancellation, collects garbage if enough has gathered, and ends if the memory
+//! does not suffice (`limits`).
 //!
 //! The store owns the lists of relations, because their numbers are keys of its operation cache.
 //! Lists consist of partial relations, whose diagrams the store makes. Therefore `store`,
 //! `relation_lists` and `partial_relation` import each other.
 
 mod adopt;
+mod limits;
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 
 use ahash::AHashSet;
 use num_bigint::BigUint;
 use oxidd::bdd::BDDManagerRef;
 use oxidd::util::num::Natural;
-use oxidd::util::{AllocResult, FxHasher, SatCountCache};
-use oxidd::{BooleanFunction, BooleanFunctionQuant, Function, InnerNode, Manager, ManagerRef, Node};
+use oxidd::{BooleanFunction, Function, InnerNode, Manager, ManagerRef, Node};
 
-use super::diagram::{Bdd, ManagerOf};
+use super::charge::{Charge, Charges};
+use super::diagram::{Bdd, Diagram, ManagerOf};
 use super::relation_lists::Lists;
-use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
+use super::tables::{
+    BLOCK, BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager, spare_nodes,
+};
 use super::thresholds::{Thresholds, Work};
+use super::walk::Direction;
 use crate::engine::{Count, ProgressSink, Settings, Usage};
-use crate::error::{Error, Limit, Result};
+use crate::error::{Limit, Result};
+use crate::progress::Poll;
 
 /// Bytes of stack per bit of a state that a recursion needs, with the recursions of OxiDD inside
 /// it.
 const STACK_PER_BIT: usize = 4 << 10;
 /// Maximum number of nodes, well below the 2^31 at which OxiDD aborts the process.
 const MOST_NODES: u64 = 1 << 30;
-/// Minimum number of nodes per thread: four blocks. OxiDD gives nodes to its threads in blocks of
-/// 2^16, and no other thread can use the nodes of a block.
-const NODES_PER_THREAD: u64 = 4 << 16;
-
+/// Minimum number of nodes per thread.
+const NODES_PER_THREAD: u64 = 4 * BLOCK;
 /// The manager of all diagrams of one engine.
 pub(super) struct Store {
     manager: BDDManagerRef,
     sink: Arc<dyn ProgressSink>,
+    /// The bytes for nodes and charges.
+    memory: u64,
+    /// Maximum number of nodes, if nothing is charged.
     capacity: u64,
+    /// The nodes of OxiDD's table beyond the capacity.
+    spare: u64,
     cache_entries: u64,
     collect_at: AtomicUsize,
+    /// The number of collections in a row that were futile; locked during a collection.
+    futile: Mutex<u32>,
     peak: AtomicUsize,
+    /// The largest number of nodes in the stores that this one replaced.
+    replaced_peak: usize,
+    /// The bytes outside of OxiDD's tables.
+    pub(super) charges: Arc<Charges>,
     /// All lists of relations.
     pub(super) lists: Lists,
     pub(super) work: Work,
@@ -73,31 +87,34 @@ impl Store {
     fn sized(width: usize, settings: &Settings, entries: u64) -> Result<Self> {
         let Settings { memory, threads, thresholds, .. } = *settings;
         let cache_entries = cache_entries(memory, entries);
-        let left = memory.saturating_sub(cache_entries * BYTES_PER_ENTRY);
-        let capacity = (left / BYTES_PER_NODE).min(MOST_NODES);
+        let memory = memory.saturating_sub(cache_entries * BYTES_PER_ENTRY);
+        let capacity = (memory / BYTES_PER_NODE).min(MOST_NODES);
         if capacity < 2 * width as u64 + 16 {
-            let what = format!("{memory} bytes are too few for a node table over {width} bits");
+            let what = format!("{} bytes are too few for a node table over {width} bits", settings.memory);
             return Err(Limit::Memory { what }.into());
         }
-        let threads = u64::from(threads).min(capacity / NODES_PER_THREAD).max(1) as u32;
-        let manager = manager(capacity, cache_entries, threads)?;
+        let threads = u64::from(threads).min(capacity / NODES_PER_THREAD).max(1);
+        let manager = manager(capacity, cache_entries, threads as u32)?;
         let (zero, one) = manager.with_manager_exclusive(|m| {
             m.add_vars(2 * width as u32);
             (Bdd::f(m), Bdd::t(m))
         });
         let collect_at = thresholds.first_collection.min(capacity as usize / 2);
-        let (collect_at, peak) = (AtomicUsize::new(collect_at), AtomicUsize::new(0));
-        let (lists, sink) = (Lists::default(), settings.sink.clone());
         Ok(Store {
             work: Work::default(),
             saturates: Default::default(),
             manager,
-            sink,
+            sink: settings.sink.clone(),
+            memory,
             capacity,
+            spare: spare_nodes(threads),
             cache_entries,
-            collect_at,
-            peak,
-            lists,
+            collect_at: AtomicUsize::new(collect_at),
+            futile: Mutex::default(),
+            peak: AtomicUsize::new(0),
+            replaced_peak: 0,
+            charges: Arc::default(),
+            lists: Lists::new(u32::MAX),
             thresholds,
             stack: (width + 64) * STACK_PER_BIT,
             zero,
@@ -122,45 +139,45 @@ impl Store {
 
     /// Returns the literal of the variable on `level`, positive or negative.
     pub(super) fn literal(&self, level: u32, positive: bool) -> Result<Bdd> {
-        self.run(|| {
-            self.manager
-                .with_manager_shared(|m| if positive { Bdd::var(m, level) } else { Bdd::not_var(m, level) })
+        self.make(|w| {
+            w.tick()?;
+            w.node_on(level, w.m.constant(positive), w.m.constant(!positive))
         })
     }
 
     /// Computes f ∧ g.
     pub(super) fn and(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.run(|| f.and(g))
+        self.make(|w| w.and(f.as_edge(w.m), g.as_edge(w.m)))
     }
 
     /// Computes f ∨ g.
     pub(super) fn or(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.run(|| f.or(g))
+        self.make(|w| w.or(f.as_edge(w.m), g.as_edge(w.m)))
     }
 
     /// Computes ¬f.
     pub(super) fn not(&self, f: &Bdd) -> Result<Bdd> {
-        self.run(|| f.not())
+        self.make(|w| w.not(f.as_edge(w.m)))
     }
 
     /// Computes f ⊕ g.
     pub(super) fn xor(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.run(|| f.xor(g))
+        self.make(|w| w.xor(f.as_edge(w.m), g.as_edge(w.m)))
     }
 
     /// Computes f ↔ g.
     pub(super) fn iff(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.run(|| f.equiv(g))
+        self.make(|w| w.iff(f.as_edge(w.m), g.as_edge(w.m)))
     }
 
     /// Computes f ∧ ¬g.
     pub(super) fn minus(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.run(|| g.imp_strict(f))
+        self.make(|w| w.minus(f.as_edge(w.m), g.as_edge(w.m)))
     }
 
     /// Computes: if c then f else g.
     pub(super) fn ite(&self, c: &Bdd, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.run(|| c.ite(f, g))
+        self.make(|w| w.ite(c.as_edge(w.m), f.as_edge(w.m), g.as_edge(w.m)))
     }
 
     /// Computes the disjunction of many functions in pairs, so that intermediate results stay
@@ -179,7 +196,7 @@ impl Store {
 
     /// Computes ∃ V . f, where `variables` is the conjunction of the variables V.
     pub(super) fn exists(&self, f: &Bdd, variables: &Bdd) -> Result<Bdd> {
-        self.run(|| f.exists(variables))
+        self.make(|w| w.exists(f.as_edge(w.m), variables.as_edge(w.m)))
     }
 
     /// Runs `work` on the manager itself.
@@ -200,24 +217,37 @@ impl Store {
 
     /// Returns true if f has at least `many` nodes, constants included. Visits at most `many`
     /// nodes.
-    pub(super) fn has_nodes(&self, f: &Bdd, many: usize) -> bool {
-        self.shared(|m| {
-            let (mut seen, mut stack) = (AHashSet::new(), vec![f.as_edge(m)]);
-            while let Some(e) = stack.pop() {
-                if seen.len() >= many {
-                    break;
-                }
-                if let (true, Node::Inner(n)) = (seen.insert(e.node_id()), m.get_node(e)) {
-                    stack.extend([n.child(0), n.child(1)]);
-                }
-            }
-            seen.len() >= many
-        })
+    ///
+    /// # Errors
+    /// A limit.
+    pub(super) fn has_nodes(&self, f: &Bdd, many: usize) -> Result<bool> {
+        Ok(self.visit(f, many)? >= many)
     }
 
     /// Returns true if f has fewer nodes than g.
-    pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> bool {
-        !self.has_nodes(f, self.size(g) + 2)
+    ///
+    /// # Errors
+    /// A limit.
+    pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> Result<bool> {
+        Ok(!self.has_nodes(f, self.visit(g, usize::MAX)?)?)
+    }
+
+    /// Visits the nodes of f, constants included, until `most` have been met. Returns their number.
+    fn visit(&self, f: &Bdd, most: usize) -> Result<usize> {
+        self.shared(|m| {
+            let (mut seen, mut stack) = (AHashSet::new(), vec![f.as_edge(m)]);
+            let mut poll = Poll::new(&*self.sink);
+            while let Some(e) = stack.pop() {
+                if seen.len() >= most {
+                    break;
+                }
+                if let (true, Node::Inner(n)) = (seen.insert(e.node_id()), m.get_node(e)) {
+                    poll.step()?;
+                    stack.extend([n.child(0), n.child(1)]);
+                }
+            }
+            Ok(seen.len())
+        })
     }
 
     /// Returns true if f is a diagram of this store.
@@ -233,55 +263,32 @@ impl Store {
     /// Returns the number of satisfying assignments to the variables, without `unused` of them on
     /// which f does not depend.
     pub(super) fn count(&self, f: &Bdd, unused: u32) -> Result<Count> {
-        self.safe_point()?;
-        let variables = self.manager.with_manager_shared(|m| m.num_levels());
-        let mut cache: SatCountCache<Natural, std::hash::BuildHasherDefault<FxHasher>> =
-            SatCountCache::default();
-        let all = self.deep(|| f.sat_count(variables, &mut cache));
+        let how = (Direction::Forward, None);
+        let all = self.walk_to_the_end(how, |walk| walk.count_assignments(f.as_edge(walk.m)))?;
         Ok(to_biguint(&all) >> unused)
     }
 
-    /// Returns the number of inner nodes of f.
-    pub(super) fn size(&self, f: &Bdd) -> usize {
-        self.deep(|| f.node_count()).saturating_sub(2)
+    /// Returns the number of nodes of f, constants not included.
+    ///
+    /// # Errors
+    /// A limit.
+    pub(super) fn size(&self, f: &Bdd) -> Result<usize> {
+        let constants = if *f == self.zero || *f == self.one { 1 } else { 2 };
+        Ok(self.visit(f, usize::MAX)? - constants)
     }
 
     /// Returns the resources used so far.
     pub(super) fn usage(&self) -> Usage {
-        self.note_peak();
-        let peak = self.peak.load(Relaxed) as u64;
-        Usage { peak_nodes: peak, bytes: peak * BYTES_PER_NODE + self.cache_entries * BYTES_PER_ENTRY }
+        self.note_peak(self.nodes());
+        let peak = self.peak.load(Relaxed).max(self.replaced_peak) as u64;
+        // The largest numbers of nodes and of charged bytes may be of different times.
+        let used = (peak * BYTES_PER_NODE + self.charges.peak()).min(self.memory);
+        Usage { peak_nodes: peak, bytes: used + self.cache_entries * BYTES_PER_ENTRY }
     }
 
-    /// Runs an operation that may find the node table full.
-    fn run(&self, operation: impl Fn() -> AllocResult<Bdd>) -> Result<Bdd> {
-        self.safe_point()?;
-        if let Ok(f) = self.deep(&operation) {
-            return Ok(f);
-        }
-        self.shared(|m| self.collect_in(m));
-        self.deep(operation).map_err(|_| self.full())
-    }
-
-    /// Returns the error for a table that is full even after a collection.
-    pub(super) fn full(&self) -> Error {
-        let what = format!("the node table of {} nodes is full", self.capacity);
-        Limit::Memory { what }.into()
-    }
-
-    pub(super) fn safe_point(&self) -> Result<()> {
-        self.shared(|m| self.safe_point_in(m))
-    }
-
-    /// Lets the progress sink cancel the work, and collects garbage if enough has gathered.
-    pub(super) fn safe_point_in(&self, m: &ManagerOf<'_>) -> Result<()> {
-        if let Some(limit) = self.sink.stop() {
-            return Err(limit.into());
-        }
-        if m.approx_num_inner_nodes() >= self.collect_at.load(Relaxed) {
-            self.collect_in(m);
-        }
-        Ok(())
+    /// Returns a charge for memory outside of OxiDD's tables.
+    pub(super) fn charge(&self) -> Charge {
+        Charge::new(&self.charges)
     }
 
     /// Reports the current phase to the progress sink.
@@ -289,22 +296,8 @@ impl Store {
         self.sink.progress(phase, &|| format!("{} nodes in the table", self.nodes()));
     }
 
-    pub(super) fn collect_in(&self, m: &ManagerOf<'_>) {
-        self.note_peak();
-        m.gc();
-        let live = m.num_inner_nodes();
-        // Collect again at twice the live nodes (at least the threshold); earlier if room is short.
-        let next = (2 * live).max(self.thresholds.first_collection);
-        let room = live + (self.capacity as usize).saturating_sub(live) / 2;
-        self.collect_at.store(next.min(room.max(1)), Relaxed);
-    }
-
     fn nodes(&self) -> usize {
         self.shared(|m| m.approx_num_inner_nodes())
-    }
-
-    fn note_peak(&self) {
-        self.peak.fetch_max(self.nodes(), Relaxed);
     }
 }
 

@@ -9,6 +9,10 @@ pub(super) const BYTES_PER_NODE: u64 = 32;
 /// Bytes per entry of the operation cache.
 pub(super) const BYTES_PER_ENTRY: u64 = 20;
 
+/// OxiDD gives nodes to its threads in blocks of this size, and no other thread can use the nodes
+/// of a block. Its number of nodes lags behind by at most a block per thread.
+pub(super) const BLOCK: u64 = 1 << 16;
+
 /// Limits the operation cache to 2^(bits of a state + this number) entries: for a narrow model,
 /// clearing a large cache costs more than it saves.
 const CACHE_BITS_MORE: u32 = 6;
@@ -19,7 +23,7 @@ const CACHE_PER_NODE_OF_SMALL: u64 = 400;
 /// Maximum number of entries of the operation cache; more bring no gain.
 const LARGEST_CACHE: u64 = 1 << 23;
 
-/// Creates a manager, if the system grants its memory and its threads.
+/// Creates a manager for `nodes` nodes, if the system grants its memory and its threads.
 ///
 /// OxiDD assumes both: without the memory it aborts the process; without the threads, each with a
 /// stack of 1 GiB, it panics. The memory is therefore reserved and released first. The panic occurs
@@ -27,7 +31,8 @@ const LARGEST_CACHE: u64 = 1 << 23;
 ///
 /// # Errors
 /// A limit of the system: the memory or the threads.
-pub(super) fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result<BDDManagerRef> {
+pub(super) fn manager(nodes: u64, cache_entries: u64, threads: u32) -> Result<BDDManagerRef> {
+    let capacity = table_size(nodes, threads);
     let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
     if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
         let mib = bytes.div_ceil(1 << 20);
@@ -40,6 +45,20 @@ pub(super) fn manager(capacity: u64, cache_entries: u64, threads: u32) -> Result
     })
 }
 
+/// Returns the number of nodes that the table of OxiDD must have in addition to those allowed:
+/// each thread, those of the caller and of the collector included, may keep two blocks to itself.
+pub(super) fn spare_nodes(threads: u64) -> u64 {
+    2 * BLOCK * (threads + 2)
+}
+
+/// Returns the size of OxiDD's table for a number of nodes. The table is so large that its threads
+/// have spare nodes and that it is never 95 % full: then OxiDD would collect garbage in the
+/// background. That would clear the operation cache at any time, and a collection that the store
+/// asks for meanwhile does nothing. The system maps pages of the table only when they are used.
+fn table_size(nodes: u64, threads: u32) -> u64 {
+    (nodes + spare_nodes(threads.into())) / 15 * 16 + 16
+}
+
 /// Returns the number of entries of the operation cache that suffices for states of `width` bits.
 pub(super) fn cache_for_bits(width: usize) -> u64 {
     1u64.checked_shl(width as u32 + CACHE_BITS_MORE).unwrap_or(u64::MAX)
@@ -48,16 +67,23 @@ pub(super) fn cache_for_bits(width: usize) -> u64 {
 /// Returns the number of entries of the operation cache for states and relations with these numbers
 /// of nodes: at least `usual`, unless both are small. Reads the sizes of relations only until that
 /// is decided.
-pub(super) fn cache_for_nodes(states: usize, relations: impl Iterator<Item = usize>, usual: u64) -> u64 {
+///
+/// # Errors
+/// The first error of the sizes of the relations.
+pub(super) fn cache_for_nodes(
+    states: usize,
+    relations: impl Iterator<Item = Result<usize>>,
+    usual: u64,
+) -> Result<u64> {
     let mut of_small = 0;
-    for nodes in std::iter::once(states).chain(relations) {
-        of_small += nodes as u64 * CACHE_PER_NODE_OF_SMALL;
+    for nodes in std::iter::once(Ok(states)).chain(relations) {
+        of_small += nodes? as u64 * CACHE_PER_NODE_OF_SMALL;
         if of_small >= usual {
             break;
         }
     }
     let wanted = of_small.min(usual).max(states as u64 * CACHE_PER_NODE);
-    wanted.next_power_of_two().min(LARGEST_CACHE)
+    Ok(wanted.next_power_of_two().min(LARGEST_CACHE))
 }
 
 /// Returns the largest power of two that is at most `wanted` and fits into an eighth of the memory;
@@ -69,17 +95,31 @@ pub(super) fn cache_entries(memory: u64, wanted: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::cache_for_nodes;
+    use super::{cache_for_nodes, spare_nodes, table_size};
 
     #[test]
     fn a_cache_suits_the_states_and_small_relations() {
         let usual = 1 << 20;
-        assert_eq!(cache_for_nodes(10, [5, 5].into_iter(), usual), 1 << 13);
-        assert_eq!(cache_for_nodes(10, [50_000].into_iter(), usual), usual);
-        assert_eq!(cache_for_nodes(10_000, [5].into_iter(), usual), 1 << 21);
-        assert_eq!(cache_for_nodes(1 << 40, std::iter::empty(), usual), 1 << 23);
+        let cache_for_nodes = |states, relations: &mut dyn Iterator<Item = usize>, usual| {
+            cache_for_nodes(states, relations.map(Ok), usual).unwrap()
+        };
+        assert_eq!(cache_for_nodes(10, &mut [5, 5].into_iter(), usual), 1 << 13);
+        assert_eq!(cache_for_nodes(10, &mut [50_000].into_iter(), usual), usual);
+        assert_eq!(cache_for_nodes(10_000, &mut [5].into_iter(), usual), 1 << 21);
+        assert_eq!(cache_for_nodes(1 << 40, &mut std::iter::empty(), usual), 1 << 23);
         // Once there are enough nodes, no more are counted.
-        let relations = (0..).inspect(|&counted| assert!(counted < 2_000)).map(|_| 2);
-        assert_eq!(cache_for_nodes(10, relations, usual), usual);
+        let mut relations = (0..).inspect(|&counted| assert!(counted < 2_000)).map(|_| 2);
+        assert_eq!(cache_for_nodes(10, &mut relations, usual), usual);
+    }
+
+    #[test]
+    fn allowed_and_spare_nodes_fill_less_than_95_percent_of_a_table() {
+        for (nodes, threads) in [(16, 1), (1 << 20, 4), (1 << 30, 64)] {
+            let used = nodes + spare_nodes(threads.into());
+            let size = table_size(nodes, threads);
+            // OxiDD computes the mark in this way.
+            assert!(used < size / 100 * 95, "{used} of {size}");
+            assert!(size < 1 << 31);
+        }
     }
 }

@@ -4,6 +4,9 @@
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// The sizes at which the engine changes from one method to another. Results do not depend on them.
+///
+/// A *step* is a result that was not in the operation cache, of a recursion or of any operation
+/// inside it, or a node that was made without such a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Thresholds {
     /// Relations with the same support are united while they have fewer nodes than this.
@@ -55,15 +58,15 @@ impl Default for Thresholds {
             small_union: 2_000,
             most_lists: 1 << 18,
             large_set: 2_000,
-            trial_steps: 1_000_000,
-            forward_trial_steps: 16_000_000,
+            trial_steps: 2_000_000,
+            forward_trial_steps: 32_000_000,
             relations_per_bit: 4,
             nodes_per_case: 40,
             free_cases: 300,
-            steps_per_node: 100,
-            free_steps: 20_000,
+            steps_per_node: 200,
+            free_steps: 40_000,
             first_cache: 1 << 17,
-            first_steps: 1 << 18,
+            first_steps: 1 << 19,
             main_cache: 1 << 20,
             first_collection: 16_000_000,
         }
@@ -73,6 +76,11 @@ impl Default for Thresholds {
 /// Counters of the methods used.
 #[derive(Debug, Default)]
 pub(super) struct Work {
+    /// Steps of all recursions: results that were not in the operation cache, and nodes made for no
+    /// such result.
+    pub(super) steps: AtomicU64,
+    /// Collections of garbage.
+    pub(super) collections: AtomicU64,
     /// Fixpoints by recursion over the relations, and by saturation.
     pub(super) reached: [AtomicU64; 2],
     /// Recursions for reachability by allowed choices: given up, and completed.

@@ -4,6 +4,7 @@ use std::cell::RefCell;
 
 use ahash::AHashMap;
 
+use super::charge::{BYTES_OF_TABLE, Charge};
 use super::diagram::Bdd;
 use super::encoding::Encoding;
 use super::partition::Partition;
@@ -37,18 +38,32 @@ pub(super) struct Symbolic {
     pub(super) within: Bdd,
 }
 
+impl Symbolic {
+    /// Returns the bytes of the value in the table of a translator.
+    fn bytes(&self) -> usize {
+        let meaning = match &self.meaning {
+            Meaning::Bool(_) => 0,
+            Meaning::Int(bits) => bits.len() * size_of::<Bdd>(),
+            Meaning::Real(partition) => partition.len() * size_of::<(Value, Bdd)>(),
+        };
+        meaning + BYTES_OF_TABLE * size_of::<(ExprId, Symbolic)>()
+    }
+}
+
 /// Translates the expressions of one program and remembers every node.
 pub(super) struct Translator<'a> {
     program: &'a Program,
     encoding: &'a Encoding,
     store: &'a Store,
     known: RefCell<AHashMap<ExprId, Symbolic>>,
+    charge: RefCell<Charge>,
 }
 
 impl<'a> Translator<'a> {
     /// Creates a translator without results.
     pub(super) fn new(program: &'a Program, encoding: &'a Encoding, store: &'a Store) -> Self {
-        Translator { program, encoding, store, known: RefCell::default() }
+        let charge = store.charge().into();
+        Translator { program, encoding, store, known: RefCell::default(), charge }
     }
 
     /// Returns the states in which a Boolean expression is true, and those in which it has no
@@ -90,6 +105,7 @@ impl<'a> Translator<'a> {
             if missing.is_empty() {
                 let within = self.patterns(e)?;
                 let symbolic = Symbolic { within, ..self.node(e)? };
+                self.charge.borrow_mut().add(symbolic.bytes());
                 self.known.borrow_mut().insert(e, symbolic);
                 stack.pop();
             } else {

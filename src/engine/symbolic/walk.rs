@@ -3,9 +3,9 @@
 use std::cell::Cell;
 
 use ahash::AHashMap;
-use oxidd::util::AllocResult;
-use oxidd::{Function, NodeID};
+use oxidd::{Function, HasWorkers, NodeID, WorkerPool};
 
+use super::charge::{BYTES_OF_TABLE, Charge};
 use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf, Memo};
 use super::relation_lists::{Cofactors, RelationList};
 use super::store::Store;
@@ -24,15 +24,15 @@ pub(super) enum Direction {
 /// The reason why a recursion ended early.
 #[derive(Debug)]
 pub(super) enum Halt {
-    /// An error: a limit of the run.
-    Failed(Error),
+    /// An error: a limit of the run. Boxed, so that results fit into registers.
+    Failed(Box<Error>),
     /// The recursion took more steps than allowed.
     Spent,
 }
 
 impl From<Error> for Halt {
     fn from(error: Error) -> Self {
-        Halt::Failed(error)
+        Halt::Failed(Box::new(error))
     }
 }
 
@@ -41,76 +41,116 @@ pub(super) struct Walk<'m, 'id: 'm> {
     pub(super) store: &'m Store,
     pub(super) m: &'m ManagerOf<'id>,
     pub(super) direction: Direction,
+    /// The number of levels in which an operation is split among the threads.
+    pub(super) splits: u32,
     /// The name of the phase for progress reports; `None` for short recursions.
     phase: Option<&'static str>,
     /// The number of steps left.
     left: Cell<u64>,
 }
 
-/// Number of steps between two checks of the limits.
-const PATIENCE: u64 = 1 << 10;
+/// Maximum number of steps between two checks of the limits, for each thread.
+pub(super) const PATIENCE: u64 = 1 << 10;
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// Creates a recursion that may take `steps` steps.
-    pub(super) fn new(
-        store: &'m Store,
-        m: &'m ManagerOf<'id>,
-        direction: Direction,
-        phase: Option<&'static str>,
+    /// Runs a recursion that may take `steps` steps. Returns its result and the steps that it took.
+    pub(super) fn run<T>(
+        (store, m): (&'m Store, &'m ManagerOf<'id>),
+        (direction, phase): (Direction, Option<&'static str>),
         steps: u64,
-    ) -> Self {
-        Walk { store, m, direction, phase, left: Cell::new(steps) }
+        recursion: impl FnOnce(&Self) -> T,
+    ) -> (T, u64) {
+        let splits = m.workers().split_depth();
+        let walk = Walk { store, m, direction, splits, phase, left: Cell::new(steps) };
+        let result = recursion(&walk);
+        (result, steps - walk.left.get())
     }
 
-    /// Counts a step: one result that was not in the cache.
+    /// Counts a step: a result that was not in the cache, or a node made for no such result.
+    #[inline]
     pub(super) fn tick(&self) -> Result<(), Halt> {
         let left = self.left.get();
-        if left == 0 {
-            return Err(Halt::Spent);
+        if left.is_multiple_of(PATIENCE) {
+            return self.count(1);
         }
         self.left.set(left - 1);
-        if left.is_multiple_of(PATIENCE) {
-            self.store.safe_point_in(self.m)?;
+        Ok(())
+    }
+
+    /// Counts several steps, and checks the limits if [`PATIENCE`] steps have passed.
+    #[cold]
+    fn count(&self, steps: u64) -> Result<(), Halt> {
+        let left = self.left.get();
+        self.left.set(left.saturating_sub(steps));
+        if left < steps {
+            return Err(Halt::Spent);
+        }
+        if left.div_ceil(PATIENCE) != (left - steps).div_ceil(PATIENCE) || left.is_multiple_of(PATIENCE) {
+            self.store.check_limits(self.m)?;
             self.phase.inspect(|phase| self.store.progress(phase));
         }
         Ok(())
     }
 
-    /// Runs an operation; if the table is full, collects garbage and tries once more.
-    pub(super) fn run(
+    /// Computes two parts of a recursion: by different threads if it may still be split `splits`
+    /// times.
+    #[inline(always)]
+    pub(super) fn both<T: Send>(
         &self,
-        operation: impl Fn() -> AllocResult<Held<'m, 'id>>,
-    ) -> Result<Held<'m, 'id>, Halt> {
-        operation().or_else(|_| {
-            self.store.collect_in(self.m);
-            operation().map_err(|_| self.store.full().into())
-        })
+        splits: u32,
+        set: impl FnOnce(&Self, u32) -> Result<T, Halt> + Send,
+        clear: impl FnOnce(&Self, u32) -> Result<T, Halt> + Send,
+    ) -> Result<(T, T), Halt> {
+        match splits.checked_sub(1) {
+            None => Ok((set(self, 0)?, clear(self, 0)?)),
+            Some(splits) => self.both_in_threads(splits, set, clear),
+        }
     }
 
-    pub(super) fn zero(&self) -> Result<Held<'m, 'id>, Halt> {
-        self.run(|| self.m.zero())
+    #[cold]
+    fn both_in_threads<T: Send>(
+        &self,
+        splits: u32,
+        set: impl FnOnce(&Self, u32) -> Result<T, Halt> + Send,
+        clear: impl FnOnce(&Self, u32) -> Result<T, Halt> + Send,
+    ) -> Result<(T, T), Halt> {
+        let (on, how, left) = ((self.store, self.m), (self.direction, None), self.left.get());
+        let ((set, by_set), (clear, by_clear)) = self.m.workers().join(
+            || Walk::run(on, how, left, |walk| set(walk, splits)),
+            || Walk::run(on, how, left, |walk| clear(walk, splits)),
+        );
+        self.count(by_set + by_clear)?;
+        Ok((set?, clear?))
     }
 
-    pub(super) fn or(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Result<Held<'m, 'id>, Halt> {
-        self.run(|| self.m.or(f, g))
-    }
-
-    pub(super) fn and(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Result<Held<'m, 'id>, Halt> {
-        self.run(|| self.m.and(f, g))
-    }
-
-    pub(super) fn minus(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Result<Held<'m, 'id>, Halt> {
-        self.run(|| self.m.minus(f, g))
+    pub(super) fn zero(&self) -> Held<'m, 'id> {
+        self.m.constant(false)
     }
 
     /// Computes: if `bit` then `set` else `clear`.
     pub(super) fn node(
         &self,
         bit: u32,
-        set: &Held<'m, 'id>,
-        clear: &Held<'m, 'id>,
+        set: Held<'m, 'id>,
+        clear: Held<'m, 'id>,
     ) -> Result<Held<'m, 'id>, Halt> {
-        self.run(|| self.m.node(2 * bit, self.m.held(set.borrowed()), self.m.held(clear.borrowed())))
+        self.node_on(2 * bit, set, clear)
+    }
+
+    /// Computes: if the variable on `level` then `set` else `clear`.
+    #[inline]
+    pub(super) fn node_on(
+        &self,
+        level: u32,
+        set: Held<'m, 'id>,
+        clear: Held<'m, 'id>,
+    ) -> Result<Held<'m, 'id>, Halt> {
+        self.m.node(level, set, clear).map_err(|_| self.full())
+    }
+
+    #[cold]
+    fn full(&self) -> Halt {
+        self.store.full().into()
     }
 
     /// Runs an operation and returns its result as an owned handle.
@@ -148,7 +188,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         list: &RelationList,
     ) -> Result<Held<'m, 'id>, Halt> {
         if list.is_empty() || self.m.is_zero(x) || self.m.is_zero(b) {
-            return self.zero();
+            return Ok(self.zero());
         }
         if let Some(kept) = list.kept() {
             let both = self.and(x, b)?;
@@ -161,7 +201,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let bit = self.top(x).min(self.top(b)).min(list.top);
         let ([x0, x1], [b0, b1]) = (self.split(x, bit), self.split(b, bit));
         let result = if bit < list.top {
-            self.node(bit, &self.step(x1, b1, list)?, &self.step(x0, b0, list)?)?
+            self.node(bit, self.step(x1, b1, list)?, self.step(x0, b0, list)?)?
         } else {
             let cofactors = self.cofactors(list)?;
             let half = |to: bool, b: Edge<'_, 'id>| {
@@ -172,7 +212,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
                 let crosses = self.step(if to { x0 } else { x1 }, b, self.cofactor(cofactors, !to, to))?;
                 self.or(stays.borrowed(), crosses.borrowed())
             };
-            self.node(bit, &half(true, b1)?, &half(false, b0)?)?
+            self.node(bit, half(true, b1)?, half(false, b0)?)?
         };
         self.m.remember(Memo::Step, &[x, b], self.number(list), result.borrowed());
         Ok(result)
@@ -194,30 +234,52 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
 
     /// Returns X with its support bits replaced by their next copies.
     pub(super) fn primed(&self, x: Edge<'_, 'id>, support: &Support) -> Result<Held<'m, 'id>, Halt> {
-        self.prime(x, support, &mut AHashMap::new())
+        self.prime(x, support, &mut ByNode::new(self.store))
     }
 
     fn prime(
         &self,
         x: Edge<'_, 'id>,
         support: &Support,
-        known: &mut AHashMap<NodeID, Held<'m, 'id>>,
+        known: &mut ByNode<'m, 'id>,
     ) -> Result<Held<'m, 'id>, Halt> {
         let bit = self.top(x);
         let support = support.from(bit);
         if support.is_empty() {
             return Ok(self.m.held(x));
         }
-        if let Some(found) = known.get(&x.node_id()) {
-            return Ok(self.m.held(found.borrowed()));
+        if let Some(found) = known.get(self.m, x.node_id()) {
+            return Ok(found);
         }
         self.tick()?;
         let [clear, set] = self.split(x, bit);
         let (clear, set) = (self.prime(clear, &support, known)?, self.prime(set, &support, known)?);
-        let level = 2 * bit + u32::from(support.top() == bit);
-        let result =
-            self.run(|| self.m.node(level, self.m.held(set.borrowed()), self.m.held(clear.borrowed())))?;
-        known.insert(x.node_id(), self.m.held(result.borrowed()));
+        let result = self.node_on(2 * bit + u32::from(support.top() == bit), set, clear)?;
+        known.insert(self.m, x.node_id(), &result);
         Ok(result)
+    }
+}
+
+/// The results of a recursion by the node of its operand.
+pub(super) struct ByNode<'m, 'id: 'm> {
+    found: AHashMap<NodeID, Held<'m, 'id>>,
+    charge: Charge,
+}
+
+impl<'m, 'id: 'm> ByNode<'m, 'id> {
+    /// Creates an empty table.
+    pub(super) fn new(store: &Store) -> Self {
+        ByNode { found: AHashMap::new(), charge: store.charge() }
+    }
+
+    /// Returns the result for a node.
+    pub(super) fn get(&self, m: &'m ManagerOf<'id>, node: NodeID) -> Option<Held<'m, 'id>> {
+        self.found.get(&node).map(|found| m.held(found.borrowed()))
+    }
+
+    /// Adds the result for a node.
+    pub(super) fn insert(&mut self, m: &'m ManagerOf<'id>, node: NodeID, result: &Held<'m, 'id>) {
+        self.charge.add(BYTES_OF_TABLE * size_of::<(NodeID, Held<'_, '_>)>());
+        self.found.insert(node, m.held(result.borrowed()));
     }
 }

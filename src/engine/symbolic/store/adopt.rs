@@ -2,12 +2,11 @@
 
 use std::sync::atomic::Ordering::Relaxed;
 
-use ahash::AHashMap;
-use oxidd::{Function, HasLevel, InnerNode, Manager, Node, NodeID};
+use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
 
 use super::super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
 use super::super::tables::{cache_entries, cache_for_bits};
-use super::super::walk::{Direction, Halt, Walk};
+use super::super::walk::{ByNode, Direction, Halt, Walk};
 use super::Store;
 use crate::engine::Settings;
 use crate::error::Result;
@@ -22,9 +21,9 @@ impl Store {
             return None;
         }
         // If the system does not grant more, this store continues.
-        let larger = Store::sized(self.width(), settings, wanted).ok()?;
-        self.note_peak();
-        larger.peak.store(self.peak.load(Relaxed), Relaxed);
+        let mut larger = Store::sized(self.width(), settings, wanted).ok()?;
+        self.note_peak(self.nodes());
+        larger.replaced_peak = self.peak.load(Relaxed).max(self.replaced_peak);
         larger.work.take_over(&self.work);
         Some(larger)
     }
@@ -39,7 +38,7 @@ impl Store {
     ) -> Result<()> {
         from.shared(|source| {
             self.walk_to_the_end((Direction::Forward, None), |walk| {
-                let mut adoption = Adoption { source, walk, known: AHashMap::new() };
+                let mut adoption = Adoption { source, walk, known: ByNode::new(self) };
                 for f in diagrams {
                     *f = walk.own(|_| adoption.adopt(f.as_edge(source)))?;
                 }
@@ -53,7 +52,7 @@ impl Store {
 struct Adoption<'w, 'from: 'w, 'm, 'id: 'm> {
     source: &'w ManagerOf<'from>,
     walk: &'w Walk<'m, 'id>,
-    known: AHashMap<NodeID, Held<'m, 'id>>,
+    known: ByNode<'m, 'id>,
 }
 
 impl<'w, 'from: 'w, 'm, 'id: 'm> Adoption<'w, 'from, 'm, 'id> {
@@ -63,14 +62,13 @@ impl<'w, 'from: 'w, 'm, 'id: 'm> Adoption<'w, 'from, 'm, 'id> {
             let constant = if self.source.is_zero(f) { store.zero() } else { store.one() };
             return Ok(m.held(constant.as_edge(m)));
         };
-        if let Some(adopted) = self.known.get(&f.node_id()) {
-            return Ok(m.held(adopted.borrowed()));
+        if let Some(adopted) = self.known.get(m, f.node_id()) {
+            return Ok(adopted);
         }
         self.walk.tick()?;
         let (set, clear) = (self.adopt(node.child(0))?, self.adopt(node.child(1))?);
-        let made =
-            self.walk.run(|| m.node(node.level(), m.held(set.borrowed()), m.held(clear.borrowed())))?;
-        self.known.insert(f.node_id(), m.held(made.borrowed()));
+        let made = self.walk.node_on(node.level(), set, clear)?;
+        self.known.insert(m, f.node_id(), &made);
         Ok(made)
     }
 }

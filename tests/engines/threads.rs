@@ -1,0 +1,70 @@
+//! One engine used by several threads, and engines with several threads.
+
+use std::sync::Arc;
+
+use meliora::advanced::symbolic::Thresholds;
+use meliora::engine::{Algebra, Engine, Settings, SymbolicEngine, regions};
+use meliora::error::SourceFile;
+use meliora::lang;
+use meliora::model::Program;
+use meliora::model::expr::ExprId;
+
+/// A random walk with a store that it fills and empties, and some targets.
+fn walk() -> (Arc<Program>, Vec<ExprId>) {
+    let text = "mdp module m x : [0..31]; y : [0..31]; z : [0..31]; f : bool;\n\
+        [] x<31 -> 0.5: (x'=x+1) + 0.5: (y'=mod(x+y,32));\n\
+        [] y>0 & z<31 -> 0.5: (y'=y-1) & (z'=z+1) + 0.5: (x'=max(x-3,0));\n\
+        [] z>x -> 0.5: (z'=z-1) & (f'=!f) + 0.5: true;\n\
+        [] f & mod(x+z,3)=1 -> (x'=z) & (z'=y);\n\
+        endmodule";
+    let none = SourceFile::new("constants", "");
+    let mut program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let targets = ["x=31 & f", "y=z & x>y", "mod(x*y,7)=3 & z>20", "x=0 & z=31"].map(|text| {
+        let source = SourceFile::new("target", text);
+        let tree = lang::parse_expression(&source).unwrap();
+        lang::lower_target(&mut program, &source, &tree).unwrap()
+    });
+    (Arc::new(program), targets.into())
+}
+
+/// Settings with which garbage is collected every 2,000 nodes.
+fn settings(threads: u32) -> Settings {
+    let thresholds = Thresholds { first_collection: 2_000, ..Thresholds::default() };
+    Settings { threads, memory: 64 << 20, thresholds, ..Settings::default() }
+}
+
+/// The sizes of the four regions of a target.
+fn counts(engine: &SymbolicEngine, target: ExprId) -> [String; 4] {
+    let found = regions::regions(engine, &engine.states_where(target).unwrap()).unwrap();
+    [found.pmax_one, found.pmax_positive, found.pmin_one, found.pmin_positive]
+        .map(|x| engine.count(&x).unwrap().to_string())
+}
+
+fn all_counts(engine: &SymbolicEngine, targets: &[ExprId]) -> Vec<[String; 4]> {
+    targets.iter().map(|&target| counts(engine, target)).collect()
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let (program, targets) = walk();
+    let engine = |threads| SymbolicEngine::new(program.clone(), settings(threads)).unwrap();
+    let expected = all_counts(&engine(1), &targets);
+    assert!(expected.iter().flatten().any(|count| count != "0"), "{expected:?}");
+    for threads in [2, 4] {
+        assert_eq!(all_counts(&engine(threads), &targets), expected, "{threads} threads");
+    }
+}
+
+#[test]
+fn two_threads_that_share_an_engine_find_what_one_finds() {
+    let (program, targets) = walk();
+    let expected = all_counts(&SymbolicEngine::new(program.clone(), settings(1)).unwrap(), &targets);
+    for threads in [1, 2] {
+        let engine = SymbolicEngine::new(program.clone(), settings(threads)).unwrap();
+        let found = std::thread::scope(|scope| {
+            let run = || all_counts(&engine, &targets);
+            [scope.spawn(run), scope.spawn(run)].map(|thread| thread.join().unwrap())
+        });
+        assert_eq!(found, [expected.clone(), expected.clone()], "{threads} threads");
+    }
+}
