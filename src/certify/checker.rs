@@ -6,7 +6,7 @@ use super::Checked;
 use super::error::{CheckError, CheckResult};
 use super::sets::Sets;
 use crate::dump::manifest::RootKind;
-use crate::dump::{Dump, Edge, Manifest};
+use crate::dump::{Dump, Manifest};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Engine, Settings};
 use crate::model::Program;
@@ -38,7 +38,7 @@ impl<'a> Checker<'a> {
             return Err(CheckError::violated("the order contains exactly the bits of the model", None));
         };
         let root = manifest.regions.root(names::REACHABLE).filter(|r| r.kind == RootKind::States);
-        let Some(all) = root.and_then(|r| Edge::new(i64::from(r.node))) else {
+        let Some(all) = root.map(|r| r.node) else {
             return Err(CheckError::violated("the dump has the region `reachable`", None));
         };
         let (Some(file), Some(certificate)) = (&manifest.certificate, &dump.certificate) else {

@@ -24,13 +24,13 @@ impl Sets {
         let mut sets = Sets::default();
         let (states, choices): (Vec<&Root>, Vec<&Root>) =
             file.roots.iter().partition(|r| r.kind == RootKind::States);
-        let edges: Vec<Edge> = states.iter().map(|r| edge(r)).collect();
+        let edges: Vec<Edge> = states.iter().map(|r| r.node).collect();
         for (root, set) in states.iter().zip(engine.load_states(diagram, &edges)?) {
             sets.states.insert(root.name.clone(), set);
         }
         let numbers = engine.numbered_choices().len();
         for root in choices {
-            let Some(set) = engine.load_choices(diagram, edge(root), numbers)? else {
+            let Some(set) = engine.load_choices(diagram, root.node, numbers)? else {
                 return Err(CheckError::violated(
                     format!("`{}` has only choices of the model", root.name),
                     None,
@@ -38,7 +38,7 @@ impl Sets {
             };
             sets.choices.insert(root.name.clone(), set);
         }
-        let edges: Vec<Edge> = file.roots.iter().map(edge).collect();
+        let edges: Vec<Edge> = file.roots.iter().map(|r| r.node).collect();
         for (root, nodes) in file.roots.iter().zip(diagram.sizes(&edges)) {
             if root.nodes != nodes {
                 let condition = format!("`{}` has {} nodes: it has {nodes}", root.name, root.nodes);
@@ -95,8 +95,4 @@ impl Sets {
 
 fn missing(name: &str, kind: &str) -> CheckError {
     CheckError::violated(format!("the dump has `{name}`, a set of {kind}, which this check needs"), None)
-}
-
-fn edge(root: &Root) -> Edge {
-    Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE)
 }

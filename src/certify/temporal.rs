@@ -16,7 +16,7 @@
 //! count as one.
 
 use super::checker::Checker;
-use super::error::{CheckError, CheckResult};
+use super::error::CheckResult;
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, Engine};
 use crate::model::temporal::{Condition, Disjunct};
@@ -28,14 +28,8 @@ pub(super) fn secured(
     objective: &str,
     condition: &Condition,
 ) -> CheckResult<StateSet> {
-    let Some(disjuncts) = condition.disjuncts() else {
-        return Err(CheckError::violated(
-            format!("the formula of `{objective}` has a disjunctive normal form"),
-            None,
-        ));
-    };
     let mut all = checker.engine.no_states();
-    for (case, disjunct) in disjuncts.iter().enumerate() {
+    for (case, disjunct) in condition.disjuncts()?.iter().enumerate() {
         let secured = SecuredRegion::of(checker, names::secured(objective, case + 1), disjunct)?;
         secured.inside(checker)?;
         secured.outside(checker)?;

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 #[cfg(unix)]
+use rustix::process::{Resource, getrlimit};
+#[cfg(unix)]
 use signal_hook::consts::{SIGABRT, SIGHUP, SIGXFSZ};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -19,12 +21,17 @@ const INTERRUPTS: [i32; 2] = [SIGINT, SIGTERM];
 
 /// Makes a write beyond the maximum file size fail like a write to a full disk. Makes an abort of
 /// the allocator, for memory that the system does not provide, end with the exit status of a limit.
+///
+/// An allocation fails only if the address space is limited. Without that limit, an abort is a bug,
+/// such as an overflowing stack, and ends the process as a signal does.
 #[cfg(unix)]
 pub(super) fn prepare() {
     // Without a handler, the system's default action remains.
     let _ = flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
-    let _ =
-        flag::register_conditional_shutdown(SIGABRT, status(Status::Limit), Arc::new(AtomicBool::new(true)));
+    if getrlimit(Resource::As).current.is_some() {
+        let always = Arc::new(AtomicBool::new(true));
+        let _ = flag::register_conditional_shutdown(SIGABRT, status(Status::Limit), always);
+    }
 }
 
 /// Does nothing: other systems have no such signals.

@@ -1,12 +1,13 @@
 //! `meliora verify`: checks a dump as a certificate.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use meliora::certify;
 use meliora::dump::directory::{read_directory, sha256};
 use meliora::dump::manifest::FILE;
 use meliora::dump::{Dump, Manifest};
+use meliora::engine::Scope;
 use meliora::error::{Error, SourceFile};
 use meliora::lang::Given;
 use meliora::output::VerifyReport;
@@ -67,14 +68,10 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     let load = || read_directory(&args.directory, true, job.sink.as_ref());
     let dump: Dump = job.timed("load", load, |_, _| ())?;
     if dump.certificate.is_none() {
-        return Err(Error::Dump {
-            file: args.directory.join(FILE).display().to_string(),
-            line: 0,
-            message: "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one"
-                .to_owned(),
-        });
+        let message = "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one";
+        return Err(wrong(&args.directory, message.to_owned()));
     }
-    let scope = manifest.scope.parse().unwrap_or_default();
+    let scope = scope(&manifest, &args.directory)?;
     let settings = args.limits.settings(scope, job);
     let model = sha256(question.program.source.original().as_bytes());
     let preferences = sha256(question.source.original().as_bytes());
@@ -86,4 +83,15 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     }
     job.update(|r| r.set(&question.program, &verdict));
     Ok(())
+}
+
+fn scope(manifest: &Manifest, directory: &Path) -> Result<Scope, Error> {
+    let [reachable, all] = [Scope::Reachable, Scope::All].map(Scope::name);
+    let found = manifest.scope.escape_debug();
+    let message = || format!("the scope is `{found}`; expected `{reachable}` or `{all}`");
+    manifest.scope.parse().map_err(|_| wrong(directory, message()))
+}
+
+fn wrong(directory: &Path, message: String) -> Error {
+    Error::Dump { file: directory.join(FILE).display().to_string(), line: 0, message }
 }

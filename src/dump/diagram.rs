@@ -1,12 +1,28 @@
 //! Decision diagrams as plain data: shared, reduced, with complemented else arcs.
 
 use num_bigint::BigUint;
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Limit, Result};
 
 /// An arc: the number of a node (from 1, the terminal), negative if the function is complemented.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "i32", into = "i32")]
 pub struct Edge(i32);
+
+impl TryFrom<i32> for Edge {
+    type Error = String;
+
+    fn try_from(number: i32) -> Result<Self, String> {
+        Edge::new(number.into()).ok_or_else(|| format!("{number} is not the number of a node"))
+    }
+}
+
+impl From<Edge> for i32 {
+    fn from(edge: Edge) -> Self {
+        edge.0
+    }
+}
 
 impl Edge {
     /// The constant true: the terminal.
@@ -206,7 +222,7 @@ impl Diagram {
         let level = self.level(edge);
         let positive = match edge.id() {
             1 => BigUint::from(1u8),
-            id => counts.get(id - 2).cloned().unwrap_or_default(),
+            id => counts[id - 2].clone(),
         };
         let own = if edge.is_complemented() {
             (BigUint::from(1u8) << (self.variables.len() as u32 - level)) - positive

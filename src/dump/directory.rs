@@ -61,9 +61,7 @@ pub fn write_directory(
     if dot {
         dot::write_all(&mut manifest.regions, &dump.regions, new.path(), sink).map_err(failed)?;
     }
-    let written = fs::File::create(new.path().join(manifest::FILE))
-        .and_then(|mut out| out.write_all(manifest.text().as_bytes()).and_then(|()| out.sync_all()));
-    written.map_err(failed)?;
+    write_manifest(manifest, new.path()).map_err(failed)?;
     place.install(new)?;
     Ok(dump.manifest)
 }
@@ -75,6 +73,12 @@ pub fn write_directory(
 /// The directory contains something else than a dump, or has no parent.
 pub fn check_directory(directory: &Path) -> Result<()> {
     Place::find(directory).map(drop)
+}
+
+fn write_manifest(manifest: &Manifest, directory: &Path) -> io::Result<()> {
+    let mut out = fs::File::create(directory.join(manifest::FILE))?;
+    out.write_all(manifest.text()?.as_bytes())?;
+    out.sync_all()
 }
 
 /// Writes one diagram, and records its hash and size.

@@ -24,8 +24,7 @@ pub fn write_all(
         let name = file_name(&root.name, &mut taken);
         let inner = fs::File::create(directory.join(&name))?;
         let mut out = BufWriter::new(Watched { inner, sink });
-        let edge = Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE);
-        write(diagram, edge, &root.name, &mut out)?;
+        write(diagram, root.node, &root.name, &mut out)?;
         out.flush()?;
         root.dot = Some(name);
     }
@@ -51,7 +50,7 @@ pub fn false_picture<'f>(
             let input = fs::File::open(directory.join(&name)).ok();
             let mut same = Comparing { input: input.map(BufReader::new), differs: false };
             let mut out = BufWriter::new(Watched { inner: &mut same, sink });
-            write(diagram, Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE), &root.name, &mut out)?;
+            write(diagram, root.node, &root.name, &mut out)?;
             out.flush()?;
             drop(out);
             same.is_equal()

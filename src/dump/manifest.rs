@@ -179,7 +179,7 @@ pub struct Root {
     /// Its index in `.rootids`, from 0.
     pub root: usize,
     /// The value in `.rootids`: the number of a node, negative if complemented.
-    pub node: i32,
+    pub node: Edge,
     /// The number of its inner nodes.
     pub nodes: usize,
     /// The number of its members, in decimal.
@@ -273,8 +273,8 @@ impl File {
         })?;
         ensure(self.nodes == nodes, || format!("`{path}` has {nodes} nodes, not {}", self.nodes))?;
         for &Root { root, node, .. } in &self.roots {
-            ensure(diagram.roots.get(root).map(|e| e.number()) == Some(node), || {
-                format!("`{path}` has no root {root} that is node {node}")
+            ensure(diagram.roots.get(root) == Some(&node), || {
+                format!("`{path}` has no root {root} that is node {}", node.number())
             })?;
         }
         let positions = self.roots.iter().map(|root| root.root).collect::<BTreeSet<_>>().len();
@@ -336,9 +336,11 @@ impl Manifest {
     }
 
     /// Returns the text of the file.
-    pub fn text(&self) -> String {
-        // The structure has string keys only and no fallible parts.
-        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    ///
+    /// # Errors
+    /// A value has no JSON form.
+    pub fn text(&self) -> io::Result<String> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
     /// Checks that the diagram of a file is the one described.
@@ -352,8 +354,7 @@ impl Manifest {
         })?;
         file.check(diagram).map_err(wrong)?;
         for root in file.roots.iter().filter(|r| r.kind == RootKind::States) {
-            let edge = Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE);
-            ensure(diagram.level(edge) as usize >= self.choices.order.len(), || {
+            ensure(diagram.level(root.node) as usize >= self.choices.order.len(), || {
                 wrong(format!("`{}` is a set of states, but depends on choices", root.name))
             })?;
         }

@@ -142,11 +142,14 @@ impl Eq for States {}
 /// The number of states that are shown.
 const SHOWN: usize = 3;
 
-/// Formats a set as `{x=1,y=2; x=3,y=0}`, with the number of further states.
+/// Formats a set as `{x=1,y=2; x=3,y=0}`, with the number of further states; with the error, if a
+/// limit is reached.
 impl fmt::Display for States {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // If a limit is reached, nothing is shown.
-        let (count, shown) = (self.count().unwrap_or_default(), self.list(SHOWN).unwrap_or_default());
+        let (count, shown) = match (self.count(), self.list(SHOWN)) {
+            (Ok(count), Ok(shown)) => (count, shown),
+            (Err(error), _) | (_, Err(error)) => return write!(f, "{{… {error}}}"),
+        };
         let program = self.engine.program();
         let shown: Vec<String> = shown.iter().map(|state| program.show_state(state)).collect();
         write!(f, "{{{}", shown.join("; "))?;

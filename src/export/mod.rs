@@ -131,7 +131,7 @@ fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -
             name: named.name.clone(),
             kind,
             root: position,
-            node: edge.number(),
+            node: *edge,
             nodes: sizes[position],
             count: count.to_string(),
             dot: None,

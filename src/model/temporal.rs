@@ -8,6 +8,7 @@ use strum::IntoStaticStr;
 
 use super::expr::ExprId;
 use super::{Program, VarId};
+use crate::error::{Limit, Result};
 
 /// Maximum number of disjuncts: each needs a search.
 pub const MOST_DISJUNCTS: usize = 64;
@@ -93,12 +94,14 @@ impl Condition {
         }
     }
 
-    /// Returns the disjunctive normal form without disjuncts that are stronger than another one;
-    /// `None` if there are more than [`MOST_DISJUNCTS`].
-    pub fn disjuncts(&self) -> Option<Vec<Disjunct>> {
+    /// Returns the disjunctive normal form without disjuncts that are stronger than another one.
+    ///
+    /// # Errors
+    /// There are more than [`MOST_DISJUNCTS`].
+    pub fn disjuncts(&self) -> Result<Vec<Disjunct>> {
         match self {
-            Condition::Constant(true) => Some(vec![Disjunct::default()]),
-            Condition::Constant(false) => Some(Vec::new()),
+            Condition::Constant(true) => Ok(vec![Disjunct::default()]),
+            Condition::Constant(false) => Ok(Vec::new()),
             Condition::Leaf(asks, mark) => {
                 let always = match asks {
                     Asks::Accept => vec![(*mark, true)],
@@ -106,7 +109,7 @@ impl Condition {
                     Asks::Again => Vec::new(),
                 };
                 let again = if *asks == Asks::Again { vec![*mark] } else { Vec::new() };
-                Some(vec![Disjunct { always, again }])
+                Ok(vec![Disjunct { always, again }])
             }
             Condition::Any(parts) => {
                 let mut all = Vec::new();
@@ -114,7 +117,7 @@ impl Condition {
                     all.extend(part.disjuncts()?);
                     all = least(all)?;
                 }
-                Some(all)
+                Ok(all)
             }
             Condition::All(parts) => {
                 let mut all = vec![Disjunct::default()];
@@ -122,7 +125,7 @@ impl Condition {
                     let other = part.disjuncts()?;
                     all = least(all.iter().flat_map(|d| other.iter().map(|o| d.and(o))).collect())?;
                 }
-                Some(all)
+                Ok(all)
             }
         }
     }
@@ -146,8 +149,11 @@ impl Disjunct {
     }
 }
 
-/// Returns the weakest disjuncts, each once; `None` if there are more than [`MOST_DISJUNCTS`].
-fn least(mut all: Vec<Disjunct>) -> Option<Vec<Disjunct>> {
+/// Returns the weakest disjuncts, each once.
+///
+/// # Errors
+/// There are more than [`MOST_DISJUNCTS`].
+fn least(mut all: Vec<Disjunct>) -> Result<Vec<Disjunct>> {
     all.sort_unstable_by_key(|d| (d.always.len() + d.again.len(), d.clone()));
     let mut kept: Vec<Disjunct> = Vec::new();
     for disjunct in all {
@@ -155,7 +161,11 @@ fn least(mut all: Vec<Disjunct>) -> Option<Vec<Disjunct>> {
             kept.push(disjunct);
         }
     }
-    (kept.len() <= MOST_DISJUNCTS).then_some(kept)
+    if kept.len() > MOST_DISJUNCTS {
+        let what = format!("a temporal formula with more than {MOST_DISJUNCTS} cases");
+        return Err(Limit::Size { what }.into());
+    }
+    Ok(kept)
 }
 
 /// The monitors of a program.
@@ -204,4 +214,22 @@ pub enum Begin {
     Initially,
     /// Every state of the scope: formulas are judged from each of them on.
     Everywhere,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+    use crate::model::expr::ExprPool;
+    use crate::model::value::Type;
+
+    #[test]
+    fn a_condition_with_too_many_cases_is_a_limit_and_not_false() {
+        let mut pool = ExprPool::default();
+        let mut leaf = |n| Condition::Leaf(Asks::Accept, pool.var(VarId(n), Type::Bool));
+        let either = Vec::from_iter((0..7).map(|n| Condition::Any(vec![leaf(2 * n), leaf(2 * n + 1)])));
+        let cases = |factors| Condition::All(either[..factors].to_vec()).disjuncts();
+        assert_eq!(cases(6).unwrap().len(), MOST_DISJUNCTS);
+        assert!(matches!(cases(7), Err(Error::Limit(Limit::Size { .. }))));
+    }
 }

@@ -80,13 +80,7 @@ pub fn accepting_region<E: Engine>(engine: &E, disjunct: Disjunct) -> Result<Acc
 /// # Errors
 /// The errors of [`accepting_region`].
 pub fn accepting_regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Vec<AcceptingRegion<E>>> {
-    // Conditions that are too large were refused by the reader.
-    condition
-        .disjuncts()
-        .unwrap_or_default()
-        .into_iter()
-        .map(|disjunct| accepting_region(engine, disjunct))
-        .collect()
+    condition.disjuncts()?.into_iter().map(|disjunct| accepting_region(engine, disjunct)).collect()
 }
 
 /// Computes ⋃_d U_d, the states from which some disjunct can be kept. Reaching this set almost

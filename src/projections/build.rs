@@ -65,8 +65,12 @@ pub fn build<E: Dumpable>(
         sets.project(engine, plane)?;
         diagram = engine.diagram(&sets.all(), &[])?;
     }
-    let mut roots = std::mem::take(&mut diagram.roots).into_iter();
-    let mut next = || roots.next().unwrap_or(Edge::FALSE);
+    let (roots, mut used) = (std::mem::take(&mut diagram.roots), 0);
+    // There is one root per set.
+    let mut next = || {
+        used += 1;
+        roots[used - 1]
+    };
     let scope = next();
     let [sasi, spi] = sets.ladders.map(|rungs| rungs.ladder(&mut next));
     Ok(Projections {

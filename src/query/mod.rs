@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::dump::manifest::{FILE, Root, RootKind};
-use crate::dump::{Dump, Edge, Manifest, read_directory};
+use crate::dump::{Dump, Manifest, read_directory};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Count, Engine, Settings};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
@@ -60,7 +60,7 @@ impl Archive {
             order.ok_or_else(|| wrong(&name, "the names of the bits are not those of the variables"))?;
         let all = dump.manifest.regions.root("reachable");
         let all = all.ok_or_else(|| wrong(&name, "the region `reachable` is missing"))?;
-        let engine = SymbolicEngine::with_states(program, order, settings, &dump.regions, edge(all))?;
+        let engine = SymbolicEngine::with_states(program, order, settings, &dump.regions, all.node)?;
         Ok(Archive { name, dump, engine, condition })
     }
 
@@ -122,14 +122,13 @@ impl Archive {
     fn load(&self, root: &Root) -> Result<Selected> {
         match root.kind {
             RootKind::States => {
-                let mut sets = self.engine.load_states(&self.dump.regions, &[edge(root)])?;
-                let set = sets.pop().unwrap_or_else(|| self.engine.no_states());
+                let set = self.engine.load_states(&self.dump.regions, &[root.node])?.swap_remove(0);
                 // Patterns that are not values, and states out of scope, do not count as members.
                 Ok(Selected::States(self.engine.intersection(&set, &self.engine.all_states())?))
             }
             RootKind::Choices => {
                 let numbers = self.dump.manifest.choices.numbers.len();
-                let set = self.engine.load_choices(&self.dump.regions, edge(root), numbers)?;
+                let set = self.engine.load_choices(&self.dump.regions, root.node, numbers)?;
                 let set = set.ok_or_else(|| {
                     wrong(
                         &self.name,
@@ -240,10 +239,6 @@ impl Archive {
         }
         Ok(members)
     }
-}
-
-fn edge(root: &Root) -> Edge {
-    Edge::new(i64::from(root.node)).unwrap_or(Edge::FALSE)
 }
 
 fn wrong(file: &str, message: &str) -> Error {

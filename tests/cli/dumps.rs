@@ -205,6 +205,18 @@ fn constants_of_every_size_survive_a_dump() {
 }
 
 #[test]
+fn an_unknown_scope_of_a_dump_is_an_error_and_not_the_usual_one() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "toy", "");
+    let manifest = scratch.path("dump").join("manifest.json");
+    let text = fs::read_to_string(&manifest).unwrap();
+    fs::write(&manifest, text.replacen("\"reachable\",", "\"reached\",", 1)).unwrap();
+    let refused = run(&format!("verify {dump} models/toy.prism models/toy.pref")).expect(3);
+    let message = "the scope is `reached`; expected `reachable` or `all`";
+    assert!(refused.stderr.contains(message), "{}", refused.stderr);
+}
+
+#[test]
 fn a_false_picture_is_refused() {
     let scratch = Scratch::new(&[]);
     let dump = export(&scratch, "toy", "--format dot");

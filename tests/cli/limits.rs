@@ -103,6 +103,16 @@ fn the_signal_of_job_schedulers_is_an_interrupt_too() {
     assert_eq!(serde_json::from_str::<Value>(&out).unwrap()["complete"], false);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn an_abort_is_not_reported_as_a_limit_if_memory_is_not_limited() {
+    let scratch = hard();
+    let mut run = start(&scratch, "check MODEL PREFS -v");
+    run.kill_after_parsing("-ABRT");
+    let (status, _, err) = run.end();
+    assert_eq!(status, None, "the signal ends the process: {err}");
+}
+
 #[test]
 fn the_time_limit_ends_every_command_with_4_and_what_is_known() {
     let scratch = hard();

@@ -221,7 +221,7 @@ pub fn diagram(bytes: &[u8]) {
 /// Reads a manifest, alone and together with the diagram of the dump of [`MODEL`].
 pub fn manifest(text: &str) {
     let Some(manifest) = seen(Manifest::parse("fuzz", text)) else { return };
-    assert_eq!(Manifest::parse("again", &manifest.text()).ok(), Some(manifest.clone()));
+    assert_eq!(Manifest::parse("again", &manifest.text().unwrap()).ok(), Some(manifest.clone()));
     let regions = DUMP.with(|dump| dump.regions.clone());
     opened(manifest, &regions);
 }
@@ -233,7 +233,7 @@ pub fn dump(bytes: &[u8]) {
     manifest.regions.nodes = diagram.nodes.len() + 1;
     for root in &mut manifest.regions.roots {
         if let Some(edge) = diagram.roots.get(root.root) {
-            root.node = edge.number();
+            root.node = *edge;
         }
     }
     opened(manifest, &diagram);
@@ -250,7 +250,7 @@ fn opened(mut manifest: Manifest, regions: &Diagram) {
         return;
     }
     std::fs::write(directory.path().join("regions.dddmp"), bytes).unwrap();
-    std::fs::write(directory.path().join("manifest.json"), manifest.text()).unwrap();
+    std::fs::write(directory.path().join("manifest.json"), manifest.text().unwrap()).unwrap();
     let Some(archive) = seen(Archive::open(directory.path(), None, settings())) else { return };
     for root in &manifest.regions.roots {
         if let Some(selected) = seen(archive.select(&root.name)) {

@@ -3,7 +3,9 @@
 use std::fs;
 
 use meliora::dump::{Diagram, Edge, Node, dddmp};
-use meliora::error::Error;
+use meliora::engine::{Algebra, Engine, Settings, SymbolicEngine};
+use meliora::error::{Error, SourceFile};
+use meliora::lang;
 use proptest::prelude::*;
 
 /// x ∧ ¬y, and its complement.
@@ -222,6 +224,50 @@ fn manifests_that_do_not_fit_are_errors() {
         let error = meliora::dump::Manifest::parse("m.json", text).unwrap_err();
         assert!(matches!(&error, Error::Dump { message, .. } if message.contains(word)), "{text}: {error}");
     }
+}
+
+#[test]
+fn a_missing_node_is_an_error_and_not_the_empty_set() {
+    for number in ["0", "-2147483648", "2147483648"] {
+        assert!(serde_json::from_str::<Edge>(number).is_err(), "{number}");
+    }
+    let source = SourceFile::new("m", "mdp module m x : bool; endmodule");
+    let program = lang::load(&source, &SourceFile::new("constants", "")).unwrap().program;
+    let engine = SymbolicEngine::new(program.into(), Settings::default()).unwrap();
+    let missing = Edge::new(9).unwrap();
+    let node = Node { level: 0, then: Edge::TRUE, otherwise: missing };
+    let diagram = Diagram { variables: vec!["x".to_owned()], nodes: vec![node], roots: Vec::new() };
+    for edge in [missing, missing.complement(), Edge::new(2).unwrap()] {
+        assert!(matches!(engine.load_states(&diagram, &[edge]), Err(Error::Usage(_))), "{edge:?}");
+        assert!(matches!(engine.load_choices(&diagram, edge, 1), Err(Error::Usage(_))), "{edge:?}");
+    }
+}
+
+#[test]
+fn choice_sets_with_fewer_numbers_than_groups_are_refused() {
+    let source =
+        SourceFile::new("m", "mdp module m x : [0..2]; [] true -> (x'=1); [] x=1 -> (x'=2); endmodule");
+    let program = lang::load(&source, &SourceFile::new("constants", "")).unwrap().program;
+    let engine = SymbolicEngine::new(program.into(), Settings::default()).unwrap();
+    let (states, all) = (engine.all_states(), engine.all_choices());
+    let variables = vec!["x.1".to_owned(), "x.0".to_owned()];
+    let diagram = Diagram { variables, ..Diagram::default() };
+    let few = engine.load_choices(&diagram, Edge::TRUE, 1).unwrap().unwrap();
+    let refused = [
+        engine.entering(&few, &states).map(drop),
+        engine.successors(&few).map(drop),
+        engine.count_transitions(&few, &states).map(drop),
+        engine.can_reach(&states, &few, &[]).map(drop),
+        engine.stay_within(&states, &few).map(drop),
+        engine.almost_surely_reach(&states, &few).map(drop),
+        engine.union(&few, &all).map(drop),
+        engine.difference(&all, &few).map(drop),
+        engine.same(&few, &all).map(drop),
+    ];
+    for (position, result) in refused.into_iter().enumerate() {
+        assert!(matches!(result, Err(Error::Usage(_))), "{position}: {result:?}");
+    }
+    assert!(engine.same(&engine.sources(&few).unwrap(), &engine.valuations()).is_ok());
 }
 
 /// Diagrams of a few variables from random truth tables of their levels.

@@ -210,7 +210,7 @@ proptest! {
 
     #[test]
     fn a_mutated_dump_is_no_danger(
-        manifest in mutated(vec![entry::exported().manifest.text()]),
+        manifest in mutated(vec![entry::exported().manifest.text().unwrap()]),
         diagram in mutated(vec![diagram_text()]),
     ) {
         entry::manifest(&manifest);

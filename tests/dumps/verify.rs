@@ -4,8 +4,8 @@ use std::fs;
 use std::sync::Arc;
 
 use meliora::certify::{Hashes, Verdict, verify};
+use meliora::dump::Dump;
 use meliora::dump::manifest::Root;
-use meliora::dump::{Dump, Edge};
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Scope, Settings};
 use meliora::error::{Result, SourceFile};
@@ -90,7 +90,7 @@ fn align(dump: &mut Dump) {
         [(&mut dump.manifest.regions, &mut dump.regions), (certificate, dump.certificate.as_mut().unwrap())];
     for (file, diagram) in files {
         diagram.variables.clone_from(&variables);
-        diagram.roots = file.roots.iter().map(|r| Edge::new(i64::from(r.node)).unwrap()).collect();
+        diagram.roots = file.roots.iter().map(|r| r.node).collect();
         file.roots.iter_mut().enumerate().for_each(|(position, root)| root.root = position);
     }
 }

@@ -6,7 +6,7 @@ use super::almost_sure::{Entering, Table};
 use super::compile::Compiler;
 use super::machine::Machine;
 use super::set::{BitSet, set, test};
-use super::stepper::Stepper;
+use super::stepper::{Broken, Stepper};
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
 use crate::engine::{Algebra, Count, EdgeLabels, Engine, Region, Settings, Usage, edge_labels};
 use crate::error::{Error, Result};
@@ -253,7 +253,7 @@ impl Engine for ExplicitEngine {
     fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> Result<bool> {
         let c = self.bits(c)?;
         let Some(state) = self.number(state) else { return Ok(false) };
-        let position = self.position(state, choice);
+        let position = self.position(state, choice)?;
         Ok(position.is_some_and(|p| c.has(self.graph.choices_of(state).start + p)))
     }
 
@@ -338,32 +338,40 @@ impl ExplicitEngine {
 
     /// Returns the position of `choice` among the choices of a state, from 0; `None` if it is not
     /// enabled.
-    fn position(&self, state: usize, choice: &Choice) -> Option<usize> {
+    ///
+    /// # Errors
+    /// A command has no meaning in the state.
+    fn position(&self, state: usize, choice: &Choice) -> Result<Option<usize>> {
         let deadlock = self.deadlocks.has(state);
         let (wanted, commands) = match choice {
-            Choice::Deadlock => return deadlock.then_some(0),
-            Choice::Uniform => return (self.prepared.uniform && !deadlock).then_some(0),
+            Choice::Deadlock => return Ok(deadlock.then_some(0)),
+            Choice::Uniform => return Ok((self.prepared.uniform && !deadlock).then_some(0)),
             Choice::Combination { synchronisation, commands } => (*synchronisation, commands),
         };
         // With monitors, the self-loop of a deadlock is a command of theirs.
         if self.prepared.uniform || wanted >= self.prepared.synchronisations.len() {
-            return None;
+            return Ok(None);
         }
+        let broken = |broken| match broken {
+            Broken::Fault => fault::in_state(&self.program, &self.values(state)),
+            Broken::Limit(limit) => limit.into(),
+        };
         let mut stepper = Stepper::<1>::new(&self.prepared);
         self.with_code(state, |code| stepper.enter(&self.layout, code));
         let mut before = 0;
         for index in 0..wanted {
-            before += stepper.alternatives(index).ok()?.iter().map(Vec::len).product::<usize>();
+            before += stepper.alternatives(index).map_err(broken)?.iter().map(Vec::len).product::<usize>();
         }
-        let factors = stepper.alternatives(wanted).ok()?;
+        let factors = stepper.alternatives(wanted).map_err(broken)?;
         if factors.len() != commands.len() {
-            return None;
+            return Ok(None);
         }
         let mut rank = 0;
         for (enabled, command) in factors.iter().zip(commands) {
-            rank = rank * enabled.len() + enabled.iter().position(|&c| c == command.0)?;
+            let Some(position) = enabled.iter().position(|&c| c == command.0) else { return Ok(None) };
+            rank = rank * enabled.len() + position;
         }
-        Some(before + rank)
+        Ok(Some(before + rank))
     }
 
     /// Returns { (s,a) ∈ C : s ∈ X }.

@@ -7,7 +7,7 @@ use super::diagram::Bdd;
 use super::store::Store;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Count, EdgeLabels};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, ensure};
 
 impl SymbolicEngine {
     /// Returns the diagram of a set of this engine.
@@ -28,6 +28,17 @@ impl SymbolicEngine {
         if own { Ok(&c.0) } else { Err(Error::ForeignSet) }
     }
 
+    /// Returns the diagrams of a set of this engine that has one diagram per group. A set that was
+    /// read from a dump may have another number.
+    ///
+    /// # Errors
+    /// The set belongs to another engine, or has another number of diagrams.
+    pub(super) fn groups_of<'s>(&self, c: &'s ChoiceSet) -> Result<&'s [Bdd]> {
+        let diagrams = self.diagrams_of(c)?;
+        check_numbers(diagrams.len(), self.enabled.len())?;
+        Ok(diagrams)
+    }
+
     /// Checks that edge labels have sets of this engine only.
     ///
     /// # Errors
@@ -44,10 +55,18 @@ impl SymbolicEngine {
         d: &ChoiceSet,
         op: impl Fn(&Store, &Bdd, &Bdd) -> Result<Bdd>,
     ) -> Result<ChoiceSet> {
-        let groups = self.diagrams_of(c)?.iter().zip(self.diagrams_of(d)?);
-        let found = groups.map(|(f, g)| op(&self.store, f, g));
+        let (c, d) = (self.diagrams_of(c)?, self.diagrams_of(d)?);
+        check_numbers(c.len(), d.len())?;
+        let found = c.iter().zip(d).map(|(f, g)| op(&self.store, f, g));
         Ok(ChoiceSet(Arc::new(found.collect::<Result<_>>()?)))
     }
+}
+
+/// Checks that a set of choices has as many numbers as the one that it is used with.
+fn check_numbers(found: usize, expected: usize) -> Result<()> {
+    ensure(found == expected, || {
+        Error::Usage(format!("a set of choices with {found} numbers is used where {expected} are expected"))
+    })
 }
 
 impl Algebra<StateSet> for SymbolicEngine {
@@ -94,7 +113,9 @@ impl Algebra<ChoiceSet> for SymbolicEngine {
     }
 
     fn same(&self, c: &ChoiceSet, d: &ChoiceSet) -> Result<bool> {
-        Ok(self.diagrams_of(c)? == self.diagrams_of(d)?)
+        let (c, d) = (self.diagrams_of(c)?, self.diagrams_of(d)?);
+        check_numbers(c.len(), d.len())?;
+        Ok(c == d)
     }
 
     fn count(&self, c: &ChoiceSet) -> Result<Count> {

@@ -40,10 +40,7 @@ impl SymbolicEngine {
         states: Edge,
     ) -> Result<Self> {
         let offset = diagram.variables.len().saturating_sub(order.len()) as u32;
-        let given = |store: &Store| {
-            let mut loaded = load(store, diagram, offset, &[states])?;
-            Ok(loaded.pop().unwrap_or_else(|| store.zero()))
-        };
+        let given = |store: &Store| Ok(load(store, diagram, offset, &[states])?.swap_remove(0));
         build::build(program, order, settings, Some(&given))
     }
 
@@ -122,7 +119,7 @@ impl SymbolicEngine {
     /// Cost: one if-then-else per node.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit; an arc to a missing node, or to a set that depends on choices.
     pub fn load_states(&self, diagram: &Diagram, edges: &[Edge]) -> Result<Vec<StateSet>> {
         let offset = diagram.variables.len().saturating_sub(self.encoding.width()) as u32;
         Ok(load(&self.store, diagram, offset, edges)?.into_iter().map(StateSet).collect())
@@ -134,7 +131,7 @@ impl SymbolicEngine {
     /// Cost: one if-then-else per node.
     ///
     /// # Errors
-    /// A limit.
+    /// A limit, or an arc to a missing node.
     pub fn load_choices(&self, diagram: &Diagram, edge: Edge, numbers: usize) -> Result<Option<ChoiceSet>> {
         let offset = diagram.variables.len().saturating_sub(self.encoding.width()) as u32;
         let leaf = |number: usize| {
@@ -306,7 +303,8 @@ fn arc<'id>(m: &ManagerOf<'id>, known: &AHashMap<usize, Edge>, edge: diagram::Ed
     match m.get_node(edge) {
         Node::Terminal(t) if *t.borrow() == BDDTerminal::True => Edge::TRUE,
         Node::Terminal(_) => Edge::FALSE,
-        Node::Inner(_) => known.get(&edge.node_id()).copied().unwrap_or(Edge::FALSE),
+        // Children are on deeper levels, which were converted before.
+        Node::Inner(_) => known[&edge.node_id()],
     }
 }
 
@@ -319,25 +317,31 @@ fn load_deep(store: &Store, diagram: &Diagram, offset: u32, edges: &[Edge]) -> R
     let wanted = wanted(diagram, edges);
     let mut built: Vec<[Option<Bdd>; 2]> = Vec::with_capacity(diagram.nodes.len());
     let get = |built: &[[Option<Bdd>; 2]], edge: Edge| match edge.id().checked_sub(2) {
-        None if edge.is_complemented() => store.zero(),
-        None => store.one(),
+        None if edge.is_complemented() => Ok(store.zero()),
+        None => Ok(store.one()),
         Some(n) => {
             let both = built.get(n).and_then(|b| b[usize::from(edge.is_complemented())].clone());
-            both.unwrap_or_else(|| store.zero())
+            both.ok_or_else(|| missing(edge))
         }
     };
     for (node, wanted) in diagram.nodes.iter().zip(&wanted) {
         let mut both = [None, None];
         for (flip, slot) in both.iter_mut().enumerate().filter(|(flip, _)| wanted[*flip]) {
+            // A function over the bits of choices has no states; an arc to it is an error.
             let Some(position) = node.level.checked_sub(offset) else { continue };
             let bit = store.literal(2 * position, true)?;
-            let then = get(&built, node.then.complement_if(flip == 1));
-            let otherwise = get(&built, node.otherwise.complement_if(flip == 1));
+            let then = get(&built, node.then.complement_if(flip == 1))?;
+            let otherwise = get(&built, node.otherwise.complement_if(flip == 1))?;
             *slot = Some(store.ite(&bit, &then, &otherwise)?);
         }
         built.push(both);
     }
-    Ok(edges.iter().map(|&edge| get(&built, edge)).collect())
+    edges.iter().map(|&edge| get(&built, edge)).collect()
+}
+
+/// Returns the error for an arc that does not lead to a set of states of the diagram.
+fn missing(edge: Edge) -> Error {
+    Error::Usage(format!("the arc {} does not lead to a set of states of the diagram", edge.number()))
 }
 
 /// Returns two flags per node: the given edges need its function, and they need its complement.

@@ -275,7 +275,7 @@ impl Engine for SymbolicEngine {
     }
 
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
-        let (store, c, x) = (&self.store, self.diagrams_of(c)?, self.diagram_of(x)?);
+        let (store, c, x) = (&self.store, self.groups_of(c)?, self.diagram_of(x)?);
         let large = store.has_nodes(x, store.thresholds().large_set);
         let mut found = Vec::with_capacity(c.len());
         for (list, allowed) in self.groups.iter().zip(c) {
@@ -292,7 +292,7 @@ impl Engine for SymbolicEngine {
     /// Uses the relations alone, without the states of the scope as a bound. Otherwise the check
     /// that a given scope is closed under steps would always succeed.
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
-        let c = self.diagrams_of(c)?;
+        let c = self.groups_of(c)?;
         let (anywhere, mut images) = (self.store.one(), vec![c[self.groups.len()].clone()]);
         for (list, sources) in self.groups.iter().zip(c) {
             images.push(self.store.step(Direction::Forward, list, sources, &anywhere)?);
@@ -310,7 +310,7 @@ impl Engine for SymbolicEngine {
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<StateSet> {
         self.check_owned(edge_labels)?;
-        let bound = self.diagrams_of(within)?;
+        let bound = self.groups_of(within)?;
         let dropped: Vec<(Bdd, Bdd)> = edge_labels::dropped(self, edge_labels)?
             .into_iter()
             .map(|(from, into)| (from.0, into.0))
@@ -350,7 +350,7 @@ impl Engine for SymbolicEngine {
             self.diagram_of(x)?;
         }
         for c in [&left.choices, within] {
-            self.diagrams_of(c)?;
+            self.groups_of(c)?;
         }
         self.check_owned(edge_labels)?;
         let found = attractor::remove_attractor(self, &lost, won, &left.choices, edge_labels)?;
@@ -375,7 +375,7 @@ impl Engine for SymbolicEngine {
     }
 
     fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {
-        let (c, x) = (self.diagrams_of(c)?, self.diagram_of(x)?);
+        let (c, x) = (self.groups_of(c)?, self.diagram_of(x)?);
         let target = (*x != self.states.0).then_some(x);
         let loops = self.store.and(&c[self.enabled.len() - 1], x)?;
         let mut total = self.store.count(&loops, self.encoding.width() as u32)?;
@@ -402,7 +402,7 @@ impl Engine for SymbolicEngine {
     }
 
     fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> Result<bool> {
-        let c = self.diagrams_of(c)?;
+        let c = self.groups_of(c)?;
         Ok(self.transitions.group_of(choice).is_some_and(|group| self.satisfies(&c[group], state)))
     }
 

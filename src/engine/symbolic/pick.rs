@@ -70,7 +70,7 @@ impl SymbolicEngine {
 
 /// Returns the first state of a non-empty set, in the order of [`list`].
 pub(super) fn first(store: &Store, encoding: &Encoding, x: &Bdd) -> Result<State> {
-    Ok(list(store, encoding, x, 1)?.pop().unwrap_or_default())
+    Ok(list(store, encoding, x, 1)?.swap_remove(0))
 }
 
 /// Returns up to `limit` states by their values, the first variable first.

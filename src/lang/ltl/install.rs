@@ -59,7 +59,7 @@ impl<'p> Monitoring<'p> {
         let tree = leaves(&normal).map_err(|refused| refuse(source, formula, &refused))?;
         let condition = self.condition(&tree, name)?;
         for condition in [&condition, &condition.negated()] {
-            if condition.disjuncts().is_none() {
+            if condition.disjuncts().is_err() {
                 let message = format!("the formula, or its negation, has more than {MOST_DISJUNCTS} cases");
                 let diagnostic =
                     Diagnostic::new(source, formula.span.range(), message).severity(Severity::Unsupported);

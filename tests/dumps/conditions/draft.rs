@@ -50,7 +50,7 @@ impl Draft {
         let mut found = Members::new();
         let first = self.first_level(root.kind);
         let levels = diagram.variables.len();
-        let function = Edge::new(i64::from(root.node)).unwrap();
+        let function = root.node;
         for pattern in 0..1u64 << (levels - first) {
             let bits: Vec<bool> =
                 (0..levels).map(|k| k >= first && pattern >> (k - first) & 1 == 1).collect();
@@ -190,7 +190,7 @@ impl Draft {
                 for (name, set) in self.sets.iter().filter(|(_, set)| set.in_certificate == which) {
                     let patterns: Vec<Vec<bool>> =
                         set.members.iter().map(|m| self.bits(set.kind, m)).collect();
-                    let node = writer.write(&patterns, self.first_level(set.kind)).number();
+                    let node = writer.write(&patterns, self.first_level(set.kind));
                     let count = String::new();
                     file.roots.push(Root {
                         name: name.clone(),

@@ -187,7 +187,7 @@ fn a_name_that_is_there_twice_is_refused() {
         let mut dump = case.dump.clone();
         let (file, diagram) = file(&mut dump, certificate);
         let last = file.roots.last().unwrap().clone();
-        let node = Edge::FALSE.number();
+        let node = Edge::FALSE;
         file.roots.insert(0, Root { root: diagram.roots.len(), node, nodes: 0, ..last });
         diagram.roots.push(Edge::FALSE);
         let result = case.verify(&dump);
@@ -210,7 +210,7 @@ fn a_diagram_whose_arcs_lead_to_later_nodes_is_refused() {
         let name = if certificate { "spi:3@L" } else { "class:nothing" };
         let root = file.roots.iter_mut().find(|root| root.name == name).unwrap();
         assert_eq!(root.count, "0");
-        (root.node, root.nodes) = (first.number(), diagram.size(first));
+        (root.node, root.nodes) = (first, diagram.size(first));
         diagram.roots[root.root] = first;
         file.nodes = diagram.nodes.len() + 1;
         let result = case.verify(&dump);

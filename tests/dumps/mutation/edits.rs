@@ -168,7 +168,7 @@ fn root<'f>(file: &'f mut File, random: &mut ChaCha8Rng) -> &'f mut Root {
 
 fn changed(file: &mut File, random: &mut ChaCha8Rng, change: fn(Edge) -> Edge) -> bool {
     let root = root(file, random);
-    root.node = change(edge(root.node)).number();
+    root.node = change(root.node);
     true
 }
 
@@ -183,9 +183,9 @@ fn member(file: &mut File, diagram: &mut Diagram, random: &mut ChaCha8Rng) -> bo
     let choice_bits = diagram.variables.iter().filter(|v| v.starts_with("choice@")).count() as u32;
     let bits = random.random();
     let root = root(file, random);
-    let from = edge(root.node);
+    let from = root.node;
     let top = if root.kind == RootKind::States { choice_bits } else { 0 };
-    root.node = toggled(diagram, from, top, bits).number();
+    root.node = toggled(diagram, from, top, bits);
     true
 }
 
@@ -210,7 +210,7 @@ fn shadowed(dump: &mut Dump, random: &mut ChaCha8Rng) -> bool {
     let shift = to.len() as i32;
     let moved = |e: Edge| if e.is_constant() { e } else { edge(e.number() + e.number().signum() * shift) };
     to.extend(from.nodes.iter().map(|n| Node { then: moved(n.then), otherwise: moved(n.otherwise), ..*n }));
-    let node = moved(edge(root.node)).number();
+    let node = moved(root.node);
     proof(dump).0.roots.push(Root { node, ..root });
     let (file, diagram) = (&mut dump.manifest.regions, &mut dump.regions);
     let offset = if file.roots[position].kind == RootKind::States {
@@ -218,8 +218,8 @@ fn shadowed(dump: &mut Dump, random: &mut ChaCha8Rng) -> bool {
     } else {
         0
     };
-    let changed = toggled(diagram, edge(file.roots[position].node), offset, random.random());
-    file.roots[position].node = changed.number();
+    let changed = toggled(diagram, file.roots[position].node, offset, random.random());
+    file.roots[position].node = changed;
     true
 }
 

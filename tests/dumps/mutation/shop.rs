@@ -143,7 +143,7 @@ type Part = for<'d> fn(&'d Dump) -> (&'d File, &'d Diagram);
 /// Returns true if the sets of one file are the same, except for those whose names are `free`.
 fn same_sets(honest: &Dump, forged: &Dump, part: Part, free: &dyn Fn(&str) -> bool) -> bool {
     let ((a, left), (b, right)) = (part(honest), part(forged));
-    let bound = |file: &File| -> Vec<(String, RootKind, i32)> {
+    let bound = |file: &File| -> Vec<(String, RootKind, Edge)> {
         let mut all: Vec<_> =
             file.roots.iter().filter(|r| !free(&r.name)).map(|r| (r.name.clone(), r.kind, r.node)).collect();
         all.sort_by(|x, y| x.0.cmp(&y.0));
@@ -152,9 +152,9 @@ fn same_sets(honest: &Dump, forged: &Dump, part: Part, free: &dyn Fn(&str) -> bo
     let (a, b) = (bound(a), bound(b));
     left.variables == right.variables
         && a.len() == b.len()
-        && a.iter().zip(&b).all(|(x, y)| {
-            (&x.0, x.1) == (&y.0, y.1) && same(left, edge(x.2), right, edge(y.2), &mut BTreeMap::new())
-        })
+        && a.iter()
+            .zip(&b)
+            .all(|(x, y)| (&x.0, x.1) == (&y.0, y.1) && same(left, x.2, right, y.2, &mut BTreeMap::new()))
 }
 
 pub(super) fn edge(number: i32) -> Edge {
@@ -190,7 +190,7 @@ pub(crate) fn sealed(mut dump: Dump) -> Dump {
 fn seal(file: &mut File, diagram: &mut Diagram, offset: u32) {
     diagram.roots.clear();
     for (position, root) in file.roots.iter_mut().enumerate() {
-        let function = edge(root.node);
+        let function = root.node;
         root.root = position;
         diagram.roots.push(function);
         root.nodes = diagram.size(function);
