@@ -6,7 +6,7 @@ use crate::common::{Finished, Scratch, meliora};
 
 /// Models with values for their constants.
 const MODELS: &[(&str, &str)] = &[
-    ("chain", "N=4"),
+    ("chain", "N=2"),
     ("counter", ""),
     ("courier", ""),
     ("drone", ""),

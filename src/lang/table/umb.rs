@@ -225,8 +225,9 @@ fn expected(table: &mut Table, choices: Option<&[ExprId]>, branches: &[ExprId]) 
     let mut all = Vec::new();
     for choice in 0..table.branches.len() - 1 {
         let mut sum = choices.map_or_else(BigRational::zero, |of| exact(table, of[choice]));
-        for branch in table.branches[choice]..table.branches[choice + 1] {
-            sum += exact(table, table.probabilities[branch]) * exact(table, branches[branch]);
+        let row = table.branches[choice]..table.branches[choice + 1];
+        for (weight, earned) in table.probabilities[row.clone()].iter().zip(&branches[row]) {
+            sum += exact(table, *weight) * exact(table, *earned);
         }
         all.push(table.number(sum));
     }
