@@ -55,6 +55,7 @@ impl Files {
             _ => Box::new(bytes),
         };
         let mut archive = Archive::new(plain.take(MOST_BYTES));
+        let mut total = 0;
         let damaged = |e: &io::Error| files_error(name, &format!("this is not a valid archive: {e}"));
         for entry in archive.entries().map_err(|e| damaged(&e))? {
             let mut entry = entry.map_err(|e| damaged(&e))?;
@@ -79,10 +80,11 @@ impl Files {
             if (content.len() as u64) < entry.size() {
                 return Err(too_large(name));
             }
+            total += content.len() as u64;
             if files.files.insert(path.clone(), content).is_some() {
                 return Err(files.wrong(&path, "the archive has two files with this name"));
             }
-            if files.files.len() > MOST_FILES || files.bytes() > MOST_BYTES {
+            if files.files.len() > MOST_FILES || total > MOST_BYTES {
                 return Err(too_large(name));
             }
         }
