@@ -19,6 +19,7 @@ mod projections;
 mod quantities;
 mod reasons;
 mod regions;
+mod requirements;
 mod robot;
 mod simulations;
 mod strategies;
@@ -57,6 +58,7 @@ impl Case {
             order: Preorder::new(self.targets.len(), &self.statements).unwrap(),
             empty,
             history: History::State,
+            requirements: Vec::new(),
         })
     }
 }

@@ -271,6 +271,7 @@ fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
         order: Preorder::new(world.targets.len(), &world.statements).unwrap(),
         empty,
         history: Default::default(),
+        requirements: Vec::new(),
     });
     for safety in SAFETIES {
         let mut analysis = Analysis::new(engine, &preferences, Options { safety, max_level: None });
