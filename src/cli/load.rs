@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use meliora::advanced::lang::ltl;
 use meliora::advanced::lang::named::{self, Property};
 use meliora::advanced::lang::property::{Measure, Question as Asks};
 use meliora::dump::manifest;
@@ -13,7 +14,7 @@ use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora::lang::{self, Document, Given};
 use meliora::model::expr::ExprId;
-use meliora::model::preference::{Empty, Preferences};
+use meliora::model::preference::{Empty, Preferences, Requirement};
 use meliora::model::{ModelKind, Program, fault};
 use meliora::output::Number;
 use meliora::reach::Goal;
@@ -45,6 +46,8 @@ pub(super) struct Asked {
     pub(super) program: Arc<Program>,
     /// The questions, in the order of the command line.
     pub(super) questions: Vec<Asking>,
+    /// The requirements, which bind every strategy.
+    pub(super) requirements: Vec<Requirement>,
     /// See [`Loaded::overlap`].
     pub(super) overlap: Option<ExprId>,
 }
@@ -192,10 +195,11 @@ pub(super) fn certified(
 pub(super) fn asked(
     args: &ModelArgs,
     target: Option<&str>,
-    properties: &[String],
+    (properties, required): (&[String], &[String]),
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
     let Loaded { mut program, named, overlap } = parsed(args, sink)?;
+    let requirements = requirements(&mut program, required)?;
     let mut questions = Vec::new();
     if let Some(text) = target {
         let source = SourceFile::new("--target", text);
@@ -219,7 +223,20 @@ pub(super) fn asked(
         let wrong = property.as_ref().and_then(|asks| wrong_rewards(&mut program, asks));
         questions.push(Asking { text: text.clone(), goal, property, wrong });
     }
-    Ok(Asked { program: Arc::new(program), questions, overlap })
+    Ok(Asked { program: Arc::new(program), questions, requirements, overlap })
+}
+
+/// Reads `--require`.
+///
+/// # Errors
+/// A formula is wrong, or not of the form `G condition`.
+pub(super) fn requirements(program: &mut Program, texts: &[String]) -> Result<Vec<Requirement>, Error> {
+    let each = |text: &String| {
+        let source = SourceFile::new("--require", text.as_str());
+        let formula = ltl::parse_formula(&source)?;
+        lang::invariant(program, &source, &formula)
+    };
+    texts.iter().map(each).collect()
 }
 
 /// Returns the states in which the rewards that a question names are wrong.

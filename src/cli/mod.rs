@@ -17,6 +17,7 @@ mod signals;
 mod supervise;
 mod sweep;
 mod terminal;
+mod under;
 
 mod check;
 mod compare;

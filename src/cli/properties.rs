@@ -17,8 +17,8 @@ use meliora::reach::Goal;
 use super::exit::Status;
 use super::load::{self, Asked, Asking};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
-use super::quantity;
 use super::supervise::{Job, supervise};
+use super::under::Under;
 
 /// The arguments for a property file.
 pub(super) struct Questions {
@@ -26,6 +26,7 @@ pub(super) struct Questions {
     pub(super) engine: EngineArgs,
     pub(super) file: PathBuf,
     pub(super) only: Option<String>,
+    pub(super) require: Vec<String>,
     pub(super) precision: f64,
 }
 
@@ -54,13 +55,13 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
 pub(super) fn several(
     model: ModelArgs,
     engine: EngineArgs,
-    (properties, precision): (Vec<String>, f64),
+    (properties, require, precision): (Vec<String>, Vec<String>, f64),
     shown: &ShownArgs,
 ) -> Result<Status, Error> {
     let report = report(&model, engine);
     let (shown, timeout) = (shown.of(&model), model.timeout);
     supervise(report, timeout, &shown, move |job| {
-        let read = || load::asked(&model, None, &properties, &job.sink);
+        let read = || load::asked(&model, None, (&properties, &require), &job.sink);
         let asked = job.timed("parse", read, |_, _| ())?;
         let open: Vec<usize> = (0..asked.questions.len()).collect();
         job.update(|r| {
@@ -81,6 +82,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     let (program, overlap) = load::program(&model, &job.sink)?;
     let mut program = Arc::unwrap_or_clone(program);
     let mut stated = parse_properties(&source, &theirs, &mut program)?;
+    let requirements = load::requirements(&mut program, &questions.require)?;
     if let Some(only) = &questions.only {
         stated.retain(|s| s.name.as_ref() == Some(only));
         if stated.is_empty() {
@@ -99,7 +101,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
             open.push(position);
         }
     }
-    Ok((Asked { program: Arc::new(program), questions: asking, overlap }, open))
+    Ok((Asked { program: Arc::new(program), questions: asking, requirements, overlap }, open))
 }
 
 /// Answers the reachability properties with one engine, then each formula with its own.
@@ -144,20 +146,24 @@ fn answer<E: Engine>(
     questions: &[(&Asking, usize)],
     precision: f64,
 ) -> Result<(), Error> {
-    let judged = match questions.first() {
-        Some((asking, _)) => asking.goal.judged(engine)?,
-        None => engine.all_states(),
+    let Some((first, _)) = questions.first() else {
+        let all = engine.all_states();
+        let counts = job.timed("count", || ModelCounts::within(engine, &all), |_, _| ())?;
+        job.update(|r| r.counts = Some(counts));
+        return Ok(());
     };
-    let counts = job.timed("count", || ModelCounts::within(engine, &judged), |_, _| ())?;
+    let under = Under::new(engine, asked, first)?;
+    let counts = job.timed("count", || under.counts(&first.goal), |_, _| ())?;
     let mut known = false;
     job.update(|r| known = r.counts.is_some());
     if !known {
         load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
-        job.update(|r| r.counts = Some(counts));
+        job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     }
+    let engine = under.engine();
     for &(asking, position) in questions {
         let found = job.timed("regions", || asking.goal.regions(engine), |_, _| ())?;
-        let answered = || quantity::answer(engine, asking, &asked.program, &found, precision);
+        let answered = || under.answer(asking, &asked.program, &found, precision);
         let (value, holds) = job.timed("value", answered, |_, _| ())?;
         let found = asking.goal.restricted(engine, found)?;
         let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));

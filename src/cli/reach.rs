@@ -9,7 +9,6 @@ use meliora::error::Error;
 use meliora::model::expr::ExprId;
 use meliora::output::ReachReport;
 use meliora::output::reach::Share;
-use meliora::planning::result::ModelCounts;
 use meliora::planning::temporal;
 use meliora::reach::Goal;
 
@@ -17,9 +16,9 @@ use super::exit::Status;
 use super::load::{self, Asked, Asking};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::properties;
-use super::quantity;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
+use super::under::Under;
 
 /// Compute from which states a target is reached, or a temporal formula satisfied, surely or
 /// possibly
@@ -47,6 +46,10 @@ pub(super) struct ReachArgs {
     #[arg(long, value_name = "NAME", requires = "properties")]
     only: Option<String>,
 
+    /// Formula G p that no path may violate; only strategies that surely keep it count (repeatable)
+    #[arg(long, value_name = "FORMULA", allow_hyphen_values = true)]
+    require: Vec<String>,
+
     /// Largest width of a value, absolute for probabilities, relative above 1 for rewards
     #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = super::quantity::precision)]
     precision: f64,
@@ -69,12 +72,13 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
         return Ok(status);
     }
     if let Some(file) = args.properties {
-        let ReachArgs { model, engine, only, precision, shown, .. } = args;
-        return properties::run(properties::Questions { model, engine, file, only, precision }, &shown);
+        let ReachArgs { model, engine, only, require, precision, shown, .. } = args;
+        let questions = properties::Questions { model, engine, file, only, require, precision };
+        return properties::run(questions, &shown);
     }
     if args.property.len() > 1 {
-        let ReachArgs { model, engine, property, precision, shown, .. } = args;
-        return properties::several(model, engine, (property, precision), &shown);
+        let ReachArgs { model, engine, property, require, precision, shown, .. } = args;
+        return properties::several(model, engine, (property, require, precision), &shown);
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
     let header = args.model.header().with_engine(args.engine.engine.name());
@@ -84,7 +88,8 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
-    let read = || load::asked(&args.model, args.target.as_deref(), &args.property, &job.sink);
+    let read =
+        || load::asked(&args.model, args.target.as_deref(), (&args.property, &args.require), &job.sink);
     let asked = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| r.header.read(&asked.program));
     let Some(asking) = asked.questions.first() else { return Ok(()) };
@@ -105,12 +110,14 @@ fn answer<E: Engine>(
     asking: &Asking,
     precision: f64,
 ) -> Result<(), Error> {
-    let judged = asking.goal.judged(engine)?;
+    let under = Under::new(engine, asked, asking)?;
     // Counting is a part of building.
-    let count = || ModelCounts::within(engine, &judged);
+    let count = || under.counts(&asking.goal);
     let counts = job.timed("count", count, |r, s| r.time.add("build", s))?;
     load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
-    job.update(|r| r.counts = Some(counts));
+    job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
+    let engine = under.engine();
+    let judged = asking.goal.judged(engine)?;
     let search = Search { job, engine, judged };
     let found = match &asking.goal {
         Goal::Target(target) => {
@@ -121,7 +128,7 @@ fn answer<E: Engine>(
             temporal::regions_by(engine, &watched.condition, |which, find| search.region(which, find))?
         }
     };
-    let answered = || quantity::answer(engine, asking, &asked.program, &found, precision);
+    let answered = || under.answer(asking, &asked.program, &found, precision);
     let (value, holds) = job.timed("value", answered, |r, s| r.time.add("value", s))?;
     job.update(|r| {
         (r.holds, r.value) = (holds, value);

@@ -7,7 +7,7 @@ use ahash::AHashMap;
 use super::check::{MAX_ERRORS, lower_target};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang::ast::{Ident, Span};
-use crate::lang::ltl::{Formula, Kept, Monitoring};
+use crate::lang::ltl::{Formula, Monitoring};
 use crate::lang::pref::{self, Chain};
 use crate::model::Program;
 use crate::model::preference::{
@@ -119,15 +119,15 @@ fn watched(
 ///
 /// # Errors
 /// The formula is wrong, or needs a monitor.
-fn invariant(program: &mut Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Kept> {
-    let kept = Monitoring::new(program).require(source, formula, REQUIREMENT)?;
-    if kept.monitor.is_some() {
-        let message = "`history = state` accepts only requirements of the form `G condition`";
-        let help = "`history = play;` judges whole paths and accepts every safe formula";
+pub fn invariant(program: &mut Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Requirement> {
+    let required = Monitoring::new(program).require(source, formula, REQUIREMENT)?;
+    if required.monitor.is_some() {
+        let message = "only requirements of the form `G condition` are accepted here";
+        let help = "`history = play;` in a preference file judges whole paths and accepts every safe formula";
         let diagnostic = Diagnostic::new(source, formula.span.range(), message);
         return Err(diagnostic.label("not of the form `G condition`").help(help).into());
     }
-    Ok(kept)
+    Ok(required)
 }
 
 struct Checker<'a> {
@@ -177,15 +177,12 @@ impl<'a> Checker<'a> {
     fn requirements(
         &mut self,
         tree: &pref::Preferences,
-        mut kept: impl FnMut(&Formula) -> Result<Kept>,
+        mut required: impl FnMut(&Formula) -> Result<Requirement>,
     ) -> Result<Vec<Requirement>> {
         let mut requirements = Vec::new();
         for formula in &tree.requirements {
-            match kept(formula) {
-                Ok(Kept { kept, monitor }) => {
-                    let text = words(&self.source.text[formula.span.range()]);
-                    requirements.push(Requirement { text, kept, monitor });
-                }
+            match required(formula) {
+                Ok(requirement) => requirements.push(requirement),
                 Err(Error::Input(wrong)) => wrong.into_iter().for_each(|d| self.report(d)),
                 Err(other) => return Err(other),
             }
@@ -294,11 +291,6 @@ impl<'a> Checker<'a> {
         known.sort_unstable();
         known.iter().map(|(_, name)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
     }
-}
-
-/// Returns a text on one line, with single spaces.
-fn words(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Returns the error for a contradiction: it shows the cycle, `B > A >= C > B`, at the statement

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::envelope::{Envelope, Findings};
 use super::number::grouped;
 use super::text::{self, Grid};
-use super::{Style, ranks};
+use super::{Style, ranks, unsafe_start};
 use crate::planning::result::{LevelCounts, Plan, Prospects};
 use crate::planning::{AnalysisResult, Rank};
 
@@ -36,7 +36,8 @@ impl Findings for CheckFindings {
     ];
 
     fn body(report: &CheckReport, style: Style) -> String {
-        let mut out = unsafe_start(report, style);
+        let escape = report.initial.iter().find_map(|initial| initial.escape.as_ref());
+        let mut out = escape.map_or_else(String::new, |escape| unsafe_start::text(escape, style));
         out += &report.header.sizes(report.result.counts.as_ref(), style);
         out += &objectives(report, style);
         out += &classes(&report.result, style);
@@ -44,24 +45,6 @@ impl Findings for CheckFindings {
         out += &levels(&report.result, style);
         out + &initial(report, style)
     }
-}
-
-/// Shows for the first unsafe initial state how a requirement gets violated.
-fn unsafe_start(report: &CheckFindings, style: Style) -> String {
-    let Some((initial, escape)) = report.initial.iter().find_map(|i| Some((i, i.escape.as_ref()?))) else {
-        return String::new();
-    };
-    let title = format!("No strategy keeps the requirements from {}", initial.values);
-    let mut out = format!("\n{}\n", style.bad(&title));
-    if let Some(violated) = &escape.violated {
-        let _ = writeln!(out, "  A shortest path to the violation of `{violated}`; in each state,");
-        let _ = writeln!(out, "  every action may lead on to a violation:");
-    }
-    for (state, action) in &escape.path {
-        let action = action.as_ref().map_or("violated".to_owned(), |action| format!("by {action}"));
-        let _ = writeln!(out, "    {state}  {action}");
-    }
-    out
 }
 
 fn objectives(report: &CheckReport, style: Style) -> String {

@@ -29,6 +29,7 @@ mod ranks;
 mod simulate_text;
 mod state_text;
 mod text;
+mod unsafe_start;
 mod values_text;
 
 pub use check::CheckReport;

@@ -7,15 +7,18 @@ use serde::Serialize;
 use super::envelope::{Envelope, Findings};
 use super::text::Grid;
 use super::values::Bound;
-use super::{Number, Style};
+use super::{Number, Style, unsafe_start};
 use crate::engine::regions::Regions;
-use crate::planning::result::ModelCounts;
+use crate::planning::result::{Escape, ModelCounts};
 
 /// The answers to the properties of a file or of the command line.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct PropertiesFindings {
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
+    /// A path from an unsafe initial state to the violation of a requirement, if there is one.
+    #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
+    pub escape: Option<Escape>,
     /// The properties in the order of the file.
     pub properties: Vec<PropertyAnswer>,
 }
@@ -102,7 +105,9 @@ impl Findings for PropertiesFindings {
     }
 
     fn body(report: &PropertiesReport, style: Style) -> String {
-        let mut out = report.header.sizes(report.counts.as_ref(), style);
+        let escape = report.escape.as_ref();
+        let mut out = escape.map_or_else(String::new, |escape| unsafe_start::text(escape, style));
+        out += &report.header.sizes(report.counts.as_ref(), style);
         if report.properties.iter().any(|p| p.reason.is_none()) {
             let _ = write!(out, "\n{}\n{}", style.bold("Properties"), report.table(style));
         }

@@ -9,15 +9,18 @@ use super::header::Header;
 use super::properties::{PropertyAnswer, Sizes, shown};
 use super::text::Grid;
 use super::values::Bound;
-use super::{Number, Style};
+use super::{Number, Style, unsafe_start};
 use crate::engine::regions::Regions;
-use crate::planning::result::ModelCounts;
+use crate::planning::result::{Escape, ModelCounts};
 
 /// The results of `reach`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct ReachFindings {
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
+    /// A path from an unsafe initial state to the violation of a requirement, if there is one.
+    #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
+    pub escape: Option<Escape>,
     /// The target or the property.
     #[serde(skip)]
     pub expression: String,
@@ -88,7 +91,9 @@ impl Findings for ReachFindings {
     }
 
     fn body(report: &ReachReport, style: Style) -> String {
-        let mut out = report.header.sizes(report.counts.as_ref(), style);
+        let escape = report.escape.as_ref();
+        let mut out = escape.map_or_else(String::new, |escape| unsafe_start::text(escape, style));
+        out += &report.header.sizes(report.counts.as_ref(), style);
         if let Some(target) = &report.target {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));
             let _ = writeln!(out, "  target states  {}", target.grouped());

@@ -195,7 +195,8 @@ impl<E: Engine> Analysis<E> {
     /// Restricts the model by the requirements, once. Cost: see [`Requirements::restrict`].
     fn restrict(&mut self) -> Result<()> {
         if self.requirements.is_none()
-            && let Some((engine, requirements)) = Requirements::restrict(&*self.whole, &self.preferences)?
+            && let Some((engine, requirements)) =
+                Requirements::restrict(&*self.whole, &self.preferences.requirements)?
         {
             (self.engine, self.requirements) = (Arc::new(engine), Some(Arc::new(requirements)));
         }

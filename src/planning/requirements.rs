@@ -8,7 +8,7 @@
 use super::result::Escape;
 use crate::engine::{Engine, Region};
 use crate::error::Result;
-use crate::model::preference::{Preferences, Requirement};
+use crate::model::preference::Requirement;
 use crate::model::valuation::Valuation;
 use crate::model::{Program, State, fault};
 
@@ -36,11 +36,11 @@ impl<E: Engine> Requirements<E> {
     ///
     /// # Errors
     /// The errors of [`kept`].
-    pub fn restrict(engine: &E, preferences: &Preferences) -> Result<Option<(E, Self)>> {
-        if preferences.requirements.is_empty() {
+    pub fn restrict(engine: &E, requirements: &[Requirement]) -> Result<Option<(E, Self)>> {
+        if requirements.is_empty() {
             return Ok(None);
         }
-        let kept = kept(engine, &preferences.requirements)?;
+        let kept = kept(engine, requirements)?;
         let Region { states, choices } = engine.stay_within(&kept, &engine.all_choices())?;
         let unsafe_states = engine.difference(&engine.all_states(), &states)?;
         let restricted = engine.restricted_to(&Region { states, choices })?;

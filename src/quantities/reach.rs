@@ -16,8 +16,8 @@ use super::graph::{EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
 use super::solve::{Quantity, System};
-use crate::engine::Engine;
 use crate::engine::regions::Regions;
+use crate::engine::{Engine, position as position_of};
 use crate::error::Result;
 use crate::model::exact::Ratio;
 use crate::model::{Optimum, Program, State, fault};
@@ -184,7 +184,7 @@ impl<E: Engine> Search<'_, E> {
         Ok(node)
     }
 
-    /// Returns all choices of a state.
+    /// Returns all choices of a state that stay in the states of the engine.
     fn choices(
         &self,
         state: &State,
@@ -193,8 +193,13 @@ impl<E: Engine> Search<'_, E> {
         meter: &mut Meter<'_>,
     ) -> Result<Vec<(u32, Ratio, Vec<Edge>)>> {
         let steps = self.program.exact_steps(state).map_err(|f| fault::error(self.program, &f, state))?;
+        let all = self.engine.all_states();
         let mut choices = Vec::with_capacity(steps.len());
         for (position, step) in (0u32..).zip(steps) {
+            let leaves = |(next, _): &(State, Ratio)| Ok(!self.engine.contains(&all, next)?);
+            if position_of(&step.successors, leaves)?.is_some() {
+                continue;
+            }
             let cost = match &self.cost {
                 Some(cost) => cost.of(state, &step)?,
                 None => Ratio::zero(),

@@ -20,6 +20,7 @@ mod properties;
 mod quantities;
 mod readme;
 mod report;
+mod requirements;
 mod settings;
 mod status;
 mod strategies;

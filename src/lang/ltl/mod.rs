@@ -19,4 +19,3 @@ mod words;
 pub use formula::{Formula, FormulaKind, Steps};
 pub use install::Monitoring;
 pub use parse::parse_formula;
-pub use require::Kept;

@@ -7,29 +7,27 @@ use super::install::Monitoring;
 use crate::automata::{Form, Monitor, Normal, Window};
 use crate::error::{Diagnostic, Result, Severity, SourceFile};
 use crate::model::expr::{Binary, ExprId, ExprPool, Unary};
+use crate::model::preference::Requirement;
 use crate::model::temporal::Asks;
 use crate::model::value::Value;
 
-/// The states in which a requirement is not violated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Kept {
-    /// True in these states.
-    pub kept: ExprId,
-    /// The number of states of the monitor; `None` if the requirement needs none.
-    pub monitor: Option<u64>,
-}
-
 impl Monitoring<'_> {
-    /// Returns the states in which a safe formula is not violated. `G p` with a state formula p
+    /// Returns a safe formula as a requirement: the states in which it is not violated. `G p` with a state formula p
     /// needs no monitor. Every other safe formula gets a monitor called `name`, whose mark means
     /// that the formula is violated.
     ///
     /// # Errors
     /// Unknown names and wrong types; the formula is not safe; a limit on the size of monitors.
-    pub fn require(&mut self, source: &Arc<SourceFile>, formula: &Formula, name: &str) -> Result<Kept> {
+    pub fn require(
+        &mut self,
+        source: &Arc<SourceFile>,
+        formula: &Formula,
+        name: &str,
+    ) -> Result<Requirement> {
         let normal = self.normal(source, formula)?;
+        let text = words(source, formula);
         if let Some(kept) = invariant(&mut self.program.pool, &normal) {
-            return Ok(Kept { kept, monitor: None });
+            return Ok(Requirement { text, kept, monitor: None });
         }
         if !normal.is_safe() {
             return Err(not_safe(source, formula));
@@ -38,7 +36,7 @@ impl Monitoring<'_> {
         let states = monitor.states.len() as u64;
         let violated = self.mark(monitor, Asks::Avoid, name)?;
         let kept = self.program.pool.unary(Unary::Not, violated);
-        Ok(Kept { kept, monitor: Some(states) })
+        Ok(Requirement { text, kept, monitor: Some(states) })
     }
 }
 
@@ -75,9 +73,14 @@ fn conjunction(
     Some(all)
 }
 
-fn not_safe(source: &Arc<SourceFile>, formula: &Formula) -> crate::error::Error {
+/// Returns the text of a formula on one line, with single spaces.
+fn words(source: &SourceFile, formula: &Formula) -> String {
     let text = source.text.get(formula.span.range()).unwrap_or_default();
-    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn not_safe(source: &Arc<SourceFile>, formula: &Formula) -> crate::error::Error {
+    let text = words(source, formula);
     let message = format!("`{text}` cannot be required: it is not a safe formula");
     let diagnostic = Diagnostic::new(source, formula.span.range(), message).severity(Severity::Unsupported);
     diagnostic

@@ -1,0 +1,78 @@
+//! `--require`: questions about the strategies that keep requirements.
+
+use meliora::engine::Engine;
+use meliora::engine::regions::Regions;
+use meliora::error::Error;
+use meliora::model::Program;
+use meliora::output::values::Bound;
+use meliora::planning::Requirements;
+use meliora::planning::result::{Escape, ModelCounts};
+use meliora::reach::Goal;
+
+use super::load::{Asked, Asking};
+use super::quantity;
+
+/// A model under requirements.
+pub(super) struct Under<'a, E: Engine> {
+    whole: &'a E,
+    restricted: Option<(E, Requirements<E>)>,
+    /// A path from the first unsafe initial state to a violation.
+    pub(super) escape: Option<Escape>,
+}
+
+impl<'a, E: Engine> Under<'a, E> {
+    /// Restricts the model by the requirements. `engine` is that of the question's goal.
+    ///
+    /// # Errors
+    /// A limit is hit, or a requirement has no value in some state.
+    pub(super) fn new(engine: &'a E, asked: &Asked, asking: &Asking) -> Result<Self, Error> {
+        let program = match &asking.goal {
+            Goal::Target(_) => &asked.program,
+            Goal::Formula(watched) => &watched.program,
+        };
+        let restricted = Requirements::restrict(engine, &asked.requirements)?;
+        let mut escape = None;
+        if let Some((_, requirements)) = &restricted {
+            let initial = engine.intersection(&engine.initial_states(), &requirements.unsafe_states)?;
+            if let Some(start) = engine.list_states(&initial, 1)?.pop() {
+                escape = requirements.escape(engine, program, &asked.requirements, &start)?;
+            }
+        }
+        Ok(Under { whole: engine, restricted, escape })
+    }
+
+    /// Returns the engine of the model that the requirements leave.
+    pub(super) fn engine(&self) -> &E {
+        self.restricted.as_ref().map_or(self.whole, |(engine, _)| engine)
+    }
+
+    /// Counts the judged states of the whole model.
+    ///
+    /// # Errors
+    /// A limit is hit.
+    pub(super) fn counts(&self, goal: &Goal) -> Result<ModelCounts, Error> {
+        let judged = goal.judged(self.whole)?;
+        let unsafe_states = match &self.restricted {
+            None => None,
+            Some((_, r)) => Some(self.whole.count(&self.whole.intersection(&judged, &r.unsafe_states)?)?),
+        };
+        Ok(ModelCounts { unsafe_states, ..ModelCounts::within(self.whole, &judged)? })
+    }
+
+    /// Answers a property; it does not hold if no strategy keeps the requirements initially.
+    ///
+    /// # Errors
+    /// The errors of [`quantity::answer`].
+    pub(super) fn answer(
+        &self,
+        asking: &Asking,
+        model: &Program,
+        regions: &Regions<E::States>,
+        precision: f64,
+    ) -> Result<(Option<Bound>, Option<bool>), Error> {
+        if self.escape.is_some() {
+            return Ok((None, asking.property.is_some().then_some(false)));
+        }
+        quantity::answer(self.engine(), asking, model, regions, precision)
+    }
+}

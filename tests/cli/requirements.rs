@@ -1,0 +1,96 @@
+//! `reach --require`: questions about the strategies that keep requirements.
+
+use serde_json::{Value as Json, json};
+
+use crate::common::{Finished, Scratch, meliora, run};
+
+/// `quick` reaches the goal surely, but may step onto ice first; `safe` succeeds half of the time.
+const MODEL: &str = "mdp\nmodule m\n x : [0..6] init START;\n\
+     [quick] x=0 -> 1/2: (x'=1) + 1/2: (x'=4);\n [safe] x=0 -> 1/2: (x'=4) + 1/2: (x'=5);\n\
+     [on] x=1 -> (x'=2);\n [on] x=2 -> (x'=4);\n [try] x=5 -> true;\n [out] x=6 -> (x'=1);\n [stay] x=4 -> true;\n\
+     endmodule\nlabel \"ice\" = x=2;\nrewards \"cost\" [quick] true : 1; [safe] true : 3; endrewards\n";
+
+fn asked(start: &str, more: &[&str]) -> Finished {
+    let model = MODEL.replace("START", start);
+    let scratch =
+        Scratch::new(&[("m.prism", &model), ("m.props", "Pmax>=1 [ F x=4 ];\nPmax=? [ F x=4 ];\n")]);
+    let file = scratch.show("m.props");
+    let more = more.iter().map(|word| if *word == "FILE" { &file } else { *word });
+    Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--json"]).args(more))
+}
+
+/// Returns whether bounds contain 1/2 and little more.
+fn is_half(value: &Json) -> bool {
+    let [lower, upper] = ["lower", "upper"].map(|bound| value[bound].as_f64().unwrap());
+    lower <= 0.5 && upper >= 0.5 && upper - lower < 1e-9
+}
+
+const DRY: &[&str] = &["--require", "G !\"ice\""];
+
+#[test]
+fn forbidden_choices_do_not_count() {
+    for engine in ["symbolic", "explicit"] {
+        let ask = |more: &[&str], status| {
+            let more = [more, &["--scope", "all", "--engine", engine]].concat();
+            asked("0", &more).expect(status).json()
+        };
+        let free = ask(&["--property", "Pmax=? [ F x=4 ]"], 0);
+        assert_eq!(free["properties"][0]["value"], json!({"lower": 1.0, "upper": 1.0}));
+        let bound = ask(&[&["--property", "Pmax=? [ F x=4 ]"], DRY].concat(), 0);
+        assert!(is_half(&bound["properties"][0]["value"]), "{bound}");
+        let least = ask(&[&["--property", "Pmin=? [ F x=4 ]"], DRY].concat(), 0);
+        assert!(is_half(&least["properties"][0]["value"]), "{least}");
+        let regions = ask(&[&["--target", "x=4"], DRY].concat(), 0);
+        assert_eq!(regions["counts"]["unsafe"], "3", "1, 2 and 6");
+        let sizes: Vec<&Json> = ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"]
+            .iter()
+            .map(|name| &regions[name])
+            .collect();
+        assert_eq!(sizes, [&json!("1"), &json!("2"), &json!("1"), &json!("2")]);
+        let formula = ask(&[&["--property", "Pmax>=1 [ G F x=4 ]"], DRY].concat(), 1);
+        assert_eq!((&formula["holds"], &formula["pmax_positive"]), (&json!(false), &json!("2")));
+        let both = ask(&["--properties", "FILE", "--require", "G !\"ice\"", "--require", "G x<6"], 1);
+        assert_eq!(both["properties"][0]["holds"], json!(false));
+        assert!(is_half(&both["properties"][1]["value"]), "{both}");
+    }
+}
+
+#[test]
+fn an_unsafe_initial_state_is_shown_and_no_property_holds() {
+    for engine in ["symbolic", "explicit"] {
+        for property in ["P>=1 [ F x=4 ]", "Pmax=? [ F x=4 ]", "P<1 [ F x=5 ]"] {
+            let more = [&["--property", property, "--engine", engine], DRY].concat();
+            let found = asked("6", &more).expect(1).json();
+            assert_eq!(found["holds"], json!(false), "{property}");
+            assert_eq!(found["unsafe"]["violated"], "G !\"ice\"");
+            let path = found["unsafe"]["path"].as_array().unwrap();
+            let actions: Vec<&Json> = path.iter().map(|step| &step["action"]).collect();
+            assert_eq!(actions, [&json!("out"), &json!("on"), &Json::Null]);
+        }
+    }
+}
+
+#[test]
+fn other_formulas_are_refused_by_name() {
+    for (formula, word) in [
+        ("F x=4", "it is not a safe formula"),
+        ("G (x=0 => X x!=1)", "only requirements of the form `G condition`"),
+        ("G y=1", "unknown name `y`"),
+        ("x=1", "is not"),
+    ] {
+        let wrong = asked("0", &["--target", "x=4", "--require", formula]);
+        assert!(wrong.status != 0, "{formula}");
+        assert!(word == "is not" || wrong.stdout.contains(word), "{formula}: {}", wrong.stdout);
+    }
+}
+
+#[test]
+fn a_report_begins_with_an_unsafe_initial_state() {
+    let shown = run("check models/pond.prism models/pond.pref").expect(0).stdout;
+    let first = shown.find("No strategy keeps the requirements from at=3").expect("the path");
+    assert!(first < shown.find("Model").expect("the sizes"), "{shown}");
+    assert!(shown.contains("at=3  by slide") && shown.contains("at=4  violated"), "{shown}");
+    assert!(shown.contains("unsafe: no strategy keeps the requirements"), "{shown}");
+    let shown = run("reach models/pond.prism --target at=5 --require G(!at=4)").expect(0).stdout;
+    assert!(shown.contains("No strategy keeps the requirements from at=3"), "{shown}");
+}
