@@ -112,6 +112,7 @@ mod span;
 #[cfg(feature = "supervise")]
 pub mod supervise;
 pub mod tutorial;
+mod umb;
 
 #[doc(inline)]
 #[cfg(feature = "output")]

@@ -1,4 +1,4 @@
-//! Reading of text files.
+//! Reading of files.
 
 use std::fs::File;
 use std::io::Read;
@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::error::{Error, Limit, Result, SourceFile};
 
-/// The maximum size of a text file, in bytes; it stops the reading of endless devices and pipes.
+/// The maximum size of an input file, in bytes; it stops the reading of endless devices and pipes.
 const LARGEST_FILE: u64 = 256 << 20;
 
 impl SourceFile {
@@ -29,21 +29,36 @@ impl SourceFile {
     /// The text cannot be read, has more than 256 MiB, or is not UTF-8.
     pub fn read(name: impl Into<String>, from: impl Read) -> Result<Arc<Self>> {
         let name = name.into();
-        let failed = |message: String| Error::Io { path: name.clone(), message };
-        let mut bytes = Vec::new();
-        from.take(LARGEST_FILE + 1)
-            .read_to_end(&mut bytes)
-            .map_err(|e| Error::reading(Path::new(&name), &e))?;
-        if bytes.len() as u64 > LARGEST_FILE {
-            let what = format!("{name} has more than {} MiB", LARGEST_FILE >> 20);
-            return Err(Limit::Size { what }.into());
-        }
-        match String::from_utf8(bytes) {
-            Ok(text) => Ok(SourceFile::new(name, text)),
-            Err(e) => {
-                let at = e.utf8_error().valid_up_to();
-                Err(failed(format!("this is not UTF-8 text: byte {at} is invalid")))
-            }
+        let bytes = bytes(&name, from)?;
+        text(name, bytes)
+    }
+}
+
+/// Reads bytes to their end.
+///
+/// # Errors
+/// They cannot be read, or are more than 256 MiB.
+pub(crate) fn bytes(name: &str, from: impl Read) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    from.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| Error::reading(Path::new(name), &e))?;
+    if bytes.len() as u64 > LARGEST_FILE {
+        let what = format!("{name} has more than {} MiB", LARGEST_FILE >> 20);
+        return Err(Limit::Size { what }.into());
+    }
+    Ok(bytes)
+}
+
+/// Returns bytes as a text.
+///
+/// # Errors
+/// They are not UTF-8.
+pub(crate) fn text(name: String, bytes: Vec<u8>) -> Result<Arc<SourceFile>> {
+    match String::from_utf8(bytes) {
+        Ok(text) => Ok(SourceFile::new(name, text)),
+        Err(e) => {
+            let at = e.utf8_error().valid_up_to();
+            let message = format!("this is not UTF-8 text: byte {at} is invalid");
+            Err(Error::Io { path: name, message })
         }
     }
 }

@@ -11,7 +11,7 @@ use meliora::output::{ExportReport, Header};
 use meliora::planning::{Analysis, Phase};
 
 use super::exit::Status;
-use super::export_explicit::{self, StrategyArg, Texts, Wanted};
+use super::export_explicit::{self, Files, StrategyArg, Wanted};
 use super::load;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
@@ -37,17 +37,17 @@ pub(super) struct ExportArgs {
     #[arg(long, value_name = "GLOB")]
     region: Vec<String>,
 
-    /// dot: also one picture per region; explicit, drn: an explicit model for PRISM or Storm, with
-    /// regions and ranks as labels
+    /// dot: also one picture per region; explicit, drn, umb: a model state by state for PRISM, Storm
+    /// or other tools, with regions and ranks as labels
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 
-    /// Maximum number of states in the formats explicit and drn
+    /// Maximum number of states in the formats explicit, drn and umb
     #[arg(long, value_name = "STATES", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
     limit: u32,
 
     /// Write the model that a strategy induces, a dtmc (progress) or a smaller mdp (permissive),
-    /// and a table of its actions; for the formats explicit and drn
+    /// and a table of its actions; for the formats explicit, drn and umb
     #[arg(long, value_name = "sasi|spi[:progress|permissive]", value_parser = StrategyArg::parse)]
     strategy: Option<StrategyArg>,
 
@@ -71,6 +71,8 @@ enum Format {
     Explicit,
     /// Storm's explicit file .drn
     Drn,
+    /// A UMB archive .umb with exact numbers, ranks and strategies
+    Umb,
 }
 
 impl ExportArgs {
@@ -78,20 +80,21 @@ impl ExportArgs {
     ///
     /// # Errors
     /// [`Error::Usage`] for options of the other formats.
-    fn texts(&self) -> Result<Option<Texts>, Error> {
-        let texts = match self.format {
+    fn files(&self) -> Result<Option<Files>, Error> {
+        let files = match self.format {
             Format::Dddmp | Format::Dot => None,
-            Format::Explicit => Some(Texts::Explicit),
-            Format::Drn => Some(Texts::Drn),
+            Format::Explicit => Some(Files::Explicit),
+            Format::Drn => Some(Files::Drn),
+            Format::Umb => Some(Files::Umb),
         };
-        let wrong = match texts {
+        let wrong = match files {
             None if self.strategy.is_some() => {
-                "`--strategy` needs `--format explicit` or `--format drn`; a dump contains all strategies"
+                "`--strategy` needs `--format explicit`, `drn` or `umb`; a dump contains all strategies"
             }
             Some(_) if !self.region.is_empty() => {
-                "`--region` selects diagrams; the formats explicit and drn contain all regions"
+                "`--region` selects diagrams; the formats explicit, drn and umb contain all regions"
             }
-            _ => return Ok(texts),
+            _ => return Ok(files),
         };
         Err(Error::Usage(wrong.to_owned()))
     }
@@ -102,10 +105,10 @@ impl ExportArgs {
 /// # Errors
 /// The input is wrong, a limit is hit, or the directory cannot be written.
 pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
-    if let Some(texts) = args.texts()? {
+    if let Some(format) = args.files()? {
         let ExportArgs { model, preferences, out, limit, strategy, shown, .. } = args;
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
-        return export_explicit::run(Wanted { model, preferences, out, texts, limit, strategy }, &shown);
+        return export_explicit::run(Wanted { model, preferences, out, format, limit, strategy }, &shown);
     }
     let globs = globs(&args.region)?;
     let header = Header { safety: Some(args.preferences.safety.name()), ..args.model.header() };

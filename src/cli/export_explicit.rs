@@ -1,13 +1,13 @@
-//! `meliora export --format explicit|drn`: explicit models.
+//! `meliora export --format explicit|drn|umb`: models state by state.
 
 use std::sync::Arc;
 
 use std::path::Path;
 
-use clap::ValueEnum;
 use meliora::engine::Engine;
 use meliora::error::Error;
-use meliora::export::explicit::{Graph, action_table, drn, explored, induced, prism};
+use meliora::export::explicit::{Graph, action_table, drn, explored, induced, prism, umb};
+use meliora::model::Program;
 use meliora::output::{ExplicitReport, Header};
 use meliora::planning::induced_model::Scheduler;
 use meliora::planning::{Analysis, Kind, Phase};
@@ -42,12 +42,14 @@ impl StrategyArg {
 }
 
 /// The format of the files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Texts {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Files {
     /// PRISM's `.tra`, `.sta` and `.lab`
     Explicit,
     /// Storm's `.drn`
     Drn,
+    /// UMB's `.umb`
+    Umb,
 }
 
 /// The arguments of the export.
@@ -56,7 +58,7 @@ pub(super) struct Wanted {
     pub(super) model: ModelArgs,
     pub(super) preferences: PreferenceArgs,
     pub(super) out: std::path::PathBuf,
-    pub(super) texts: Texts,
+    pub(super) format: Files,
     pub(super) limit: usize,
     pub(super) strategy: Option<StrategyArg>,
 }
@@ -84,7 +86,8 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;
     let list = || listed(wanted, &analysis, &question.program);
     let graph = job.timed("states", list, |_, _| ())?;
-    let names = job.timed("write", || folder.write(&texts(wanted, &graph)), |_, _| ())?;
+    let write = || folder.write(&contents(wanted, &graph, &analysis, &question.program)?);
+    let names = job.timed("write", write, |_, _| ())?;
     let peak = engine.usage().peak_nodes;
     job.update(|r| {
         r.set(&graph, names);
@@ -96,7 +99,7 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
 fn listed<E: Engine>(
     wanted: &Wanted,
     analysis: &Analysis<E>,
-    program: &Arc<meliora::model::Program>,
+    program: &Arc<Program>,
 ) -> Result<Graph, Error> {
     let Some(strategy) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
     let mut book = plan::finite_memory(analysis, program, strategy.kind)?;
@@ -107,22 +110,29 @@ fn listed<E: Engine>(
 fn names(wanted: &Wanted) -> Vec<String> {
     let stem = wanted.strategy.map_or("model".to_owned(), |s| s.name().replace(':', "-"));
     let table = wanted.strategy.map(|_| "csv");
-    let formats: &[&str] = match wanted.texts {
-        Texts::Drn => &["drn"],
-        Texts::Explicit => &["tra", "sta", "lab"],
+    let formats: &[&str] = match wanted.format {
+        Files::Drn => &["drn"],
+        Files::Umb => &["umb"],
+        Files::Explicit => &["tra", "sta", "lab"],
     };
     formats.iter().copied().chain(table).map(|extension| format!("{stem}.{extension}")).collect()
 }
 
 /// Returns the contents of the files.
-fn texts(wanted: &Wanted, graph: &Graph) -> Vec<String> {
-    let mut texts = match wanted.texts {
-        Texts::Drn => vec![drn(graph)],
-        Texts::Explicit => {
+fn contents<E: Engine>(
+    wanted: &Wanted,
+    graph: &Graph,
+    analysis: &Analysis<E>,
+    program: &Program,
+) -> Result<Vec<Vec<u8>>, Error> {
+    let mut contents = match wanted.format {
+        Files::Drn => vec![drn(graph).into_bytes()],
+        Files::Umb => vec![umb(graph, analysis, program)?],
+        Files::Explicit => {
             let all = prism(graph);
-            vec![all.tra, all.sta, all.lab]
+            [all.tra, all.sta, all.lab].map(String::into_bytes).into()
         }
     };
-    texts.extend(wanted.strategy.map(|_| action_table(graph)));
-    texts
+    contents.extend(wanted.strategy.map(|_| action_table(graph).into_bytes()));
+    Ok(contents)
 }

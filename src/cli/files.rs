@@ -94,7 +94,7 @@ impl Target {
     /// # Errors
     /// The destination cannot be written, or the disk is full.
     pub(super) fn write(&self, text: &str) -> Result<(), Error> {
-        write_all(&[(self, text)])
+        write_all(&[(self, text.as_bytes())])
     }
 
     /// Replaces the text, as [`Target::write`] does, and returns the open file, to which more can be
@@ -118,11 +118,11 @@ impl Target {
 
     /// Writes a text to a temporary file next to the destination. With `copied`, also copies an old
     /// file so that it can be restored.
-    fn prepare(&self, text: &str, copied: bool) -> Result<Ready, Error> {
+    fn prepare(&self, content: &[u8], copied: bool) -> Result<Ready, Error> {
         let Place::File { path, old } = &self.place else { return Ok(Ready::Through) };
         let written = || {
             let mut file = usual().tempfile_in(folder(path))?;
-            file.as_file_mut().write_all(text.as_bytes())?;
+            file.as_file_mut().write_all(content)?;
             let Some(old) = old else { return Ok(Ready::File { file, backup: None }) };
             keep_mode(file.as_file(), old)?;
             if !copied {
@@ -135,12 +135,12 @@ impl Target {
     }
 
     /// Writes to a destination that is not a regular file.
-    fn write_through(&self, text: &str) -> Result<(), Error> {
+    fn write_through(&self, content: &[u8]) -> Result<(), Error> {
         if self.is_stdout() {
-            return terminal::print(text);
+            return terminal::print_bytes(content);
         }
         let out = OpenOptions::new().write(true).open(&self.given);
-        match out.and_then(|mut out| out.write_all(text.as_bytes())) {
+        match out.and_then(|mut out| out.write_all(content)) {
             // A reader that has closed the pipe is not an error, as for standard output.
             Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::writing(&self.given, &e)),
             _ => Ok(()),
@@ -156,21 +156,21 @@ enum Ready {
     File { file: NamedTempFile, backup: Option<NamedTempFile<()>> },
 }
 
-/// Writes several texts: all regular files or none.
+/// Writes several contents: all regular files or none.
 ///
 /// # Errors
 /// The errors of [`Target::write`].
-pub(super) fn write_all(texts: &[(&Target, &str)]) -> Result<(), Error> {
-    let prepare = |(target, text): &(&Target, &str)| target.prepare(text, texts.len() > 1);
-    let ready = texts.iter().map(prepare).collect::<Result<Vec<_>, _>>()?;
+pub(super) fn write_all(contents: &[(&Target, &[u8])]) -> Result<(), Error> {
+    let prepare = |(target, content): &(&Target, &[u8])| target.prepare(content, contents.len() > 1);
+    let ready = contents.iter().map(prepare).collect::<Result<Vec<_>, _>>()?;
     let mut done = Vec::new();
-    for ((target, text), ready) in texts.iter().zip(ready) {
+    for ((target, content), ready) in contents.iter().zip(ready) {
         let result = match (ready, &target.place) {
             (Ready::File { file, backup }, Place::File { path, .. }) => {
                 let result = file.persist(path).map_err(|e| Error::writing(&target.given, &e.error));
                 result.map(|_| done.push((path, backup)))
             }
-            _ => target.write_through(text),
+            _ => target.write_through(content),
         };
         if result.is_err() {
             undo(done);

@@ -57,21 +57,21 @@ impl Folder {
     ///
     /// # Errors
     /// The disk is full, or another process has written there.
-    pub(super) fn write(self, texts: &[String]) -> Result<Vec<String>, Error> {
+    pub(super) fn write(self, contents: &[Vec<u8>]) -> Result<Vec<String>, Error> {
         match &self.targets {
             Some(targets) => {
-                let all: Vec<_> = targets.iter().zip(texts.iter().map(String::as_str)).collect();
+                let all: Vec<_> = targets.iter().zip(contents.iter().map(Vec::as_slice)).collect();
                 files::write_all(&all)?;
             }
-            None => self.create(texts).map_err(|e| Error::writing(&self.given, &e))?,
+            None => self.create(contents).map_err(|e| Error::writing(&self.given, &e))?,
         }
         Ok(self.names)
     }
 
-    fn create(&self, texts: &[String]) -> io::Result<()> {
+    fn create(&self, contents: &[Vec<u8>]) -> io::Result<()> {
         let new = temporary_directory(files::folder(&self.given))?;
-        for (name, text) in self.names.iter().zip(texts) {
-            fs::write(new.path().join(name), text)?;
+        for (name, content) in self.names.iter().zip(contents) {
+            fs::write(new.path().join(name), content)?;
         }
         fs::rename(new.path(), &self.given)?;
         let _ = new.keep();

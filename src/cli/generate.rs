@@ -215,7 +215,8 @@ fn write(prefix: &Path, generated: &Generated, args: &GridworldArgs) -> Result<(
         let message = "the file exists; `--force` overwrites it".to_owned();
         return Err(Error::Io { path: taken.path().display().to_string(), message });
     }
-    files::write_all(&[(&model, &generated.model), (&preferences, &generated.preferences)])?;
+    let texts = [(&model, generated.model.as_bytes()), (&preferences, generated.preferences.as_bytes())];
+    files::write_all(&texts)?;
     let written = terminal::stdout_style().good("written");
     terminal::print(&format!("{written}: {} and {}\n", model.path().display(), preferences.path().display()))
 }

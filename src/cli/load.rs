@@ -12,7 +12,7 @@ use meliora::dump::manifest;
 use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
 use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Diagnostic, Error, Severity, SourceFile};
-use meliora::lang::{self, Given};
+use meliora::lang::{self, Document, Given};
 use meliora::model::expr::ExprId;
 use meliora::model::preference::{Empty, Preferences, Requirement};
 use meliora::model::{ModelKind, Program, fault};
@@ -24,6 +24,9 @@ use super::progress::TerminalSink;
 
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
+
+/// The name of standard input in messages.
+const STANDARD_INPUT: &str = "standard input";
 
 /// A model with preferences over it.
 pub(super) struct Question {
@@ -78,10 +81,25 @@ pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
     if path != Path::new("-") {
         return SourceFile::open(path);
     }
+    SourceFile::read(STANDARD_INPUT, standard_input()?)
+}
+
+/// Reads a model file; `-` is standard input.
+///
+/// # Errors
+/// See [`Document::open`].
+fn document(path: &Path) -> Result<Document, Error> {
+    if path != Path::new("-") {
+        return Document::open(path);
+    }
+    Document::read(STANDARD_INPUT, standard_input()?)
+}
+
+fn standard_input() -> Result<io::Stdin, Error> {
     if INPUT_READ.swap(true, Ordering::Relaxed) {
         return Err(Error::Usage("`-` is standard input, which can be read only once".to_owned()));
     }
-    SourceFile::read("standard input", io::stdin())
+    Ok(io::stdin())
 }
 
 fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
@@ -94,7 +112,7 @@ fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
 }
 
 fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
-    let checked = lang::load_given(&read(model)?, given, sink)?;
+    let checked = document(model)?.load(given, sink)?;
     sink.warn_at(&checked.warnings);
     let mut program = checked.program;
     let overlap = match program.kind {

@@ -19,7 +19,7 @@ const OUTPUT: &str = "Output";
 /// The model and the options for its construction.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ModelArgs {
-    /// Model in PRISM's language or in JANI; `-` reads standard input
+    /// Model in PRISM's language, JANI, UMB, DRN or as PRISM's .tra; `-` reads standard input
     #[arg(value_name = "MODEL")]
     pub(super) model: PathBuf,
 

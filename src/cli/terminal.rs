@@ -50,7 +50,15 @@ pub(super) fn stderr_style() -> Style {
 /// # Errors
 /// Standard output cannot be written, for example because the disk is full.
 pub(super) fn print(text: &str) -> Result<(), Error> {
-    print_by(|out| out.write_all(text.as_bytes()))
+    print_bytes(text.as_bytes())
+}
+
+/// Writes results that need not be text.
+///
+/// # Errors
+/// The errors of [`print`].
+pub(super) fn print_bytes(content: &[u8]) -> Result<(), Error> {
+    print_by(|out| out.write_all(content))
 }
 
 /// Writes a report as text.

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use super::Exploration;
 use crate::engine::{AnyEngine, Settings};
 use crate::error::{Diagnostic, Result, SourceFile};
-use crate::lang::{self, Given};
+use crate::lang::{self, Document, Given};
 use crate::model::value::{Type, Value};
 use crate::model::{ModelKind, Program, State};
 use crate::progress::{NoProgress, ProgressSink};
 
-/// A model in PRISM's language or in JANI, checked and flat, but not explored.
+/// A model, checked and flat, but not explored. It is read from a text in PRISM's language or in
+/// JANI, or from a list of its states: UMB, DRN, or PRISM's explicit files.
 #[derive(Debug, Clone)]
 pub struct Model {
     program: Arc<Program>,
@@ -24,7 +25,7 @@ impl Model {
     /// # Errors
     /// The file cannot be read, or is invalid; each error has its place.
     pub fn open(path: impl AsRef<Path>, constants: &str) -> Result<Self> {
-        Self::of(&SourceFile::open(path.as_ref())?, constants)
+        Self::of(&Document::open(path.as_ref())?, constants)
     }
 
     /// Parses a text, as [`Model::open`] reads a file.
@@ -32,13 +33,13 @@ impl Model {
     /// # Errors
     /// The text is invalid; each error has its place.
     pub fn parse(text: impl Into<String>, constants: &str) -> Result<Self> {
-        Self::of(&SourceFile::new("model", text), constants)
+        Self::of(&Document::of(SourceFile::new("model", text)), constants)
     }
 
-    fn of(source: &Arc<SourceFile>, constants: &str) -> Result<Self> {
+    fn of(document: &Document, constants: &str) -> Result<Self> {
         let constants = SourceFile::new("constants", constants);
         let given = Given { constants, bounds: SourceFile::new("bounds", "") };
-        Self::given(source, &given, &NoProgress)
+        Self::loaded(document, &given, &NoProgress)
     }
 
     /// Parses a text with values for its constants and bounds for its variables; `sink` may cancel
@@ -47,7 +48,11 @@ impl Model {
     /// # Errors
     /// A text is invalid (each error has its place); a limit is reached.
     pub fn given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
-        let checked = lang::load_given(source, given, sink)?;
+        Self::loaded(&Document::of(Arc::clone(source)), given, sink)
+    }
+
+    fn loaded(document: &Document, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
+        let checked = document.load(given, sink)?;
         Ok(Model { program: Arc::new(checked.program), warnings: checked.warnings })
     }
 

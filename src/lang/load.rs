@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::check::{Checked, check};
 use super::jani;
 use super::parse::outline;
+use super::table::{self, Frame};
 use super::valuation::{Given, parse_constants};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::progress::{NoProgress, ProgressSink};
@@ -31,13 +32,18 @@ pub fn load_with_progress(
     load_given(source, &Given { constants: Arc::clone(constants), bounds }, sink)
 }
 
-/// Same as [`load_with_progress`], with bounds for unbounded integers.
+/// Same as [`load_with_progress`], with bounds for unbounded integers. The text may also be a model
+/// state by state: Storm's DRN, or PRISM's transitions.
 ///
 /// # Errors
 /// See [`load_with_progress`].
 pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
-    if jani::is_jani(source) {
-        return jani::load(source, given, sink);
+    let frame = Frame { source, given, sink };
+    match () {
+        () if table::is_drn(source) => return table::load_drn(&frame),
+        () if table::is_tra(source) => return table::load_tra(&frame, None, None),
+        () if jani::is_jani(source) => return jani::load(source, given, sink),
+        () => {}
     }
     let model = outline(source, sink);
     let bindings = parse_constants(&given.constants)?;

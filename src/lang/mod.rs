@@ -3,6 +3,7 @@
 pub(crate) mod ast;
 pub(crate) mod check;
 mod combinations;
+mod document;
 pub(crate) mod flat;
 pub(crate) mod jani;
 mod load;
@@ -16,10 +17,12 @@ mod preferences;
 pub(crate) mod property;
 pub(crate) mod property_file;
 mod slip;
+mod table;
 pub(crate) mod token;
 pub(crate) mod valuation;
 
 pub use check::{Checked, lower_target};
+pub use document::Document;
 pub use flat::flat;
 pub use load::{load, load_given, load_with_progress};
 pub use parse::{parse_expression, parse_model};

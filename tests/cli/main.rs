@@ -4,6 +4,7 @@ mod browser;
 mod common;
 mod compare;
 mod dumps;
+mod exchange;
 mod expect;
 mod explicit;
 #[cfg(unix)]

@@ -98,6 +98,19 @@ pub fn jani(text: &str) {
     }
 }
 
+/// A UMB archive: reads it, writes the model, takes the steps of one state.
+pub fn umb(bytes: &[u8]) {
+    let given = lang::Given { constants: source(""), bounds: source("") };
+    let sink = Patience(AtomicU32::new(0));
+    let Some(document) = seen(lang::Document::read("fuzz.umb", bytes)) else { return };
+    let Some(program) = seen(document.load(&given, &sink)).map(|checked| checked.program) else { return };
+    written(&program);
+    let state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
+    if branching(&program) <= 1000.0 {
+        let _ = program.steps(&state);
+    }
+}
+
 /// Returns an upper bound on the number of outcomes of a step, over all combinations of commands.
 fn branching(program: &Program) -> f64 {
     let branches = |c: &meliora::model::CommandId| program.commands[c.index()].branches.len() as f64;

@@ -3,6 +3,7 @@
 mod conditions;
 #[path = "../common/entry.rs"]
 mod entry;
+mod exchange;
 mod files;
 mod hostile;
 mod mutation;

@@ -48,7 +48,8 @@ pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usi
 }
 
 pub(super) fn column(variable: &Variable) -> Column {
-    Column { name: variable.name.clone(), is_bool: variable.ty == Type::Bool }
+    let range = Some((variable.low, variable.high));
+    Column { name: variable.name.clone(), is_bool: variable.ty == Type::Bool, range }
 }
 
 /// Returns the labels: "deadlock", those of the model, and the regions and ranks.

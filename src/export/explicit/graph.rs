@@ -26,6 +26,8 @@ pub struct Column {
     pub name: String,
     /// True if the values 0 and 1 stand for `false` and `true`.
     pub is_bool: bool,
+    /// The smallest and the largest value, if they are declared.
+    pub range: Option<(i64, i64)>,
 }
 
 impl Column {

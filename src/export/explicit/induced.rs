@@ -106,7 +106,7 @@ fn columns(program: &Program) -> Vec<Column> {
         while columns.iter().any(|c| c.name == name) {
             name.insert(0, '_');
         }
-        columns.push(Column { name, is_bool });
+        columns.push(Column { name, is_bool, range: None });
     }
     columns
 }

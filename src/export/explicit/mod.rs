@@ -1,16 +1,20 @@
-//! Models with an explicit list of states, in the explicit formats of PRISM and Storm.
+//! Models with an explicit list of states, in the explicit formats of PRISM and Storm,
+//! and in UMB.
 //!
 //! [`explored`] lists the model of an analysis, [`induced`] the model that a strategy induces;
-//! [`prism`] and [`drn`] write them as text. States are numbered from 0 as they are found, the
+//! [`prism`] and [`drn`] write them as text, [`umb()`] as an archive. States are numbered from 0 as they are found, the
 //! initial ones first.
 
+mod exact;
 mod explore;
 mod graph;
 mod induced;
 mod label;
+mod umb;
 mod write;
 
 pub use explore::explored;
 pub use graph::{Column, Graph, Row};
 pub use induced::induced;
+pub use umb::umb;
 pub use write::{PrismFiles, action_table, drn, prism};

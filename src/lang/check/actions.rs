@@ -13,7 +13,7 @@ pub(in crate::lang) struct Actions {
 
 impl Actions {
     /// Returns the position of an action, which is added if it is new.
-    pub(super) fn add(&mut self, name: &str) -> usize {
+    pub(in crate::lang) fn add(&mut self, name: &str) -> usize {
         self.add_as(name, || name.to_owned())
     }
 

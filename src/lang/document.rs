@@ -1,0 +1,83 @@
+//! Model files: a text, perhaps with files next to it, or an archive.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+
+use super::check::Checked;
+use super::load::load_given;
+use super::table::{self, Frame};
+use super::valuation::Given;
+use crate::error::{Error, Result, SourceFile};
+use crate::progress::ProgressSink;
+use crate::reading;
+use crate::umb::archive::{self, Files};
+
+/// A model file as it was read. Its format is told by its content.
+#[derive(Debug, Clone)]
+pub struct Document {
+    /// The text; for an archive, a text with its hash.
+    source: Arc<SourceFile>,
+    /// The bytes of an archive.
+    archive: Option<Arc<Vec<u8>>>,
+    /// For transitions of PRISM: the values and the labels of states.
+    beside: [Option<Arc<SourceFile>>; 2],
+}
+
+impl Document {
+    /// Reads a file. For transitions in PRISM's explicit format (`model.tra`), reads `model.sta` and
+    /// `model.lab` as well if they exist.
+    ///
+    /// # Errors
+    /// A file cannot be read, has more than 256 MiB, or is neither an archive nor UTF-8.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(|e| Error::reading(path, &e))?;
+        let mut document = Self::read(path.display().to_string(), file)?;
+        if document.archive.is_none() && table::is_tra(&document.source) {
+            for (slot, extension) in document.beside.iter_mut().zip(["sta", "lab"]) {
+                let path = path.with_extension(extension);
+                if path.exists() {
+                    *slot = Some(SourceFile::open(&path)?);
+                }
+            }
+        }
+        Ok(document)
+    }
+
+    /// Reads a model to its end; `name` is its name in messages.
+    ///
+    /// # Errors
+    /// See [`Document::open`].
+    pub fn read(name: impl Into<String>, from: impl Read) -> Result<Self> {
+        let name = name.into();
+        let bytes = reading::bytes(&name, from)?;
+        if !archive::is_archive(&bytes) {
+            return Ok(Self::of(reading::text(name, bytes)?));
+        }
+        let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        let text = format!("archive of {} bytes, SHA-256 {hash}\n", bytes.len());
+        Ok(Document { archive: Some(Arc::new(bytes)), ..Self::of(SourceFile::new(name, text)) })
+    }
+
+    /// Returns the document of a text.
+    pub fn of(source: Arc<SourceFile>) -> Self {
+        Document { source, archive: None, beside: [None, None] }
+    }
+
+    /// Reads the model and flattens it.
+    ///
+    /// # Errors
+    /// The file is not a model; a limit.
+    pub fn load(&self, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+        let frame = Frame { source: &self.source, given, sink };
+        let [values, labels] = self.beside.each_ref().map(Option::as_ref);
+        match &self.archive {
+            Some(bytes) => table::load_umb(&Files::unpack(&self.source.name, bytes, sink)?, &frame),
+            None if values.or(labels).is_some() => table::load_tra(&frame, values, labels),
+            None => load_given(&self.source, given, sink),
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! The reader of Storm's format DRN: a header, then states with their actions and branches, one per
+//! line.
+
+use std::sync::Arc;
+
+use super::lines::{Line, lines};
+use super::{Frame, Rewards, Table};
+use crate::error::{Result, SourceFile};
+use crate::lang::check::{Actions, Checked};
+use crate::model::ModelKind;
+use crate::model::expr::ExprId;
+use crate::progress::Poll;
+
+/// The name of a choice without an action.
+const NO_ACTION: &str = "__NOLABEL__";
+
+/// Returns true if a text is meant as DRN: its first line is the type.
+pub(in crate::lang) fn is_drn(source: &Arc<SourceFile>) -> bool {
+    lines(source, "//").next().is_some_and(|line| line.text.starts_with("@type"))
+}
+
+/// Reads a model.
+///
+/// # Errors
+/// The text is invalid, or a model that is not supported; a limit.
+pub(in crate::lang) fn load(frame: &Frame<'_>) -> Result<Checked> {
+    frame.refuse_values()?;
+    let mut reader = Reader {
+        table: Table::new(ModelKind::Mdp),
+        actions: Actions::default(),
+        labels: Actions::default(),
+        counts: Vec::new(),
+        rewards: Vec::new(),
+    };
+    let mut all = lines(frame.source, "//");
+    reader.header(&mut all, frame)?;
+    let mut poll = Poll::new(frame.sink);
+    for line in all {
+        poll.step()?;
+        reader.line(line)?;
+    }
+    frame.lower(reader.finish(frame)?)
+}
+
+struct Reader<'s> {
+    table: Table,
+    actions: Actions,
+    /// The numbers of the labels.
+    labels: Actions,
+    /// The declared numbers of states and choices, with the lines that declare them.
+    counts: Vec<(bool, usize, Line<'s>)>,
+    rewards: Vec<Rewards>,
+}
+
+impl<'s> Reader<'s> {
+    /// Reads the lines up to `@model`.
+    fn header(&mut self, all: &mut impl Iterator<Item = Line<'s>>, frame: &Frame<'_>) -> Result<()> {
+        let mut section = "";
+        for line in all {
+            let Some(key) = line.text.strip_prefix('@') else {
+                self.entry(section, line)?;
+                continue;
+            };
+            let (key, value) = key.split_once(':').unwrap_or((key, ""));
+            section = key.trim();
+            match (section, value.trim()) {
+                ("type", "MDP") => self.table.kind = ModelKind::Mdp,
+                ("type", "DTMC") => self.table.kind = ModelKind::Dtmc,
+                ("type", other) => return Err(line.refused(&format!("models of type {other}"))),
+                ("value_type", other) if other.contains("interval") => {
+                    return Err(line.refused("intervals of probabilities"));
+                }
+                ("model", _) => return Ok(()),
+                _ => {}
+            }
+        }
+        Err(frame.wrong("the text ends before `@model`"))
+    }
+
+    fn entry(&mut self, section: &str, line: Line<'s>) -> Result<()> {
+        match section {
+            "parameters" => return Err(line.refused("parameters")),
+            "placeholders" => return Err(line.refused("placeholders")),
+            "nr_states" => self.counts.push((true, line.index(line.text)?, line)),
+            "nr_choices" => self.counts.push((false, line.index(line.text)?, line)),
+            "reward_models" => self.rewards.extend(line.text.split_whitespace().map(|name| Rewards {
+                name: Some(name.to_owned()),
+                states: Some(Vec::new()),
+                choices: Some(Vec::new()),
+            })),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Reads a line after `@model`.
+    fn line(&mut self, line: Line<'s>) -> Result<()> {
+        match line.text.split_once(char::is_whitespace).unwrap_or((line.text, "")) {
+            ("state", rest) => self.state(line, rest),
+            ("action", rest) => self.action(line, rest),
+            _ => self.branch(line),
+        }
+    }
+
+    fn state(&mut self, line: Line<'s>, rest: &str) -> Result<()> {
+        let (rest, earned) = self.earned(line, rest)?;
+        let mut words = words(line, &rest)?.into_iter();
+        let state = self.table.choices.len() - 1;
+        let number = words.next().unwrap_or_default();
+        if line.index(&number)? != state {
+            return Err(line.wrong(format!("state {number} is not in its place, expected state {state}")));
+        }
+        self.table.choices.push(self.table.action_of.len());
+        for (rewards, earned) in self.rewards.iter_mut().zip(earned) {
+            rewards.states.get_or_insert_default().push(earned);
+        }
+        for label in words {
+            match label.as_str() {
+                "init" => self.table.initial.push(state),
+                _ if label.starts_with('!') => return Err(line.refused("rates")),
+                _ if label.starts_with('{') => return Err(line.refused("observations and players")),
+                _ => self.label(label, state),
+            }
+        }
+        Ok(())
+    }
+
+    fn label(&mut self, label: String, state: usize) {
+        let number = self.labels.add(&label);
+        if number == self.table.labels.len() {
+            self.table.labels.push((label, Vec::new()));
+        }
+        self.table.labels[number].1.push(state);
+    }
+
+    fn action(&mut self, line: Line<'s>, rest: &str) -> Result<()> {
+        if self.table.choices.len() == 1 {
+            return Err(line.wrong("an action without a state"));
+        }
+        let (rest, earned) = self.earned(line, rest)?;
+        let name = rest.trim();
+        let number = (!name.is_empty() && name != NO_ACTION).then(|| self.actions.add(name));
+        self.table.action_of.push(number);
+        self.table.branches.push(self.table.targets.len());
+        for (rewards, earned) in self.rewards.iter_mut().zip(earned) {
+            rewards.choices.get_or_insert_default().push(earned);
+        }
+        self.end();
+        Ok(())
+    }
+
+    /// Moves the ends of the last state and the last choice to what has been read.
+    fn end(&mut self) {
+        let (choices, branches) = (self.table.action_of.len(), self.table.targets.len());
+        if let Some(last) = self.table.choices.last_mut() {
+            *last = choices;
+        }
+        if let Some(last) = self.table.branches.last_mut() {
+            *last = branches;
+        }
+    }
+
+    /// Splits off the rewards in square brackets; those that are left out are 0.
+    fn earned(&mut self, line: Line<'s>, rest: &str) -> Result<(String, Vec<ExprId>)> {
+        let (before, inside, after) = match rest.split_once('[').map(|(b, rest)| (b, rest.split_once(']'))) {
+            None => (rest, "", ""),
+            Some((before, Some((inside, after)))) => (before, inside, after),
+            Some((_, None)) => return Err(line.wrong("`]` is missing")),
+        };
+        let mut earned = Vec::new();
+        for text in inside.split(',').map(str::trim).filter(|text| !text.is_empty()) {
+            earned.push(self.table.number(line.number(text)?));
+        }
+        if earned.len() > self.rewards.len() {
+            let expected = self.rewards.len();
+            return Err(line.wrong(format!("{} rewards, expected at most {expected}", earned.len())));
+        }
+        let zero = self.table.double(0.0);
+        earned.resize(self.rewards.len(), zero);
+        Ok((format!("{before} {after}"), earned))
+    }
+
+    fn branch(&mut self, line: Line<'s>) -> Result<()> {
+        let Some((target, weight)) = line.text.split_once(':') else {
+            return Err(line.wrong("expected a state, an action, or a branch such as `3 : 0.5`"));
+        };
+        if self.table.action_of.is_empty() {
+            return Err(line.wrong("a branch without an action"));
+        }
+        if weight.trim_start().starts_with('[') {
+            return Err(line.refused("intervals of probabilities"));
+        }
+        self.table.targets.push(line.index(target.trim())?);
+        let weight = line.number(weight.trim())?;
+        let weight = self.table.number(weight);
+        self.table.probabilities.push(weight);
+        self.end();
+        Ok(())
+    }
+
+    /// Checks the declared numbers.
+    fn finish(mut self, frame: &Frame<'_>) -> Result<Table> {
+        let (states, choices) = (self.table.states(), self.table.action_of.len());
+        for (of_states, declared, line) in self.counts {
+            let (found, what) = if of_states { (states, "states") } else { (choices, "choices") };
+            if found != declared {
+                return Err(line.wrong(format!("the model has {found} {what}, not {declared}")));
+            }
+        }
+        if states == 0 {
+            return Err(frame.wrong("the model has no state"));
+        }
+        self.table.actions = self.actions.names;
+        self.table.rewards = self.rewards;
+        Ok(self.table)
+    }
+}
+
+/// Splits a text into words; a word in double quotes may contain blanks.
+fn words(line: Line<'_>, text: &str) -> Result<Vec<String>> {
+    let (mut words, mut left) = (Vec::new(), text.trim_start());
+    while !left.is_empty() {
+        let end = match left.strip_prefix('"') {
+            Some(quoted) => quoted.find('"').map(|end| end + 2),
+            None => Some(left.find(char::is_whitespace).unwrap_or(left.len())),
+        };
+        let Some(end) = end else { return Err(line.wrong("`\"` is missing")) };
+        words.push(left[..end].trim_matches('"').to_owned());
+        left = left[end..].trim_start();
+    }
+    Ok(words)
+}

@@ -1,0 +1,60 @@
+//! Lines of the text formats, with their places.
+
+use std::sync::Arc;
+
+use num_traits::Zero;
+
+use crate::error::{Diagnostic, Error, Severity, SourceFile};
+use crate::model::exact::{Ratio, decimal};
+
+/// A line that is not empty and not a comment.
+#[derive(Clone, Copy)]
+pub(super) struct Line<'s> {
+    source: &'s Arc<SourceFile>,
+    start: usize,
+    /// The text without blanks around it.
+    pub(super) text: &'s str,
+}
+
+/// Returns the lines of a text that are not empty and do not start with `comment`.
+pub(super) fn lines<'s>(source: &'s Arc<SourceFile>, comment: &'s str) -> impl Iterator<Item = Line<'s>> {
+    let mut start = 0;
+    let all = source.text.split('\n').map(move |raw| {
+        let line = Line { source, start: start + raw.len() - raw.trim_start().len(), text: raw.trim() };
+        start += raw.len() + 1;
+        line
+    });
+    all.filter(move |line| !line.text.is_empty() && !line.text.starts_with(comment))
+}
+
+impl Line<'_> {
+    /// Returns an error at this line.
+    pub(super) fn wrong(&self, message: impl Into<String>) -> Error {
+        self.diagnostic(message).into()
+    }
+
+    /// Returns an error at this line, for what is valid but not supported.
+    pub(super) fn refused(&self, what: &str) -> Error {
+        let diagnostic = self.diagnostic(format!("{what} are not supported"));
+        diagnostic.severity(Severity::Unsupported).into()
+    }
+
+    fn diagnostic(&self, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.source, self.start..self.start + self.text.len(), message)
+    }
+
+    /// Reads the number of a state or a choice.
+    pub(super) fn index(&self, text: &str) -> Result<usize, Error> {
+        text.parse().map_err(|_| self.wrong(format!("`{text}` is not a whole number")))
+    }
+
+    /// Reads a decimal number or a fraction, exactly.
+    pub(super) fn number(&self, text: &str) -> Result<Ratio, Error> {
+        let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
+        let parts = decimal(numerator.trim()).zip(decimal(denominator.trim()));
+        match parts.filter(|(_, d)| !d.is_zero()) {
+            Some((n, d)) => Ok(n / d),
+            None => Err(self.wrong(format!("`{text}` is not a number"))),
+        }
+    }
+}

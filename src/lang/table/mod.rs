@@ -1,0 +1,143 @@
+//! Models that list their states one by one: UMB, Storm's DRN, and PRISM's explicit files.
+//!
+//! Each reader fills a [`Table`]. [`lower`] turns it into a flat program with few commands: the
+//! choices of all states with the same action become one command, whose guard, probabilities and
+//! updates are decision trees over the state ([`tree`]).
+
+mod drn;
+mod lines;
+mod lower;
+mod tra;
+mod tree;
+mod umb;
+mod valuations;
+
+use num_traits::ToPrimitive;
+
+use crate::error::Result;
+use crate::model::ModelKind;
+use crate::model::exact::Ratio;
+use crate::model::expr::{ExprId, ExprPool};
+use crate::model::rounding::Sum;
+use crate::model::value::{Type, Value};
+use crate::progress::Poll;
+
+pub(super) use drn::{is_drn, load as load_drn};
+pub(super) use lower::Frame;
+pub(super) use tra::{is_tra, load as load_tra};
+pub(super) use umb::load as load_umb;
+
+/// A model as lists of its states, choices and branches.
+pub(super) struct Table {
+    kind: ModelKind,
+    /// The numbers in it, as literals.
+    pool: ExprPool,
+    /// For each state, the number of its first choice; last, the number of choices.
+    choices: Vec<usize>,
+    /// For each choice, the number of its first branch; last, the number of branches.
+    branches: Vec<usize>,
+    /// For each choice, the number of its action, if it has one.
+    action_of: Vec<Option<usize>>,
+    actions: Vec<String>,
+    /// The target of each branch.
+    targets: Vec<usize>,
+    /// The probability of each branch.
+    probabilities: Vec<ExprId>,
+    /// The initial states, in ascending order.
+    initial: Vec<usize>,
+    /// Labels with their states, in ascending order.
+    labels: Vec<(String, Vec<usize>)>,
+    /// The variables; none if states have only numbers.
+    columns: Vec<Column>,
+    rewards: Vec<Rewards>,
+    /// Facts that a user should know.
+    warnings: Vec<String>,
+}
+
+/// A variable with its value in each state.
+struct Column {
+    name: String,
+    ty: Type,
+    low: i64,
+    high: i64,
+    /// The names of the values from `low` on, if they have names.
+    names: Vec<String>,
+    values: Vec<i64>,
+}
+
+/// A reward structure.
+struct Rewards {
+    name: Option<String>,
+    states: Option<Vec<ExprId>>,
+    choices: Option<Vec<ExprId>>,
+}
+
+impl Table {
+    fn new(kind: ModelKind) -> Self {
+        Table {
+            kind,
+            pool: ExprPool::default(),
+            choices: vec![0],
+            branches: vec![0],
+            action_of: Vec::new(),
+            actions: Vec::new(),
+            targets: Vec::new(),
+            probabilities: Vec::new(),
+            initial: Vec::new(),
+            labels: Vec::new(),
+            columns: Vec::new(),
+            rewards: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    fn states(&self) -> usize {
+        self.choices.len() - 1
+    }
+
+    /// Returns the literal of a number, which keeps its exact value.
+    fn number(&mut self, exact: Ratio) -> ExprId {
+        let rounded = Value::Real(exact.to_f64().unwrap_or(f64::NAN));
+        self.pool.exact_value(rounded, Some(exact))
+    }
+
+    /// Returns the literal of a double, which stands for itself and not for a decimal.
+    fn double(&mut self, x: f64) -> ExprId {
+        self.pool.exact_value(Value::Real(x), Ratio::from_float(x))
+    }
+
+    fn value(&self, number: ExprId) -> f64 {
+        self.pool.literal(number).map_or(f64::NAN, Value::to_f64)
+    }
+
+    /// Checks what no reader has checked: targets, distributions, and the choices of a `dtmc`.
+    /// Returns the first fault: a state and the reason.
+    fn first_fault(&self, poll: &mut Poll<'_>) -> Result<Option<(usize, String)>> {
+        for state in 0..self.states() {
+            poll.step()?;
+            let choices = self.choices[state]..self.choices[state + 1];
+            if self.kind == ModelKind::Dtmc && choices.len() > 1 {
+                return Ok(Some((state, format!("{} choices in a dtmc", choices.len()))));
+            }
+            for choice in choices.clone() {
+                if let Some(reason) = self.fault_of(choice) {
+                    return Ok(Some((state, format!("choice {}: {reason}", choice - choices.start))));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn fault_of(&self, choice: usize) -> Option<String> {
+        let branches = self.branches[choice]..self.branches[choice + 1];
+        if let Some(far) = self.targets[branches.clone()].iter().find(|t| **t >= self.states()) {
+            return Some(format!("the target {far} is not one of the {} states", self.states()));
+        }
+        let weights = self.probabilities[branches].iter().map(|p| self.value(*p));
+        if let Some(wrong) = weights.clone().find(|p| !(0.0..=1.0).contains(p)) {
+            return Some(format!("{wrong} is not a probability"));
+        }
+        let sum = weights.sum();
+        (Sum::of(sum) == Sum::Wrong).then(|| format!("the probabilities sum to {sum}, not to 1"))
+    }
+}

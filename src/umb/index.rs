@@ -1,0 +1,179 @@
+//! The index: the kind and the size of a model, and its annotations and valuations.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// The index of an archive.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct Index {
+    /// The major version of the format; this program knows version 1.
+    pub(crate) format_version: u32,
+    pub(crate) format_revision: u32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) file_data: Option<FileData>,
+    pub(crate) transition_system: TransitionSystem,
+    /// Annotations by group and identifier.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) annotations: BTreeMap<String, BTreeMap<String, Annotation>>,
+    /// Valuations by what they are of: "states", "choices", …
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) valuations: BTreeMap<String, Valuations>,
+}
+
+/// The program that wrote the archive.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct FileData {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) tool: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) tool_version: Option<String>,
+}
+
+/// The kind and the size of a model.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct TransitionSystem {
+    pub(crate) time: String,
+    #[serde(rename = "#players")]
+    pub(crate) players: u32,
+    #[serde(rename = "#states")]
+    pub(crate) states: u64,
+    #[serde(rename = "#initial-states")]
+    pub(crate) initial_states: u64,
+    #[serde(rename = "#choices")]
+    pub(crate) choices: u64,
+    #[serde(rename = "#choice-actions")]
+    pub(crate) choice_actions: u32,
+    #[serde(rename = "#branches")]
+    pub(crate) branches: u64,
+    #[serde(rename = "#branch-actions")]
+    pub(crate) branch_actions: u32,
+    #[serde(rename = "#observations")]
+    pub(crate) observations: u64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) branch_probability_type: Option<Type>,
+}
+
+/// The type of stored values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Type {
+    #[serde(rename = "type")]
+    pub(crate) base: Base,
+    /// The size in bits, if it is not the default of the type.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) size: Option<u32>,
+}
+
+/// The types without their sizes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub(crate) enum Base {
+    Bool,
+    Int,
+    Uint,
+    IntInterval,
+    UintInterval,
+    Double,
+    DoubleInterval,
+    Rational,
+    RationalInterval,
+    String,
+}
+
+impl Type {
+    /// Returns a type of a size in bits.
+    pub(crate) fn sized(base: Base, size: u32) -> Self {
+        Type { base, size: Some(size) }
+    }
+
+    /// Returns the size in bits.
+    pub(crate) fn bits(self) -> u32 {
+        self.size.unwrap_or(match self.base {
+            Base::Bool => 1,
+            Base::Int | Base::Uint | Base::Double | Base::String => 64,
+            Base::IntInterval | Base::UintInterval | Base::DoubleInterval | Base::Rational => 128,
+            Base::RationalInterval => 256,
+        })
+    }
+
+    /// Returns whether values are intervals.
+    pub(crate) fn is_interval(self) -> bool {
+        use Base::{DoubleInterval, IntInterval, RationalInterval, UintInterval};
+        matches!(self.base, IntInterval | UintInterval | DoubleInterval | RationalInterval)
+    }
+}
+
+/// Values of states, choices or branches.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct Annotation {
+    /// The name for people, if it differs from the identifier.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) alias: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) description: Option<String>,
+    pub(crate) applies_to: Vec<String>,
+    #[serde(rename = "type")]
+    pub(crate) ty: Type,
+    /// The type of probabilities, if values are distributions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) probability_type: Option<Type>,
+}
+
+/// The variables of states.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Valuations {
+    pub(crate) unique: bool,
+    #[serde(default, rename = "#strings", skip_serializing_if = "Option::is_none")]
+    pub(crate) strings: Option<u32>,
+    pub(crate) classes: Vec<Class>,
+}
+
+/// Variables that some states have in common.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Class {
+    pub(crate) variables: Vec<Field>,
+}
+
+/// A part of a valuation.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum Field {
+    /// Bits without a meaning.
+    Padding { padding: u64 },
+    /// A variable.
+    Variable(Variable),
+}
+
+/// A variable of a valuation.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct Variable {
+    pub(crate) name: String,
+    /// True if one more bit, before the value, says whether there is one.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) is_optional: bool,
+    #[serde(rename = "type")]
+    pub(crate) ty: Type,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) lower: Option<i64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) upper: Option<i64>,
+    /// The number that is added to the stored value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) offset: Option<i64>,
+}
+
+impl Field {
+    /// Returns the size in bits.
+    pub(crate) fn bits(&self) -> u64 {
+        match self {
+            Field::Padding { padding } => *padding,
+            Field::Variable(v) => u64::from(v.ty.bits()) + u64::from(v.is_optional),
+        }
+    }
+}
