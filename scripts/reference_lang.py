@@ -406,12 +406,13 @@ class Preferences:
     strict: set  # pairs (i, j): i strictly preferred to j
     empty: str
     history: str
+    required: list = field(default_factory=list)  # texts of formulas
 
 
 def read_preferences(path):
     with open(path, encoding="utf-8") as file:
         text = re.sub(r"//[^\n]*", "", file.read())
-    objectives, names, pairs, stated, empty, history = [], {}, set(), [], "bottom", None
+    objectives, names, pairs, stated, empty, history, required = [], {}, set(), [], "bottom", None, []
     for statement in filter(None, map(str.strip, text.split(";"))):
         word, _, rest = statement.partition(" ")
         if word == "objective":
@@ -425,6 +426,8 @@ def read_preferences(path):
                     i, j = names[a.strip()], names[b.strip()]
                     pairs |= {(i, j), (j, i)} if operator == "~" else {(i, j)}
                     stated += [(i, j)] if operator == ">" else []
+        elif word == "require":
+            required.append(rest.strip())
         elif re.fullmatch(r"empty\s*=\s*(bottom|gain|incomparable)", statement):
             empty = statement.split("=")[1].strip()
         elif re.fullmatch(r"history\s*=\s*(state|play)", statement):
@@ -439,7 +442,7 @@ def read_preferences(path):
         raise InputError("the preferences contradict each other")
     if history is None:
         history = "state" if all(target_of(formula) for _, formula in objectives) else "play"
-    return Preferences(path, objectives, strict, empty, history)
+    return Preferences(path, objectives, strict, empty, history, required)
 
 
 def target_of(formula):

@@ -114,6 +114,16 @@ def holds(f, word, back):
 
 def observer(f):
     """Returns `(atoms, steps)`: for each state, initial state first, the successor by each letter."""
+    return learned(f)[:2]
+
+
+def refuted(f):
+    """The states of the observer after which no word satisfies the formula."""
+    return learned(f)[2]
+
+
+def learned(f):
+    """The observer, and its states without a satisfying word."""
     names = atoms(f)
     if len(names) > 3:
         raise InputError(f"{len(names)} conditions in one leaf are too many to learn from all short words")
@@ -134,7 +144,7 @@ def observer(f):
                 beginnings.append([*beginning, letter])
             row.append(number[key])
         steps.append(tuple(row))
-    return tuple(names), tuple(steps)
+    return tuple(names), tuple(steps), {state for key, state in number.items() if not any(key)}
 
 
 class Search:

@@ -5,7 +5,8 @@ with bit m is number 2s + m. Every region is a textbook fixpoint over Python set
 """
 
 from reference_lang import InputError, target_of
-from reference_plays import Watched, judged, satisfied
+from reference_ltl import parse
+from reference_plays import Watched, invariant, judged, satisfied
 
 
 class Space:
@@ -49,6 +50,38 @@ class Space:
 
     def named(self, number):
         return dict(zip((v.name for v in self.model.variables), self.states[number]))
+
+
+class Kept:
+    """The part of a space in which some choices surely keep the requirements, with these choices."""
+
+    def __init__(self, space, requirements):
+        self.whole, self.model, self.scope = space, space.model, space.scope
+        violated = {s for s in range(len(space.states)) if violates(space, requirements, s)}
+        inside = Game([[t for _, t in moves] for moves in space.moves]).can_stay(set(range(len(space.states))) - violated)
+        old = sorted(inside)
+        self.new = {s: n for n, s in enumerate(old)}
+        self.states = [space.states[s] for s in old]
+        self.moves = [
+            [(name, frozenset(self.new[t] for t in move)) for name, move in space.moves[s] if move <= inside] for s in old
+        ]
+        self.initial = [self.new[s] for s in space.initial if s in inside]
+        self.inside = inside
+
+    def where(self, predicate):
+        return {i for i, s in enumerate(self.states) if predicate(s)}
+
+    def counts(self):
+        return {**self.whole.counts(), "unsafe": str(len(self.whole.states) - len(self.states))}
+
+
+def violates(space, requirements, number):
+    """Whether a state violates a requirement `G p`, or ends a path that violates another one."""
+    state, model = space.states[number], space.model
+    for conditions in filter(None, map(invariant, map(parse, requirements))):
+        if any(bool(model.compile(text)(state)) != sign for text, sign in conditions):
+            return True
+    return space.is_watched() and model.violates(state)
 
 
 class Game:
@@ -208,6 +241,14 @@ class Levels:
         return {"levels": [str(len(w)) for w in self.sets], "unbounded": str(len(self.fixpoint))}
 
 
+def satisfied_in(space, formula):
+    """The same as `satisfied`; what a path did before it came into a kept part counts too."""
+    if not isinstance(space, Kept):
+        return satisfied(space, formula)
+    facts, sure = satisfied(space.whole, formula, space.inside)
+    return facts, {space.new[s] for s in sure if s in space.inside}
+
+
 def reached(space, formula):
     """Returns the report on an objective `F condition`, and the states where it is almost sure."""
     target = space.where(space.model.compile(target_of(formula)))
@@ -216,9 +257,13 @@ def reached(space, formula):
 
 def check(model, prefs, scope, safety, empty=None, space=None):
     if prefs.history == "play":
-        space, judge = Space(Watched(model, [formula for _, formula in prefs.objectives]), scope), satisfied
+        watched = Watched(model, [formula for _, formula in prefs.objectives], prefs.required)
+        space, judge = Space(watched, scope), satisfied_in
     else:
         space, judge = space or Space(model, scope), reached
+    whole = space
+    if prefs.required:
+        space = Kept(whole, prefs.required)
     order = Order(prefs.strict, empty or prefs.empty)
     plain = Game([[t for _, t in choices] for choices in space.moves])
     facts, sure = zip(*(judge(space, formula) for _, formula in prefs.objectives))
@@ -228,13 +273,27 @@ def check(model, prefs, scope, safety, empty=None, space=None):
         plan, improvement = PrefixPlan(space, classes, order), None
     else:
         plan = ImprovementMdp(space, classes, order, safety)
-        dropped = int(space.counts()["transitions"]) - plan.transitions // 2
+        dropped = sum(len(t) for moves in space.moves for _, t in moves) - plan.transitions // 2
         improvement = {"states": str(2 * plan.size), "transitions": str(plan.transitions), "dropped": str(dropped)}
     sasi, spi = plan.solve("sasi"), plan.solve("spi")
     names = [name for name, _ in prefs.objectives]
 
     def shown(c):
         return [names[i] for i in sorted(c)]
+
+    def initially(number):
+        """The entry of an initial state; an unsafe one has neither class nor rank."""
+        s = space.new.get(number) if prefs.required else number
+        if s is None:
+            return {"state": whole.named(number), "unsafe": {}}
+        return {
+            "state": whole.named(number),
+            "most_preferred": shown(classes[s]),
+            "sasi_rank": sasi.rank(s),
+            "spi_rank": spi.rank(s),
+            "sasi_actions": sasi.permitted(s),
+            "spi_actions": spi.permitted(s),
+        }
 
     return {
         "model": {"path": model.path, "constants": model.constants},
@@ -252,17 +311,7 @@ def check(model, prefs, scope, safety, empty=None, space=None):
         "improvement": improvement,
         "sasi": sasi.json(),
         "spi": spi.json(),
-        "initial": [
-            {
-                "state": space.named(s),
-                "most_preferred": shown(classes[s]),
-                "sasi_rank": sasi.rank(s),
-                "spi_rank": spi.rank(s),
-                "sasi_actions": sasi.permitted(s),
-                "spi_actions": spi.permitted(s),
-            }
-            for s in space.initial[:16]
-        ],
+        "initial": [initially(s) for s in whole.initial[:16]],
     }
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from reference_ltl import Search, atoms, leaves, negated, observer, parse
+from reference_ltl import FALSE, Search, atoms, leaves, negated, observer, parse, refuted
 
 
 class Watched:
@@ -12,11 +12,13 @@ class Watched:
     conditions on it. In every state of the scope that the model has, monitors are in their initial state.
     """
 
-    def __init__(self, model, formulas):
+    def __init__(self, model, formulas, requirements=()):
         self.model, self.path, self.constants, self.compile = model, model.path, model.constants, model.compile
         self.variables, self.width, self.stuck = model.variables, len(model.variables), set()
         self.own = {text: [observer(leaf) for leaf in leaves(parse(text))] for text in formulas}
-        self.observers = list(dict.fromkeys(o for own in self.own.values() for o in own))
+        self.required = [f for f in map(parse, requirements) if invariant(f) is None]
+        every = [o for own in self.own.values() for o in own] + [observer(f) for f in self.required]
+        self.observers = list(dict.fromkeys(every))
         self.letters = {name: model.compile(name) for names, _ in self.observers for name in names}
 
     def fresh(self, state):
@@ -28,16 +30,33 @@ class Watched:
     def all_states(self):
         return map(self.fresh, self.model.all_states())
 
-    def choices(self, state):
-        plain, seen = state[: self.width], state[self.width :]
-        then = ()
+    def read(self, state):
+        """The monitors' states after they have read a state."""
+        plain, seen, then = state[: self.width], state[self.width :], ()
         for at, (names, steps) in zip(seen, self.observers):
             letter = sum(bool(self.letters[n](plain)) << k for k, n in enumerate(reversed(names)))
             then += (steps[at][letter],)
+        return then
+
+    def violates(self, state):
+        """Whether the path up to a state violates a requirement that has a monitor."""
+        then = self.read(state)
+        return any(then[self.observers.index(observer(f))] in refuted(f) for f in self.required)
+
+    def choices(self, state):
+        plain, then = state[: self.width], self.read(state)
         found = [(name, {t + then for t in targets}) for name, targets in self.model.choices(plain)]
         if not found:
             self.stuck.add(state)
         return found or [("deadlock", {plain + then})]
+
+
+def invariant(f):
+    """The conditions p with their signs if f is a conjunction of `G p`; None for every other formula."""
+    if f[0] == "and":
+        both = [invariant(f[1]), invariant(f[2])]
+        return None if None in both else both[0] + both[1]
+    return [f[2][1:]] if f[:2] == ("R", FALSE) and f[2][0] == "is" else None
 
 
 class Play:
@@ -45,9 +64,11 @@ class Play:
 
     The formula is satisfied almost surely from `won`. From there infinitely many breakpoints occur almost surely:
     nu Y. mu X. { n : a move inside Y meets X, or is inside Y and n is at a breakpoint }.
+    A strategy stays `inside` some states, if these are given.
     """
 
-    def __init__(self, space, starts, formula):
+    def __init__(self, space, starts, formula, inside=None):
+        self.inside = inside
         self.search = Search(formula)
         conditions = {name: space.model.compile(name) for name in atoms(formula)}
         self.letters = [{name: bool(c(s)) for name, c in conditions.items()} for s in space.states]
@@ -71,7 +92,10 @@ class Play:
         own = [frozenset([self.node((state, guess))]) for guess in self.search.guesses(run)]
         read = self.search.read(run, self.letters[state])
         if read:
-            own += [frozenset(self.node((t, read[0])) for t in targets) for _, targets in space.moves[state]]
+            for _, targets in space.moves[state]:
+                move = frozenset(self.node((t, read[0])) for t in targets)
+                if self.inside is None or state in self.inside and targets <= self.inside:
+                    own.append(move)
         self.moves.append(own)
         self.marked.append(bool(read and read[1]))
 
@@ -94,11 +118,11 @@ class Play:
             region = smaller
 
 
-def satisfied(space, formula):
+def satisfied(space, formula, inside=None):
     """Returns the report on an objective over whole paths, and the states where it is almost sure."""
     watched = space.model
     fresh = [n for n, s in enumerate(space.states) if s == watched.fresh(s[: watched.width])]
-    play = Play(space, space.initial if space.scope == "reachable" else fresh, parse(formula))
+    play = Play(space, space.initial if space.scope == "reachable" else fresh, parse(formula), inside)
     sure, missed = set(), set()
     for (state, (_, later)), number in play.number.items():
         if later is None:

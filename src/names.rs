@@ -12,6 +12,8 @@ pub(crate) const INITIAL: &str = "initial";
 pub(crate) const DEADLOCK: &str = "deadlock";
 /// All enabled choices.
 pub(crate) const CHOICES: &str = "choices";
+/// The states from which the requirements cannot be kept.
+pub(crate) const UNSAFE: &str = "unsafe";
 /// The level of the states from which any number of improvements is possible.
 pub(crate) const UNBOUNDED: &str = "unbounded";
 /// The class of the states without an almost-sure objective.

@@ -291,7 +291,7 @@
 //!     preferences: ("toy.pref".into(), sha256(tutorial::WISHES.as_bytes())),
 //! };
 //! let all = Selection { wanted: &|_| true, certificate: true };
-//! write_directory(export(&engine, &analysis, &inputs, &all)?, &folder, false, &NoProgress)?;
+//! write_directory(export(&analysis, &inputs, &all)?, &folder, false, &NoProgress)?;
 //!
 //! let archive = Archive::open(&folder, Some("s <= 1"), Settings::default())?;
 //! let better = archive.select("reachable & !sasi:1")?;

@@ -163,8 +163,9 @@ impl Analysis {
     }
 
     /// The numbers of `states`, `choices`, `transitions`, `deadlocks` and `initial` states. With
-    /// `history = play`, `model_states` is the number of states without monitors. None if a limit
-    /// ended the work before.
+    /// `history = play`, `model_states` is the number of states without monitors; with requirements,
+    /// `unsafe` is the number of states from which they cannot be kept. None if a limit ended the
+    /// work before.
     #[getter]
     fn counts<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let counts = self.handle.known().counts;

@@ -13,7 +13,9 @@ use crate::values::{Names, rank_of};
 pub(crate) struct Explanation {
     /// The state.
     state: Py<PyDict>,
-    /// The most preferred objectives of the state.
+    /// True if no strategy keeps the requirements from the state.
+    r#unsafe: bool,
+    /// The most preferred objectives of the state; empty if it is unsafe.
     most_preferred: Py<PyTuple>,
     /// The rank of the state: an int, or `math.inf`.
     rank: Py<PyAny>,
@@ -35,7 +37,7 @@ pub(crate) struct Action {
     /// True if it comes closer to an improvement with positive probability.
     progress: bool,
     /// The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
-    /// `"weakens"`, `"unsafe"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`.
+    /// `"weakens"`, `"unsafe"`, `"violates"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`.
     verdict: &'static str,
     /// The reason in a sentence.
     reason: String,
@@ -50,7 +52,9 @@ pub(crate) struct Successor {
     state: Py<PyDict>,
     /// The probability of this successor.
     probability: f64,
-    /// The most preferred objectives of this successor.
+    /// True if no strategy keeps the requirements from this successor.
+    r#unsafe: bool,
+    /// The most preferred objectives of this successor; empty if it is unsafe.
     most_preferred: Py<PyTuple>,
     /// Its rank: an int, or `math.inf`.
     rank: Py<PyAny>,
@@ -80,6 +84,7 @@ impl Explanation {
         let actions = at.actions.iter().map(action).collect::<PyResult<Vec<_>>>()?;
         Ok(Explanation {
             state: names.dict(py, &at.state)?.unbind(),
+            r#unsafe: at.is_unsafe,
             most_preferred: PyTuple::new(py, words.names(&at.most_preferred))?.unbind(),
             rank: rank_of(py, rank)?.unbind(),
             progress_action: at.pick.map(|pick| at.actions[pick].name.clone()),
@@ -115,6 +120,7 @@ impl Successor {
         Ok(Successor {
             state: names.dict(py, &reached.state)?.unbind(),
             probability: reached.probability,
+            r#unsafe: reached.is_unsafe,
             most_preferred: PyTuple::new(py, words.names(&reached.most_preferred))?.unbind(),
             rank: rank_of(py, reached.rank)?.unbind(),
             change: reached.change.name(),

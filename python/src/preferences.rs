@@ -24,6 +24,7 @@ use crate::{display, files};
 ///     empty: The value of nothing, for states without an almost-sure objective: "bottom", "gain"
 ///         or "incomparable".
 ///     history: "state", "play", or None for the default of the formulas.
+///     require: safe formulas that no path may violate, such as `G !"pond"`.
 ///
 /// Raises:
 ///     InputError: The preferences are invalid; each problem has its place in the generated text,
@@ -63,13 +64,14 @@ pub(crate) fn given(py: Python<'_>, argument: &Bound<'_, PyAny>) -> PyResult<Py<
 #[pymethods]
 impl Preferences {
     #[new]
-    #[pyo3(signature = (objectives, prefer=None, *, empty="bottom", history=None))]
+    #[pyo3(signature = (objectives, prefer=None, *, empty="bottom", history=None, require=None))]
     fn new(
         py: Python<'_>,
         objectives: &Bound<'_, PyDict>,
         prefer: Option<Vec<Bound<'_, PyAny>>>,
         empty: &str,
         history: Option<&str>,
+        require: Option<Vec<String>>,
     ) -> PyResult<Self> {
         let mut text = String::new();
         for (name, formula) in objectives {
@@ -88,6 +90,9 @@ impl Preferences {
         text.push_str(&format!("empty = {empty};\n"));
         if let Some(history) = history {
             text.push_str(&format!("history = {history};\n"));
+        }
+        for formula in require.unwrap_or_default() {
+            text.push_str(&format!("require {formula};\n"));
         }
         Preferences::read(py, SourceFile::new("preferences", text))
     }
@@ -146,6 +151,12 @@ impl Preferences {
     #[getter]
     fn empty(&self) -> &'static str {
         Empty::name(self.outline.empty)
+    }
+
+    /// The formulas of the requirements, which no path may violate.
+    #[getter]
+    fn requirements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.outline.requirements)
     }
 
     /// The part of a path that counts: `"state"` (from the present state on) or `"play"` (the whole

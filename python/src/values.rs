@@ -227,5 +227,8 @@ pub(crate) fn counts_dict<'py>(py: Python<'py>, counts: &ModelCounts) -> PyResul
     dict.set_item("transitions", &counts.transitions)?;
     dict.set_item("deadlocks", &counts.deadlocks)?;
     dict.set_item("initial", &counts.initial)?;
+    if let Some(states) = &counts.unsafe_states {
+        dict.set_item("unsafe", states)?;
+    }
     Ok(dict)
 }

@@ -3,6 +3,7 @@
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
 use super::outcomes::Class;
+use super::safe::Avoided;
 use super::sets::Sets;
 use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, EdgeLabels, Engine};
@@ -87,14 +88,11 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> CheckResult<Vec<Arena>
     for class in sides {
         let name = names::safe(&class.name);
         let safe = checker.proof.states(&name)?;
-        let engine = &checker.engine;
-        let kept = engine.choices_in(&engine.every_successor_in(&safe)?, &safe)?;
-        let weaker = engine.intersection(&safe, &class.worse)?;
         let condition = || format!("no state of `{name}` weakens the class");
-        checker.subset(&weaker, &engine.no_states(), condition)?;
-        let condition = || format!("each state of `{name}` has a choice that stays in it");
-        checker.subset(&safe, &engine.sources(&kept)?, condition)?;
-        unsafe_rounds(checker, &name, &safe, &class.worse)?;
+        let quoted = format!("`{name}`");
+        let avoided = Avoided { name: &name, safe: &quoted, bad: &class.worse, does: "weakens" };
+        let kept = avoided.check(checker, &safe, condition)?;
+        let engine = &checker.engine;
         let goal = engine.intersection(&class.better, &safe)?;
         let edge_labels = EdgeLabels { from: safe.clone(), goal, dropped: engine.no_states() };
         let start = engine.intersection(&class.states, &safe)?;
@@ -110,20 +108,6 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> CheckResult<Vec<Arena>
         checker.passed(&name);
     }
     Ok(arenas)
-}
-
-/// Checks the states outside of a safe region: each state removed in a round weakens the class, or
-/// each of its choices may lead to a state removed earlier.
-fn unsafe_rounds(checker: &Checker<'_>, name: &str, safe: &StateSet, worse: &StateSet) -> CheckResult {
-    let engine = &checker.engine;
-    let left = checker.rounds(name, &engine.all_states(), |j, lost, left, _| {
-        let staying = engine.sources(&engine.every_successor_in(left)?)?;
-        let condition =
-            || format!("each state lost in round {j} of `{name}` weakens, or must risk an earlier round");
-        let kept = engine.difference(&engine.intersection(lost, &staying)?, worse)?;
-        checker.subset(&kept, &engine.no_states(), condition)
-    })?;
-    checker.subset(&left, safe, || format!("each state outside of `{name}` is lost in some round"))
 }
 
 impl Arena {

@@ -4,12 +4,15 @@
 //! Induction over the layers and rounds of the dump then shows that the region is neither too large
 //! nor too small. Nothing of [`crate::planning`] is used here.
 //!
+//! After the check of `unsafe`, all conditions are about the model that the requirements leave.
+//!
 //! All fields of the manifest are derived anew and compared. A set that no check uses is refused,
 //! in either file. `docs/dumps.md` says what an accepted dump guarantees.
 //!
 //! | Region | not too large | not too small |
 //! | --- | --- | --- |
 //! | `reachable` | layers from the initial states | closed under all choices |
+//! | `unsafe` | removal rounds | the other states violate nothing, and have a choice that stays among them |
 //! | `secured:A:d` | closed under its strategy, layers towards each mark that recurs | removal rounds |
 //! | `positive:A` | layers towards the target | no choice enters it from outside |
 //! | `almost-sure:A` | closed under its strategy, layers towards the target | removal rounds |
@@ -23,6 +26,7 @@ mod error;
 mod levels;
 mod manifest_check;
 mod outcomes;
+mod safe;
 mod sets;
 mod temporal;
 
@@ -131,7 +135,8 @@ fn run(
     manifest_check::all(&checker.engine, preferences, hashes, manifest)?;
     checker.scope()?;
     checker.counts()?;
-    let result = outcomes::check(&mut checker)
+    let result = safe::requirements(&mut checker)
+        .and_then(|()| outcomes::check(&mut checker))
         .and_then(|classes| levels::check(&mut checker, classes))
         .and_then(|()| checker.nothing_else());
     checked.append(&mut checker.checked);

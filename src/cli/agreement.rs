@@ -79,6 +79,9 @@ fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<E>, right: &
         tally.check(|| "transitions".to_owned(), &a.transitions, &b.transitions);
         tally.check(|| "deadlocks".to_owned(), &a.deadlocks, &b.deadlocks);
         tally.check(|| "initial states".to_owned(), &a.initial, &b.initial);
+        if a.unsafe_states.is_some() || b.unsafe_states.is_some() {
+            tally.check(|| "unsafe states".to_owned(), &a.unsafe_states, &b.unsafe_states);
+        }
     }
     tally.check(|| "number of objectives".to_owned(), &a.objectives.len(), &b.objectives.len());
     for (a, b) in a.objectives.iter().zip(&b.objectives) {
@@ -113,8 +116,8 @@ fn state_by_state<E: Engine, F: Engine>(
     sink: &TerminalSink,
 ) -> Result<u64, Error> {
     let (mine, theirs) = (regions(left), regions(right));
-    let all = left.engine().all_states();
-    let states = left.engine().list_states(&all, usize::MAX)?;
+    let all = left.whole_engine().all_states();
+    let states = left.whole_engine().list_states(&all, usize::MAX)?;
     for (index, state) in states.iter().enumerate() {
         if index % STRIDE == 0
             && let Some(limit) = sink.stop()

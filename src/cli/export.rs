@@ -150,7 +150,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     let all = args.region.is_empty();
     let wanted = |name: &str| all || globs.is_match(name);
     let selection = Selection { wanted: &wanted, certificate: all && !args.no_certificate };
-    let dump = || export(&engine, &analysis, &inputs, &selection).map_err(unmatched);
+    let dump = || export(&analysis, &inputs, &selection).map_err(unmatched);
     let dump = job.timed("dump", dump, |_, _| ())?;
     let dot = args.format == Format::Dot;
     let write = || write_directory(dump, &args.out, dot, job.sink.as_ref());

@@ -53,6 +53,9 @@ pub struct Manifest {
     /// state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub history: Option<String>,
+    /// The requirements as they are written.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub requirements: Vec<String>,
     /// `reachable` or `all`.
     pub scope: String,
     /// `action`, `transition` or `prefix`.

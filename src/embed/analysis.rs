@@ -11,9 +11,9 @@ use crate::planning::{Analysis, FiniteMemoryStrategy, Kind};
 
 impl Analysis {
     /// Returns the states that are analysed: the explored ones, or with `history = play` those of
-    /// the product with the monitors.
+    /// the product with the monitors. Unsafe states are among them.
     pub fn exploration(&self) -> Exploration {
-        Exploration::of(AnyEngine::clone(self.engine()))
+        Exploration::of(AnyEngine::clone(self.whole_engine()))
     }
 
     /// Returns the program, with the targets of the preferences.
@@ -21,7 +21,7 @@ impl Analysis {
         self.engine().program()
     }
 
-    /// Returns the names of the regions known so far: `target:A`, `almost-sure:A`, `positive:A`,
+    /// Returns the names of the regions known so far: `unsafe` (under requirements), `target:A`, `almost-sure:A`, `positive:A`,
     /// `class:A+B`, `sasi:1`, …
     pub fn region_names(&self) -> Vec<String> {
         regions(self).into_iter().map(|(name, _)| name).collect()
@@ -30,13 +30,13 @@ impl Analysis {
     /// Returns the region with a name, if it is known.
     pub fn region(&self, name: &str) -> Option<States> {
         let (_, set) = regions(self).into_iter().find(|(own, _)| own == name)?;
-        Some(States::of(self.engine(), set.clone()))
+        Some(States::of(self.whole_engine(), set.clone()))
     }
 
     /// Returns the states of the levels W_1 ⊋ W_2 ⊋ … of one kind that are known.
     pub fn level_states(&self, kind: Kind) -> Vec<States> {
         let found = &self.levels(kind).found;
-        found.iter().map(|level| States::of(self.engine(), level.states.clone())).collect()
+        found.iter().map(|level| States::of(self.whole_engine(), level.states.clone())).collect()
     }
 
     /// Returns the strategies of one kind, which do not borrow from the analysis.

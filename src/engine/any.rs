@@ -148,8 +148,8 @@ impl AnyEngine {
     /// Returns whether both share the explored states, so that each accepts the sets of the other.
     pub fn shares(&self, other: &AnyEngine) -> bool {
         match (&self.inner, &other.inner) {
-            (Inner::Symbolic(a), Inner::Symbolic(b)) => Arc::ptr_eq(a, b),
-            (Inner::Explicit(a), Inner::Explicit(b)) => Arc::ptr_eq(a, b),
+            (Inner::Symbolic(a), Inner::Symbolic(b)) => a.shares(b),
+            (Inner::Explicit(a), Inner::Explicit(b)) => a.shares(b),
             _ => false,
         }
     }
@@ -266,6 +266,14 @@ impl Engine for AnyEngine {
 
     fn rounded_state(&self) -> Option<&State> {
         on!(self, e => e.rounded_state())
+    }
+
+    fn restricted_to(&self, to: &Region<AnyStates, AnyChoices>) -> Result<Self> {
+        let inner = match &self.inner {
+            Inner::Symbolic(e) => Inner::Symbolic(Arc::new(e.restricted_to(&region_of(&**e, to)?)?)),
+            Inner::Explicit(e) => Inner::Explicit(Arc::new(e.restricted_to(&region_of(&**e, to)?)?)),
+        };
+        Ok(AnyEngine { inner, program: Arc::clone(&self.program) })
     }
 
     fn states_where(&self, predicate: ExprId) -> Result<AnyStates> {

@@ -190,11 +190,11 @@ pub trait Engine:
     /// A set of pairs of a state of the scope and a choice enabled in it.
     type Choices: Clone + Send + Sync;
 
-    /// Returns S, all states of the scope.
+    /// Returns S, all states of the scope; after [`Engine::restricted_to`], those of the region.
     fn all_states(&self) -> Self::States;
     /// Returns the empty state set.
     fn no_states(&self) -> Self::States;
-    /// Returns the initial states.
+    /// Returns the initial states of the model.
     fn initial_states(&self) -> Self::States;
     /// Returns the states in which no command of the model is enabled; the only choice of each is a
     /// self-loop.
@@ -210,10 +210,23 @@ pub trait Engine:
     /// # Errors
     /// A limit of the engine is reached, or the expression has no value in some state of the scope.
     fn states_where(&self, predicate: ExprId) -> Result<Self::States>;
-    /// Returns all enabled choices, including the self-loops of deadlock states.
+    /// Returns all enabled choices, including the self-loops of deadlock states; after
+    /// [`Engine::restricted_to`], those of the region.
     fn all_choices(&self) -> Self::Choices;
     /// Returns the empty choice set.
     fn no_choices(&self) -> Self::Choices;
+    /// Returns an engine for the model that has only the states and choices of a region, such as a
+    /// result of [`Engine::stay_within`]. It shares the sets of this engine. Its initial states and
+    /// deadlock states remain those of the whole model.
+    ///
+    /// Every state of the region must have a choice of the region, and these choices must not leave
+    /// the region.
+    ///
+    /// # Errors
+    /// A set belongs to another engine.
+    fn restricted_to(&self, region: &Region<Self::States, Self::Choices>) -> Result<Self>
+    where
+        Self: Sized;
 
     /// Returns { (s,a) ∈ C : s ∈ X }.
     ///

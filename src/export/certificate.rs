@@ -19,10 +19,15 @@ use crate::planning::{Analysis, Kind, Safety, strategy};
 type Of<'a> = Analysis<SymbolicEngine>;
 
 /// Returns all roots of the certificate.
-pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
+pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
+    let (whole, engine) = (analysis.whole_engine(), analysis.engine());
     let mut named = Vec::new();
-    if let Some(start) = engine.beginnings()? {
-        layers(&mut named, names::REACHABLE, &forward(engine, start)?);
+    if let Some(start) = whole.beginnings()? {
+        layers(&mut named, names::REACHABLE, &forward(whole, start)?);
+    }
+    if let Some(requirements) = analysis.requirements() {
+        let violating = whole.difference(&whole.all_states(), &requirements.kept)?;
+        rounds(&mut named, names::UNSAFE, &risk_rounds(whole, violating)?.1);
     }
     for objective in 0..analysis.preferences().objectives.len() {
         plays::witnesses(engine, analysis, objective, &mut named)?;
@@ -80,23 +85,30 @@ fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSe
 fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Named>) -> Result<()> {
     for class in analysis.classes().iter().flat_map(|c| &c.list) {
         let name = names::safe(&class_name(analysis.preferences(), &class.most_preferred));
-        let mut lost = vec![class.worse.clone()];
-        let mut left = engine.difference(&engine.all_states(), &class.worse)?;
-        let mut choices = engine.all_choices();
-        while let Some(last) = lost.last() {
-            if engine.is_empty(last)? {
-                break;
-            }
-            choices = engine.difference(&choices, &engine.entering(&choices, last)?)?;
-            let next = engine.difference(&left, &engine.sources(&choices)?)?;
-            left = engine.difference(&left, &next)?;
-            lost.push(next);
-        }
-        lost.pop();
-        named.push(Named::states(&name, &left));
+        let (safe, lost) = risk_rounds(engine, class.worse.clone())?;
+        named.push(Named::states(&name, &safe));
         rounds(named, &name, &lost);
     }
     Ok(())
+}
+
+/// Computes the states from which a strategy avoids the bad states forever, and the other states in
+/// rounds: the bad states first, then those in which every choice may lead to an earlier round.
+fn risk_rounds(engine: &SymbolicEngine, bad: StateSet) -> Result<(StateSet, Vec<StateSet>)> {
+    let mut left = engine.difference(&engine.all_states(), &bad)?;
+    let mut choices = engine.all_choices();
+    let mut lost = vec![bad];
+    while let Some(last) = lost.last() {
+        if engine.is_empty(last)? {
+            break;
+        }
+        choices = engine.difference(&choices, &engine.entering(&choices, last)?)?;
+        let next = engine.difference(&left, &engine.sources(&choices)?)?;
+        left = engine.difference(&left, &next)?;
+        lost.push(next);
+    }
+    lost.pop();
+    Ok((left, lost))
 }
 
 fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Vec<Named>) -> Result<()> {

@@ -104,6 +104,7 @@ impl Subject<'_> {
             objectives: self.preferences.objectives.iter().map(|o| o.name.clone()).collect(),
             empty: self.preferences.empty.to_string(),
             history: self.preferences.whole_plays().map(str::to_owned),
+            requirements: self.preferences.requirements.iter().map(|r| r.text.clone()).collect(),
             scope: self.engine.settings().scope.name().to_owned(),
             safety: self.safety.clone(),
             max_level: self.max_level,

@@ -6,6 +6,7 @@
 //! | `layers:R:j` | the states of region R by their distance from its goal; layer 0 is at the goal |
 //! | `layers:secured:A:d:i:j` | the states of `secured:A:d` by their distance from the i-th mark that recurs |
 //! | `refuted:R:j` | the states outside of R, in the rounds that remove them; the rounds cover all such states |
+//! | `refuted:unsafe:j` | the states of `unsafe`, in the rounds that remove them |
 //! | `safe:C` | under `prefix`, the states from which a strategy avoids weakening class C forever |
 //! | `sasi:k@C`, `strategy:sasi:k@C` | under `prefix`, level k with reference class C; for the level after the last one, a superset of the states that win it |
 
@@ -64,7 +65,6 @@ impl Named {
 /// # Errors
 /// The selection matches no region; an objective is called `nothing`; a limit is reached.
 pub fn export(
-    engine: &SymbolicEngine,
     analysis: &Analysis<SymbolicEngine>,
     inputs: &Inputs,
     selection: &Selection<'_>,
@@ -74,7 +74,8 @@ pub fn export(
             "in a dump, the objective `nothing` cannot be distinguished from the class `nothing`; rename it";
         return Err(Error::Usage(message.to_owned()));
     }
-    let mut named = regions::all(engine, analysis)?;
+    let engine = analysis.whole_engine();
+    let mut named = regions::all(analysis)?;
     let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
     named.retain(|n| always(&n.name) || (selection.wanted)(&n.name));
     if !named.iter().any(|n| (selection.wanted)(&n.name)) {
@@ -86,7 +87,7 @@ pub fn export(
             named.push(Named::choices(names::CHOICES, &engine.all_choices()));
         }
     }
-    let certificate = selection.certificate.then(|| certificate::all(engine, analysis)).transpose()?;
+    let certificate = selection.certificate.then(|| certificate::all(analysis)).transpose()?;
     let mut sets = named.iter().chain(certificate.iter().flatten());
     let paired = sets.any(|n| matches!(n.set, Set::Choices(_)));
     let choices = describe::choices(engine, paired);

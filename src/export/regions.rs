@@ -12,13 +12,15 @@ use crate::planning::{Analysis, Kind, strategy};
 type Of<'a> = Analysis<SymbolicEngine>;
 
 /// Returns all regions and strategies.
-pub(super) fn all(engine: &SymbolicEngine, analysis: &Of<'_>) -> Result<Vec<Named>> {
+pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
+    let (whole, engine) = (analysis.whole_engine(), analysis.engine());
     let mut named = vec![
-        Named::states(names::REACHABLE, &engine.all_states()),
-        Named::states(names::INITIAL, &engine.initial_states()),
-        Named::states(names::DEADLOCK, &engine.deadlock_states()),
-        Named::choices(names::CHOICES, &engine.all_choices()),
+        Named::states(names::REACHABLE, &whole.all_states()),
+        Named::states(names::INITIAL, &whole.initial_states()),
+        Named::states(names::DEADLOCK, &whole.deadlock_states()),
+        Named::choices(names::CHOICES, &whole.all_choices()),
     ];
+    named.extend(analysis.requirements().map(|r| Named::states(names::UNSAFE, &r.unsafe_states)));
     let preferences = analysis.preferences();
     if let Some(outcomes) = analysis.outcomes() {
         for (index, objective) in preferences.objectives.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Preference files: objectives, preference statements, and the value of nothing (`empty`).
+//! Preference files: objectives, preference statements, requirements, and the value of nothing
+//! (`empty`).
 
 use std::str::FromStr;
 use std::sync::Arc;
@@ -15,6 +16,8 @@ use crate::model::preference::{Empty, History, Relation};
 pub struct Preferences {
     /// `objective A = F …;` in the order of the file.
     pub objectives: Vec<Objective>,
+    /// `require …;` in the order of the file.
+    pub requirements: Vec<Formula>,
     /// `prefer …;` in the order of the file.
     pub statements: Vec<Chain>,
     /// `empty = …;`
@@ -55,11 +58,14 @@ pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
     let mut preferences = Preferences::default();
     while parser.peek() != Token::End {
         if parser.preference(&mut preferences).is_err() {
-            parser.recover(&["objective", "prefer"]);
+            parser.recover(&["objective", "prefer", "require"]);
         }
     }
     parser.finish(preferences)
 }
+
+/// The words that statements begin with.
+const STATEMENTS: [&str; 5] = ["objective", "prefer", "require", "empty", "history"];
 
 impl Parser<'_> {
     fn preference(&mut self, preferences: &mut Preferences) -> Parsed<()> {
@@ -70,16 +76,20 @@ impl Parser<'_> {
         } else if self.eat_word("prefer") {
             let chain = self.chain(start)?;
             preferences.statements.push(chain);
+        } else if self.eat_word("require") {
+            let help = "write `require G (condition);`, or another safe formula";
+            let formula = self.path_formula("a requirement", help)?;
+            self.expect(Token::Semicolon)?;
+            preferences.requirements.push(formula);
         } else if self.eat_word("empty") {
             let names = "`bottom`, `gain` or `incomparable`";
             self.setting(start, names, &mut preferences.empty)?;
         } else if self.eat_word("history") {
             self.setting(start, "`state` or `play`", &mut preferences.history)?;
         } else {
-            let words = ["objective", "prefer", "empty", "history"];
-            let failed = match self.slip(&words) {
+            let failed = match self.slip(&STATEMENTS) {
                 Some(_) => Failed,
-                None => self.expected("`objective`, `prefer`, `empty` or `history`"),
+                None => self.expected("`objective`, `prefer`, `require`, `empty` or `history`"),
             };
             self.advance();
             return Err(failed);
@@ -90,16 +100,22 @@ impl Parser<'_> {
     fn objective(&mut self, start: Span) -> Parsed<Objective> {
         let name = self.objective_name()?;
         self.expect(Token::Eq)?;
+        let help = "write `objective NAME = F (condition);`, or another temporal formula";
+        let formula = self.path_formula("an objective", help)?;
+        let end = self.expect(Token::Semicolon)?;
+        Ok(Objective { name, formula, span: start.to(end) })
+    }
+
+    /// Parses a formula over paths.
+    fn path_formula(&mut self, what: &str, help: &str) -> Parsed<Formula> {
         let place = self.here();
         let formula = self.temporal_formula()?;
         if matches!(formula.kind, FormulaKind::State(_)) {
-            let diagnostic = self.wrong(place, "an objective is a formula over paths, not over one state");
-            let help = "write `objective NAME = F (condition);`, or another temporal formula";
-            self.report(diagnostic.label("expected `F`, `G`, …").help(help));
+            let message = format!("{what} is a formula over paths, not over one state");
+            self.report(self.wrong(place, message).label("expected `F`, `G`, …").help(help));
             return Err(Failed);
         }
-        let end = self.expect(Token::Semicolon)?;
-        Ok(Objective { name, formula, span: start.to(end) })
+        Ok(formula)
     }
 
     /// Parses a name of an objective, which may be a keyword of the modelling language, such as `A`

@@ -7,14 +7,17 @@ use ahash::AHashMap;
 use super::check::{MAX_ERRORS, lower_target};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang::ast::{Ident, Span};
-use crate::lang::ltl::Monitoring;
+use crate::lang::ltl::{Formula, Kept, Monitoring};
 use crate::lang::pref::{self, Chain};
 use crate::model::Program;
 use crate::model::preference::{
-    Contradiction, Empty, Goal, History, Objective, Outline, Preferences, Preorder, Relation, Statement,
+    Contradiction, Empty, Goal, History, Objective, Outline, Preferences, Preorder, Relation, Requirement,
+    Statement,
 };
 use crate::model::temporal::Begin;
 
+/// The name of the monitors of requirements.
+const REQUIREMENT: &str = "require";
 /// Maximum number of objectives of a preference file.
 const MOST_OBJECTIVES: usize = 1_000;
 /// Maximum number of pairs of objectives that the statements of a preference file relate.
@@ -40,20 +43,25 @@ pub fn lower_preferences(
 ) -> Result<Preferences> {
     let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
     let history = checker.history(tree);
-    let objectives = match history {
-        History::State => checker.objectives(tree, |o| target(program, source, o))?,
+    let (objectives, requirements) = match history {
+        History::State => {
+            let objectives = checker.objectives(tree, |o| target(program, source, o))?;
+            (objectives, checker.requirements(tree, |formula| invariant(program, source, formula))?)
+        }
         History::Play => {
             let mut watching = Monitoring::new(program);
             let objectives = checker.objectives(tree, |o| watched(&mut watching, source, o))?;
+            let requirements =
+                checker.requirements(tree, |formula| watching.require(source, formula, REQUIREMENT))?;
             if checker.diagnostics.is_empty() {
                 watching.finish(Begin::Initially)?;
             }
-            objectives
+            (objectives, requirements)
         }
     };
     let order = checker.order(tree)?;
     let empty = tree.empty.map_or_else(Empty::default, |(empty, _)| empty);
-    Ok(Preferences { objectives, order, empty, history })
+    Ok(Preferences { objectives, order, empty, history, requirements })
 }
 
 /// Parses a preference file without a model; the names in its formulas are not checked.
@@ -67,11 +75,12 @@ pub fn outline_preferences(source: &Arc<SourceFile>) -> Result<Outline> {
         checker.declare(index, objective);
     }
     checker.expect_some(&tree);
-    let formula = |o: &pref::Objective| source.text[o.formula.span.range()].to_owned();
+    let formula = |f: &Formula| source.text[f.span.range()].to_owned();
     Ok(Outline {
         history: checker.history(&tree),
         order: checker.order(&tree)?,
-        objectives: tree.objectives.iter().map(|o| (o.name.name.clone(), formula(o))).collect(),
+        objectives: tree.objectives.iter().map(|o| (o.name.name.clone(), formula(&o.formula))).collect(),
+        requirements: tree.requirements.iter().map(formula).collect(),
         empty: tree.empty.map_or_else(Empty::default, |(empty, _)| empty),
     })
 }
@@ -104,6 +113,21 @@ fn watched(
     let condition = watching.watch(source, &objective.formula, &objective.name.name)?;
     let monitor = watching.states_of(&condition);
     Ok(Goal::Satisfy { condition, monitor })
+}
+
+/// Returns a requirement `G condition` as the states in which the condition is true.
+///
+/// # Errors
+/// The formula is wrong, or needs a monitor.
+fn invariant(program: &mut Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Kept> {
+    let kept = Monitoring::new(program).require(source, formula, REQUIREMENT)?;
+    if kept.monitor.is_some() {
+        let message = "`history = state` accepts only requirements of the form `G condition`";
+        let help = "`history = play;` judges whole paths and accepts every safe formula";
+        let diagnostic = Diagnostic::new(source, formula.span.range(), message);
+        return Err(diagnostic.label("not of the form `G condition`").help(help).into());
+    }
+    Ok(kept)
 }
 
 struct Checker<'a> {
@@ -147,6 +171,26 @@ impl<'a> Checker<'a> {
         }
         self.expect_some(tree);
         Ok(objectives)
+    }
+
+    /// Returns the requirements; errors in them are recorded.
+    fn requirements(
+        &mut self,
+        tree: &pref::Preferences,
+        mut kept: impl FnMut(&Formula) -> Result<Kept>,
+    ) -> Result<Vec<Requirement>> {
+        let mut requirements = Vec::new();
+        for formula in &tree.requirements {
+            match kept(formula) {
+                Ok(Kept { kept, monitor }) => {
+                    let text = words(&self.source.text[formula.span.range()]);
+                    requirements.push(Requirement { text, kept, monitor });
+                }
+                Err(Error::Input(wrong)) => wrong.into_iter().for_each(|d| self.report(d)),
+                Err(other) => return Err(other),
+            }
+        }
+        Ok(requirements)
     }
 
     /// Records the name of an objective; returns false if there are too many.
@@ -250,6 +294,11 @@ impl<'a> Checker<'a> {
         known.sort_unstable();
         known.iter().map(|(_, name)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
     }
+}
+
+/// Returns a text on one line, with single spaces.
+fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Returns the error for a contradiction: it shows the cycle, `B > A >= C > B`, at the statement

@@ -25,6 +25,20 @@ pub struct Preferences {
     pub empty: Empty,
     /// The part of a path that counts.
     pub history: History,
+    /// The requirements, which every strategy must keep.
+    pub requirements: Vec<Requirement>,
+}
+
+/// A requirement: a safe formula that no path may violate, `require …;` of a preference file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Requirement {
+    /// The formula as written.
+    pub text: String,
+    /// True in the states in which the formula is not violated. For a formula with a monitor, false
+    /// from the violation on.
+    pub kept: ExprId,
+    /// The number of states of its monitor; `None` for `G p` with a state formula p.
+    pub monitor: Option<u64>,
 }
 
 /// The contents of a preference file that do not need a model.
@@ -38,6 +52,8 @@ pub struct Outline {
     pub empty: Empty,
     /// The part of a path that counts.
     pub history: History,
+    /// The formulas of the requirements as written.
+    pub requirements: Vec<String>,
 }
 
 /// The part of a path that counts: `history = …` of a preference file.

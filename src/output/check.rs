@@ -36,13 +36,32 @@ impl Findings for CheckFindings {
     ];
 
     fn body(report: &CheckReport, style: Style) -> String {
-        let mut out = report.header.sizes(report.result.counts.as_ref(), style);
+        let mut out = unsafe_start(report, style);
+        out += &report.header.sizes(report.result.counts.as_ref(), style);
         out += &objectives(report, style);
         out += &classes(&report.result, style);
         out += &improvement(&report.result, style);
         out += &levels(&report.result, style);
         out + &initial(report, style)
     }
+}
+
+/// Shows for the first unsafe initial state how a requirement gets violated.
+fn unsafe_start(report: &CheckFindings, style: Style) -> String {
+    let Some((initial, escape)) = report.initial.iter().find_map(|i| Some((i, i.escape.as_ref()?))) else {
+        return String::new();
+    };
+    let title = format!("No strategy keeps the requirements from {}", initial.values);
+    let mut out = format!("\n{}\n", style.bad(&title));
+    if let Some(violated) = &escape.violated {
+        let _ = writeln!(out, "  A shortest path to the violation of `{violated}`; in each state,");
+        let _ = writeln!(out, "  every action may lead on to a violation:");
+    }
+    for (state, action) in &escape.path {
+        let action = action.as_ref().map_or("violated".to_owned(), |action| format!("by {action}"));
+        let _ = writeln!(out, "    {state}  {action}");
+    }
+    out
 }
 
 fn objectives(report: &CheckReport, style: Style) -> String {
@@ -108,6 +127,10 @@ fn initial(report: &CheckFindings, style: Style) -> String {
     let mut out = String::new();
     for initial in &report.initial {
         let _ = write!(out, "\n{}\n", style.bold(&format!("Initial state {}", initial.values)));
+        if initial.escape.is_some() {
+            let _ = writeln!(out, "  {}", style.bad("unsafe: no strategy keeps the requirements"));
+            continue;
+        }
         let _ = writeln!(out, "  sure: {}", text::names(&initial.most_preferred));
         out += &prospect("SASI", "guaranteed", initial.sasi.as_ref(), style);
         out += &prospect("SPI ", "possible", initial.spi.as_ref(), style);

@@ -127,6 +127,7 @@ impl Header {
                 ("deadlocks", &counts.deadlocks),
                 ("initial states", &counts.initial),
             ]);
+            numbers.extend(counts.unsafe_states.iter().map(|states| ("unsafe", states)));
             text += &aligned(&numbers);
         }
         text

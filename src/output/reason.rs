@@ -23,6 +23,11 @@ impl Words<'_> {
         self.preferences.owned_names(set)
     }
 
+    /// Formats the most preferred objectives of a state, or `unsafe`.
+    pub(super) fn sure(&self, is_unsafe: bool, most_preferred: &ObjectiveSet) -> String {
+        if is_unsafe { "unsafe".to_owned() } else { format!("sure: {}", self.list(most_preferred)) }
+    }
+
     /// Formats a set as `A, B`, or `nothing`.
     pub(super) fn list(&self, set: &ObjectiveSet) -> String {
         text::names(&self.names(set))
@@ -57,6 +62,12 @@ impl Words<'_> {
                 let place = index.and_then(to).map_or_else(|| "this action".to_owned(), place);
                 let kept = self.list(&at.reference);
                 format!("not kept: after {place}, a weakening of {kept} cannot be ruled out")
+            }
+            Verdict::Violates(None) => "no action keeps the requirements here".to_owned(),
+            Verdict::Violates(Some(index)) => {
+                let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
+                let place = to(index).map_or_else(String::new, |s| format!(" to {}", place(s)));
+                format!("{how}{place}, where no strategy keeps the requirements")
             }
             Verdict::Strays(index) => match to(index) {
                 Some(s) => self.strays(at, s, action, &place(s)),

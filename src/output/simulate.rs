@@ -97,8 +97,12 @@ impl Serialize for PlaysReport {
         let tally = &self.tally;
         let often = |(times, plays): (&usize, &u64)| json!({"times": times, "plays": plays});
         let wait = |w: &Wait| json!({"plays": w.plays, "least": w.least, "mean": w.mean(), "most": w.most});
-        let mut fields = serializer.serialize_struct("PlaysReport", 12)?;
+        let mut fields = serializer.serialize_struct("PlaysReport", 13)?;
         fields.serialize_field("state", &self.state)?;
+        match tally.is_unsafe {
+            true => fields.serialize_field("unsafe", &true)?,
+            false => fields.skip_field("unsafe")?,
+        }
         fields.serialize_field("rank", &tally.rank)?;
         fields.serialize_field("improvements", &tally.improvements.iter().map(often).collect::<Vec<_>>())?;
         fields.serialize_field("steps_to", &tally.waits.iter().map(wait).collect::<Vec<_>>())?;

@@ -28,6 +28,10 @@ impl Findings for SimulateFindings {
 }
 
 fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+    if plays.tally.is_unsafe {
+        let title = style.bold(&format!("No run from {}", plays.state));
+        return format!("\n{title}\n  {}\n", style.bad("Unsafe: no strategy keeps the requirements"));
+    }
     let runs = grouped(report.runs);
     let title = format!("{runs} runs from {}", plays.state);
     let mut out = format!("\n{}\n", style.bold(&title));

@@ -28,7 +28,7 @@ impl StateReport<'_> {
     /// Returns the JSON object of the state.
     pub fn json(&self) -> Json {
         let (words, at, [sasi, spi]) = (self.words, &self.at, self.ranks);
-        json!({
+        let json = json!({
             "state": Valuation::of(words.program, &at.state),
             "most_preferred": words.names(&at.most_preferred),
             "sasi_rank": sasi,
@@ -36,7 +36,8 @@ impl StateReport<'_> {
             "progress_action": self.progress_action().map(|action| &action.name),
             "actions": at.actions.iter().map(|action| self.action(action)).collect::<Vec<_>>(),
             "longest_play": self.course.as_ref().and_then(InducedModel::longest_play),
-        })
+        });
+        marked(json, at.is_unsafe)
     }
 
     fn action(&self, action: &Action) -> Json {
@@ -53,7 +54,7 @@ impl StateReport<'_> {
 
     fn successor(&self, successor: &Successor) -> Json {
         let words = self.words;
-        json!({
+        let json = json!({
             "state": Valuation::of(words.program, &successor.state),
             "probability": successor.probability,
             "most_preferred": words.names(&successor.most_preferred),
@@ -63,6 +64,15 @@ impl StateReport<'_> {
             "rank": successor.rank,
             "dropped": successor.dropped,
             "goal": successor.goal,
-        })
+        });
+        marked(json, successor.is_unsafe)
     }
+}
+
+/// Adds `"unsafe": true` to the object of an unsafe state.
+fn marked(mut json: Json, is_unsafe: bool) -> Json {
+    if let (Json::Object(fields), true) = (&mut json, is_unsafe) {
+        fields.insert("unsafe".to_owned(), Json::Bool(true));
+    }
+    json
 }

@@ -17,8 +17,12 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     let (words, at, [sasi, spi]) = (state.words, &state.at, state.ranks);
     let title = format!("State {}", Valuation::of(words.program, &at.state));
     let mut out = format!("\n{}\n", style.bold(&title));
-    let _ = writeln!(out, "  Sure: {}", words.list(&at.most_preferred));
-    let _ = writeln!(out, "  {}", ranks::both(sasi, spi));
+    if at.is_unsafe {
+        let _ = writeln!(out, "  {}", style.bad("Unsafe: no strategy keeps the requirements"));
+    } else {
+        let _ = writeln!(out, "  Sure: {}", words.list(&at.most_preferred));
+        let _ = writeln!(out, "  {}", ranks::both(sasi, spi));
+    }
     for action in &at.actions {
         out += &action_text(state, action, style);
     }
@@ -41,7 +45,7 @@ fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String
         vec![
             Probability(s.probability).to_string(),
             words.changed(&state.at.state, &s.state),
-            format!("sure: {}", words.list(&s.most_preferred)),
+            words.sure(s.is_unsafe, &s.most_preferred),
             change(words, s),
             format!("{} rank {}", words.kind, ranks::cell(s.rank)),
         ]

@@ -37,6 +37,9 @@ pub type ValuesReport = Envelope<ValuesFindings>;
 pub struct StateValues {
     /// Its values by variable.
     pub state: Valuation,
+    /// True if no strategy keeps the requirements from it.
+    #[serde(rename = "unsafe", skip_serializing_if = "std::ops::Not::not")]
+    pub is_unsafe: bool,
     /// The most preferred objectives that are certain there.
     pub most_preferred: Vec<String>,
     /// Number of improvements that are certain (SASI rank).
@@ -199,6 +202,7 @@ impl StateValues {
         let most_preferred = analysis.most_preferred(state)?;
         Ok(Some(StateValues {
             state: Valuation::of(program, state),
+            is_unsafe: analysis.is_unsafe(state)?,
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
             sasi_rank: analysis.rank(Kind::Sasi, state)?,
             spi_rank: analysis.rank(Kind::Spi, state)?,

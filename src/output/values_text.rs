@@ -36,6 +36,10 @@ impl Findings for ValuesFindings {
 
 fn one(state: &StateValues, reward: &str, style: Style) -> String {
     let mut text = format!("\n{}\n", style.bold(&format!("State {}", state.state)));
+    if state.is_unsafe {
+        let _ = writeln!(text, "  {}", style.bad("Unsafe: no strategy keeps the requirements"));
+        return text;
+    }
     let _ = writeln!(text, "  Sure: {}", names(&state.most_preferred));
     let _ = writeln!(
         text,

@@ -10,8 +10,9 @@ use super::classes::Classes;
 use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::{Improvement, Safety};
 use super::levels::{End, Kind, Levels, Rank};
+use super::requirements::Requirements;
 use super::result::{
-    AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
+    AnalysisResult, ClassCount, Escape, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
 use super::temporal::AcceptingRegion;
 use super::winning_regions::WinningRegions;
@@ -106,7 +107,11 @@ impl AnalysisResult {
 
 /// The winning regions, classes, improvement MDP and levels of one model under one preference file.
 pub struct Analysis<E: Engine = AnyEngine> {
+    /// The engine of the model as it is written.
+    whole: Arc<E>,
+    /// The engine of the model that the requirements leave; `whole` until they are known.
     engine: Arc<E>,
+    requirements: Option<Arc<Requirements<E>>>,
     preferences: Arc<Preferences>,
     options: Options,
     outcomes: Option<WinningRegions<E>>,
@@ -123,7 +128,9 @@ impl<E: Engine> Analysis<E> {
     /// Creates an analysis without results.
     pub fn new(engine: &Arc<E>, preferences: &Arc<Preferences>, options: Options) -> Self {
         Analysis {
+            whole: Arc::clone(engine),
             engine: Arc::clone(engine),
+            requirements: None,
             preferences: Arc::clone(preferences),
             options,
             outcomes: None,
@@ -162,6 +169,7 @@ impl<E: Engine> Analysis<E> {
         let clock = Arc::clone(&self.engine.settings().sink);
         let start = clock.clock();
         listener(Event::Started(phase));
+        self.restrict()?;
         match phase {
             Phase::Counts => self.run_counts()?,
             Phase::Outcomes => self.run_outcomes(listener)?,
@@ -184,8 +192,20 @@ impl<E: Engine> Analysis<E> {
         }
     }
 
+    /// Restricts the model by the requirements, once. Cost: see [`Requirements::restrict`].
+    fn restrict(&mut self) -> Result<()> {
+        if self.requirements.is_none()
+            && let Some((engine, requirements)) = Requirements::restrict(&*self.whole, &self.preferences)?
+        {
+            (self.engine, self.requirements) = (Arc::new(engine), Some(Arc::new(requirements)));
+        }
+        Ok(())
+    }
+
     fn run_counts(&mut self) -> Result<()> {
-        self.result.counts = Some(ModelCounts::of(&*self.engine)?);
+        let counted = |r: &Arc<Requirements<E>>| self.engine.count(&r.unsafe_states);
+        let unsafe_states = self.requirements.as_ref().map(counted).transpose()?;
+        self.result.counts = Some(ModelCounts { unsafe_states, ..ModelCounts::of(&*self.whole)? });
         Ok(())
     }
 
@@ -284,7 +304,11 @@ impl<E: Engine> Analysis<E> {
 
     /// Returns an analysis of the same model and preferences under other options, without results.
     pub fn with_options(&self, options: Options) -> Self {
-        Self::new(&self.engine, &self.preferences, options)
+        Analysis {
+            engine: Arc::clone(&self.engine),
+            requirements: self.requirements.clone(),
+            ..Self::new(&self.whole, &self.preferences, options)
+        }
     }
 
     /// Returns rank(s) = max { k : s ∈ W_k }; see [`Levels::rank`].
@@ -293,6 +317,15 @@ impl<E: Engine> Analysis<E> {
     /// The errors of [`Engine::contains`].
     pub fn rank(&self, kind: Kind, state: &[i64]) -> Result<Rank> {
         self.levels(kind).rank(&*self.engine, state)
+    }
+
+    /// Returns whether no strategy keeps the requirements from a state of the scope; false before a
+    /// phase has begun.
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn is_unsafe(&self, state: &[i64]) -> Result<bool> {
+        self.requirements.as_ref().map_or(Ok(false), |r| self.engine.contains(&r.unsafe_states, state))
     }
 
     /// Returns the names of the objectives in MP(s); empty before the classes are known.
@@ -317,10 +350,21 @@ impl<E: Engine> Analysis<E> {
         Ok(Prospects {
             state: state.to_vec(),
             values: Valuation::of(program, state),
+            escape: self.escape(program, state)?,
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
             sasi: self.plan(&self.sasi, state, &choices)?,
             spi: self.plan(&self.spi, state, &choices)?,
         })
+    }
+
+    /// Returns a shortest path from an unsafe state to the violation of a requirement; `None` for
+    /// other states, and before the requirements are known. Cost: see [`Requirements::escape`].
+    ///
+    /// # Errors
+    /// The errors of [`Requirements::escape`].
+    pub fn escape(&self, program: &Program, state: &[i64]) -> Result<Option<Escape>> {
+        let Some(requirements) = &self.requirements else { return Ok(None) };
+        requirements.escape(&*self.whole, program, &self.preferences.requirements, state)
     }
 
     /// Returns the prospects of the first `limit` initial states. Cost: that of
@@ -359,9 +403,22 @@ impl<E: Engine> Analysis<E> {
         &self.result
     }
 
-    /// Returns the engine.
+    /// Returns the engine of the analysed model. Under requirements, and once a phase has begun, it
+    /// has only the states from which they can be kept, and the choices that keep them.
     pub fn engine(&self) -> &E {
         &self.engine
+    }
+
+    /// Returns the engine of the model as it is written, which accepts the sets of
+    /// [`Analysis::engine`].
+    pub fn whole_engine(&self) -> &E {
+        &self.whole
+    }
+
+    /// Returns the sets of the requirements; `None` without requirements, and before a phase has
+    /// begun.
+    pub fn requirements(&self) -> Option<&Requirements<E>> {
+        self.requirements.as_deref()
     }
 
     /// Returns the preferences.
@@ -415,6 +472,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let levels = analysis.shared_levels(kind);
         levels.end.as_ref()?;
         Some(FiniteMemoryStrategy {
+            whole: analysis.whole.clone(),
             engine: analysis.engine.clone(),
             program: Arc::clone(program),
             preferences: analysis.preferences.clone(),

@@ -25,6 +25,9 @@ pub enum Verdict {
     /// Not kept under `prefix`: after this successor, weakening cannot be avoided forever. `None`
     /// if this is the case in the state itself.
     Unsafe(Option<usize>),
+    /// Not possible under the requirements: this successor is unsafe. `None` if the state itself is
+    /// unsafe.
+    Violates(Option<usize>),
     /// Kept, but this successor leaves the states from which the improvements are certain.
     Strays(usize),
     /// Kept, but no goal edge of the level can follow.
@@ -43,6 +46,7 @@ impl Verdict {
             Verdict::Stays => "stays",
             Verdict::Weakens(_) => "weakens",
             Verdict::Unsafe(_) => "unsafe",
+            Verdict::Violates(_) => "violates",
             Verdict::Strays(_) => "strays",
             Verdict::Hopeless => "hopeless",
             Verdict::NothingAhead => "nothing-ahead",
@@ -57,7 +61,9 @@ pub struct Explanation {
     pub state: State,
     /// The strategy's memory in the state.
     pub memory: Memory,
-    /// MP(s), the most preferred objectives of the state.
+    /// True if no strategy keeps the requirements from the state.
+    pub is_unsafe: bool,
+    /// MP(s), the most preferred objectives of the state; empty if it is unsafe.
     pub most_preferred: ObjectiveSet,
     /// The objectives that steps are compared with: MP(s), or MP of the reference class under
     /// `prefix`.
@@ -92,7 +98,9 @@ pub struct Successor {
     pub state: State,
     /// The probability.
     pub probability: f64,
-    /// MP(s'), the most preferred objectives of the successor.
+    /// True if no strategy keeps the requirements from the successor.
+    pub is_unsafe: bool,
+    /// MP(s'), the most preferred objectives of the successor; empty if it is unsafe.
     pub most_preferred: ObjectiveSet,
     /// rank(s').
     pub rank: Rank,
@@ -127,11 +135,13 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         }
         let steps = self.program.steps(state).map_err(|f| fault::error(&self.program, &f, state))?;
         let reference = self.reference(memory, state)?;
+        let is_unsafe = self.is_unsafe(state)?;
         let mut actions = Vec::with_capacity(steps.len());
         for step in steps {
             actions.push(self.action(state, memory, &reference, step)?);
         }
         Ok(Explanation {
+            is_unsafe,
             most_preferred: self.most_preferred(state)?,
             pick: actions.iter().position(|a| a.progress),
             state: state.to_vec(),
@@ -160,7 +170,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         };
         let (permitted, progress) = level.unwrap_or((false, false));
         let verdict = match level {
-            _ if !kept => self.refused(memory, &successors)?,
+            _ if !kept => self.refused(state, memory, &successors)?,
             None => Verdict::NothingAhead,
             Some((true, _)) => allowed(&successors, progress),
             Some((false, _)) => forbidden(kind, &successors),
@@ -176,8 +186,15 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         to: State,
         p: f64,
     ) -> Result<Successor> {
-        let most_preferred = self.most_preferred(&to)?;
-        let change = self.preferences.change(reference, &most_preferred);
+        let class = self.classes.of(&*self.engine, &to)?.map(|class| &self.classes.list[class]);
+        let is_unsafe = class.is_none();
+        let most_preferred = class.map_or_else(ObjectiveSet::new, |class| class.most_preferred.clone());
+        // Unsafe states belong to no class, so nothing is compared with them.
+        let unless_unsafe = |set: ObjectiveSet| if is_unsafe { ObjectiveSet::new() } else { set };
+        let change = match is_unsafe {
+            true => Change::Lateral,
+            false => self.preferences.change(reference, &most_preferred),
+        };
         let (next, improves) = self.after(memory, from, &to)?;
         let (goal, stays) = match self.game(memory) {
             Some(game) => (
@@ -189,8 +206,9 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         Ok(Successor {
             probability: p,
             rank: self.rank(&to)?,
-            gained: gained(&self.preferences, reference, &most_preferred),
-            lost: lost(&self.preferences, reference, &most_preferred),
+            gained: unless_unsafe(gained(&self.preferences, reference, &most_preferred)),
+            lost: unless_unsafe(lost(&self.preferences, reference, &most_preferred)),
+            is_unsafe,
             dropped: self.improvement.safety == Safety::Transition && change == Change::Weakening,
             most_preferred,
             state: to,
@@ -203,7 +221,13 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     }
 
     /// Returns the reason why a choice is not kept.
-    fn refused(&self, memory: Memory, successors: &[Successor]) -> Result<Verdict> {
+    fn refused(&self, state: &[i64], memory: Memory, successors: &[Successor]) -> Result<Verdict> {
+        if self.is_unsafe(state)? {
+            return Ok(Verdict::Violates(None));
+        }
+        if let Some(index) = successors.iter().position(|s| s.is_unsafe) {
+            return Ok(Verdict::Violates(Some(index)));
+        }
         let weakening = successors.iter().position(|s| s.change == Change::Weakening);
         Ok(match (weakening, self.arena(memory)) {
             (Some(index), _) => Verdict::Weakens(index),
@@ -267,6 +291,7 @@ mod tests {
         Successor {
             state: Vec::new(),
             probability: 0.25,
+            is_unsafe: false,
             most_preferred: ObjectiveSet::new(),
             rank: Rank::Finite(0),
             change: Change::Lateral,
@@ -296,7 +321,13 @@ mod tests {
         let better = Statement { left: 1, right: 0, relation: Relation::Strict };
         let of = |empty| {
             let order = Preorder::new(3, &[better]).unwrap();
-            Preferences { objectives: Vec::new(), order, empty, history: Default::default() }
+            Preferences {
+                objectives: Vec::new(),
+                order,
+                empty,
+                history: Default::default(),
+                requirements: Vec::new(),
+            }
         };
         let (none, low, high) =
             (ObjectiveSet::new(), [0].into_iter().collect(), [1, 2].into_iter().collect());

@@ -40,6 +40,8 @@ pub struct Memory {
 
 /// The strategies of one kind, computed on demand.
 pub struct FiniteMemoryStrategy<E: Engine = AnyEngine> {
+    /// The engine of the model as it is written.
+    pub(super) whole: Arc<E>,
     pub(super) engine: Arc<E>,
     pub(super) program: Arc<Program>,
     pub(super) preferences: Arc<Preferences>,
@@ -66,12 +68,12 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         &self.program
     }
 
-    /// Returns whether s ∈ S.
+    /// Returns whether s ∈ S, unsafe states included.
     ///
     /// # Errors
     /// The errors of [`Engine::contains`].
     pub fn is_state(&self, state: &[i64]) -> Result<bool> {
-        self.engine.contains(&self.engine.all_states(), state)
+        self.whole.contains(&self.whole.all_states(), state)
     }
 
     /// Returns MP(s); empty outside the scope.
@@ -80,6 +82,15 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// The errors of [`Engine::contains`].
     pub fn most_preferred(&self, state: &[i64]) -> Result<ObjectiveSet> {
         self.classes.most_preferred(&*self.engine, state)
+    }
+
+    /// Returns whether no strategy keeps the requirements from a state of the scope: the state
+    /// belongs to no class.
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn is_unsafe(&self, state: &[i64]) -> Result<bool> {
+        Ok(self.classes.of(&*self.engine, state)?.is_none())
     }
 
     /// Returns rank(s) = max { k : s ∈ W_k }; see [`Levels::rank`].

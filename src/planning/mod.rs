@@ -2,6 +2,7 @@
 //!
 //! | The paper | here |
 //! | --- | --- |
+//! | (beyond the paper) requirements | [`requirements`] |
 //! | outcomes, MP(s) | [`winning_regions`], [`classes`] |
 //! | Definition "Improvement MDP" | [`improvement`] |
 //! | Algorithm "Level set", rank | [`levels`] |
@@ -19,6 +20,7 @@ pub mod improvement;
 pub mod induced_model;
 pub mod levels;
 pub mod regions;
+pub mod requirements;
 pub mod result;
 pub mod simulate;
 pub mod strategy;
@@ -32,6 +34,7 @@ pub use finite_memory::{FiniteMemoryStrategy, Memory};
 pub use improvement::{Improvement, Safety};
 pub use induced_model::{InducedModel, Scheduler};
 pub use levels::{Kind, Levels, Rank};
+pub use requirements::Requirements;
 pub use result::AnalysisResult;
 pub use simulate::{Setup, Simulation};
 pub use winning_regions::WinningRegions;

@@ -5,11 +5,14 @@ use super::levels::Kind;
 use crate::engine::Engine;
 use crate::names;
 
-/// Returns the regions that are known so far: `target:A`, `almost-sure:A`, `positive:A`,
+/// Returns the regions that are known so far: `unsafe` (under requirements), `target:A`, `almost-sure:A`, `positive:A`,
 /// `class:A+B`, `sasi:1`, `spi:unbounded`, …
 pub fn regions<E: Engine>(analysis: &Analysis<E>) -> Vec<(String, &E::States)> {
     let mut regions = Vec::new();
     let preferences = analysis.preferences();
+    if let Some(requirements) = analysis.requirements() {
+        regions.push((names::UNSAFE.to_owned(), &requirements.unsafe_states));
+    }
     for (index, objective) in preferences.objectives.iter().enumerate() {
         let name = &objective.name;
         if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {

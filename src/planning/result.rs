@@ -51,6 +51,9 @@ pub struct ModelCounts {
     /// The number of initial states.
     #[serde(serialize_with = "decimal")]
     pub initial: Count,
+    /// The number of states from which the requirements cannot be kept, if there are requirements.
+    #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none", serialize_with = "decimal_if_known")]
+    pub unsafe_states: Option<Count>,
 }
 
 impl ModelCounts {
@@ -80,6 +83,7 @@ impl ModelCounts {
             transitions: engine.count_transitions(&choices, &engine.all_states())?,
             deadlocks: engine.count(&engine.intersection(&engine.deadlock_states(), states)?)?,
             initial: engine.count(&engine.initial_states())?,
+            unsafe_states: None,
         })
     }
 }
@@ -164,6 +168,26 @@ impl LevelCounts {
     }
 }
 
+/// A path to the violation of a requirement. In each of its states, every action may lead to a
+/// further state from which the violation cannot be ruled out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Escape {
+    /// The states, each with the action that leads on; the last one violates a requirement.
+    pub path: Vec<(Valuation, Option<String>)>,
+    /// The requirement that is violated, as written.
+    pub violated: Option<String>,
+}
+
+impl Serialize for Escape {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let step = |(state, action): &(Valuation, Option<String>)| serde_json::json!({"state": state, "action": action});
+        let mut fields = serializer.serialize_struct("Escape", 2)?;
+        fields.serialize_field("violated", &self.violated)?;
+        fields.serialize_field("path", &self.path.iter().map(step).collect::<Vec<_>>())?;
+        fields.end()
+    }
+}
+
 /// The prospects of a state: its most preferred objectives and its plans.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Prospects {
@@ -171,6 +195,8 @@ pub struct Prospects {
     pub state: State,
     /// Its values by variable.
     pub values: Valuation,
+    /// For a state from which the requirements cannot be kept, a path to a violation.
+    pub escape: Option<Escape>,
     /// MP of the state, by name and in the order of declaration.
     pub most_preferred: Vec<String>,
     /// The plan under SASI; `None` if no levels were computed.
@@ -192,8 +218,12 @@ pub struct Plan {
 impl Serialize for Prospects {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         let (sasi, spi) = (self.sasi.as_ref(), self.spi.as_ref());
-        let mut fields = serializer.serialize_struct("Prospects", 6)?;
+        let mut fields = serializer.serialize_struct("Prospects", 7)?;
         fields.serialize_field("state", &self.values)?;
+        match &self.escape {
+            Some(escape) => fields.serialize_field("unsafe", escape)?,
+            None => fields.skip_field("unsafe")?,
+        }
         fields.serialize_field("most_preferred", &self.most_preferred)?;
         fields.serialize_field("sasi_rank", &sasi.map(|plan| plan.rank))?;
         fields.serialize_field("spi_rank", &spi.map(|plan| plan.rank))?;

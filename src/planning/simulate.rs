@@ -36,6 +36,8 @@ pub struct Setup {
 pub struct Tally {
     /// The state in which the runs start.
     pub start: State,
+    /// True if no strategy keeps the requirements from it; the runs then have no step.
+    pub is_unsafe: bool,
     /// rank(s), the number of improvements that the strategy guarantees (SASI) or makes possible
     /// (SPI).
     pub rank: Rank,
@@ -153,6 +155,7 @@ impl Tally {
     fn new(start: &[i64], rank: Rank) -> Self {
         Tally {
             start: start.to_vec(),
+            is_unsafe: false,
             rank,
             plays: 0,
             improvements: BTreeMap::new(),
@@ -243,6 +246,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
     /// The errors of [`Simulation::run`].
     pub fn run_each(&mut self, start: &[i64], each: &mut dyn FnMut(&Trace)) -> Result<Tally> {
         let mut tally = Tally::new(start, self.book.rank(start)?);
+        tally.is_unsafe = self.book.is_unsafe(start)?;
         for play in 1..=self.setup.runs {
             let (turns, settled) = self.play(start, &mut Draw::numbered(self.setup.seed, play))?;
             let trace = Trace { play, turns };

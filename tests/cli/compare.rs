@@ -3,7 +3,7 @@
 use crate::common::run;
 
 /// The models with constants for sizes that take little time.
-const MODELS: [(&str, &str); 15] = [
+const MODELS: [(&str, &str); 16] = [
     ("chain", "N=9"),
     ("counter", ""),
     ("courier", ""),
@@ -14,6 +14,7 @@ const MODELS: [(&str, &str); 15] = [
     ("line", "K=1"),
     ("network", "K=8,M=3"),
     ("patrol", "N=3"),
+    ("pond", ""),
     ("rescue", "H=1"),
     ("ring", "N=8,T=4"),
     ("robot5x5", ""),

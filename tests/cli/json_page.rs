@@ -145,6 +145,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "check TOY --safety prefix --engine explicit"),
     (0, "check ROBOT --max-level 1"),
     (0, "check models/courier.prism models/courier.pref"),
+    (0, "check POND"),
     (4, "check TINY models/scramble.pref"),
     (0, "reach models/toy.prism --target s=3"),
     (1, "reach models/toy.prism --property P>=1[F(s=3)]"),
@@ -159,13 +160,16 @@ const COMMANDS: &[(i32, &str)] = &[
     (4, "info TINY"),
     (0, "strategy TOY"),
     (0, "strategy TOY --rank 0"),
+    (0, "strategy POND"),
     (0, "strategy ROBOT --kind spi --at b=8"),
     (0, "strategy models/courier.prism models/courier.pref --kind spi --safety prefix"),
     (4, "strategy TINY models/scramble.pref"),
     (0, "values TOY --within 2 --exact"),
+    (0, "values POND --all"),
     (0, "values models/courier.prism models/courier.pref --safety transition"),
     (4, "values TINY models/scramble.pref"),
     (0, "simulate TOY --runs 3"),
+    (0, "simulate POND --runs 1"),
     (0, "simulate ROBOT --kind spi --strategy permissive --runs 3"),
     (4, "simulate TINY models/scramble.pref"),
     (0, "export TOY --out OUT/dump"),
@@ -200,6 +204,7 @@ fn the_page_of_json_names_every_field_and_no_other() {
         let command = command
             .replace("TOY", "models/toy.prism models/toy.pref")
             .replace("ROBOT", "models/robot5x5.prism models/robot5x5.pref")
+            .replace("POND", "models/pond.prism models/pond.pref")
             .replace("TINY", tiny)
             .replace("OUT", &scratch.show(""));
         audit.report(&run(&format!("{command} --json")).expect(*status).json());

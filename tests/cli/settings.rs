@@ -95,6 +95,7 @@ models! {
     line: "line", "K=1";
     network: "network", "K=5,M=2";
     patrol: "patrol", "N=2";
+    pond: "pond", "";
     rescue: "rescue", "H=2";
     ring: "ring", "N=8,T=4";
     robot: "robot5x5", "";
@@ -109,5 +110,5 @@ fn every_model_of_the_folder_is_asked() {
         .unwrap()
         .filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == "prism"))
         .count();
-    assert_eq!(count, 15, "a new model needs a line above");
+    assert_eq!(count, 16, "a new model needs a line above");
 }

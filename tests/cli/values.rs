@@ -14,6 +14,7 @@ const MODELS: &[(&str, &str)] = &[
     ("lateral_prefix", ""),
     ("network", "-c K=5,M=2"),
     ("patrol", "-c N=2"),
+    ("pond", ""),
     ("rescue", "-c H=1"),
     ("ring", "-c N=8,T=4"),
     ("robot5x5", ""),

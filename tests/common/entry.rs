@@ -263,7 +263,7 @@ pub fn exported() -> directory::Dump {
     analysis.run(&mut |_| ()).unwrap();
     let named = |name: &str| (name.to_owned(), String::new());
     let inputs = Inputs { model: named("m.prism"), preferences: named("m.pref") };
-    export(&engine, &analysis, &inputs, &Selection { wanted: &|_| true, certificate: false }).unwrap()
+    export(&analysis, &inputs, &Selection { wanted: &|_| true, certificate: false }).unwrap()
 }
 
 fn archive() -> Archive {

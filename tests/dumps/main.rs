@@ -11,4 +11,5 @@ mod plays;
 #[allow(unreachable_pub, reason = "what tests of engines share, too")]
 #[path = "../common/random_program.rs"]
 mod random_program;
+mod requirements;
 mod verify;

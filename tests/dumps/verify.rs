@@ -59,7 +59,7 @@ impl Case {
             preferences: ("p.pref".to_owned(), HASHES.preferences.to_owned()),
         };
         let selection = Selection { wanted: &|_| true, certificate: true };
-        let dump = export(&engine, &analysis, &inputs, &selection).unwrap();
+        let dump = export(&analysis, &inputs, &selection).unwrap();
         drop(analysis);
         drop(engine);
         Case { program, preferences, dump }

@@ -100,3 +100,48 @@ fn enabled(program: &Program, factors: &[Vec<meliora::model::CommandId>], state:
     };
     factors.iter().map(|f| f.iter().filter(holds).count()).product()
 }
+
+#[test]
+fn an_invariant_needs_no_monitor() {
+    for text in [
+        "require G !\"done\";",
+        "require (G x!=2) & (G (x<3 | half));",
+        "require !(F x=2);",
+        "require G G x!=2;",
+        "require G true;",
+    ] {
+        let preferences = load(&format!("{THREE}{text}")).unwrap();
+        assert_eq!(preferences.requirements.len(), 1, "{text}");
+        assert_eq!(preferences.requirements[0].monitor, None, "{text}");
+        let preferences = load(&format!("{THREE}{text} history = play;")).unwrap();
+        assert_eq!(preferences.requirements[0].monitor, None, "{text}");
+    }
+    let preferences = load(&format!("{THREE}require G\n  x!=2; require G x!=1;")).unwrap();
+    let texts: Vec<_> = preferences.requirements.iter().map(|r| r.text.as_str()).collect();
+    assert_eq!(texts, ["G x!=2", "G x!=1"]);
+}
+
+#[test]
+fn other_safe_formulas_need_the_whole_path() {
+    for text in ["require x<2 W \"done\";", "require G (x=1 => X x!=2);", "require X x=1;"] {
+        let wrong = errors(&format!("{THREE}{text}"));
+        assert!(wrong.contains("not of the form `G condition`"), "{wrong}");
+        assert!(wrong.contains("history = play;"), "{wrong}");
+        let preferences = load(&format!("{THREE}{text} history = play;")).unwrap();
+        assert!(preferences.requirements[0].monitor.is_some(), "{text}");
+    }
+}
+
+#[test]
+fn a_requirement_that_is_not_safe_is_refused() {
+    for text in ["require F x=1;", "require G F x=1;", "require x<2 U \"done\";"] {
+        let wrong = errors(&format!("{THREE}{text} history = play;"));
+        assert!(wrong.contains("it is not a safe formula"), "{wrong}");
+    }
+    let wrong = errors(&format!("{THREE}require x<2;"));
+    assert!(wrong.contains("a requirement is a formula over paths"), "{wrong}");
+    let wrong = errors(&format!("{THREE}require G y=1; require G x!=1 history = play;"));
+    assert!(wrong.contains("expected `;`"), "{wrong}");
+    let wrong = errors(&format!("{THREE}require G y=1;"));
+    assert!(wrong.contains("unknown name `y`"), "{wrong}");
+}

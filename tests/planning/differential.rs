@@ -3,18 +3,20 @@
 
 use std::sync::Arc;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use meliora::engine::ExplicitEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::engine::{Order, SymbolicEngine};
-use meliora::model::preference::{Goal, Preferences};
+use meliora::model::Program;
+use meliora::model::expr::ExprId;
+use meliora::model::preference::{Goal, Preferences, Requirement};
 use meliora::planning::levels::{End, Level};
 use meliora::planning::strategy::{permitted_at_start, strategies};
 use meliora::planning::{Analysis, Kind, Levels, Options, Rank, Safety};
 use proptest::prelude::*;
 
-use crate::engines::brute::Brute;
+use crate::engines::brute::{Brute, Pair};
 use crate::literal::{Literal, Set, almost_sure, positive};
 use crate::tiny::{Mdp, Tiny};
 use crate::worlds::{World, factored, graph};
@@ -30,6 +32,13 @@ struct Reference {
 impl Reference {
     fn new(world: &World) -> Self {
         let brute = Brute::new(&world.program, world.scope).unwrap();
+        match world.requirement {
+            Some(requirement) => Self::of(world, keeping(brute, &world.program, requirement)),
+            None => Self::of(world, brute),
+        }
+    }
+
+    fn of(world: &World, brute: Brute) -> Self {
         let mut choices = vec![Vec::new(); brute.states.len()];
         for pair in &brute.pairs {
             choices[pair.state].push(pair.successors.iter().copied().collect());
@@ -38,6 +47,28 @@ impl Reference {
         let targets = world.targets.iter().map(target).collect();
         let case = Case { mdp: Mdp::new(choices), targets, statements: world.statements.clone() };
         Reference { brute, tiny: case.engine(), case }
+    }
+}
+
+/// Takes out of a model the states that cannot keep a requirement, and the choices that may step
+/// into them.
+fn keeping(whole: Brute, program: &Program, requirement: ExprId) -> Brute {
+    let allowed = whole.states_where(program, requirement);
+    let (inside, kept) = whole.stay_within(&allowed, &whole.all_choices());
+    let number: BTreeMap<usize, usize> = inside.iter().copied().zip(0..).collect();
+    let renumbered = |x: &Set| x.iter().filter_map(|s| number.get(s).copied()).collect();
+    let pairs = whole.pairs.iter().enumerate().filter(|(pair, _)| kept.contains(pair));
+    Brute {
+        states: inside.iter().map(|&s| whole.states[s].clone()).collect(),
+        pairs: pairs
+            .map(|(_, pair)| Pair {
+                state: number[&pair.state],
+                choice: pair.choice.clone(),
+                successors: renumbered(&pair.successors),
+            })
+            .collect(),
+        initial: renumbered(&whole.initial),
+        deadlocks: renumbered(&whole.deadlocks),
     }
 }
 
@@ -114,7 +145,8 @@ impl<E: Engine> Check<'_, E> {
         if let Some(sizes) = sizes {
             let (states, transitions) = self.literal.sizes(safety);
             assert_eq!((sizes.states, &sizes.transitions), (states.into(), &transitions.into()));
-            let total = self.found.result().counts.clone().unwrap().transitions;
+            let engine = self.found.engine();
+            let total = engine.count_transitions(&engine.all_choices(), &engine.all_states()).unwrap();
             assert_eq!(sizes.dropped, total - sizes.transitions / 2u32);
         }
         let (found, tiny) = (self.found.improvement().unwrap(), self.tiny.improvement().unwrap());
@@ -183,7 +215,8 @@ impl<E: Engine> Check<'_, E> {
     /// Ranks and names of permitted actions, as reports show them.
     fn prospects(&self) {
         let program = &self.world.program;
-        let found = self.found.initial_prospects(program, usize::MAX).unwrap();
+        let mut found = self.found.initial_prospects(program, usize::MAX).unwrap();
+        found.retain(|prospects| prospects.escape.is_none());
         assert_eq!(found.len(), self.reference.brute.initial.len());
         for (&s, prospects) in self.reference.brute.initial.iter().zip(found) {
             let state = &self.reference.brute.states[s];
@@ -191,7 +224,10 @@ impl<E: Engine> Check<'_, E> {
             let index = |name: &String| objectives.iter().position(|o| o.name == *name).unwrap();
             let mp: Set = prospects.most_preferred.iter().map(index).collect();
             assert_eq!((&prospects.state, &mp), (state, &self.literal.mp[s]));
-            let steps = program.steps(state).unwrap();
+            let mut steps = program.steps(state).unwrap();
+            let own = self.reference.brute.pairs.iter().filter(|pair| pair.state == s);
+            let kept: Vec<_> = own.map(|pair| &pair.choice).collect();
+            steps.retain(|step| kept.contains(&&step.choice));
             for (kind, plan) in [(Kind::Sasi, prospects.sasi), (Kind::Spi, prospects.spi)] {
                 let levels = self.tiny.levels(kind);
                 let rank = levels.rank(self.tiny.engine(), &[s as i64]).unwrap();
@@ -223,6 +259,8 @@ fn check<E: Engine>(engine: &Arc<E>, world: &World, reference: &Reference) {
         for (objective, &target) in preferences.objectives.iter_mut().zip(&world.targets) {
             objective.goal = Goal::Reach(target);
         }
+        let requirement = |kept| Requirement { text: "G p".to_owned(), kept, monitor: None };
+        preferences.requirements.extend(world.requirement.map(requirement));
         let preferences = Arc::new(preferences);
         for safety in SAFETIES {
             let tiny = analyse(&reference.tiny, &tiny_preferences, safety);
@@ -255,5 +293,15 @@ proptest! {
     #[test]
     fn both_engines_find_what_is_defined_on_graphs(graph in graph(24)) {
         both(&graph.world());
+    }
+
+    #[test]
+    fn a_requirement_removes_states_and_choices_of_factored_programs(factored in factored()) {
+        both(&factored.world().forbidding());
+    }
+
+    #[test]
+    fn a_requirement_removes_states_and_choices_of_graphs(graph in graph(24)) {
+        both(&graph.world().forbidding());
     }
 }

@@ -21,6 +21,7 @@ mod quantities;
 mod quantity_facts;
 mod reasons;
 mod regions;
+mod requirements;
 mod robot;
 mod simulations;
 mod strategies;
@@ -59,6 +60,7 @@ impl Case {
             order: Preorder::new(self.targets.len(), &self.statements).unwrap(),
             empty,
             history: History::State,
+            requirements: Vec::new(),
         })
     }
 }

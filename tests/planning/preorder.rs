@@ -77,6 +77,7 @@ fn robot(empty: Empty) -> Preferences {
         order: Preorder::new(6, &statements).unwrap(),
         empty,
         history: History::State,
+        requirements: Vec::new(),
     }
 }
 

@@ -270,6 +270,7 @@ pub(crate) fn preferences(world: &World, empty: Empty) -> Preferences {
         order: Preorder::new(world.targets.len(), &world.statements).unwrap(),
         empty,
         history: Default::default(),
+        requirements: Vec::new(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::engine::{Algebra, Count, EdgeLabels, Engine, ProgressSink, Settings, Usage};
+use meliora::engine::{Algebra, Count, EdgeLabels, Engine, ProgressSink, Region, Settings, Usage};
 use meliora::error::Result;
 use meliora::model::State;
 use meliora::model::expr::{ExprId, ExprPool};
@@ -29,8 +29,11 @@ impl Mdp {
     }
 }
 
+#[derive(Clone)]
 pub(crate) struct Tiny {
     pub(crate) mdp: Mdp,
+    states: Bits,
+    choices: Pairs,
     targets: Vec<Vec<bool>>,
     names: Vec<ExprId>,
     settings: Settings,
@@ -46,7 +49,8 @@ impl Tiny {
         let mut pool = ExprPool::default();
         let names = (0..targets.len()).map(|i| pool.value(Value::Int(i as i64))).collect();
         let targets = targets.iter().map(|t| (0..n).map(|s| t.contains(&s)).collect()).collect();
-        Tiny { mdp, targets, names, settings: Settings::default() }
+        let choices = mdp.0.iter().map(|list| vec![true; list.len()]).collect();
+        Tiny { states: vec![true; n], choices, mdp, targets, names, settings: Settings::default() }
     }
 
     /// Sets who can cancel the work: at fixpoints, and when states are counted.
@@ -122,7 +126,7 @@ impl Engine for Tiny {
     type Choices = Pairs;
 
     fn all_states(&self) -> Bits {
-        vec![true; self.mdp.0.len()]
+        self.states.clone()
     }
     fn no_states(&self) -> Bits {
         vec![false; self.mdp.0.len()]
@@ -134,10 +138,13 @@ impl Engine for Tiny {
         self.no_states()
     }
     fn states_where(&self, predicate: ExprId) -> Result<Bits> {
-        Ok(self.targets[predicate.index()].clone())
+        Ok(zip(&self.targets[predicate.index()], &self.states, |x, y| x && y))
     }
     fn all_choices(&self) -> Pairs {
-        self.choices_where(|_, _| true)
+        self.choices.clone()
+    }
+    fn restricted_to(&self, region: &Region<Bits, Pairs>) -> Result<Self> {
+        Ok(Tiny { states: region.states.clone(), choices: region.choices.clone(), ..self.clone() })
     }
     fn no_choices(&self) -> Pairs {
         self.choices_where(|_, _| false)
@@ -154,7 +161,7 @@ impl Engine for Tiny {
         Ok(self.choices_where(|s, a| c[s][a] && self.successors_of(s, a).iter().any(|&t| x[t])))
     }
     fn every_successor_in(&self, y: &Bits) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| self.successors_of(s, a).iter().all(|&t| y[t])))
+        Ok(self.choices_where(|s, a| self.choices[s][a] && self.successors_of(s, a).iter().all(|&t| y[t])))
     }
     fn successors(&self, c: &Pairs) -> Result<Bits> {
         let mut entered = self.no_states();
@@ -200,7 +207,7 @@ impl Engine for Tiny {
         Ok((0..x.len()).filter(|&s| x[s]).take(limit).map(|s| vec![s as i64]).collect())
     }
     fn singleton(&self, state: &[i64]) -> Result<Bits> {
-        Ok((0..self.mdp.0.len()).map(|s| s as i64 == state[0]).collect())
+        Ok((0..self.mdp.0.len()).map(|s| self.states[s] && s as i64 == state[0]).collect())
     }
     fn contains(&self, x: &Bits, state: &[i64]) -> Result<bool> {
         Ok(usize::try_from(state[0]).is_ok_and(|s| x.get(s) == Some(&true)))

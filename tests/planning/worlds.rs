@@ -5,7 +5,7 @@ use std::sync::Arc;
 use meliora::advanced::lang::ast::Span;
 use meliora::engine::Scope;
 use meliora::error::SourceFile;
-use meliora::model::expr::{Binary, ExprId, ExprPool};
+use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora::model::preference::Statement;
 use meliora::model::value::{Type, Value};
 use meliora::model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
@@ -21,6 +21,19 @@ pub(crate) struct World {
     pub(crate) targets: Vec<ExprId>,
     pub(crate) statements: Vec<Statement>,
     pub(crate) scope: Scope,
+    /// What must hold in every state of a path.
+    pub(crate) requirement: Option<ExprId>,
+}
+
+impl World {
+    /// Forbids the states of the last target outside of the first.
+    pub(crate) fn forbidding(self) -> World {
+        let mut program = Program::clone(&self.program);
+        let (first, last) = (self.targets[0], self.targets[self.targets.len() - 1]);
+        let outside = program.pool.unary(Unary::Not, last);
+        let requirement = Some(program.pool.binary(Binary::Or, outside, first));
+        World { program: Arc::new(program), requirement, ..self }
+    }
 }
 
 fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
@@ -60,7 +73,7 @@ impl Factored {
             targets.push(program.pool.binary(Binary::And, both.0, both.1));
         }
         let statements = self.statements.clone();
-        World { program: Arc::new(program), targets, statements, scope: self.scope }
+        World { program: Arc::new(program), targets, statements, scope: self.scope, requirement: None }
     }
 }
 
@@ -132,7 +145,8 @@ impl Graph {
             commands,
             synchronisations: vec![Synchronisation { action: None, factors: vec![all] }],
         };
-        World { program: Arc::new(program), targets, statements: self.statements.clone(), scope: self.scope }
+        let (statements, scope) = (self.statements.clone(), self.scope);
+        World { program: Arc::new(program), targets, statements, scope, requirement: None }
     }
 
     fn variable(&self, name: &str) -> Variable {

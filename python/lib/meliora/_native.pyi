@@ -234,6 +234,7 @@ class Preferences:
         empty: The value of nothing, for states without an almost-sure objective: "bottom", "gain"
             or "incomparable".
         history: "state", "play", or None for the default of the formulas.
+        require: safe formulas that no path may violate, such as `G !"pond"`.
 
     Raises:
         InputError: The preferences are invalid; each problem has its place in the generated text,
@@ -246,6 +247,7 @@ class Preferences:
         *,
         empty: Literal["bottom", "gain", "incomparable"] = "bottom",
         history: Literal["state", "play"] | None = None,
+        require: Sequence[str] | None = None,
     ) -> Self: ...
     @staticmethod
     def from_file(path: _Path) -> Preferences:
@@ -275,6 +277,9 @@ class Preferences:
         """The value of nothing, for states without an almost-sure objective: `"bottom"`, `"gain"` or
         `"incomparable"`.
         """
+    @property
+    def requirements(self) -> tuple[str, ...]:
+        """The formulas of the requirements, which no path may violate."""
     @property
     def history(self) -> Literal["state", "play"]:
         """The part of a path that counts: `"state"` (from the present state on) or `"play"` (the whole
@@ -420,8 +425,9 @@ class Analysis:
     @property
     def counts(self) -> dict[str, int] | None:
         """The numbers of `states`, `choices`, `transitions`, `deadlocks` and `initial` states. With
-        `history = play`, `model_states` is the number of states without monitors. None if a limit
-        ended the work before.
+        `history = play`, `model_states` is the number of states without monitors; with requirements,
+        `unsafe` is the number of states from which they cannot be kept. None if a limit ended the
+        work before.
         """
     @property
     def improvement(self) -> dict[str, int] | None:
@@ -745,8 +751,11 @@ class Explanation:
     def state(self) -> dict[str, Any]:
         """The state."""
     @property
+    def unsafe(self) -> bool:
+        """True if no strategy keeps the requirements from the state."""
+    @property
     def most_preferred(self) -> tuple[str, ...]:
-        """The most preferred objectives of the state."""
+        """The most preferred objectives of the state; empty if it is unsafe."""
     @property
     def rank(self) -> _Rank:
         """The rank of the state: an int, or `math.inf`."""
@@ -775,7 +784,7 @@ class Action:
     @property
     def verdict(self) -> str:
         """The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
-        `"weakens"`, `"unsafe"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`.
+        `"weakens"`, `"unsafe"`, `"violates"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`.
         """
     @property
     def reason(self) -> str:
@@ -794,8 +803,11 @@ class Successor:
     def probability(self) -> float:
         """The probability of this successor."""
     @property
+    def unsafe(self) -> bool:
+        """True if no strategy keeps the requirements from this successor."""
+    @property
     def most_preferred(self) -> tuple[str, ...]:
-        """The most preferred objectives of this successor."""
+        """The most preferred objectives of this successor; empty if it is unsafe."""
     @property
     def rank(self) -> _Rank:
         """Its rank: an int, or `math.inf`."""

@@ -59,22 +59,25 @@ impl AsRef<BitSet> for ChoiceSet {
     }
 }
 
-/// The explicit engine.
+/// The explicit engine. Clones share the explored states.
+#[derive(Clone)]
 pub struct ExplicitEngine {
     program: Arc<Program>,
     settings: Settings,
-    layout: Layout,
-    prepared: Prepared,
+    layout: Arc<Layout>,
+    prepared: Arc<Prepared>,
     meter: Meter,
-    space: Space,
-    graph: Graph,
+    space: Arc<Space>,
+    graph: Arc<Graph>,
+    /// The states and choices that the engine admits: all of the graph, or after
+    /// [`Engine::restricted_to`](super::Engine::restricted_to) those of a region.
     every_state: BitSet,
     every_choice: BitSet,
     initial: BitSet,
     deadlocks: BitSet,
     rounded: Option<State>,
     /// The number of work list steps, which decides when to check the progress sink.
-    ticks: AtomicUsize,
+    ticks: Arc<AtomicUsize>,
 }
 
 impl ExplicitEngine {
@@ -102,22 +105,27 @@ impl ExplicitEngine {
         Ok(ExplicitEngine {
             program,
             settings,
-            layout,
-            prepared,
+            layout: Arc::new(layout),
+            prepared: Arc::new(prepared),
             meter,
-            space,
-            graph,
+            space: Arc::new(space),
+            graph: Arc::new(graph),
             every_state,
             every_choice,
             initial,
             deadlocks,
             rounded,
-            ticks: AtomicUsize::new(0),
+            ticks: Arc::default(),
         })
     }
 
     /// Returns the program.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
+    }
+
+    /// Returns whether both engines share their states, so that each accepts the sets of the other.
+    pub fn shares(&self, other: &ExplicitEngine) -> bool {
+        Arc::ptr_eq(&self.graph, &other.graph)
     }
 }

@@ -84,6 +84,12 @@ impl Engine for ExplicitEngine {
         ChoiceSet(BitSet::empty(&self.meter, self.graph.choices()))
     }
 
+    fn restricted_to(&self, region: &Region<StateSet, ChoiceSet>) -> Result<Self> {
+        let (every_state, every_choice) =
+            (self.bits(&region.states)?.clone(), self.bits(&region.choices)?.clone());
+        Ok(ExplicitEngine { every_state, every_choice, ..self.clone() })
+    }
+
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         Ok(ChoiceSet(self.choices_of_states(self.bits(c)?, self.bits(x)?)?))
     }
@@ -104,10 +110,7 @@ impl Engine for ExplicitEngine {
 
     fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let into = self.choices_into(self.bits(x)?)?;
-        Ok(ChoiceSet(match self.bits(c)?.same(&self.every_choice) {
-            true => into,
-            false => into.zip(self.bits(c)?, |into, c| into & c)?,
-        }))
+        Ok(ChoiceSet(into.zip(self.bits(c)?, |into, c| into & c)?))
     }
 
     fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
@@ -221,7 +224,7 @@ impl Engine for ExplicitEngine {
         if limit == 0 {
             return Ok(Vec::new());
         }
-        let ordered: Vec<usize> = match &self.space {
+        let ordered: Vec<usize> = match &*self.space {
             Space::Every(_) => x.iter().take(limit).collect(),
             Space::Indexed(index) => {
                 let mut all: Vec<usize> = x.iter().collect();
@@ -239,7 +242,7 @@ impl Engine for ExplicitEngine {
 
     fn singleton(&self, state: &[i64]) -> Result<StateSet> {
         let mut only = BitSet::empty(&self.meter, self.graph.states());
-        if let Some(state) = self.number(state) {
+        if let Some(state) = self.number(state).filter(|&s| self.every_state.has(s)) {
             set(only.words_mut(), state);
         }
         Ok(StateSet(only))
@@ -299,7 +302,7 @@ impl ExplicitEngine {
         let support = program.pool.support(predicate);
         let mut holds = BitSet::empty(&self.meter, self.graph.states());
         let words = holds.words_mut();
-        for state in 0..self.graph.states() {
+        for state in self.every_state.iter() {
             self.tick()?;
             self.with_code(state, |packed| {
                 for v in &support {
@@ -330,7 +333,7 @@ impl ExplicitEngine {
 
     #[inline]
     pub(super) fn with_code(&self, state: usize, read: impl FnOnce(&[u64])) {
-        match &self.space {
+        match &*self.space {
             Space::Indexed(index) => read(index.code(state)),
             Space::Every(_) => read(&[state as u64]),
         }
@@ -379,7 +382,7 @@ impl ExplicitEngine {
         if self.graph.choices() == self.graph.states() {
             return c.zip(x, |c, x| c & x);
         }
-        if x.same(&self.every_state) {
+        if x.count() == self.graph.states() as u64 {
             return Ok(c.clone());
         }
         let mut found = BitSet::empty(&self.meter, self.graph.choices());

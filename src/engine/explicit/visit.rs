@@ -32,7 +32,7 @@ impl ExplicitEngine {
         let count = usize::try_from(self.bits(x)?.count()).unwrap_or(usize::MAX);
         let charge = self.meter.charge(count.saturating_mul(size_of::<usize>()))?;
         let mut left: Vec<usize> = self.bits(x)?.iter().collect();
-        match &self.space {
+        match &*self.space {
             Space::Every(_) => left.reverse(),
             // Codes compare as the values do.
             Space::Indexed(index) => left.sort_unstable_by(|&a, &b| index.code(b).cmp(index.code(a))),

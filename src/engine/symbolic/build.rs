@@ -10,7 +10,7 @@ use super::store::Store;
 use super::transitions::{Piece, Transitions};
 use super::translate::Translator;
 use super::walk::Direction;
-use super::{StateSet, SymbolicEngine};
+use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::Settings;
 use crate::error::{Limit, Result};
 use crate::model::{ModelKind, Program};
@@ -44,22 +44,24 @@ pub(super) fn build(
         transitions.pieces = disjoint(&store, std::mem::take(&mut transitions.pieces), &states)?;
     }
     let groups = transitions.lists(&store)?;
+    let enabled = Arc::new(enabled);
     Ok(SymbolicEngine {
         program,
         settings,
-        encoding,
-        transitions,
+        encoding: Arc::new(encoding),
+        transitions: Arc::new(transitions),
         groups,
         few_parts: Default::default(),
-        clusters,
+        clusters: Arc::new(clusters),
         domain,
         states: StateSet(states),
         initial: StateSet(initial),
         deadlocks: StateSet(deadlocks),
         rounded,
-        enabled: Arc::new(enabled),
+        choices: ChoiceSet(Arc::clone(&enabled)),
+        enabled,
         reaching: Default::default(),
-        store,
+        store: Arc::new(store),
     })
 }
 

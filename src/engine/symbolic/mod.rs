@@ -74,17 +74,18 @@ pub struct StateSet(Bdd);
 #[derive(Clone)]
 pub struct ChoiceSet(Arc<Vec<Bdd>>);
 
-/// The symbolic engine.
+/// The symbolic engine. Clones share the diagrams.
+#[derive(Clone)]
 pub struct SymbolicEngine {
     program: Arc<Program>,
     settings: Settings,
-    encoding: Encoding,
-    transitions: Transitions,
+    encoding: Arc<Encoding>,
+    transitions: Arc<Transitions>,
     /// The relations of each group.
     groups: Vec<Arc<RelationList>>,
     /// The result of [`parts::are_few`] once it has been computed.
     few_parts: OnceLock<bool>,
-    clusters: Clusters,
+    clusters: Arc<Clusters>,
     domain: Bdd,
     states: StateSet,
     initial: StateSet,
@@ -93,9 +94,12 @@ pub struct SymbolicEngine {
     /// The states in which each group is enabled; the last entry is for the self-loops of
     /// deadlocks.
     enabled: Arc<Vec<Bdd>>,
+    /// The enabled choices that the engine admits; fewer than `enabled` after
+    /// [`Engine::restricted_to`].
+    choices: ChoiceSet,
     /// The last targets, each with the states that can reach it by all choices.
-    reaching: Mutex<Vec<(StateSet, StateSet)>>,
-    store: Store,
+    reaching: Arc<Mutex<Vec<(StateSet, StateSet)>>>,
+    store: Arc<Store>,
 }
 
 /// Number of results of backward reachability that are kept: about the number of objectives of a
@@ -163,6 +167,11 @@ impl SymbolicEngine {
             return Err(fault::in_predicate(program, predicate, &state));
         }
         Ok(StateSet(self.store.and(&holds, &self.states.0)?))
+    }
+
+    /// Returns whether both engines share their diagrams, so that each accepts the sets of the other.
+    pub fn shares(&self, other: &SymbolicEngine) -> bool {
+        Arc::ptr_eq(&self.store, &other.store)
     }
 
     /// Returns the number of times that each method was used.
@@ -257,11 +266,19 @@ impl Engine for SymbolicEngine {
     }
 
     fn all_choices(&self) -> ChoiceSet {
-        ChoiceSet(self.enabled.clone())
+        self.choices.clone()
     }
 
     fn no_choices(&self) -> ChoiceSet {
         ChoiceSet(Arc::new(vec![self.store.zero(); self.enabled.len()]))
+    }
+
+    fn restricted_to(&self, region: &Region<StateSet, ChoiceSet>) -> Result<Self> {
+        self.diagram_of(&region.states)?;
+        self.diagrams_of(&region.choices)?;
+        let Region { states, choices } = region.clone();
+        // The targets remembered so far were reached by all choices.
+        Ok(SymbolicEngine { states, choices, reaching: Arc::default(), ..self.clone() })
     }
 
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {

@@ -12,13 +12,13 @@ use crate::model::value::{Type, Value};
 use crate::model::{ModelKind, Program, State, Variable, fault};
 use crate::planning::Analysis;
 
-/// Lists the states that an engine found, each with its choices. The labels are those of the model,
-/// the regions of the finished analysis, and the ranks. Cost: one step of the program per state.
+/// Lists the states that an engine found, each with its choices, whatever the requirements. The
+/// labels are those of the model, the regions of the finished analysis, and the ranks. Cost: one step of the program per state.
 ///
 /// # Errors
 /// There are more than `limit` states; the model has no meaning in a state; a limit is reached.
 pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usize) -> Result<Graph> {
-    let engine = analysis.engine();
+    let engine = analysis.whole_engine();
     let states = engine.list_states(&engine.all_states(), limit.saturating_add(1))?;
     fits(states.len().saturating_sub(1), limit)?;
     let initial = engine.initial_states();

@@ -26,7 +26,7 @@ const FRAGMENT: &str = "supported are `&`, `|`, `!`, `=>`, `<=>` over formulas t
 
 /// A program to which monitors are being added.
 pub struct Monitoring<'p> {
-    program: &'p mut Program,
+    pub(super) program: &'p mut Program,
     installed: Vec<Installed>,
     texts: AHashMap<(ExprId, bool), String>,
 }
@@ -54,8 +54,7 @@ impl<'p> Monitoring<'p> {
     /// Unknown names and wrong types; a part outside of the supported fragment, with its place; a
     /// limit on the size of monitors or the number of cases.
     pub fn watch(&mut self, source: &Arc<SourceFile>, formula: &Formula, name: &str) -> Result<Condition> {
-        let mut reader = Reader { program: self.program, source, texts: &mut self.texts };
-        let normal = Normaliser::new(&mut reader).build(formula, true)?;
+        let normal = self.normal(source, formula)?;
         let tree = leaves(&normal).map_err(|refused| refuse(source, formula, &refused))?;
         let condition = self.condition(&tree, name)?;
         for condition in [&condition, &condition.negated()] {
@@ -67,6 +66,15 @@ impl<'p> Monitoring<'p> {
             }
         }
         Ok(condition)
+    }
+
+    /// Returns the normal form of a formula.
+    ///
+    /// # Errors
+    /// Unknown names and wrong types.
+    pub(super) fn normal(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<Normal> {
+        let mut reader = Reader { program: self.program, source, texts: &mut self.texts };
+        Normaliser::new(&mut reader).build(formula, true)
     }
 
     /// Returns the number of joint states of the monitors of a condition (the product of their
@@ -95,7 +103,7 @@ impl<'p> Monitoring<'p> {
     }
 
     /// Returns the mark of a monitor, which is added unless an equal one is installed.
-    fn mark(&mut self, monitor: Monitor, asks: Asks, name: &str) -> Result<ExprId> {
+    pub(super) fn mark(&mut self, monitor: Monitor, asks: Asks, name: &str) -> Result<ExprId> {
         if let Some(same) = self.installed.iter().find(|w| w.monitor.is_same(&monitor)) {
             return Ok(same.mark);
         }

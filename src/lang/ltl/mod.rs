@@ -11,6 +11,7 @@ mod formula;
 mod install;
 mod normaliser;
 mod parse;
+mod require;
 mod wording;
 #[cfg(test)]
 mod words;
@@ -18,3 +19,4 @@ mod words;
 pub use formula::{Formula, FormulaKind, Steps};
 pub use install::Monitoring;
 pub use parse::parse_formula;
+pub use require::Kept;

@@ -89,12 +89,17 @@ fn verdict(content: &Content<'_>) -> Markup {
 fn card(initial: &Prospects) -> Markup {
     html! {
         div.card {
-            p.headline { (words::verdict(initial)) }
+            p.headline {
+                @if initial.escape.is_some() { "No strategy keeps the requirements." }
+                @else { (words::verdict(initial)) }
+            }
             div.figures {
                 (figure("guaranteed", "sure", initial.sasi.as_ref()))
                 (figure("possible", "possible", initial.spi.as_ref()))
                 div.figure {
-                    span.number.text { (text::names(&initial.most_preferred)) }
+                    span.number.text {
+                        @if initial.escape.is_some() { "unsafe" } @else { (text::names(&initial.most_preferred)) }
+                    }
                     span.label { "sure in the initial state" }
                 }
             }

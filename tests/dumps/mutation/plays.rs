@@ -34,6 +34,21 @@ fn nothing_false_of_whole_plays_gets_past_verify() {
     table.close();
 }
 
+#[test]
+fn nothing_false_under_requirements_gets_past_verify() {
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let mut table = Table(BTreeMap::new());
+    for requirements in ["require G x!=1;", "require G (x=0 => X x!=3); require G (x=2 => X x!=0);"] {
+        let mut shop = Shop::new(MODEL, &format!("{PREFERENCES}{requirements}"));
+        for (scope, safety) in [("reachable", "action"), ("all", "transition"), ("all", "prefix")] {
+            let named = (scope.to_owned(), safety.to_owned(), None, CONSTANTS.to_owned());
+            let dump = shop.honest(named).unwrap().clone();
+            forge(&mut shop, &dump, &mut table, &mut random, 3);
+        }
+    }
+    table.close();
+}
+
 /// Other models and formulas over the same variables, monitors included.
 const OTHERS: &[(&str, &str)] = &[
     ("[back] x=1", "[back] x=2"),
@@ -52,6 +67,7 @@ const OTHERS: &[(&str, &str)] = &[
     ("F x=3", "G x!=3"),
     ("prefer A > D", "prefer D > A"),
     ("objective A", "empty = gain; objective A"),
+    ("objective A", "require G x!=1; objective A"),
 ];
 
 /// All sets fit each other, since they were computed: of another model, or by other formulas.

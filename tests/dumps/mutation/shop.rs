@@ -64,7 +64,7 @@ impl Shop {
         let named = |text: &str| (text.to_owned(), text.to_owned());
         let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
         let selection = Selection { wanted: &|_| true, certificate: true };
-        let dump = export(&engine, &analysis, &inputs, &selection).unwrap();
+        let dump = export(&analysis, &inputs, &selection).unwrap();
         Some(sealed(dump))
     }
 

@@ -1,0 +1,75 @@
+//! Checks of the states from which a strategy avoids bad states forever, and of the requirements.
+
+use super::checker::Checker;
+use super::error::CheckResult;
+use crate::engine::symbolic::{ChoiceSet, StateSet};
+use crate::engine::{Algebra, Engine, Region};
+use crate::names;
+
+/// Bad states, and the words for them and for the states from which they are avoided.
+pub(super) struct Avoided<'a> {
+    /// The region whose rounds are in the certificate.
+    pub(super) name: &'a str,
+    /// The states from which a strategy avoids the bad states, in words.
+    pub(super) safe: &'a str,
+    /// The bad states.
+    pub(super) bad: &'a StateSet,
+    /// A verb for a bad state.
+    pub(super) does: &'a str,
+}
+
+impl Avoided<'_> {
+    /// Checks that `safe` are the states from which a strategy avoids the bad states forever.
+    /// Returns the choices that stay in it.
+    ///
+    /// Inside: no state is bad, and each has a choice that stays in `safe`. Outside: each state
+    /// removed in a round is bad, or each of its choices may lead to a state removed earlier.
+    pub(super) fn check(
+        &self,
+        checker: &Checker<'_>,
+        safe: &StateSet,
+        condition: impl FnOnce() -> String,
+    ) -> CheckResult<ChoiceSet> {
+        let (engine, name) = (&checker.engine, self.name);
+        checker.subset(&engine.intersection(safe, self.bad)?, &engine.no_states(), condition)?;
+        let staying = engine.choices_in(&engine.every_successor_in(safe)?, safe)?;
+        let condition = || format!("each state of {} has a choice that stays in it", self.safe);
+        checker.subset(safe, &engine.sources(&staying)?, condition)?;
+        let left = checker.rounds(name, &engine.all_states(), |j, lost, left, _| {
+            let staying = engine.sources(&engine.every_successor_in(left)?)?;
+            let condition = || {
+                let does = self.does;
+                format!("each state lost in round {j} of `{name}` {does}, or must risk an earlier round")
+            };
+            let saved = engine.difference(&engine.intersection(lost, &staying)?, self.bad)?;
+            checker.subset(&saved, &engine.no_states(), condition)
+        })?;
+        checker
+            .subset(&left, safe, || format!("each state outside of {} is lost in some round", self.safe))?;
+        Ok(staying)
+    }
+}
+
+/// Checks the unsafe states of the requirements, and restricts the engine to the others: all later
+/// checks are about the restricted model.
+pub(super) fn requirements(checker: &mut Checker<'_>) -> CheckResult {
+    let requirements = &checker.preferences.requirements;
+    if requirements.is_empty() {
+        return Ok(());
+    }
+    let engine = &checker.engine;
+    let all = engine.all_states();
+    let mut bad = engine.no_states();
+    for requirement in requirements {
+        let violated = engine.difference(&all, &engine.states_where(requirement.kept)?)?;
+        bad = engine.union(&bad, &violated)?;
+    }
+    let states = engine.difference(&all, &checker.regions.states(names::UNSAFE)?)?;
+    let condition = || format!("each state that violates a requirement is in `{}`", names::UNSAFE);
+    let (safe, does) = ("the complement of `unsafe`", "violates a requirement");
+    let avoided = Avoided { name: names::UNSAFE, safe, bad: &bad, does };
+    let choices = avoided.check(checker, &states, condition)?;
+    checker.engine = checker.engine.restricted_to(&Region { states, choices })?;
+    checker.passed(names::UNSAFE);
+    Ok(())
+}
