@@ -22,6 +22,8 @@ use super::supervise::{Job, supervise};
 
 /// The name of the cost that every model has.
 const STEPS: &str = "steps";
+/// The number of states whose values are added before they are computed.
+const SOON: usize = 1000;
 /// The default of `--levels`.
 const LEVELS: usize = 10;
 
@@ -163,8 +165,9 @@ fn evaluate(
     let costs = costs(program, &args.reward)?;
     let explore = || values.explore(analysis, program, states, &*costs);
     let explored = job.timed("explore", explore, |r, s| r.time.add("explore", s));
-    // The worker may be left behind while it solves, so what follows from the levels is added first.
-    fill(job, analysis, program, &values, states)?;
+    // The worker may be left behind while it solves, so what follows from the levels is added first,
+    // unless that takes long.
+    fill(job, analysis, program, &values, &states[..states.len().min(SOON)])?;
     explored?;
     let solved = job.timed("solve", || values.solve(analysis.engine()), |r, s| r.time.add("solve", s));
     let widest = fill(job, analysis, program, &values, states)?;

@@ -104,6 +104,15 @@ impl Program {
         self.weighted_steps(state)
     }
 
+    /// Returns the probabilities of the branches of an enabled command, those of probability 0 left
+    /// out, as [`Program::exact_steps`] uses them.
+    ///
+    /// # Errors
+    /// A probability has no value, or rounding decides whether a branch exists.
+    pub(crate) fn exact_branches(&self, id: CommandId, state: &[i64]) -> Result<Vec<Ratio>, StepError> {
+        Ok(Ratio::branches(self, id, state)?.into_iter().map(|(_, p)| p).collect())
+    }
+
     fn weighted_steps<W: Weight>(&self, state: &[i64]) -> Result<Vec<Step<W>>, StepError> {
         let combinations = self.combinations(state)?;
         if combinations.is_empty() {

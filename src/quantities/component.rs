@@ -21,6 +21,8 @@ use crate::model::exact::Ratio;
 
 /// Sweeps of value iteration before policy iteration.
 const SWEEPS: usize = 64;
+/// The width of bounds, relative above 1, from which they are computed again with fractions.
+const WIDE: f64 = 1e-9;
 /// Attempts to find a certificate.
 const ROUNDS: usize = 8;
 
@@ -78,20 +80,36 @@ pub(super) struct Component<N> {
     pub(super) actions: Vec<Vec<Action<N>>>,
 }
 
-/// The values of the groups, and the action that each takes.
+/// The values of the groups, and the choice that each takes.
 pub(super) struct Optimum<N> {
     pub(super) low: Vec<N>,
     /// The upper bounds; `None` if none could be certified.
     pub(super) high: Vec<Option<N>>,
-    pub(super) policy: Vec<usize>,
+    /// The choice by which each group is left, and the node that has it.
+    pub(super) picks: Vec<(u32, u32)>,
+}
+
+impl<N: Number> Optimum<N> {
+    /// Returns whether some bounds are further apart than rounding explains in most models.
+    pub(super) fn is_wide(&self) -> bool {
+        self.low.iter().zip(&self.high).any(|(low, high)| {
+            let (low, high) = (low.bounds().lower, high.as_ref().map_or(f64::INFINITY, |x| x.bounds().upper));
+            high - low > WIDE * low.max(1.0)
+        })
+    }
 }
 
 impl<N: Number> Component<N> {
+    /// Returns whether all constants are finite.
+    pub(super) fn is_bounded(&self) -> bool {
+        self.actions.iter().flatten().all(|action| action.high.bounds().upper.is_finite())
+    }
+
     /// Solves the component; `None` if some group cannot leave it.
     ///
     /// # Errors
     /// A limit is reached.
-    pub(super) fn solve(self, meter: &mut Meter<'_>) -> Result<Option<Optimum<N>>> {
+    pub(super) fn solve(&self, meter: &mut Meter<'_>) -> Result<Option<Optimum<N>>> {
         let Some(mut policy) = self.leaving_policy() else { return Ok(None) };
         if self.sense == Sense::Max {
             self.greedy(&mut policy, meter)?;
@@ -109,11 +127,14 @@ impl<N: Number> Component<N> {
             (Sense::Min, None) => Some(N::zero()),
         };
         let sides = x.iter().zip(&slack).map(side);
+        let pick =
+            |(actions, &number): (&Vec<Action<N>>, &usize)| (actions[number].choice, actions[number].node);
+        let picks = self.actions.iter().zip(&policy).map(pick).collect();
         Ok(Some(match self.sense {
-            Sense::Max => Optimum { low: own.iter().map(N::low).collect(), high: sides.collect(), policy },
+            Sense::Max => Optimum { low: own.iter().map(N::low).collect(), high: sides.collect(), picks },
             Sense::Min => {
                 let high = own.iter().map(|x| Some(x.high())).collect();
-                Optimum { low: sides.map(|x| x.unwrap_or_else(N::zero)).collect(), high, policy }
+                Optimum { low: sides.map(|x| x.unwrap_or_else(N::zero)).collect(), high, picks }
             }
         }))
     }

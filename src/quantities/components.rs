@@ -3,6 +3,8 @@
 //! `petgraph` needs a graph of its own and visits it by a trait; the solver asks for components of
 //! many small subgraphs of one array, so Tarjan's algorithm is written here on slices.
 
+use std::ops::Range;
+
 /// A graph by its lists of successors.
 pub(super) trait Successors {
     /// Returns the number of nodes.
@@ -24,7 +26,8 @@ pub(super) enum Successor {
 const NEW: u32 = u32::MAX;
 
 /// Computes the strongly connected components that contain the nodes in `roots` or are reachable
-/// from them; each component comes after all components that it can reach.
+/// from them; each component comes after all components that it can reach. Within a component, the
+/// nodes are in postorder: most come after those that they reach.
 ///
 /// R. Tarjan, "Depth-first search and linear graph algorithms", SIAM J. Comput. 1972, with an
 /// explicit stack. Time: linear in nodes and edges.
@@ -46,7 +49,8 @@ struct Search {
     low: Vec<u32>,
     /// True for the nodes of complete components.
     done: Vec<bool>,
-    stack: Vec<u32>,
+    /// The nodes left for good whose component is not complete.
+    finished: Vec<u32>,
     calls: Vec<(u32, u32)>,
     next: u32,
     found: Vec<Vec<u32>>,
@@ -57,7 +61,6 @@ impl Search {
         self.index[node as usize] = self.next;
         self.low[node as usize] = self.next;
         self.next += 1;
-        self.stack.push(node);
         self.calls.push((node, 0));
     }
 
@@ -80,66 +83,192 @@ impl Search {
     }
 
     fn leave(&mut self, node: u32) {
-        let low = self.low[node as usize];
+        self.finished.push(node);
+        let (low, own) = (self.low[node as usize], self.index[node as usize]);
         if let Some(&(caller, _)) = self.calls.last() {
             self.low[caller as usize] = self.low[caller as usize].min(low);
         }
-        if low != self.index[node as usize] {
+        if low != own {
             return;
         }
-        let start = self.stack.iter().rposition(|&other| other == node).unwrap_or(0);
-        let component = self.stack.split_off(start);
+        // The members were entered after this node; what finished before it was not.
+        let before = self.finished.iter().rposition(|&other| self.index[other as usize] < own);
+        let component = self.finished.split_off(before.map_or(0, |position| position + 1));
         component.iter().for_each(|&member| self.done[member as usize] = true);
         self.found.push(component);
     }
 }
 
-/// Computes the group of each node: nodes of one maximal end component have the same group, all
-/// others a group of their own. `choices[n]` are the choices of node n by their successors; a choice
-/// with `None` may not be part of an end component. Returns the groups, and the number of groups.
-///
-/// Removes the choices that leave their strongly connected component until nothing changes.
-pub(super) fn end_components(choices: &[Vec<Option<Vec<u32>>>]) -> (Vec<u32>, usize) {
-    let mut kept: Vec<Vec<Option<&[u32]>>> =
-        choices.iter().map(|row| row.iter().map(Option::as_deref).collect()).collect();
-    loop {
-        let graph = Kept(&kept);
-        let found = components(&graph, 0..choices.len() as u32);
-        let mut group = vec![0; choices.len()];
-        for (number, members) in (0..).zip(&found) {
-            members.iter().for_each(|&member| group[member as usize] = number);
+/// Choices of numbered nodes, in compressed rows.
+#[derive(Debug, Default)]
+pub(super) struct Choices {
+    /// The choices of node n are `first[n]..first[n+1]`.
+    pub(super) first: Vec<u32>,
+    /// The successors of choice c are `to[start[c]..start[c+1]]`.
+    pub(super) start: Vec<u32>,
+    pub(super) to: Vec<u32>,
+}
+
+impl Choices {
+    /// Returns the choices of a node.
+    pub(super) fn of(&self, node: u32) -> Range<usize> {
+        self.first[node as usize] as usize..self.first[node as usize + 1] as usize
+    }
+
+    /// Returns the successors of a choice.
+    pub(super) fn successors(&self, choice: usize) -> &[u32] {
+        &self.to[self.start[choice] as usize..self.start[choice + 1] as usize]
+    }
+
+    /// Returns the bytes of the rows.
+    pub(super) fn bytes(&self) -> usize {
+        4 * (self.first.len() + self.start.len() + self.to.len())
+    }
+
+    /// Returns the choices that enter each node, as rows, and the node of each choice.
+    pub(super) fn reversed(&self) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+        let nodes = self.first.len() - 1;
+        let mut rows = vec![0; nodes + 1];
+        self.to.iter().for_each(|&to| rows[to as usize] += 1);
+        let mut end = 0;
+        for row in &mut rows {
+            end += *row;
+            *row = end;
         }
-        let mut changed = false;
-        for (node, row) in kept.iter_mut().enumerate() {
-            for choice in row.iter_mut() {
-                if choice.is_some_and(|to| to.iter().any(|&to| group[to as usize] != group[node])) {
-                    *choice = None;
-                    changed = true;
+        let (mut into, mut owner) = (vec![0; self.to.len()], vec![0; self.start.len() - 1]);
+        for node in 0..nodes as u32 {
+            for choice in self.of(node) {
+                owner[choice] = node;
+                for &to in self.successors(choice) {
+                    rows[to as usize] -= 1;
+                    into[rows[to as usize] as usize] = choice as u32;
                 }
             }
         }
+        (rows, into, owner)
+    }
+}
+
+/// The maximal end components that some choices form.
+#[derive(Debug)]
+pub(super) struct EndComponents {
+    /// The group of each node: nodes of one end component have the same group, every other node has
+    /// a group of its own. The last node of a group in the order of nodes numbers it.
+    pub(super) group: Vec<u32>,
+    /// The number of groups.
+    pub(super) count: usize,
+    /// True for each choice inside of an end component.
+    pub(super) inside: Vec<bool>,
+}
+
+/// Computes the maximal end components of the given choices.
+///
+/// Removes the choices that leave their strongly connected component, then the nodes without a
+/// choice and all choices into them, until nothing changes. Time: linear for each round.
+pub(super) fn end_components(choices: &Choices) -> EndComponents {
+    let nodes = choices.first.len() - 1;
+    let mut inside = vec![true; choices.start.len() - 1];
+    let mut left: Vec<u32> = (0..nodes as u32).map(|node| choices.of(node).len() as u32).collect();
+    let reversed = choices.reversed();
+    let mut lost: Vec<u32> = (0..nodes as u32).filter(|&node| left[node as usize] == 0).collect();
+    loop {
+        cascade(&reversed, &mut inside, &mut left, lost);
+        let graph = Kept { choices, inside: &inside };
+        let alive = (0..nodes as u32).filter(|&node| left[node as usize] > 0);
+        let found = components(&graph, alive);
+        let mut component = vec![NEW; nodes];
+        for (number, members) in (0..).zip(&found) {
+            members.iter().for_each(|&member| component[member as usize] = number);
+        }
+        lost = Vec::new();
+        let mut changed = false;
+        for node in (0..nodes as u32).filter(|&node| component[node as usize] != NEW) {
+            let own = component[node as usize];
+            for choice in choices.of(node) {
+                let leaves = |&to: &u32| component[to as usize] != own;
+                if inside[choice] && choices.successors(choice).iter().any(leaves) {
+                    inside[choice] = false;
+                    left[node as usize] -= 1;
+                    changed = true;
+                }
+            }
+            if left[node as usize] == 0 {
+                lost.push(node);
+            }
+        }
         if !changed {
-            return (group, found.len());
+            let (group, count) = numbered(&component, found.len());
+            return EndComponents { group, count, inside };
         }
     }
 }
 
-struct Kept<'a>(&'a [Vec<Option<&'a [u32]>>]);
+/// Removes the choices into lost nodes, and the nodes that have no other.
+fn cascade(
+    (rows, into, owner): &(Vec<u32>, Vec<u32>, Vec<u32>),
+    inside: &mut [bool],
+    left: &mut [u32],
+    mut lost: Vec<u32>,
+) {
+    while let Some(node) = lost.pop() {
+        for &choice in &into[rows[node as usize] as usize..rows[node as usize + 1] as usize] {
+            if std::mem::replace(&mut inside[choice as usize], false) {
+                let owner = owner[choice as usize];
+                left[owner as usize] -= 1;
+                if left[owner as usize] == 0 {
+                    lost.push(owner);
+                }
+            }
+        }
+    }
+}
+
+/// Numbers the groups by their last nodes.
+fn numbered(component: &[u32], count: usize) -> (Vec<u32>, usize) {
+    let mut last = vec![0; count];
+    for (node, &own) in component.iter().enumerate() {
+        if own != NEW {
+            last[own as usize] = node;
+        }
+    }
+    let (mut group, mut number) = (vec![0; component.len()], vec![0; count]);
+    let mut next = 0;
+    for (node, &own) in component.iter().enumerate() {
+        if own == NEW || last[own as usize] == node {
+            group[node] = next;
+            if own != NEW {
+                number[own as usize] = next;
+            }
+            next += 1;
+        }
+    }
+    for (node, &own) in component.iter().enumerate() {
+        if own != NEW {
+            group[node] = number[own as usize];
+        }
+    }
+    (group, next as usize)
+}
+
+struct Kept<'a> {
+    choices: &'a Choices,
+    inside: &'a [bool],
+}
 
 impl Successors for Kept<'_> {
     fn nodes(&self) -> usize {
-        self.0.len()
+        self.choices.first.len() - 1
     }
 
     fn successor(&self, node: u32, position: u32) -> Option<Successor> {
-        let mut left = position as usize;
-        for choice in self.0[node as usize].iter().flatten() {
-            match choice.get(left) {
-                Some(&to) => return Some(Successor::Node(to)),
-                None => left -= choice.len(),
-            }
+        let Choices { first, start, to } = self.choices;
+        let (choice, end) = (first[node as usize] as usize, first[node as usize + 1] as usize);
+        let index = start[choice] + position;
+        if index >= start[end] {
+            return None;
         }
-        None
+        let choice = choice + start[choice..=end].partition_point(|&start| start <= index) - 1;
+        Some(if self.inside[choice] { Successor::Node(to[index as usize]) } else { Successor::None })
     }
 }
 
@@ -174,14 +303,31 @@ mod tests {
         assert_eq!(components(&graph, 0..1).len(), 1);
     }
 
+    fn choices(rows: &[&[&[u32]]]) -> Choices {
+        let mut choices = Choices { first: vec![0], start: vec![0], to: Vec::new() };
+        for row in rows {
+            for to in *row {
+                choices.to.extend_from_slice(to);
+                choices.start.push(choices.to.len() as u32);
+            }
+            choices.first.push(choices.start.len() as u32 - 1);
+        }
+        choices
+    }
+
     #[test]
     fn a_choice_that_may_leave_is_in_no_end_component() {
-        // 0 and 1 form one; 2 may leave to 3, which has a choice that is not permitted.
-        let choices =
-            vec![vec![Some(vec![1]), None], vec![Some(vec![0, 1])], vec![Some(vec![0, 2])], vec![None]];
-        let (group, count) = end_components(&choices);
-        assert_eq!(count, 3);
-        assert_eq!(group[0], group[1]);
-        assert!(group[2] != group[0] && group[3] != group[2] && group[3] != group[0]);
+        // 0 and 1 form one; 2 may leave to 3, which has no choice.
+        let choices = choices(&[&[&[1]], &[&[0, 1]], &[&[0, 2]], &[]]);
+        let found = end_components(&choices);
+        assert_eq!(found.group, [0, 0, 1, 2]);
+        assert_eq!((found.count, found.inside), (3, vec![true, true, false]));
+    }
+
+    #[test]
+    fn what_leads_to_a_dead_end_is_in_no_end_component() {
+        // 0 -> 1 -> 0 or 2; 2 -> 3, which has no choice.
+        let choices = choices(&[&[&[1]], &[&[0, 2]], &[&[3]], &[]]);
+        assert_eq!(end_components(&choices).count, 4);
     }
 }

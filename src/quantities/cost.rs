@@ -5,7 +5,7 @@ use num_traits::One;
 use crate::error::Result;
 use crate::model::exact::Ratio;
 use crate::model::rewards::RewardStructure;
-use crate::model::step::Step;
+use crate::model::step::Choice;
 use crate::model::{Program, State};
 
 /// A cost for each step: what a choice costs in a state, at least 0.
@@ -17,7 +17,7 @@ pub trait Cost {
     ///
     /// # Errors
     /// The cost is negative or has no value in this state.
-    fn of(&self, state: &State, step: &Step<Ratio>) -> Result<Ratio>;
+    fn of(&self, state: &State, choice: &Choice) -> Result<Ratio>;
 }
 
 /// The number of steps: every step costs 1.
@@ -25,7 +25,7 @@ pub trait Cost {
 pub struct Steps;
 
 impl Cost for Steps {
-    fn of(&self, _: &State, _: &Step<Ratio>) -> Result<Ratio> {
+    fn of(&self, _: &State, _: &Choice) -> Result<Ratio> {
         Ok(Ratio::one())
     }
 }
@@ -40,7 +40,7 @@ pub struct Earned<'p> {
 }
 
 impl Cost for Earned<'_> {
-    fn of(&self, state: &State, step: &Step<Ratio>) -> Result<Ratio> {
-        self.program.reward(self.structure, state, &step.choice)
+    fn of(&self, state: &State, choice: &Choice) -> Result<Ratio> {
+        self.program.reward(self.structure, state, choice)
     }
 }

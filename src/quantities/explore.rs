@@ -5,39 +5,33 @@
 
 use std::collections::VecDeque;
 
-use ahash::AHashMap;
+use ahash::RandomState;
+use hashbrown::HashTable;
 use num_traits::{One, Zero};
 
 use super::cost::Cost;
-use super::graph::{EVERY, Edge, Graph, LOST, Rank};
+use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use crate::engine::Engine;
+use crate::engine::explicit::weighted::{Walk, Walker, Weighted};
 use crate::error::{Error, Result};
 use crate::model::exact::Ratio;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
-use crate::model::step::Step;
-use crate::model::{Program, State, fault};
+use crate::model::{Program, State};
 use crate::planning::levels::Level;
 use crate::planning::{Analysis, Classes, Improvement, Kind, Levels, Safety};
-
-/// A state in an arena; with `junction`, right after an improving step under `prefix`.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(super) struct Place {
-    pub(super) arena: Option<u32>,
-    pub(super) junction: bool,
-    pub(super) state: State,
-}
 
 /// The results of an analysis that the graph needs.
 pub(super) struct Facts<'a, E: Engine> {
     pub(super) engine: &'a E,
     program: &'a Program,
-    preferences: &'a Preferences,
     classes: &'a Classes<E>,
     improvement: &'a Improvement<E>,
     spi: &'a Levels<E>,
     /// The SASI levels; under `transition` those of `action`, where P_k = 1.
     sasi: Own<'a, Levels<E>>,
+    /// The effect of a step between two classes; states outside of all classes have the last number.
+    changes: Vec<Vec<Change>>,
 }
 
 /// A borrowed or an own value.
@@ -79,8 +73,14 @@ impl<'a, E: Engine> Facts<'a, E> {
             }
             Safety::Action | Safety::Prefix => Own::Borrowed(sasi),
         };
-        let preferences = analysis.preferences();
-        Ok(Facts { engine, program, preferences, classes, improvement, spi, sasi })
+        let changes = changes(analysis.preferences(), classes);
+        Ok(Facts { engine, program, classes, improvement, spi, sasi, changes })
+    }
+
+    /// Returns the effect of a step between two classes.
+    fn change(&self, from: Option<u32>, to: Option<u32>) -> Change {
+        let number = |class: Option<u32>| class.map_or(self.changes.len() - 1, |class| class as usize);
+        self.changes[number(from)][number(to)]
     }
 
     /// Returns the number of levels that contain a state in an arena, or [`EVERY`].
@@ -125,24 +125,56 @@ impl<'a, E: Engine> Facts<'a, E> {
     pub(super) fn class(&self, state: &[i64]) -> Result<Option<u32>> {
         Ok(self.classes.of(self.engine, state)?.map(|class| class as u32))
     }
-
-    fn most_preferred(&self, class: Option<u32>) -> ObjectiveSet {
-        let class = class.and_then(|class| self.classes.list.get(class as usize));
-        class.map_or_else(ObjectiveSet::new, |class| class.most_preferred.clone())
-    }
 }
 
-/// The nodes found so far.
+fn changes<E: Engine>(preferences: &Preferences, classes: &Classes<E>) -> Vec<Vec<Change>> {
+    let nothing = ObjectiveSet::new();
+    let members = || classes.list.iter().map(|class| &class.most_preferred).chain([&nothing]);
+    let row = |from| members().map(|to| preferences.change(from, to)).collect();
+    members().map(row).collect()
+}
+
+/// The nodes found so far: states in arenas.
 #[derive(Debug, Default)]
 pub(super) struct Places {
-    pub(super) index: AHashMap<Place, u32>,
+    numbers: HashTable<u32>,
+    hasher: RandomState,
     /// The state of each node.
     pub(super) states: Vec<State>,
+    /// The arena of each node and whether it is a junction; see [`key`].
+    keys: Vec<u32>,
+    /// The class of each node's state.
+    classes: Vec<Option<u32>>,
     /// True for each node whose arena is that of its state's own class.
     pub(super) own: Vec<bool>,
     /// The number of arenas.
     pub(super) arenas: u32,
-    queue: VecDeque<(u32, Place)>,
+    queue: VecDeque<u32>,
+}
+
+/// Combines an arena, and whether a node is a junction: right after an improving step under `prefix`.
+fn key(arena: Option<u32>, junction: bool) -> u32 {
+    2 * arena.map_or(0, |arena| arena + 1) + u32::from(junction)
+}
+
+impl Places {
+    /// Returns the node of a state in an arena.
+    pub(super) fn find(&self, arena: Option<u32>, junction: bool, state: &[i64]) -> Option<u32> {
+        let key = key(arena, junction);
+        let same = |&node: &u32| self.keys[node as usize] == key && self.states[node as usize] == state;
+        self.numbers.find(self.hasher.hash_one((key, state)), same).copied()
+    }
+
+    fn add(&mut self, node: u32, (arena, junction): (Option<u32>, bool), state: State, class: Option<u32>) {
+        let key = key(arena, junction);
+        let hash = self.hasher.hash_one((key, &state[..]));
+        self.states.push(state);
+        self.keys.push(key);
+        self.classes.push(class);
+        let Places { numbers, hasher, states, keys, .. } = self;
+        let again = |&node: &u32| hasher.hash_one((keys[node as usize], &states[node as usize][..]));
+        numbers.insert_unique(hash, node, again);
+    }
 }
 
 /// The exploration of a graph.
@@ -161,8 +193,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
     /// A limit is reached.
     pub(super) fn start(&mut self, state: &State) -> Result<u32> {
         let class = self.facts.class(state)?;
-        let arena = self.facts.arena_of(class);
-        self.node(Place { arena, junction: false, state: state.clone() }, class)
+        self.node((self.facts.arena_of(class), false), state.clone(), class)
     }
 
     /// Explores all nodes that the nodes so far reach.
@@ -171,86 +202,102 @@ impl<E: Engine> Explorer<'_, '_, E> {
     /// A limit is reached, or a command or a cost has no meaning in some state.
     pub(super) fn run(&mut self) -> Result<()> {
         self.places.arenas = self.facts.improvement.arenas.len() as u32;
-        while let Some((node, place)) = self.places.queue.pop_front() {
+        let mut walker = Walker::new(self.facts.program, &*self.facts.engine.settings().sink)?;
+        let mut walk = walker.walk();
+        while let Some(node) = self.places.queue.pop_front() {
             let nodes = self.graph.nodes();
             self.meter.step()?;
             self.meter.progress(&|| format!("{nodes} states"));
-            let choices = if place.junction { self.junction(&place)? } else { self.choices(&place)? };
+            let state = self.places.states[node as usize].clone();
+            let arena = (self.places.keys[node as usize] / 2).checked_sub(1);
+            let choices = match self.graph.junction[node as usize] {
+                true => self.junction(node, arena, &state)?,
+                false => self.choices(node, arena, &state, &mut *walk)?,
+            };
             self.graph.close(node, choices, self.meter)?;
         }
         Ok(())
     }
 
-    fn node(&mut self, place: Place, class: Option<u32>) -> Result<u32> {
-        if let Some(&known) = self.places.index.get(&place) {
+    fn node(&mut self, place: (Option<u32>, bool), state: State, class: Option<u32>) -> Result<u32> {
+        let (arena, junction) = place;
+        if let Some(known) = self.places.find(arena, junction, &state) {
             return Ok(known);
         }
-        let mut rank = self.facts.rank(place.arena, &place.state)?;
-        if place.junction {
-            let own = self.facts.rank(self.facts.arena_of(class), &place.state)?;
+        let own = self.facts.arena_of(class);
+        let mut rank = self.facts.rank(arena, &state)?;
+        if junction {
+            let counted = self.facts.rank(own, &state)?;
             let more = |k: u32| k.saturating_add(1);
-            rank =
-                Rank { positive: rank.positive.max(more(own.positive)), sure: rank.sure.max(more(own.sure)) };
+            let positive = rank.positive.max(more(counted.positive));
+            rank = Rank { positive, sure: rank.sure.max(more(counted.sure)) };
         }
-        self.meter.take(3 * size_of::<Place>() + 24 * place.state.len() + 16)?;
-        let node = self.graph.add_node(rank, place.junction, self.meter)?;
-        self.places.index.insert(place.clone(), node);
-        self.places.states.push(place.state.clone());
-        self.places.own.push(place.arena == self.facts.arena_of(class));
+        self.meter.take(size_of::<State>() + 8 * state.len() + 48)?;
+        let node = self.graph.add_node(rank, junction, self.meter)?;
+        self.places.add(node, place, state, class);
+        self.places.own.push(arena == own);
         if rank.positive > 0 {
-            self.places.queue.push_back((node, place));
+            self.places.queue.push_back(node);
         }
         Ok(node)
     }
 
     /// Returns the choices after an improving step: to count it, or to go on in the old arena.
-    fn junction(&mut self, place: &Place) -> Result<Vec<(u32, Ratio, Vec<Edge>)>> {
-        let class = self.facts.class(&place.state)?;
+    fn junction(&mut self, node: u32, arena: Option<u32>, state: &State) -> Result<Vec<Closed>> {
+        let class = self.places.classes[node as usize];
         let own = self.facts.arena_of(class);
         let mut choices = Vec::new();
-        for (position, (arena, counts)) in [(own, true), (place.arena, false)].into_iter().enumerate() {
-            let target = Place { arena, junction: false, state: place.state.clone() };
-            let to = self.node(target, class)?;
-            let probability = self.graph.fraction(Ratio::one(), self.meter)?;
-            choices.push((position as u32, Ratio::zero(), vec![Edge { to, probability, counts }]));
+        for (position, (arena, counts)) in [(own, true), (arena, false)].into_iter().enumerate() {
+            let to = self.node((arena, false), state.clone(), class)?;
+            let probability = self.graph.fraction(Ratio::one());
+            let free = self.graph.fraction(Ratio::zero());
+            choices.push((position as u32, free, vec![Edge { to, probability, counts }]));
         }
         Ok(choices)
     }
 
     /// Returns the kept choices of a state.
-    fn choices(&mut self, place: &Place) -> Result<Vec<(u32, Ratio, Vec<Edge>)>> {
+    fn choices(
+        &mut self,
+        node: u32,
+        number: Option<u32>,
+        state: &State,
+        walk: &mut dyn Walk,
+    ) -> Result<Vec<Closed>> {
         let facts = self.facts;
-        let arena = place.arena.and_then(|arena| facts.improvement.arenas.get(arena as usize));
+        let arena = number.and_then(|arena| facts.improvement.arenas.get(arena as usize));
         let Some(arena) = arena else { return Ok(Vec::new()) };
         let reference = match arena.reference {
             Some(class) => Some(class as u32),
-            None => facts.class(&place.state)?,
+            None => self.places.classes[node as usize],
         };
-        let reference = facts.most_preferred(reference);
-        let steps = facts.program.exact_steps(&place.state);
-        let steps = steps.map_err(|f| fault::error(facts.program, &f, &place.state))?;
         let mut choices = Vec::new();
-        for (position, step) in (0u32..).zip(steps) {
-            if facts.engine.contains_choice(&arena.choices, &place.state, &step.choice)? {
-                let cost = self.costs.of(&place.state, &step)?;
-                choices.push((position, cost, self.edges(place, &reference, step)?));
+        for (position, step) in (0u32..).zip(walk.choices(state, &mut self.graph.known)?) {
+            if facts.engine.contains_choice(&arena.choices, state, &step.choice)? {
+                let cost = self.costs.of(state, &step.choice)?;
+                let cost = self.graph.fraction(cost);
+                choices.push((position, cost, self.edges(number, reference, step)?));
             }
         }
         Ok(choices)
     }
 
-    fn edges(&mut self, place: &Place, reference: &ObjectiveSet, step: Step<Ratio>) -> Result<Vec<Edge>> {
+    fn edges(&mut self, arena: Option<u32>, reference: Option<u32>, step: Weighted) -> Result<Vec<Edge>> {
         let mut edges = Vec::with_capacity(step.successors.len());
         let prefix = self.facts.improvement.safety == Safety::Prefix;
-        for (state, p) in step.successors {
-            let class = self.facts.class(&state)?;
-            let change = self.facts.preferences.change(reference, &self.facts.most_preferred(class));
-            let (improves, arena) = (change == Change::Improving, place.arena);
-            let to = match change {
-                Change::Weakening => LOST,
-                _ => self.node(Place { arena, junction: prefix && improves, state }, class)?,
+        for (state, probability) in step.successors {
+            let known = self.places.find(arena, false, &state);
+            let class = match known {
+                Some(node) => self.places.classes[node as usize],
+                None => self.facts.class(&state)?,
             };
-            let probability = self.graph.fraction(p, self.meter)?;
+            let change = self.facts.change(reference, class);
+            let improves = change == Change::Improving;
+            let to = match (change, known) {
+                (Change::Weakening, _) => LOST,
+                (_, Some(node)) if !(prefix && improves) => node,
+                _ => self.node((arena, prefix && improves), state, class)?,
+            };
             edges.push(Edge { to, probability, counts: improves && !prefix });
         }
         Ok(edges)

@@ -1,9 +1,7 @@
 //! The graph of the solver: numbered nodes, their kept choices, and edges with exact probabilities.
 
-use ahash::AHashMap;
-
 use super::meter::Meter;
-use super::number::Number;
+use crate::engine::explicit::weighted::Fractions;
 use crate::error::Result;
 use crate::model::exact::Ratio;
 
@@ -17,7 +15,7 @@ pub(super) const EVERY: u32 = u32::MAX;
 pub(super) struct Edge {
     /// The node that is entered, or [`LOST`].
     pub(super) to: u32,
-    /// The probability, by its position in [`Graph::fractions`].
+    /// The probability, its number in [`Graph::fractions`].
     pub(super) probability: u32,
     /// True if the step is an improvement: the next level counts from there.
     pub(super) counts: bool,
@@ -42,14 +40,17 @@ pub(super) struct Graph {
     first_choice: Vec<(u32, u32)>,
     first_edge: Vec<u32>,
     edges: Vec<Edge>,
-    /// The cost of each choice, by its position in [`Graph::fractions`].
+    /// The cost of each choice, by its number in [`Graph::fractions`].
     pub(super) costs: Vec<u32>,
     /// The position of each choice among the choices of its state in the order of the program.
     pub(super) positions: Vec<u32>,
-    /// All probabilities and costs, each once.
-    pub(super) fractions: Vec<Ratio>,
-    index: AHashMap<Ratio, u32>,
+    /// All probabilities and costs.
+    pub(super) known: Fractions,
 }
+
+/// A choice of a node: its position among the choices of the state, the number of its cost, and its
+/// edges.
+pub(super) type Closed = (u32, u32, Vec<Edge>);
 
 impl Graph {
     /// Returns the number of nodes.
@@ -67,17 +68,11 @@ impl Graph {
         Ok(node)
     }
 
-    /// Sets the choices of a node: positions, costs and edges.
-    pub(super) fn close(
-        &mut self,
-        node: u32,
-        choices: Vec<(u32, Ratio, Vec<Edge>)>,
-        meter: &mut Meter,
-    ) -> Result<()> {
+    /// Sets the choices of a node.
+    pub(super) fn close(&mut self, node: u32, choices: Vec<Closed>, meter: &mut Meter) -> Result<()> {
         let start = meter.number(self.positions.len())?;
         for (position, cost, edges) in choices {
             meter.take(12 + edges.len() * size_of::<Edge>())?;
-            let cost = self.fraction(cost, meter)?;
             self.positions.push(position);
             self.costs.push(cost);
             self.first_edge.push(meter.number(self.edges.len())?);
@@ -87,16 +82,14 @@ impl Graph {
         Ok(())
     }
 
-    /// Returns the position of a fraction.
-    pub(super) fn fraction(&mut self, fraction: Ratio, meter: &mut Meter) -> Result<u32> {
-        if let Some(&known) = self.index.get(&fraction) {
-            return Ok(known);
-        }
-        meter.take(2 * <Ratio as Number>::BYTES)?;
-        let number = meter.number(self.fractions.len())?;
-        self.fractions.push(fraction.clone());
-        self.index.insert(fraction, number);
-        Ok(number)
+    /// Returns all probabilities and costs by number.
+    pub(super) fn fractions(&self) -> &[Ratio] {
+        self.known.list()
+    }
+
+    /// Returns the number of a fraction.
+    pub(super) fn fraction(&mut self, fraction: Ratio) -> u32 {
+        self.known.number(fraction)
     }
 
     /// Returns the choices of a node.

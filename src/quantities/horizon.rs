@@ -33,7 +33,7 @@ impl Horizon {
         meter: &mut Meter<'_>,
     ) -> Result<()> {
         meter.take(2 * (levels + 1) * graph.nodes() * size_of::<f64>())?;
-        let probabilities: Vec<f64> = graph.fractions.iter().map(|p| Interval::around(p).lower).collect();
+        let probabilities: Vec<f64> = graph.fractions().iter().map(|p| Interval::around(p).lower).collect();
         let mut x = vec![vec![1.0; graph.nodes()]];
         x.extend((0..levels).map(|_| vec![0.0; graph.nodes()]));
         let mut table = Table { graph, probabilities, x };

@@ -19,6 +19,12 @@ impl<'o> Meter<'o> {
         Meter { poll: Poll::new(&*settings.sink), bytes: 0, limit }
     }
 
+    /// Creates a meter without a limit.
+    #[cfg(test)]
+    pub(super) fn unlimited(sink: &'o dyn crate::progress::ProgressSink) -> Self {
+        Meter { poll: Poll::new(sink), bytes: 0, limit: u64::MAX }
+    }
+
     /// Counts bytes that are kept.
     ///
     /// # Errors

@@ -106,8 +106,8 @@ pub(super) trait Number: Clone + Send + Sync {
     fn less(&self, other: &Self) -> Self;
     fn bounds(&self) -> Interval;
     fn exact(&self) -> Option<&Ratio>;
-    /// Returns all numbers from 0 to 1, or from 0 on; `None` if this is not a number of its kind.
-    fn anything(up_to_one: bool) -> Option<Self>;
+    /// Returns the number between two bounds; `None` if numbers of this kind are exact.
+    fn rounded(bounds: Interval) -> Option<Self>;
     /// Returns an estimate of the bytes of a number.
     const BYTES: usize;
 }
@@ -224,8 +224,8 @@ impl Number for Interval {
         None
     }
 
-    fn anything(up_to_one: bool) -> Option<Self> {
-        Some(Interval { lower: 0.0, upper: if up_to_one { 1.0 } else { f64::INFINITY } })
+    fn rounded(bounds: Interval) -> Option<Self> {
+        Some(bounds)
     }
 }
 
@@ -293,7 +293,7 @@ impl Number for Ratio {
         Some(self)
     }
 
-    fn anything(_: bool) -> Option<Self> {
+    fn rounded(_: Interval) -> Option<Self> {
         None
     }
 }

@@ -12,15 +12,16 @@ use std::collections::VecDeque;
 use ahash::AHashMap;
 
 use super::cost::{Cost, Earned};
-use super::graph::{EVERY, Edge, Graph, LOST, Rank};
+use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
-use super::solve::{Quantity, System};
+use super::solve::{Quantity, SMALL, System};
+use crate::engine::explicit::weighted::{Walk, Walker, Weighted};
 use crate::engine::regions::Regions;
 use crate::engine::{Engine, position as position_of};
 use crate::error::Result;
 use crate::model::exact::Ratio;
-use crate::model::{Optimum, Program, State, fault};
+use crate::model::{Optimum, Program, State};
 
 /// The node of all states where the path ends.
 const END: u32 = 0;
@@ -133,14 +134,17 @@ impl<E: Engine> Search<'_, E> {
         for state in states {
             starts.push(self.node(state, &mut graph, &mut found, &mut meter)?);
         }
+        let mut walker = Walker::new(self.program, &*self.engine.settings().sink)?;
+        let mut walk = walker.walk();
         while let Some((node, state)) = found.queue.pop_front() {
             meter.step()?;
             meter.progress(&|| format!("{} states", graph.nodes()));
-            let choices = self.choices(&state, &mut graph, &mut found, &mut meter)?;
+            let choices = self.choices(&state, &mut *walk, &mut graph, &mut found, &mut meter)?;
             graph.close(node, choices, &mut meter)?;
         }
-        let fractions: Vec<N> = graph.fractions.iter().map(N::of).collect();
-        let system = System { graph: &graph, quantity: self.quantity, below: None, fractions: &fractions };
+        let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
+        let (graph, fractions) = (&graph, &fractions);
+        let system = System { graph, quantity: self.quantity, below: None, fractions, small: SMALL };
         let mut solution = system.start(&mut meter)?;
         system.solve(&mut solution, &mut meter)?;
         let value = |node: &u32| match *node {
@@ -188,26 +192,27 @@ impl<E: Engine> Search<'_, E> {
     fn choices(
         &self,
         state: &State,
+        walk: &mut dyn Walk,
         graph: &mut Graph,
         found: &mut Found,
         meter: &mut Meter<'_>,
-    ) -> Result<Vec<(u32, Ratio, Vec<Edge>)>> {
-        let steps = self.program.exact_steps(state).map_err(|f| fault::error(self.program, &f, state))?;
+    ) -> Result<Vec<Closed>> {
+        let listed = walk.choices(state, &mut graph.known)?;
         let all = self.engine.all_states();
-        let mut choices = Vec::with_capacity(steps.len());
-        for (position, step) in (0u32..).zip(steps) {
-            let leaves = |(next, _): &(State, Ratio)| Ok(!self.engine.contains(&all, next)?);
-            if position_of(&step.successors, leaves)?.is_some() {
+        let mut choices = Vec::with_capacity(listed.len());
+        for (position, Weighted { choice, successors }) in (0u32..).zip(listed) {
+            let leaves = |(next, _): &(State, u32)| Ok(!self.engine.contains(&all, next)?);
+            if position_of(&successors, leaves)?.is_some() {
                 continue;
             }
             let cost = match &self.cost {
-                Some(cost) => cost.of(state, &step)?,
+                Some(cost) => cost.of(state, &choice)?,
                 None => Ratio::zero(),
             };
-            let mut edges = Vec::with_capacity(step.successors.len());
-            for (next, p) in step.successors {
+            let cost = graph.fraction(cost);
+            let mut edges = Vec::with_capacity(successors.len());
+            for (next, probability) in successors {
                 let to = self.node(&next, graph, found, meter)?;
-                let probability = graph.fraction(p, meter)?;
                 edges.push(Edge { to, probability, counts: to == END });
             }
             choices.push((position, cost, edges));

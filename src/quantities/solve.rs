@@ -6,17 +6,24 @@
 //! cost + Σ p · w(s') over the choices that keep k improvements certain, with w from C_{k-1} and C_k
 //! in the same way. N has 1 + N(s') on improving steps.
 
-use ahash::AHashMap;
+use std::fmt;
 
-use super::component::{Action, Component, Optimum, Sense};
+use super::component::{Component, Optimum, Sense};
 use super::components::{self, Successor, Successors};
-use super::eliminate::Row;
 use super::graph::{Edge, Graph, LOST};
+use super::groups::{AsFractions, AsTheyAre, Groups};
+use super::iterate::{self, Sparse};
 use super::meter::Meter;
-use super::number::Number;
-use crate::error::{Limit, Result};
+use super::number::{Interval, Number};
+use crate::error::{Error, Limit, Result};
+use crate::model::exact::Ratio;
 
-/// No choice.
+/// The number of groups up to which elimination is as fast as iteration; see [`crate::quantities`].
+pub(super) const SMALL: usize = 1000;
+/// The number of groups up to which a component is solved with fractions if its bounds are wide.
+const FEW: usize = 100;
+
+/// No choice, or no position.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// The quantity of a system of equations.
@@ -30,6 +37,17 @@ pub(super) enum Quantity {
     Number,
     /// The largest expected cost until a counted edge, where every strategy takes one almost surely.
     Reward,
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Quantity::Probability(k) => write!(f, "P_{k}"),
+            Quantity::Cost(k) => write!(f, "C_{k}"),
+            Quantity::Number => write!(f, "N"),
+            Quantity::Reward => write!(f, "the reward"),
+        }
+    }
 }
 
 /// The solution of one system of equations, as far as it is known.
@@ -60,10 +78,12 @@ pub(super) struct System<'a, N> {
     pub(super) below: Option<&'a Solution<N>>,
     /// The fractions of the graph as numbers.
     pub(super) fractions: &'a [N],
+    /// The number of groups up to which a component is solved by elimination at once.
+    pub(super) small: usize,
 }
 
 /// The value at the end of an edge.
-enum End<N> {
+pub(super) enum End<N> {
     /// The unknown of a node, and 1 more for an improvement that is counted.
     Open(u32),
     /// A known value.
@@ -71,7 +91,7 @@ enum End<N> {
 }
 
 impl<N: Number> System<'_, N> {
-    fn sense(&self) -> Sense {
+    pub(super) fn sense(&self) -> Sense {
         match self.quantity {
             Quantity::Cost(_) => Sense::Min,
             Quantity::Probability(_) | Quantity::Number | Quantity::Reward => Sense::Max,
@@ -108,7 +128,7 @@ impl<N: Number> System<'_, N> {
     }
 
     /// Returns the value at the end of an edge.
-    fn end(&self, edge: &Edge, solution: &Solution<N>) -> End<N> {
+    pub(super) fn end(&self, edge: &Edge, solution: &Solution<N>) -> End<N> {
         if edge.to == LOST {
             return End::Known(N::zero());
         }
@@ -125,18 +145,20 @@ impl<N: Number> System<'_, N> {
         }
     }
 
+    /// Returns the cost of a choice, by its position among the fractions; `None` if the quantity has
+    /// no costs.
+    pub(super) fn cost(&self, choice: u32) -> Option<u32> {
+        let has_costs = matches!(self.quantity, Quantity::Cost(_) | Quantity::Reward);
+        has_costs.then(|| self.graph.costs[choice as usize])
+    }
+
     /// Returns the constant part of a choice that does not depend on its successors.
     fn own_constant(&self, choice: u32) -> N {
-        match self.quantity {
-            Quantity::Cost(_) | Quantity::Reward => {
-                self.fractions[self.graph.costs[choice as usize] as usize].clone()
-            }
-            _ => N::zero(),
-        }
+        self.cost(choice).map_or_else(N::zero, |cost| self.fractions[cost as usize].clone())
     }
 
     /// Returns an edge's constant for the expected number: 1 for an improvement.
-    fn bonus(&self, edge: &Edge) -> bool {
+    pub(super) fn bonus(&self, edge: &Edge) -> bool {
         edge.counts && self.quantity == Quantity::Number
     }
 
@@ -173,10 +195,14 @@ impl<N: Number> System<'_, N> {
     /// Solves the equations of all open nodes, the components that others depend on first.
     ///
     /// # Errors
-    /// A limit is reached; the components solved before it are known.
+    /// A limit is reached; the components solved before it are known, and bounds of the one in work.
     pub(super) fn solve(&self, solution: &mut Solution<N>, meter: &mut Meter<'_>) -> Result<()> {
-        let open: Vec<u32> = (0..self.graph.nodes() as u32).filter(|&node| self.is_open(node)).collect();
-        let found = components::components(&Dependencies { system: self }, open.into_iter());
+        let nodes = self.graph.nodes();
+        let scratch = nodes * (4 * size_of::<u32>() + 2);
+        meter.take(scratch)?;
+        let open = (0..nodes as u32).filter(|&node| self.is_open(node));
+        let found = components::components(&Dependencies { system: self }, open);
+        let mut position = vec![NONE; nodes];
         let total = found.len();
         for (number, component) in found.into_iter().enumerate() {
             if !self.is_open(component[0]) {
@@ -184,32 +210,184 @@ impl<N: Number> System<'_, N> {
             }
             meter.step()?;
             meter.progress(&|| format!("component {} of {total}", number + 1));
-            self.component(&component, solution, meter)?;
+            if let [node] = component[..] {
+                self.single(node, solution)?;
+                continue;
+            }
+            component.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
+            let end = self.component(&component, &position, solution, meter);
+            component.iter().for_each(|&node| position[node as usize] = NONE);
+            end.map_err(|e| self.explained(e, component.len()))?;
         }
+        meter.release(scratch);
         Ok(())
     }
 
-    fn component(&self, nodes: &[u32], solution: &mut Solution<N>, meter: &mut Meter<'_>) -> Result<()> {
-        let groups = Groups::new(self, nodes, solution);
-        let component = Component { sense: self.sense(), actions: groups.actions(self, solution, meter)? };
+    /// Solves the equation of a node that is a component of its own.
+    fn single(&self, node: u32, solution: &mut Solution<N>) -> Result<()> {
+        let mut best: Option<(N, N, u32)> = None;
+        for choice in self.graph.choices(node) {
+            let Some(q) = self.alone(choice, solution) else { continue };
+            let (low, high) = (q.low(), q.high());
+            best = Some(match best {
+                None => (low, high, choice),
+                Some((a, b, pick)) => match self.sense() {
+                    Sense::Max => {
+                        let pick = if low.exceeds(&a) { choice } else { pick };
+                        (if low.exceeds(&a) { low } else { a }, if high.exceeds(&b) { high } else { b }, pick)
+                    }
+                    Sense::Min => {
+                        let pick = if b.exceeds(&high) { choice } else { pick };
+                        (if a.exceeds(&low) { low } else { a }, if b.exceeds(&high) { high } else { b }, pick)
+                    }
+                },
+            });
+        }
+        let (value, pick) = match best {
+            Some((low, high, pick)) => (N::between(&low, &high), pick),
+            None => (self.anything()?, NONE),
+        };
+        solution.values[node as usize] = value;
+        solution.picks[node as usize] = pick;
+        solution.known[node as usize] = true;
+        Ok(())
+    }
+
+    /// Returns the value of a choice whose successors are known, except for a self-loop; `None` if
+    /// it is not permitted or never left.
+    fn alone(&self, choice: u32, solution: &Solution<N>) -> Option<N> {
+        if !self.permits(choice) {
+            return None;
+        }
+        let (mut sum, mut leaving, mut whole) = (self.own_constant(choice), N::zero(), true);
+        for edge in self.graph.edges(choice) {
+            let p = &self.fractions[edge.probability as usize];
+            if self.bonus(edge) {
+                sum = sum.plus(p);
+            }
+            match self.end(edge, solution) {
+                End::Known(value) => {
+                    sum = sum.plus(&p.times(&value));
+                    leaving = leaving.plus(p);
+                }
+                End::Open(_) => whole = false,
+            }
+        }
+        match whole {
+            true => Some(sum),
+            false => (!leaving.is_zero()).then(|| sum.over(&leaving)),
+        }
+    }
+
+    fn component(
+        &self,
+        nodes: &[u32],
+        position: &[u32],
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        let groups = Groups::new(self, nodes, position, solution, meter)?;
+        meter.take(groups.bytes())?;
+        let mut end = Ok(false);
+        let iterated = groups.count() > self.small && N::rounded(Interval::ONE).is_some();
+        if iterated {
+            end = self.iterate(&groups, solution, meter);
+        }
+        // What iteration cannot solve is left to elimination, for which the nodes are open again.
+        if matches!(end, Ok(false)) {
+            nodes.iter().for_each(|&node| solution.known[node as usize] = false);
+            end = self.eliminate(&groups, solution, meter);
+            nodes.iter().for_each(|&node| solution.known[node as usize] |= iterated);
+        }
+        meter.release(groups.bytes());
+        end.map(|_| ())
+    }
+
+    /// Solves a component by iteration; returns false if its bounds, which are stored, are wide.
+    fn iterate(
+        &self,
+        groups: &Groups<'_>,
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<bool> {
+        let sparse = Sparse::new(self, groups, solution, meter)?;
+        meter.take(sparse.bytes())?;
+        let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
+        let (found, end) = iterate::solve(&sparse, top, meter);
+        meter.release(sparse.bytes());
+        let rounded = |x: &f64| N::rounded(Interval::point(*x));
+        let low = found.low.iter().filter_map(rounded).collect();
+        let high = found.high.iter().map(|x| rounded(&x.unwrap_or(self.most()))).collect();
+        groups.store(self, Some(&Optimum { low, high, picks: found.picks }), solution)?;
+        end
+    }
+
+    /// Solves a component by elimination, and again with fractions if the bounds are wide.
+    fn eliminate(
+        &self,
+        groups: &Groups<'_>,
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<bool> {
+        let actions = groups.actions::<N, AsTheyAre>(self, solution, meter)?;
+        let component = Component { sense: self.sense(), actions };
         let bytes: usize =
             component.actions.iter().flatten().map(|a| (a.row.edges.len() + 4) * (N::BYTES + 4)).sum();
         meter.take(bytes)?;
-        let chosen =
-            component.actions.iter().map(|a| a.iter().map(|a| (a.choice, a.node)).collect()).collect();
-        let optimum = component.solve(meter)?;
+        let end = component.solve(meter);
         meter.release(bytes);
-        groups.store(self, optimum.as_ref(), chosen, solution)
+        let mut optimum = end?;
+        if optimum.as_ref().is_none_or(Optimum::is_wide) && groups.count() <= FEW && component.is_bounded() {
+            optimum = self.exactly(groups, solution, meter)?.or(optimum);
+        }
+        groups.store(self, optimum.as_ref(), solution)?;
+        Ok(true)
+    }
+
+    /// Solves a component with the exact probabilities and the bounds of its exits as fractions.
+    fn exactly(
+        &self,
+        groups: &Groups<'_>,
+        solution: &Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Option<Optimum<N>>> {
+        let actions = groups.actions::<N, AsFractions>(self, solution, meter)?;
+        let Some(found) = (Component::<Ratio> { sense: self.sense(), actions }).solve(meter)? else {
+            return Ok(None);
+        };
+        let rounded = |x: &Ratio| N::rounded(Interval::around(x));
+        let low = found.low.iter().filter_map(|x| rounded(x).map(|x| x.low()));
+        let high = found.high.iter().map(|x| x.as_ref().and_then(rounded).map(|x| x.high()));
+        Ok(Some(Optimum { low: low.collect(), high: high.collect(), picks: found.picks }))
+    }
+
+    /// Returns the greatest value of a node of which nothing is known.
+    fn most(&self) -> f64 {
+        if matches!(self.quantity, Quantity::Probability(_)) { 1.0 } else { f64::INFINITY }
     }
 
     /// Returns the bounds of a node of which nothing is known.
     ///
     /// # Errors
     /// There are none among exact numbers.
-    fn anything(&self) -> Result<N> {
-        let bounds = N::anything(matches!(self.quantity, Quantity::Probability(_)));
+    pub(super) fn anything(&self) -> Result<N> {
+        let bounds = N::rounded(Interval { lower: 0.0, upper: self.most() });
         let what = "no exact value was found; bounds are found without `--exact`".to_owned();
         bounds.ok_or(Limit::Size { what }.into())
+    }
+
+    /// Adds to the error of an exact computation where it ended.
+    fn explained(&self, error: Error, nodes: usize) -> Error {
+        match error {
+            Error::Limit(Limit::Memory { what }) if N::rounded(Interval::ONE).is_none() => {
+                let what = format!(
+                    "{what}: exact values of {} in {nodes} states that reach each other; without `--exact`, bounds are found",
+                    self.quantity
+                );
+                Limit::Memory { what }.into()
+            }
+            other => other,
+        }
     }
 }
 
@@ -235,157 +413,5 @@ impl<N: Number> Successors for Dependencies<'_, '_, N> {
         let follows = edge.to != LOST && (!edge.counts || system.quantity == Quantity::Number);
         let node = follows && system.is_open(edge.to) && system.permits(choice);
         Some(if node { Successor::Node(edge.to) } else { Successor::None })
-    }
-}
-
-/// The nodes of a component, grouped by end components in which nothing is gained or paid.
-struct Groups<'n> {
-    nodes: &'n [u32],
-    /// The position of each node in `nodes`.
-    position: AHashMap<u32, u32>,
-    group: Vec<u32>,
-    count: usize,
-    /// For each node, its choices by their successors; `None` for those outside of end components.
-    inside: Vec<Vec<Option<Vec<u32>>>>,
-}
-
-impl<'n> Groups<'n> {
-    fn new<N: Number>(system: &System<'_, N>, nodes: &'n [u32], solution: &Solution<N>) -> Self {
-        let position: AHashMap<u32, u32> = nodes.iter().zip(0..).map(|(&node, i)| (node, i)).collect();
-        let free = |choice: u32| {
-            if !system.permits(choice) || !system.own_constant(choice).is_zero() {
-                return None;
-            }
-            let to = system.graph.edges(choice).iter().map(|edge| match system.end(edge, solution) {
-                End::Open(to) if !edge.counts => position.get(&to).copied(),
-                _ => None,
-            });
-            to.collect::<Option<Vec<u32>>>()
-        };
-        let inside: Vec<Vec<_>> =
-            nodes.iter().map(|&node| system.graph.choices(node).map(free).collect()).collect();
-        let (group, count) = match nodes {
-            [_] => (vec![0], 1),
-            _ => components::end_components(&inside),
-        };
-        Groups { nodes, position, group, count, inside }
-    }
-
-    /// Returns whether a choice stays in its group for certain.
-    fn stays(&self, node: usize, number: usize) -> bool {
-        let group = self.group[node];
-        let all = |to: &Vec<u32>| to.iter().all(|&to| self.group[to as usize] == group);
-        self.inside[node][number].as_ref().is_some_and(all)
-    }
-
-    /// Returns the actions of each group.
-    fn actions<N: Number>(
-        &self,
-        system: &System<'_, N>,
-        solution: &Solution<N>,
-        meter: &mut Meter<'_>,
-    ) -> Result<Vec<Vec<Action<N>>>> {
-        let mut actions: Vec<Vec<Action<N>>> = (0..self.count).map(|_| Vec::new()).collect();
-        for (index, &node) in self.nodes.iter().enumerate() {
-            for (number, choice) in system.graph.choices(node).enumerate() {
-                meter.step()?;
-                if system.permits(choice) && !self.stays(index, number) {
-                    let (row, high, whole) = self.row(system, choice, self.group[index], solution);
-                    let action = Action::new(choice, node, (row, high), whole);
-                    if action.leaves() {
-                        actions[self.group[index] as usize].push(action);
-                    }
-                }
-            }
-        }
-        Ok(actions)
-    }
-
-    /// Returns the row of a choice, the upper bound of its constant, and whether the row has all edges
-    /// of the choice.
-    fn row<N: Number>(
-        &self,
-        system: &System<'_, N>,
-        choice: u32,
-        own: u32,
-        solution: &Solution<N>,
-    ) -> (Row<N>, N, bool) {
-        let mut whole = true;
-        let constant = system.own_constant(choice);
-        let (mut low, mut high) = (constant.low(), constant.high());
-        let (mut edges, mut escape): (Vec<(u32, N)>, N) = (Vec::new(), N::zero());
-        for edge in system.graph.edges(choice) {
-            let p = &system.fractions[edge.probability as usize];
-            if system.bonus(edge) {
-                (low, high) = (low.plus(p).low(), high.plus(p).high());
-            }
-            match system.end(edge, solution) {
-                End::Known(value) => {
-                    let part = p.times(&value);
-                    (low, high) = (low.plus(&part).low(), high.plus(&part).high());
-                    escape = escape.plus(p);
-                }
-                End::Open(to) => match self.position.get(&to).map(|&i| self.group[i as usize]) {
-                    Some(to) if to == own => whole = false,
-                    Some(to) => match edges.iter_mut().find(|edge| edge.0 == to) {
-                        Some((_, q)) => *q = q.plus(p),
-                        None => edges.push((to, p.clone())),
-                    },
-                    None => escape = escape.plus(p),
-                },
-            }
-        }
-        edges.sort_unstable_by_key(|edge| edge.0);
-        (Row { edges, escape, constant: low }, high, whole)
-    }
-
-    /// Stores the values of the groups for their nodes, and the choices that attain them.
-    fn store<N: Number>(
-        &self,
-        system: &System<'_, N>,
-        optimum: Option<&Optimum<N>>,
-        chosen: Vec<Vec<(u32, u32)>>,
-        solution: &mut Solution<N>,
-    ) -> Result<()> {
-        for (index, &node) in self.nodes.iter().enumerate() {
-            let group = self.group[index] as usize;
-            let bounds = optimum.map(|optimum| (&optimum.low[group], &optimum.high[group]));
-            solution.values[node as usize] = match bounds {
-                Some((low, Some(high))) => N::between(low, high),
-                Some((low, None)) => N::between(low, &system.anything()?.high()),
-                None => system.anything()?,
-            };
-            solution.known[node as usize] = true;
-        }
-        let Some(optimum) = optimum else { return Ok(()) };
-        for (actions, &number) in chosen.iter().zip(&optimum.policy) {
-            let Some(&(choice, node)) = actions.get(number) else { continue };
-            solution.picks[node as usize] = choice;
-        }
-        self.approach(system, solution);
-        Ok(())
-    }
-
-    /// Lets the other nodes of each group move towards the one that leaves it.
-    fn approach<N: Number>(&self, system: &System<'_, N>, solution: &mut Solution<N>) {
-        let mut layer: Vec<u32> = (0..self.nodes.len() as u32)
-            .filter(|&i| solution.picks[self.nodes[i as usize] as usize] != NONE)
-            .collect();
-        let mut into: Vec<Vec<(u32, usize)>> = vec![Vec::new(); self.nodes.len()];
-        for (index, choices) in self.inside.iter().enumerate() {
-            for number in (0..choices.len()).filter(|&number| self.stays(index, number)) {
-                let successors = choices[number].iter().flatten();
-                successors.for_each(|&to| into[to as usize].push((index as u32, number)));
-            }
-        }
-        while let Some(to) = layer.pop() {
-            for &(index, number) in &into[to as usize] {
-                let pick = &mut solution.picks[self.nodes[index as usize] as usize];
-                if *pick == NONE {
-                    *pick = system.graph.choices(self.nodes[index as usize]).start + number as u32;
-                    layer.push(index);
-                }
-            }
-        }
     }
 }

@@ -3,7 +3,7 @@
 use super::graph::Graph;
 use super::meter::Meter;
 use super::number::{Bounds, Number};
-use super::solve::{Quantity, Solution, System};
+use super::solve::{Quantity, SMALL, Solution, System};
 use crate::error::Result;
 
 /// The solutions so far.
@@ -29,8 +29,8 @@ impl<N: Number> Solved<N> {
     /// # Errors
     /// A limit is reached; the solutions before it are kept.
     pub(super) fn run(&mut self, graph: &Graph, levels: usize, meter: &mut Meter<'_>) -> Result<()> {
-        meter.take(graph.fractions.len() * N::BYTES)?;
-        self.fractions = graph.fractions.iter().map(N::of).collect();
+        meter.take(graph.fractions().len() * N::BYTES)?;
+        self.fractions = graph.fractions().iter().map(N::of).collect();
         for k in 1..=levels as u32 {
             next(graph, &self.fractions, Quantity::Probability(k), &mut self.probability, meter)?;
         }
@@ -75,7 +75,7 @@ impl<N: Number> Solved<N> {
         index: usize,
     ) -> Option<Bounds> {
         let below = index.checked_sub(1).and_then(|below| solutions.get(below));
-        let system = System { graph, quantity, below, fractions: &self.fractions };
+        let system = System { graph, quantity, below, fractions: &self.fractions, small: SMALL };
         system.value(choice, solutions.get(index)?).as_ref().map(Bounds::of)
     }
 }
@@ -88,7 +88,7 @@ fn next<N: Number>(
     solutions: &mut Vec<Solution<N>>,
     meter: &mut Meter<'_>,
 ) -> Result<()> {
-    let system = System { graph, quantity, below: solutions.last(), fractions };
+    let system = System { graph, quantity, below: solutions.last(), fractions, small: SMALL };
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     solutions.push(solution);

@@ -1,7 +1,7 @@
 //! The quantities of a finished analysis: probabilities, costs and expected numbers of improvements.
 
 use super::cost::Cost;
-use super::explore::{Explorer, Facts, Place, Places};
+use super::explore::{Explorer, Facts, Places};
 use super::graph::{Graph, LOST};
 use super::horizon::Horizon;
 use super::meter::Meter;
@@ -152,15 +152,13 @@ impl Values {
             Some(arena) => Some(u32::try_from(arena).ok()?),
             None => None,
         };
-        let place = Place { arena, junction: false, state: state.clone() };
-        self.places.index.get(&place).copied().map(Node)
+        self.places.find(arena, false, state).map(Node)
     }
 
     /// Returns the node of a state with which planning starts there; `None` if it was not explored.
     pub fn start(&self, state: &State) -> Option<Node> {
         let own = |arena: Option<u32>| {
-            let place = Place { arena, junction: false, state: state.clone() };
-            self.places.index.get(&place).copied().filter(|&node| self.places.own[node as usize])
+            self.places.find(arena, false, state).filter(|&node| self.places.own[node as usize])
         };
         (0..self.places.arenas).map(Some).chain([None]).find_map(own).map(Node)
     }

@@ -17,7 +17,6 @@ use num_rational::BigRational;
 use num_traits::{FromPrimitive, One, Signed, Zero};
 use proptest::prelude::*;
 
-use crate::loaded::Loaded;
 use crate::worlds::{World, factored, graph};
 use crate::{EMPTIES, SAFETIES};
 
@@ -32,7 +31,7 @@ struct Check<'a, E: Engine> {
     states: Vec<State>,
 }
 
-fn exact(bounds: &meliora::quantities::Bounds) -> Ratio {
+pub(crate) fn exact(bounds: &meliora::quantities::Bounds) -> Ratio {
     bounds.exact.clone().unwrap()
 }
 
@@ -217,7 +216,7 @@ impl<'a, E: Engine> Check<'a, E> {
 }
 
 /// Solves x_n = reward(n) + Σ p·x, with given values at ends; 0 where no end can be reached.
-fn chain(
+pub(crate) fn chain(
     rows: &[Vec<(usize, Ratio)>],
     end: impl Fn(usize) -> Option<Ratio>,
     reward: impl Fn(usize) -> Ratio,
@@ -260,19 +259,23 @@ fn holds(interval: Interval, value: &Ratio) -> bool {
     lower <= *value && *value <= upper && interval.width() <= 1e-9 * interval.upper.max(1.0)
 }
 
-fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
+pub(crate) fn preferences(world: &World, empty: Empty) -> Preferences {
     let objective = |(i, &target): (usize, &meliora::model::expr::ExprId)| Objective {
         name: format!("o{i}"),
         goal: Goal::Reach(target),
         span: None,
     };
-    let preferences = Arc::new(Preferences {
+    Preferences {
         objectives: world.targets.iter().enumerate().map(objective).collect(),
         order: Preorder::new(world.targets.len(), &world.statements).unwrap(),
         empty,
         history: Default::default(),
         requirements: Vec::new(),
-    });
+    }
+}
+
+fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
+    let preferences = Arc::new(preferences(world, empty));
     for safety in SAFETIES {
         let mut analysis = Analysis::new(engine, &preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
@@ -312,68 +315,4 @@ proptest! {
     fn values_satisfy_their_equations_and_are_attained_on_programs(factored in factored()) {
         both(&factored.world());
     }
-}
-
-fn values(loaded: &Loaded, safety: Safety, levels: usize, exact: bool) -> (Values, Node) {
-    let analysis = loaded.analyse(safety, None);
-    let starts = loaded.engine.list_states(&loaded.engine.initial_states(), 1).unwrap();
-    let mut values = Values::new(Setup { levels, exact, within: None });
-    values.explore(&analysis, &loaded.program, &starts, &Steps).unwrap();
-    values.solve(&*loaded.engine).unwrap();
-    let start = values.start(&starts[0]).unwrap();
-    (values, start)
-}
-
-const TWO: &str = "objective A = F x=0; objective B = F x=1; prefer B > A;";
-
-#[test]
-fn a_third_is_exact() {
-    let model =
-        "mdp const double p = 1/3; module m x:[0..2] init 0; [] x=0 -> p:(x'=1) + 1-p:(x'=2); endmodule";
-    let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
-    let (values, start) = values(&loaded, Safety::Action, 1, true);
-    assert_eq!(exact(&values.probability(start, 1)), Ratio::new(1.into(), 3.into()));
-}
-
-#[test]
-fn a_rare_exit_from_a_loop_costs_no_precision() {
-    // Every round succeeds with 1e-12 and fails for good with 2e-12.
-    let model = "mdp module m x:[0..3] init 0;\n\
-        [] x=0 -> (x'=3); [] x=3 -> 1e-12:(x'=1) + 2e-12:(x'=2) + 1-3e-12:(x'=0); endmodule";
-    let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
-    let (values, start) = values(&loaded, Safety::Action, 1, false);
-    let found = values.probability(start, 1).interval;
-    assert!(found.lower <= 1.0 / 3.0 && 1.0 / 3.0 <= found.upper && found.width() < 1e-14, "{found:?}");
-}
-
-#[test]
-fn a_long_chain_is_solved_without_recursion() {
-    let model =
-        "mdp module m x:[0..100001] init 0; [] x<100000 -> 0.99999:(x'=x+1) + 0.00001:(x'=100001); endmodule";
-    let loaded = Loaded::new(model, "objective B = F x=100000; empty = gain;");
-    let (values, start) = values(&loaded, Safety::Action, 1, false);
-    let found = values.probability(start, 1).interval;
-    let expected = 0.99999f64.powi(100_000);
-    assert!((found.lower - expected).abs() < 1e-9 && found.width() < 1e-9, "{found:?}");
-}
-
-#[test]
-fn a_tie_that_turns_in_a_circle_is_not_chosen() {
-    // Waiting in 0 and 3 is as good as trying, for ever.
-    let model = "mdp module m x:[0..3] init 0; [wait] x=0 -> (x'=3); [back] x=3 -> (x'=0);\n\
-        [try] x=0 -> 1/2:(x'=1) + 1/2:(x'=2); endmodule";
-    let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
-    let (values, start) = values(&loaded, Safety::Action, 1, false);
-    assert_eq!(values.probability(start, 1).interval, Interval::point(0.5));
-    let best = values.best_choice(start, 1, Aim::Likely).unwrap();
-    assert_eq!(loaded.program.choices(&[0]).unwrap()[best].1, "try");
-}
-
-#[test]
-fn what_weakens_is_lost_under_transition() {
-    let model = "mdp module m x:[0..3] init 0; [a] x=0 -> 1/4:(x'=1) + 3/4:(x'=2); endmodule";
-    let loaded = Loaded::new(model, &format!("{TWO} objective C = F x=2; prefer A > C;"));
-    let (values, start) = values(&loaded, Safety::Transition, 1, true);
-    assert_eq!(exact(&values.probability(start, 1)), Ratio::new(1.into(), 4.into()));
-    assert!(values.cost(start, 1).is_none());
 }

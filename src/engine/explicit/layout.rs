@@ -55,7 +55,9 @@ impl Layout {
         };
         if words > MOST_WORDS {
             let bits: u32 = sizes.iter().sum();
-            let what = format!("states of {bits} bits; the explicit engine supports at most 2048");
+            let what = format!(
+                "states of {bits} bits; where they are stored one by one, at most 2048 are supported"
+            );
             return Err(Limit::Size { what }.into());
         }
         // A variable with one value may be placed after the last bit of a word; its weight is not

@@ -23,6 +23,7 @@ mod set;
 mod share;
 mod stepper;
 mod visit;
+pub(crate) mod weighted;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;

@@ -1,5 +1,7 @@
 //! Computation of the choices of one state, as differences of codes.
 
+use smallvec::SmallVec;
+
 use super::guard_index::Rows;
 use super::layout::Layout;
 use super::machine::Machine;
@@ -84,6 +86,15 @@ impl<'a, const W: usize> Stepper<'a, W> {
         layout.decode(code, &mut self.machine.regs);
     }
 
+    /// Moves to a state with these values and discards the results for the last one.
+    pub(super) fn enter_values(&mut self, values: &[i64]) {
+        self.machine.next_state();
+        self.now += 1;
+        self.enabled.clear();
+        self.effects.clear();
+        self.machine.regs[..values.len()].copy_from_slice(values);
+    }
+
     /// Returns whether the current state is an initial state.
     pub(super) fn is_initial(&mut self) -> Result<bool, EvalError> {
         self.machine.run(&self.prepared.code, self.prepared.initial.start)
@@ -120,6 +131,29 @@ impl<'a, const W: usize> Stepper<'a, W> {
             field.add(&mut effect, self.machine.regs[variable], 0);
         }
         effect
+    }
+
+    /// Returns the number of choices of a synchronisation in the current state, which is expanded.
+    pub(super) fn combinations(&self, index: usize) -> usize {
+        let enabled = |&factor: &usize| {
+            let found = self.factors[factor];
+            // A factor that was left out belongs to a synchronisation without choices.
+            if found.stamp == self.now { (found.end - found.start) as usize } else { 0 }
+        };
+        self.prepared.synchronisations[index].iter().map(enabled).product()
+    }
+
+    /// Returns the commands of one of these choices, in the order of the factors.
+    pub(super) fn combination(&self, index: usize, number: usize) -> SmallVec<[u32; 4]> {
+        let (mut rest, mut commands) = (number, SmallVec::new());
+        for &factor in self.prepared.synchronisations[index].iter().rev() {
+            let Slice { start, end, .. } = self.factors[factor];
+            let alternatives = (end - start) as usize;
+            commands.push(self.enabled[start as usize + rest % alternatives]);
+            rest /= alternatives;
+        }
+        commands.reverse();
+        commands
     }
 
     /// Returns the commands of each factor of a synchronisation that are enabled in the current

@@ -1,0 +1,296 @@
+//! The nodes of a strongly connected component, grouped by the end components in which nothing can
+//! be gained or paid.
+
+use num_traits::FromPrimitive;
+
+use super::component::{Action, Optimum};
+use super::components::{self, Choices, EndComponents};
+use super::eliminate::Row;
+use super::meter::Meter;
+use super::number::Number;
+use super::solve::{End, NONE, Solution, System};
+use crate::error::Result;
+use crate::model::exact::Ratio;
+
+/// A reader of the numbers of a system as numbers of another kind.
+pub(super) trait Reader<N: Number> {
+    type Read: Number;
+    /// Returns a fraction of the graph.
+    fn fraction(system: &System<'_, N>, position: u32) -> Self::Read;
+    /// Returns the lower bound of a number.
+    fn low(number: &N) -> Self::Read;
+    /// Returns the upper bound of a number, which is finite.
+    fn high(number: &N) -> Self::Read;
+}
+
+/// Reads numbers as they are.
+pub(super) struct AsTheyAre;
+
+impl<N: Number> Reader<N> for AsTheyAre {
+    type Read = N;
+
+    fn fraction(system: &System<'_, N>, position: u32) -> N {
+        system.fractions[position as usize].clone()
+    }
+
+    fn low(number: &N) -> N {
+        number.low()
+    }
+
+    fn high(number: &N) -> N {
+        number.high()
+    }
+}
+
+/// Reads the fractions of the graph, and bounds as the fractions that they are.
+pub(super) struct AsFractions;
+
+impl<N: Number> Reader<N> for AsFractions {
+    type Read = Ratio;
+
+    fn fraction(system: &System<'_, N>, position: u32) -> Ratio {
+        system.graph.fractions()[position as usize].clone()
+    }
+
+    fn low(number: &N) -> Ratio {
+        Ratio::from_f64(number.bounds().lower).unwrap_or_default()
+    }
+
+    fn high(number: &N) -> Ratio {
+        Ratio::from_f64(number.bounds().upper).unwrap_or_default()
+    }
+}
+
+/// The nodes of a component and their groups.
+pub(super) struct Groups<'n> {
+    nodes: &'n [u32],
+    /// The position of each node of the graph in `nodes`, or [`NONE`].
+    position: &'n [u32],
+    /// The choices with which nothing is gained or paid and the component is not left.
+    free: Choices,
+    /// The number of each of these choices in the graph.
+    numbers: Vec<u32>,
+    found: EndComponents,
+}
+
+impl<'n> Groups<'n> {
+    /// Finds the groups of a component. Cost: linear for each round of the search for end components.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(super) fn new<N: Number>(
+        system: &System<'_, N>,
+        nodes: &'n [u32],
+        position: &'n [u32],
+        solution: &Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Self> {
+        let mut free = Choices { first: vec![0], start: vec![0], to: Vec::new() };
+        let mut numbers = Vec::new();
+        for &node in nodes {
+            meter.step()?;
+            for choice in system.graph.choices(node) {
+                let before = free.to.len();
+                if is_free(system, choice, position, solution, &mut free.to) {
+                    free.start.push(free.to.len() as u32);
+                    numbers.push(choice);
+                } else {
+                    free.to.truncate(before);
+                }
+            }
+            free.first.push(numbers.len() as u32);
+        }
+        let found = match numbers.is_empty() {
+            true => {
+                let group = (0..nodes.len() as u32).collect();
+                EndComponents { group, count: nodes.len(), inside: Vec::new() }
+            }
+            false => components::end_components(&free),
+        };
+        Ok(Groups { nodes, position, free, numbers, found })
+    }
+
+    /// Returns the number of groups.
+    pub(super) fn count(&self) -> usize {
+        self.found.count
+    }
+
+    /// Returns the bytes of the groups.
+    pub(super) fn bytes(&self) -> usize {
+        self.free.bytes() + 5 * self.numbers.len() + 4 * self.nodes.len()
+    }
+
+    /// Returns whether a choice of a node stays in its group for certain.
+    fn stays(&self, index: usize, choice: u32) -> bool {
+        self.free.of(index as u32).any(|c| self.numbers[c] == choice && self.found.inside[c])
+    }
+
+    /// Calls `each` with the group, the node and the choice of every action: the permitted choices
+    /// that may leave their group, group by group.
+    ///
+    /// # Errors
+    /// A limit is reached, or `each` fails.
+    pub(super) fn visit<N: Number>(
+        &self,
+        system: &System<'_, N>,
+        meter: &mut Meter<'_>,
+        mut each: impl FnMut(u32, u32, u32, &mut Meter<'_>) -> Result<()>,
+    ) -> Result<()> {
+        for index in self.by_group() {
+            let (node, group) = (self.nodes[index as usize], self.found.group[index as usize]);
+            for choice in system.graph.choices(node) {
+                meter.step()?;
+                if system.permits(choice) && !self.stays(index as usize, choice) {
+                    each(group, node, choice, meter)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the positions of the nodes, ordered by groups.
+    fn by_group(&self) -> Vec<u32> {
+        let mut order: Vec<u32> = (0..self.nodes.len() as u32).collect();
+        if self.count() < self.nodes.len() {
+            order.sort_by_key(|&index| self.found.group[index as usize]);
+        }
+        order
+    }
+
+    /// Returns the actions of each group.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(super) fn actions<N: Number, R: Reader<N>>(
+        &self,
+        system: &System<'_, N>,
+        solution: &Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Vec<Vec<Action<R::Read>>>> {
+        let mut actions: Vec<Vec<Action<R::Read>>> = (0..self.count()).map(|_| Vec::new()).collect();
+        self.visit(system, meter, |group, node, choice, _| {
+            let (row, high, whole) = self.row::<N, R>(system, choice, group, solution);
+            let action = Action::new(choice, node, (row, high), whole);
+            if action.leaves() {
+                actions[group as usize].push(action);
+            }
+            Ok(())
+        })?;
+        Ok(actions)
+    }
+
+    /// Returns the group of an open node; `None` outside of the component.
+    pub(super) fn group_of(&self, node: u32) -> Option<u32> {
+        let position = self.position[node as usize];
+        (position != NONE).then(|| self.found.group[position as usize])
+    }
+
+    /// Returns the row of a choice, the upper bound of its constant, and whether the row has all edges
+    /// of the choice.
+    fn row<N: Number, R: Reader<N>>(
+        &self,
+        system: &System<'_, N>,
+        choice: u32,
+        own: u32,
+        solution: &Solution<N>,
+    ) -> (Row<R::Read>, R::Read, bool) {
+        let mut whole = true;
+        let cost = system.cost(choice).map_or_else(R::Read::zero, |cost| R::fraction(system, cost));
+        let (mut low, mut high) = (cost.low(), cost.high());
+        let (mut edges, mut escape): (Vec<(u32, R::Read)>, R::Read) = (Vec::new(), R::Read::zero());
+        for edge in system.graph.edges(choice) {
+            let p = R::fraction(system, edge.probability);
+            if system.bonus(edge) {
+                (low, high) = (low.plus(&p).low(), high.plus(&p).high());
+            }
+            match system.end(edge, solution) {
+                End::Known(value) => {
+                    low = low.plus(&p.times(&R::low(&value))).low();
+                    high = high.plus(&p.times(&R::high(&value))).high();
+                    escape = escape.plus(&p);
+                }
+                End::Open(to) => match self.group_of(to) {
+                    Some(to) if to == own => whole = false,
+                    Some(to) => match edges.iter_mut().find(|edge| edge.0 == to) {
+                        Some((_, q)) => *q = q.plus(&p),
+                        None => edges.push((to, p)),
+                    },
+                    None => escape = escape.plus(&p),
+                },
+            }
+        }
+        edges.sort_unstable_by_key(|edge| edge.0);
+        (Row { edges, escape, constant: low }, high, whole)
+    }
+
+    /// Stores the values of the groups for their nodes, and the choices that attain them; all
+    /// numbers from 0 on if there is no optimum.
+    ///
+    /// # Errors
+    /// Exact numbers have no bounds, and one is missing.
+    pub(super) fn store<N: Number>(
+        &self,
+        system: &System<'_, N>,
+        optimum: Option<&Optimum<N>>,
+        solution: &mut Solution<N>,
+    ) -> Result<()> {
+        for (index, &node) in self.nodes.iter().enumerate() {
+            let group = self.found.group[index] as usize;
+            let bounds = optimum.map(|optimum| (&optimum.low[group], &optimum.high[group]));
+            solution.values[node as usize] = match bounds {
+                Some((low, Some(high))) => N::between(low, high),
+                Some((low, None)) => N::between(low, &system.anything()?.high()),
+                None => system.anything()?,
+            };
+            solution.known[node as usize] = true;
+        }
+        let picks = optimum.iter().flat_map(|optimum| &optimum.picks);
+        for &(choice, node) in picks.filter(|pick| pick.0 != NONE) {
+            solution.picks[node as usize] = choice;
+        }
+        if self.count() < self.nodes.len() {
+            self.approach(solution);
+        }
+        Ok(())
+    }
+
+    /// Lets the other nodes of each group move towards the one that leaves it.
+    fn approach<N: Number>(&self, solution: &mut Solution<N>) {
+        let picks = &mut solution.picks;
+        let has_pick = |&i: &u32| picks[self.nodes[i as usize] as usize] != NONE;
+        let mut layer: Vec<u32> = (0..self.nodes.len() as u32).filter(has_pick).collect();
+        let (rows, into, owner) = self.free.reversed();
+        while let Some(to) = layer.pop() {
+            for &choice in &into[rows[to as usize] as usize..rows[to as usize + 1] as usize] {
+                let index = owner[choice as usize];
+                let pick = &mut picks[self.nodes[index as usize] as usize];
+                if self.found.inside[choice as usize] && *pick == NONE {
+                    *pick = self.numbers[choice as usize];
+                    layer.push(index);
+                }
+            }
+        }
+    }
+}
+
+/// Returns whether nothing is gained or paid by a choice and it stays in the component; adds its
+/// successors to `to`.
+fn is_free<N: Number>(
+    system: &System<'_, N>,
+    choice: u32,
+    position: &[u32],
+    solution: &Solution<N>,
+    to: &mut Vec<u32>,
+) -> bool {
+    let paid = system.cost(choice).is_some_and(|cost| !system.fractions[cost as usize].is_zero());
+    if paid || !system.permits(choice) {
+        return false;
+    }
+    system.graph.edges(choice).iter().all(|edge| match system.end(edge, solution) {
+        End::Open(node) if !edge.counts && position[node as usize] != NONE => {
+            to.push(position[node as usize]);
+            true
+        }
+        _ => false,
+    })
+}

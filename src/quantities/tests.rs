@@ -1,0 +1,132 @@
+//! Both methods for components on random graphs: iteration against exact elimination.
+
+use num_traits::FromPrimitive;
+
+use super::graph::{Edge, Graph, LOST, Rank};
+use super::meter::Meter;
+use super::number::{Interval, Number};
+use super::solve::{Quantity, SMALL, Solution, System};
+use crate::engine::NoProgress;
+use crate::model::exact::Ratio;
+use crate::random::Draw;
+
+/// The choices of each node: their costs, and their edges with weights. The last node is the end.
+type Rows = Vec<Vec<(i64, Vec<(u32, i64)>)>>;
+
+fn rows(draw: &mut Draw, nodes: usize) -> Rows {
+    let edge = |draw: &mut Draw| {
+        let to = if draw.below(12) == 0 { LOST } else { draw.below(nodes) as u32 };
+        (to, [1, 1, 3, 9, 99][draw.below(5)])
+    };
+    let choice = |draw: &mut Draw| {
+        let mut edges: Vec<(u32, i64)> = (0..=draw.below(3)).map(|_| edge(draw)).collect();
+        edges.sort_unstable_by_key(|edge| edge.0);
+        edges.dedup_by_key(|edge| edge.0);
+        ([0, 0, 1, 5][draw.below(4)], edges)
+    };
+    (1..nodes).map(|_| (0..=draw.below(3)).map(|_| choice(draw)).collect()).chain([Vec::new()]).collect()
+}
+
+/// Returns the greatest solution of X = μY. { s : a choice stays in `within(X)` and enters Y or the end }.
+fn winning(rows: &Rows, sure: bool) -> Vec<bool> {
+    let end = rows.len() - 1;
+    let mut x = vec![true; end];
+    loop {
+        let mut y = vec![false; end];
+        let at = |set: &[bool], to: u32| to != LOST && (to as usize == end || set[to as usize]);
+        while let Some(more) = (0..end).find(|&s| {
+            let wins = |(_, edges): &(i64, Vec<(u32, i64)>)| {
+                (!sure || edges.iter().all(|&(to, _)| at(&x, to))) && edges.iter().any(|&(to, _)| at(&y, to))
+            };
+            !y[s] && rows[s].iter().any(wins)
+        }) {
+            y[more] = true;
+        }
+        if x == y || !sure {
+            return y;
+        }
+        x = y;
+    }
+}
+
+fn graph(rows: &Rows, meter: &mut Meter<'_>) -> Graph {
+    let (sure, positive) = (winning(rows, true), winning(rows, false));
+    let (mut graph, end) = (Graph::default(), rows.len() as u32 - 1);
+    for s in 0..rows.len() {
+        let is = |set: &[bool]| u32::from(set.get(s).is_some_and(|&inside| inside));
+        graph.add_node(Rank { positive: is(&positive), sure: is(&sure) }, false, meter).unwrap();
+    }
+    for (node, choices) in (0..).zip(rows) {
+        let mut closed = Vec::new();
+        for (position, (cost, edges)) in (0..).zip(choices) {
+            let sum: i64 = edges.iter().map(|edge| edge.1).sum();
+            let mut edge = |&(to, weight): &(u32, i64)| Edge {
+                to,
+                probability: graph.fraction(Ratio::new(weight.into(), sum.into())),
+                counts: to == end,
+            };
+            let edges = edges.iter().map(&mut edge).collect();
+            closed.push((position, graph.fraction(Ratio::from_integer((*cost).into())), edges));
+        }
+        graph.close(node, closed, meter).unwrap();
+    }
+    graph
+}
+
+fn solved<N: Number>(graph: &Graph, quantity: Quantity, small: usize, meter: &mut Meter<'_>) -> Solution<N> {
+    let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
+    let system = System { graph, quantity, below: None, fractions: &fractions, small };
+    let mut solution = system.start(meter).unwrap();
+    system.solve(&mut solution, meter).unwrap();
+    solution
+}
+
+/// Returns the values of the chosen actions by exact iteration of their linear equations: a policy
+/// that attains the values has no other solution below them.
+fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact: &Solution<Ratio>) -> bool {
+    let value = |node: u32| exact.get(node).cloned().unwrap_or_default();
+    (0..graph.nodes() as u32).filter(|&node| picks.picks[node as usize] != u32::MAX).all(|node| {
+        let choice = picks.picks[node as usize];
+        let cost = match quantity {
+            Quantity::Cost(_) => graph.fractions()[graph.costs[choice as usize] as usize].clone(),
+            _ => Number::zero(),
+        };
+        let end: Ratio = if quantity == Quantity::Probability(1) { Number::one() } else { Number::zero() };
+        let term = |edge: &Edge| {
+            let to = if edge.counts { end.clone() } else { value(edge.to.min(graph.nodes() as u32 - 1)) };
+            &graph.fractions()[edge.probability as usize] * if edge.to == LOST { Number::zero() } else { to }
+        };
+        let sum = graph.edges(choice).iter().map(term).fold(cost, |a, b| a + b);
+        let (a, b) = (Interval::around(&sum), Interval::around(&value(node)));
+        (a.lower - b.lower).abs() <= 1e-6 * b.lower.max(1.0)
+    })
+}
+
+#[test]
+fn iteration_and_elimination_agree_on_random_graphs() {
+    let mut iterated = 0;
+    for seed in 0..400 {
+        let mut draw = Draw::new(seed);
+        let nodes = 3 + draw.below(12);
+        let mut meter = Meter::unlimited(&NoProgress);
+        let graph = graph(&rows(&mut draw, nodes), &mut meter);
+        for quantity in [Quantity::Probability(1), Quantity::Cost(1)] {
+            let exact: Solution<Ratio> = solved(&graph, quantity, SMALL, &mut meter);
+            for small in [0, SMALL] {
+                let found: Solution<Interval> = solved(&graph, quantity, small, &mut meter);
+                for node in 0..nodes as u32 {
+                    let (Some(x), Some(y)) = (exact.get(node), found.get(node)) else { continue };
+                    let [low, high] = [y.lower, y.upper].map(|x| Ratio::from_f64(x).unwrap());
+                    assert!(
+                        low <= *x && *x <= high,
+                        "seed {seed}, {quantity}, node {node}: {x} not in {y:?}"
+                    );
+                    assert!(y.width() <= 1e-7 * y.lower.max(1.0), "seed {seed}, {quantity}: {y:?}");
+                    iterated += usize::from(small == 0 && y.width() > 1e-12);
+                }
+                assert!(attains(&graph, quantity, &found, &exact), "seed {seed}, {quantity}");
+            }
+        }
+    }
+    assert!(iterated > 100, "{iterated} values by iteration");
+}

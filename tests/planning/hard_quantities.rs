@@ -1,0 +1,148 @@
+//! Quantities of models that are hard for a solver: rare events, long chains, ties, components with
+//! thousands of states.
+
+use meliora::engine::Engine;
+use meliora::model::exact::Ratio;
+use meliora::planning::Safety;
+use meliora::quantities::{Aim, Cost, Earned, Interval, Node, Setup, Steps, Values};
+
+use crate::loaded::Loaded;
+use crate::quantities::exact;
+
+fn values(loaded: &Loaded, safety: Safety, levels: usize, exact: bool) -> (Values, Node) {
+    paid(loaded, safety, levels, exact, &Steps)
+}
+
+fn paid(loaded: &Loaded, safety: Safety, levels: usize, exact: bool, costs: &dyn Cost) -> (Values, Node) {
+    let analysis = loaded.analyse(safety, None);
+    let starts = loaded.engine.list_states(&loaded.engine.initial_states(), 1).unwrap();
+    let mut values = Values::new(Setup { levels, exact, within: None });
+    values.explore(&analysis, &loaded.program, &starts, costs).unwrap();
+    values.solve(&*loaded.engine).unwrap();
+    let start = values.start(&starts[0]).unwrap();
+    (values, start)
+}
+
+const TWO: &str = "objective A = F x=0; objective B = F x=1; prefer B > A;";
+
+#[test]
+fn a_third_is_exact() {
+    let model =
+        "mdp const double p = 1/3; module m x:[0..2] init 0; [] x=0 -> p:(x'=1) + 1-p:(x'=2); endmodule";
+    let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
+    let (values, start) = values(&loaded, Safety::Action, 1, true);
+    assert_eq!(exact(&values.probability(start, 1)), Ratio::new(1.into(), 3.into()));
+}
+
+#[test]
+fn a_rare_exit_from_a_loop_costs_no_precision() {
+    // Every round succeeds with 1e-12 and fails for good with 2e-12.
+    let model = "mdp module m x:[0..3] init 0;\n\
+        [] x=0 -> (x'=3); [] x=3 -> 1e-12:(x'=1) + 2e-12:(x'=2) + 1-3e-12:(x'=0); endmodule";
+    let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
+    let (values, start) = values(&loaded, Safety::Action, 1, false);
+    let found = values.probability(start, 1).interval;
+    assert!(found.lower <= 1.0 / 3.0 && 1.0 / 3.0 <= found.upper && found.width() < 1e-14, "{found:?}");
+}
+
+#[test]
+fn a_long_chain_is_solved_without_recursion() {
+    let model =
+        "mdp module m x:[0..100001] init 0; [] x<100000 -> 0.99999:(x'=x+1) + 0.00001:(x'=100001); endmodule";
+    let loaded = Loaded::new(model, "objective B = F x=100000; empty = gain;");
+    let (values, start) = values(&loaded, Safety::Action, 1, false);
+    let found = values.probability(start, 1).interval;
+    let expected = 0.99999f64.powi(100_000);
+    assert!((found.lower - expected).abs() < 1e-9 && found.width() < 1e-9, "{found:?}");
+}
+
+#[test]
+fn a_tie_that_turns_in_a_circle_is_not_chosen() {
+    // Waiting in 0 and 3 is as good as trying, for ever.
+    let model = "mdp module m x:[0..3] init 0; [wait] x=0 -> (x'=3); [back] x=3 -> (x'=0);\n\
+        [try] x=0 -> 1/2:(x'=1) + 1/2:(x'=2); endmodule";
+    let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
+    let (values, start) = values(&loaded, Safety::Action, 1, false);
+    assert_eq!(values.probability(start, 1).interval, Interval::point(0.5));
+    let best = values.best_choice(start, 1, Aim::Likely).unwrap();
+    assert_eq!(loaded.program.choices(&[0]).unwrap()[best].1, "try");
+}
+
+#[test]
+fn what_weakens_is_lost_under_transition() {
+    let model = "mdp module m x:[0..3] init 0; [a] x=0 -> 1/4:(x'=1) + 3/4:(x'=2); endmodule";
+    let loaded = Loaded::new(model, &format!("{TWO} objective C = F x=2; prefer A > C;"));
+    let (values, start) = values(&loaded, Safety::Transition, 1, true);
+    assert_eq!(exact(&values.probability(start, 1)), Ratio::new(1.into(), 4.into()));
+    assert!(values.cost(start, 1).is_none());
+}
+
+const ZERO: &str = "objective B = F x=0; empty = gain;";
+/// Neither is certain, but to get one of them is.
+const EITHER: &str = "objective A = F x=0; objective B = F x=1;";
+
+/// P_1 and C_1 of the initial state of a model whose states form one large component.
+fn large(model: &str, preferences: &str) -> (Interval, Option<Interval>) {
+    let (values, start) = values(&Loaded::new(model, preferences), Safety::Action, 1, false);
+    (values.probability(start, 1).interval, values.cost(start, 1).map(|cost| cost.interval))
+}
+
+fn is_about(found: Interval, expected: f64) {
+    let width = found.width() / found.upper.max(1.0);
+    assert!(found.lower <= expected * (1.0 + 1e-12) && expected * (1.0 - 1e-12) <= found.upper, "{found:?}");
+    assert!(width < 1e-7, "{found:?} is wide");
+}
+
+#[test]
+fn a_random_walk_with_a_drift_is_iterated() {
+    // The ruin of a gambler who wins a round with 0.55, from 20 of 3000: (9/11)^20.
+    let model =
+        "mdp module m x:[0..3000] init 20; [] x>0 & x<3000 -> 0.45:(x'=x-1) + 0.55:(x'=x+1); endmodule";
+    is_about(large(model, ZERO).0, (9.0f64 / 11.0).powi(20));
+}
+
+#[test]
+fn a_slow_random_walk_is_eliminated() {
+    // From a wall at distance n, a fair walk takes n(n+1) steps.
+    let model = "mdp module m x:[0..1501] init 1501;\n\
+        [] x=2 -> 0.25:(x'=0) + 0.25:(x'=1) + 0.5:(x'=3); [] x>2 & x<1501 -> 0.5:(x'=x-1) + 0.5:(x'=x+1);\n\
+        [] x=1501 -> 0.5:(x'=x-1) + 0.5:true; endmodule";
+    is_about(large(model, EITHER).1.unwrap(), 1500.0 * 1501.0);
+}
+
+#[test]
+fn a_large_component_with_a_rare_exit_is_solved() {
+    let model = "mdp module m x:[0..1501] init 2; [] x>1 & x<1501 -> (x'=x+1);\n\
+        [] x=1501 -> 1e-12:(x'=0) + 2e-12:(x'=1) + 1-3e-12:(x'=2); endmodule";
+    is_about(large(model, ZERO).0, 1.0 / 3.0);
+}
+
+#[test]
+fn free_moves_to_the_best_exit_of_a_large_component_cost_nothing() {
+    // An end component of cost 0 for probabilities and for costs.
+    let model = "mdp module m x:[0..2001] init 2; [left] x>2 -> (x'=x-1); [right] x>1 & x<2001 -> (x'=x+1);\n\
+        [try] x=1000 -> 0.3:(x'=0) + 0.7:(x'=1); [try] x=50 -> 0.2:(x'=0) + 0.8:(x'=1); endmodule";
+    is_about(large(model, ZERO).0, 0.3);
+    let model = "mdp module m x:[0..2001] init 2; [left] x>2 -> (x'=x-1); [right] x>1 & x<2001 -> (x'=x+1);\n\
+        [try] x=1000 -> 1/8:(x'=0) + 1/8:(x'=1) + 3/4:true;\n\
+        [try] x=50 -> 1/10:(x'=0) + 1/10:(x'=1) + 4/5:true; endmodule\n\
+        rewards \"tries\" [try] true : 1; endrewards";
+    // The nearer exit takes 48 steps and 5 tries; the better one 4 tries.
+    is_about(large(model, EITHER).1.unwrap(), 53.0);
+    let loaded = Loaded::new(model, EITHER);
+    let tries = Earned { program: &loaded.program, structure: &loaded.program.rewards[0] };
+    let (values, start) = paid(&loaded, Safety::Action, 1, false, &tries);
+    is_about(values.cost(start, 1).unwrap().interval, 4.0);
+    let best = values.best_choice(start, 1, Aim::Cheap).unwrap();
+    assert_eq!(loaded.program.choices(&[2]).unwrap()[best].1, "right");
+}
+
+#[test]
+fn what_weakens_is_lost_in_a_large_component() {
+    let model = "mdp module m x:[0..3002] init 20;\n\
+        [a] x>0 & x<3000 -> 0.4:(x'=x-1) + 0.5:(x'=x+1) + 0.1:(x'=3001); endmodule";
+    let loaded = Loaded::new(model, "objective A = F x<=3000; objective B = F x=0; prefer B > A;");
+    let (values, start) = values(&loaded, Safety::Transition, 1, false);
+    // The smaller root of 0.4 - x + 0.5 x² = 0, to the power of 20.
+    is_about(values.probability(start, 1).interval, (1.0 - 0.2f64.sqrt()).powi(20));
+}
