@@ -117,7 +117,7 @@ pub mod tutorial;
 #[cfg(feature = "output")]
 pub use embed::Drawing;
 #[doc(inline)]
-pub use embed::{Exploration, Listing, Model, Projection, Reached, States};
+pub use embed::{Exploration, Listing, Model, Projection, Reached, States, Wanted};
 #[doc(inline)]
 pub use engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
 #[doc(inline)]
@@ -131,3 +131,5 @@ pub use planning::{
 };
 #[doc(inline)]
 pub use progress::{NoProgress, ProgressSink};
+#[doc(inline)]
+pub use quantities::{Choose, Chooser};

@@ -32,7 +32,7 @@ struct Check<'a, E: Engine> {
     states: Vec<State>,
 }
 
-fn exact(bounds: &meliora::quantities::Bounds) -> Ratio {
+pub(crate) fn exact(bounds: &meliora::quantities::Bounds) -> Ratio {
     bounds.exact.clone().unwrap()
 }
 
@@ -217,7 +217,7 @@ impl<'a, E: Engine> Check<'a, E> {
 }
 
 /// Solves x_n = reward(n) + Σ p·x, with given values at ends; 0 where no end can be reached.
-fn chain(
+pub(crate) fn chain(
     rows: &[Vec<(usize, Ratio)>],
     end: impl Fn(usize) -> Option<Ratio>,
     reward: impl Fn(usize) -> Ratio,
