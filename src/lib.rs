@@ -118,7 +118,7 @@ mod umb;
 #[cfg(feature = "output")]
 pub use embed::Drawing;
 #[doc(inline)]
-pub use embed::{Exploration, Listing, Model, Projection, Reached, States};
+pub use embed::{Exploration, Listing, Model, Projection, Reached, States, Wanted};
 #[doc(inline)]
 pub use engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
 #[doc(inline)]
@@ -132,3 +132,5 @@ pub use planning::{
 };
 #[doc(inline)]
 pub use progress::{NoProgress, ProgressSink};
+#[doc(inline)]
+pub use quantities::{Choose, Chooser};

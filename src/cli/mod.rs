@@ -3,6 +3,7 @@
 
 mod advice;
 mod agreement;
+mod choose;
 mod examples;
 mod exit;
 mod files;

@@ -7,9 +7,9 @@ use meliora::advanced::lang::property::{Measure, Optimum, Quantity, Question};
 use meliora::engine::Engine;
 use meliora::engine::regions::Regions;
 use meliora::error::{Error, Limit, Result};
-use meliora::model::expr::ExprId;
-use meliora::model::{Program, exact, fault};
+use meliora::model::{Program, exact};
 use meliora::output::values::Bound;
+use meliora::quantities::cost::check_rewards;
 use meliora::quantities::reach::{self, Value, Wanted};
 use meliora::quantities::{Earned, Interval};
 use meliora::reach::{Goal, holds};
@@ -56,8 +56,10 @@ pub(super) fn answer<E: Engine>(
         Goal::Target(target) => (model, engine.states_where(*target)?),
         Goal::Formula(watched) => (&*watched.program, engine.no_states()),
     };
-    if let Some(wrong) = asking.wrong {
-        check_rewards(engine, program, quantity, wrong)?;
+    if let (Some(wrong), Measure::Reward(rewards)) = (asking.wrong, &quantity.measure)
+        && let Some(structure) = rewards.find(program).and_then(|at| program.rewards.get(at))
+    {
+        check_rewards(engine, program, structure, wrong)?;
     }
     let states = engine.list_states(&engine.initial_states(), MOST_STATES + 1)?;
     if states.len() > MOST_STATES {
@@ -76,17 +78,6 @@ pub(super) fn answer<E: Engine>(
     }
     let holds = quantity.bound.and_then(|bound| truth(&found, bound));
     Ok((over(&found), holds))
-}
-
-/// Checks the rewards in all states of the scope; the error names one of the wrong ones.
-fn check_rewards<E: Engine>(engine: &E, program: &Program, quantity: &Quantity, wrong: ExprId) -> Result<()> {
-    let examples = engine.list_states(&engine.states_where(wrong)?, 1)?;
-    let (Some(state), Measure::Reward(rewards)) = (examples.first(), &quantity.measure) else {
-        return Ok(());
-    };
-    let Some(structure) = rewards.find(program).and_then(|at| program.rewards.get(at)) else { return Ok(()) };
-    let choices = program.choices(state).map_err(|f| fault::error(program, &f, state))?;
-    choices.iter().try_for_each(|(choice, _)| program.reward(structure, state, choice).map(|_| ()))
 }
 
 fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Result<Wanted<'p, S>> {

@@ -6,12 +6,13 @@ use clap::{Args, ValueEnum};
 use meliora::engine::{Engine, Storage, SymbolicEngine};
 use meliora::error::Error;
 use meliora::model::State;
-use meliora::output::page::{Content, Picture, Play, Written};
+use meliora::output::page::{Content, MOST_STATES, Outlook, Picture, Play, Written};
 use meliora::output::report::Report;
 use meliora::output::simulate::TraceReport;
 use meliora::output::{CheckReport, PageReport};
 use meliora::planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation};
 use meliora::projections::{self, Plane, Projections};
+use meliora::quantities::Choose;
 use meliora::supervise::memory;
 use strum::{Display, IntoStaticStr};
 
@@ -70,6 +71,11 @@ pub(super) struct ReportArgs {
     #[arg(long, value_enum, default_value_t = Scheduler::Progress)]
     strategy: Scheduler,
 
+    /// Action of the run among the permitted ones [default: by value, likely for spi and cheap for
+    /// sasi, if the model is small enough for values; else first]
+    #[arg(long, value_enum)]
+    choose: Option<Choose>,
+
     /// Seed of the random numbers: the same seed gives the same run
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -119,6 +125,18 @@ impl ReportArgs {
         if self.engine.engine == Storage::Explicit {
             let message = "`report` draws its maps from decision diagrams; \
                            it cannot be used with `--engine explicit`, which has none";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        if let (Some(choose), Some(kind)) = (self.choose, self.kind)
+            && choose.kind().is_some_and(|fits| fits != kind)
+        {
+            let (choose, kind) = (choose.name(), kind.name());
+            return Err(Error::Usage(format!("`--choose {choose}` cannot be used with `--kind {kind}`")));
+        }
+        if self.choose.is_some_and(|choose| choose != Choose::First) && self.strategy == Scheduler::Permissive
+        {
+            let message =
+                "`--strategy permissive` takes all permitted actions; `--choose` cannot be used with it";
             return Err(Error::Usage(message.to_owned()));
         }
         match (self.format, self.picture) {
@@ -181,17 +199,19 @@ impl Run<'_> {
     /// Draws the maps and the run, and writes the file.
     fn write(&self, plane: Option<Plane>, start: Option<State>) -> Result<(), Error> {
         let draw = || {
+            let outlook = self.outlook()?;
             let plane = plane.zip(start.as_ref());
             let projections = plane.map(|(plane, start)| {
                 projections::build(self.analysis, plane, start, self.args.nodes as usize)
             });
             Ok((
                 projections.transpose()?,
-                start.as_ref().map(|start| self.play(start)).transpose()?.flatten(),
+                start.as_ref().map(|start| self.play(start, outlook.as_ref())).transpose()?.flatten(),
+                outlook,
             ))
         };
-        let (projections, play) = self.job.timed("draw", draw, |_, _| ())?;
-        let text = self.text(projections.as_ref(), play.as_ref())?;
+        let (projections, play, outlook) = self.job.timed("draw", draw, |_, _| ())?;
+        let text = self.text(projections.as_ref(), play.as_ref(), outlook.as_ref())?;
         let Some(target) = self.target.as_ref().filter(|t| !t.is_stdout()) else {
             self.job.update(|r| r.drawing = Some(text));
             return Ok(());
@@ -211,13 +231,18 @@ impl Run<'_> {
     }
 
     /// Returns the contents of the file.
-    fn text(&self, projections: Option<&Projections>, play: Option<&Play>) -> Result<String, Error> {
+    fn text(
+        &self,
+        projections: Option<&Projections>,
+        play: Option<&Play>,
+        outlook: Option<&Outlook>,
+    ) -> Result<String, Error> {
         let mut report = None;
         self.job.update(|r| report = Some(r.check.clone()));
         let Some(mut check) = report else { return Ok(String::new()) };
         check.finish(self.job.sink.supervisor.elapsed().as_secs_f64(), memory::peak_rss());
         let (program, preferences) = (&*self.question.program, &self.question.preferences);
-        let content = Content { check: &check, program, preferences, projections, play };
+        let content = Content { check: &check, program, preferences, projections, play, outlook };
         match self.args.format {
             Format::Html => Ok(content.html()),
             Format::Dot => Ok(content.dot()),
@@ -233,12 +258,21 @@ impl Run<'_> {
         }
     }
 
+    /// Computes the values of all states for a page, if all levels are known.
+    fn outlook(&self) -> Result<Option<Outlook>, Error> {
+        let cut = self.args.preferences.options().max_level.is_some();
+        match self.args.format {
+            Format::Html if !cut => Outlook::of(self.analysis, &self.question.program),
+            _ => Ok(None),
+        }
+    }
+
     /// Simulates a run from a state; returns `None` if nothing can be improved.
-    fn play(&self, start: &State) -> Result<Option<Play>, Error> {
+    fn play(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<Play>, Error> {
         let engine = self.analysis.engine();
         let improves =
             |kind| Ok::<_, Error>(self.analysis.levels(kind).rank(engine, start)? != Rank::Finite(0));
-        let kind = match self.args.kind {
+        let kind = match self.args.kind.or(self.args.choose.and_then(Choose::kind)) {
             Some(kind) => kind,
             None if improves(Kind::Sasi)? => Kind::Sasi,
             None => Kind::Spi,
@@ -247,13 +281,24 @@ impl Run<'_> {
             return Ok(None);
         }
         let program = &self.question.program;
-        let mut book = plan::finite_memory(self.analysis, program, kind)?;
+        let by_value = self.args.choose != Some(Choose::First) && self.args.strategy == Scheduler::Progress;
+        if outlook.is_none() && self.args.choose.is_some_and(|choose| choose != Choose::First) {
+            let message = format!(
+                "`--choose` needs values, which a page has for complete levels of at most {MOST_STATES} states"
+            );
+            return Err(Error::Usage(message));
+        }
+        let chosen = outlook.filter(|_| by_value).and_then(|o| o.strategy(self.analysis, program, kind));
+        let (mut book, choose) = match chosen {
+            Some(chosen) => chosen,
+            None => (plan::finite_memory(self.analysis, program, kind)?, Choose::First),
+        };
         let (scheduler, seed) = (self.args.strategy, self.args.seed);
         let setup = Setup { scheduler, runs: PLAYS, steps: STEPS, seed };
         let (told, end) = Simulation::new(&mut book, setup).telling(start)?;
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);
         let visited = told.turns.iter().map(|turn| turn.state.clone());
         let states = std::iter::once(start.clone()).chain(visited).collect();
-        Ok(Some(Play { kind, scheduler, seed, trace, states, end }))
+        Ok(Some(Play { kind, scheduler, choose, seed, trace, states, end }))
     }
 }

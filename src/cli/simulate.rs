@@ -10,6 +10,9 @@ use meliora::output::SimulateReport;
 use meliora::output::simulate::PlaysReport;
 use meliora::planning::{Kind, Phase, Scheduler, Setup, Simulation};
 
+use meliora::quantities::Choose;
+
+use super::choose::{ChooseArgs, Costs};
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
@@ -30,9 +33,13 @@ pub(super) struct SimulateArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// Kind of improvements: almost sure (sasi) or possible (spi)
-    #[arg(long, value_enum, default_value_t = Kind::Sasi)]
-    kind: Kind,
+    /// Kind of improvements: almost sure (sasi) or possible (spi) [default: sasi; with `--choose
+    /// likely`: spi]
+    #[arg(long, value_enum)]
+    kind: Option<Kind>,
+
+    #[command(flatten)]
+    choose: ChooseArgs,
 
     /// Strategy to simulate
     #[arg(long, value_enum, default_value_t = Scheduler::Progress)]
@@ -76,29 +83,33 @@ impl SimulateArgs {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
+    args.choose.validate()?;
+    args.choose.validate_scheduler(args.strategy)?;
+    let kind = args.choose.kind(args.kind)?;
     let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
-    let report = SimulateReport::of_setup(header, args.kind, args.setup());
+    let report = SimulateReport::of_setup(header, (kind, args.choose.shown()), args.setup());
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args, kind))
 }
 
-fn work(job: &Job<SimulateReport>, args: &SimulateArgs) -> Result<(), Error> {
+fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: Kind) -> Result<(), Error> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
-        Ok((question, states))
+        let costs = args.choose.costs(&mut question.program)?;
+        Ok((question, states, costs))
     };
-    let (question, states) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    let (question, states, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| r.header.read_both(&question.program, &question.preferences));
     let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    play(job, &engine, &question, args, states)
+    play(job, &engine, (&question, kind, costs), args, states)
 }
 
 fn play<E: Engine>(
     job: &Job<SimulateReport>,
     engine: &Arc<E>,
-    question: &Question,
+    (question, kind, costs): (&Question, Kind, Costs),
     args: &SimulateArgs,
     given: Vec<State>,
 ) -> Result<(), Error> {
@@ -107,15 +118,21 @@ fn play<E: Engine>(
         true => engine.list_states(&engine.initial_states(), STARTS)?,
         false => given,
     };
-    let asked = [Phase::levels(args.kind)];
-    let levels = || plan::analysis(engine, question, &args.preferences, &asked, &job.sink);
+    let asked: &[Phase] = match args.choose.choose {
+        Choose::First => &[Phase::levels(kind)],
+        Choose::Likely | Choose::Cheap => &[Phase::Sasi, Phase::Spi],
+    };
+    let levels = || plan::analysis(engine, question, &args.preferences, asked, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
-    let mut book = plan::finite_memory(&analysis, &question.program, args.kind)?;
+    let mut book = plan::finite_memory(&analysis, &question.program, kind)?;
+    let attach = || args.choose.attach((&analysis, costs), &question.program, &starts, &mut book);
+    let chooser = job.timed("values", attach, |r, s| r.time.add("values", s))?;
     let mut simulation = Simulation::new(&mut book, args.setup());
     let all = || {
         for start in &starts {
             let tally = simulation.run(start)?;
-            let report = PlaysReport::new(&question.program, &question.preferences, tally);
+            let report = PlaysReport::new(&question.program, &question.preferences, tally)
+                .compared(chooser.as_ref().and_then(|rule| rule.attained(start)));
             job.update(|r| r.plays.push(report));
         }
         Ok(())

@@ -6,11 +6,14 @@ use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::model::State;
+use meliora::output::choose::Attains;
 use meliora::output::reason::Words;
 use meliora::output::state::StateReport;
 use meliora::output::{Number, StrategyReport, strategy_table};
 use meliora::planning::{Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler};
+use meliora::quantities::Chooser;
 
+use super::choose::{ChooseArgs, Costs};
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
@@ -32,9 +35,13 @@ pub(super) struct StrategyArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// Kind of improvements: almost sure (sasi) or possible (spi)
-    #[arg(long, value_enum, default_value_t = Kind::Sasi)]
-    kind: Kind,
+    /// Kind of improvements: almost sure (sasi) or possible (spi) [default: sasi; with `--choose
+    /// likely`: spi]
+    #[arg(long, value_enum)]
+    kind: Option<Kind>,
+
+    #[command(flatten)]
+    choose: ChooseArgs,
 
     /// State to explain, such as r=2,c=2; variables left out have their initial value (repeatable)
     /// [default: the initial states]
@@ -83,29 +90,32 @@ fn rank(text: &str) -> Result<Asked, String> {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
+    args.choose.validate()?;
+    let kind = args.choose.kind(args.kind)?;
     let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
-    let report = StrategyReport::of_kind(header, args.kind);
+    let report = StrategyReport::of_kind(header, kind, args.choose.shown());
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args, kind))
 }
 
-fn work(job: &Job<StrategyReport>, args: &StrategyArgs) -> Result<(), Error> {
+fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: Kind) -> Result<(), Error> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
-        Ok((question, states))
+        let costs = args.choose.costs(&mut question.program)?;
+        Ok((question, states, costs))
     };
-    let (question, states) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    let (question, states, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| r.header.read_both(&question.program, &question.preferences));
     let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    answer(job, &engine, &question, args, states)
+    answer(job, &engine, (&question, kind, costs), args, states)
 }
 
 fn answer<E: Engine>(
     job: &Job<StrategyReport>,
     engine: &Arc<E>,
-    question: &Question,
+    (question, kind, costs): (&Question, Kind, Costs),
     args: &StrategyArgs,
     states: Vec<State>,
 ) -> Result<(), Error> {
@@ -113,8 +123,8 @@ fn answer<E: Engine>(
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
-    let book = plan::finite_memory(&analysis, &question.program, args.kind)?;
-    let mut run = Run { job, question, args, analysis: &analysis, book };
+    let book = plan::finite_memory(&analysis, &question.program, kind)?;
+    let mut run = Run { job, question, args, analysis: &analysis, book, costs, chooser: None };
     job.timed("answer", || run.answer(states), |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
@@ -127,11 +137,18 @@ struct Run<'a, E: Engine> {
     args: &'a StrategyArgs,
     analysis: &'a Analysis<E>,
     book: FiniteMemoryStrategy<E>,
+    costs: Costs,
+    /// The decision rule of the strategy, if it depends on values.
+    chooser: Option<Arc<Chooser>>,
 }
 
 impl<'a, E: Engine> Run<'a, E> {
     fn answer(&mut self, given: Vec<State>) -> Result<(), Error> {
         let states = if self.args.at.is_empty() { self.found()? } else { given };
+        let choose = &self.args.choose;
+        let attach =
+            || choose.attach((self.analysis, self.costs), &self.question.program, &states, &mut self.book);
+        self.chooser = self.job.timed("values", attach, |r, s| r.time.add("values", s))?;
         if self.args.dot {
             return self.draw(&states);
         }
@@ -173,7 +190,7 @@ impl<'a, E: Engine> Run<'a, E> {
     /// Returns the texts of the model and the preferences.
     fn words(&self) -> Words<'a> {
         let (program, preferences) = (&*self.question.program, &*self.question.preferences);
-        Words { program, preferences, kind: self.args.kind }
+        Words { program, preferences, kind: self.book.kind() }
     }
 
     fn state(&mut self, state: &[i64]) -> Result<StateReport<'a>, Error> {
@@ -187,7 +204,16 @@ impl<'a, E: Engine> Run<'a, E> {
             let (starts, scheduler) = ([state.to_vec()], Scheduler::Progress);
             course = Some(InducedModel::unfold(&mut self.book, &starts, scheduler, COURSE)?);
         }
-        Ok(StateReport { words: self.words(), at, ranks, course })
+        let attains = self.chooser.as_ref().and_then(|rule| rule.attained(state));
+        let attains = attains.as_ref().map(Attains::new);
+        Ok(StateReport {
+            words: self.words(),
+            at,
+            ranks,
+            choosing: self.args.choose.shown(),
+            attains,
+            course,
+        })
     }
 
     fn draw(&mut self, states: &[State]) -> Result<(), Error> {

@@ -5,13 +5,15 @@ use std::sync::Arc;
 
 use clap::Args;
 use meliora::engine::{Algebra, AnyEngine, Engine};
-use meliora::error::{Error, Limit, Result};
+use meliora::error::{Limit, Result};
 use meliora::model::{Program, State};
 use meliora::output::values::StateValues;
 use meliora::output::{Number, ValuesReport};
 use meliora::planning::{Analysis, Phase};
-use meliora::quantities::{Cost, Earned, Setup, Steps, Values};
+use meliora::quantities::choose::LEVELS;
+use meliora::quantities::{Setup, Steps, Values};
 
+use super::choose::Costs;
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Question};
@@ -20,12 +22,8 @@ use super::plan;
 use super::quantity;
 use super::supervise::{Job, supervise};
 
-/// The name of the cost that every model has.
-const STEPS: &str = "steps";
 /// The number of states whose values are added before they are computed.
 const SOON: usize = 1000;
-/// The default of `--levels`.
-const LEVELS: usize = 10;
 
 /// Compute how likely improvements are, how soon they come, and at what cost
 ///
@@ -57,7 +55,7 @@ pub(super) struct ValuesArgs {
     levels: Option<u32>,
 
     /// Reward structure that is the cost of a step; `steps`: each step costs 1
-    #[arg(long, value_name = "NAME", default_value = STEPS)]
+    #[arg(long, value_name = "NAME", default_value = Steps::NAME)]
     reward: String,
 
     /// Compute also the probabilities of success within 0, 1, …, N steps
@@ -98,11 +96,12 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
 
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
-        Ok((question, states))
+        let costs = Costs::named(&mut question.program, &args.reward)?;
+        Ok((question, states, costs))
     };
-    let (question, given) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    let (question, given, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
         r.header.history = question.preferences.whole_plays();
@@ -115,7 +114,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     job.update(|r| r.counts = analysis.result().counts.clone());
     let states = if args.at.is_empty() { listed(job, args, &engine)? } else { given };
-    let end = evaluate(job, args, (&question, &analysis), &states);
+    let end = evaluate(job, args, (&question, &analysis, costs), &states);
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     end?;
     let mut text = None;
@@ -124,19 +123,6 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
         (Some(target), Some(text)) => target.write(&text),
         _ => Ok(()),
     }
-}
-
-/// Returns the cost with a name: a reward structure, or the number of steps.
-fn costs<'p>(program: &'p Program, name: &str) -> Result<Box<dyn Cost + 'p>> {
-    if let Some(at) = program.reward_structure(Some(name)) {
-        return Ok(Box::new(Earned { program, structure: &program.rewards[at] }));
-    }
-    if name == STEPS {
-        return Ok(Box::new(Steps));
-    }
-    let known = program.rewards.iter().filter_map(|r| r.name.as_deref());
-    let known = std::iter::once(STEPS).chain(known).collect::<Vec<_>>().join(", ");
-    Err(Error::Usage(format!("`--reward {name}`: the model has no such reward structure; there are {known}")))
 }
 
 /// Returns the initial states or all states, up to the limit.
@@ -155,14 +141,14 @@ fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -
 fn evaluate(
     job: &Job<ValuesReport>,
     args: &ValuesArgs,
-    (question, analysis): (&Question, &Analysis<AnyEngine>),
+    (question, analysis, costs): (&Question, &Analysis<AnyEngine>, Costs),
     states: &[State],
 ) -> Result<()> {
     let program = &*question.program;
     let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
     let within = args.within.map(|n| n as usize);
     let mut values = Values::new(Setup { levels, exact: args.exact, within });
-    let costs = costs(program, &args.reward)?;
+    let costs = costs.check(analysis.engine(), program)?;
     let explore = || values.explore(analysis, program, states, &*costs);
     let explored = job.timed("explore", explore, |r, s| r.time.add("explore", s));
     // The worker may be left behind while it solves, so what follows from the levels is added first,

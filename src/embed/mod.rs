@@ -8,7 +8,7 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `exploration`, `projection`,
-//! `model`, `analysis`, `report`.
+//! `model`, `analysis`, `values`, `report`.
 
 mod analysis;
 mod exploration;
@@ -18,6 +18,7 @@ mod projection;
 #[cfg(feature = "output")]
 mod report;
 mod states;
+mod values;
 
 pub use exploration::{Exploration, Reached};
 pub use members::Listing;
@@ -26,3 +27,4 @@ pub use projection::Projection;
 #[cfg(feature = "output")]
 pub use report::Drawing;
 pub use states::States;
+pub use values::Wanted;

@@ -3,9 +3,9 @@
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::model::State;
-use crate::output::page::{Content, Picture};
+use crate::output::page::{Content, Outlook, Picture};
 use crate::output::{CheckReport, Header};
-use crate::planning::Analysis;
+use crate::planning::{Analysis, Phase};
 use crate::projections::{self, Plane};
 
 /// The maximum number of listed initial states.
@@ -69,8 +69,17 @@ impl Analysis {
             _ => None,
         };
         let preferences = self.preferences();
-        let content =
-            Content { check: &check, program, preferences, projections: projections.as_ref(), play: None };
+        let complete = Phase::ALL.iter().all(|&phase| self.is_done(phase));
+        let wanted = complete && drawing == Drawing::Html;
+        let outlook = if wanted { Outlook::of(self, program)? } else { None };
+        let content = Content {
+            check: &check,
+            program,
+            preferences,
+            projections: projections.as_ref(),
+            play: None,
+            outlook: outlook.as_ref(),
+        };
         match drawing {
             Drawing::Html => Ok(content.html()),
             Drawing::Dot => Ok(content.dot()),

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use super::names::Names;
 use crate::error::Result;
+use crate::model::rewards::{Earner, RewardItem, RewardStructure};
 use crate::model::value::Type;
 use crate::model::{Command, ModelKind, Program, Variable};
 use composition::Composition;
@@ -65,7 +66,8 @@ impl Display for Flat {
         for (name, body) in &program.labels {
             write!(f, "\nlabel \"{}\" = {};", names.add(name), expressions.of(*body))?;
         }
-        f.write_char('\n')
+        f.write_char('\n')?;
+        program.rewards.iter().try_for_each(|structure| write_rewards(f, program, structure, &expressions))
     }
 }
 
@@ -110,6 +112,41 @@ fn write_command(
         }
     }
     f.write_str(";\n")
+}
+
+/// Writes a reward structure. The language has no rewards of single commands, which edges of JANI
+/// have; a structure with such rewards is left out with a comment.
+fn write_rewards(
+    f: &mut Formatter<'_>,
+    program: &Program,
+    structure: &RewardStructure,
+    expressions: &Expressions<'_>,
+) -> fmt::Result {
+    let title = structure.title();
+    if structure.items.iter().any(|item| matches!(item.earner, Earner::Command(_))) {
+        return writeln!(f, "\n// The rewards {title} are left out: some belong to single commands.");
+    }
+    if let Some(error) = structure.errors.first() {
+        let reason = error.message.escape_debug();
+        return writeln!(f, "\n// The rewards {title} are left out: {reason}.");
+    }
+    f.write_str("\nrewards")?;
+    if structure.name.is_some() {
+        write!(f, " {title}")?;
+    }
+    // The language knows only actions that some choice has; items of others never apply.
+    let applies = |item: &&RewardItem| match item.earner {
+        Earner::Action(Some(action)) => program.synchronisations.iter().any(|s| s.action == Some(action)),
+        _ => true,
+    };
+    for item in structure.items.iter().filter(applies) {
+        f.write_str("\n    ")?;
+        if let Earner::Action(action) = item.earner {
+            write!(f, "[{}] ", action.map_or("", |a| program.actions[a].as_str()))?;
+        }
+        write!(f, "{} : {};", expressions.of(item.guard), expressions.of(item.value))?;
+    }
+    f.write_str("\nendrewards\n")
 }
 
 /// The declaration of a variable.

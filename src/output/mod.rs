@@ -4,6 +4,7 @@
 //! a limit still reports its partial results. Nothing in this module prints.
 
 pub mod check;
+pub mod choose;
 pub mod compare;
 pub mod envelope;
 pub mod explicit;

@@ -4,6 +4,7 @@ use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
+use super::choose::{Attains, Choosing, Comparison};
 use super::envelope::Envelope;
 use super::header::Header;
 use super::reason::Words;
@@ -12,12 +13,16 @@ use crate::model::preference::Preferences;
 use crate::model::valuation::Valuation;
 use crate::planning::simulate::{Tally, Trace, Turn, Wait};
 use crate::planning::{Kind, Rank, Scheduler, Setup};
+use crate::quantities::choose::Attained;
 
 /// The results of the runs, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct SimulateFindings {
     /// `sasi` or `spi`.
     pub kind: Kind,
+    /// The choice among permitted actions.
+    #[serde(flatten)]
+    pub choosing: Choosing,
     /// `permissive` or `progress`.
     pub strategy: Scheduler,
     /// Number of runs from each start.
@@ -40,6 +45,8 @@ pub struct PlaysReport {
     pub state: Valuation,
     /// Their statistics.
     pub tally: Tally,
+    /// The value that the strategy attains, next to what was measured.
+    pub value: Option<Comparison>,
     /// The first run that weakened, or else the first run.
     pub trace: TraceReport,
 }
@@ -88,7 +95,15 @@ impl PlaysReport {
     pub fn new(program: &Program, preferences: &Preferences, tally: Tally) -> Self {
         let state = Valuation::of(program, &tally.start);
         let trace = TraceReport::new(program, preferences, &tally.start, &tally.trace);
-        PlaysReport { state, tally, trace }
+        PlaysReport { state, tally, value: None, trace }
+    }
+
+    /// Adds the value that the strategy attains, if it is known.
+    #[must_use]
+    pub fn compared(self, attained: Option<Attained>) -> Self {
+        let attained = attained.as_ref().map(Attains::new);
+        let value = attained.zip(self.tally.sample.clone());
+        PlaysReport { value: value.map(|(value, sample)| Comparison { value, sample }), ..self }
     }
 }
 
@@ -113,6 +128,7 @@ impl Serialize for PlaysReport {
         fields.serialize_field("weakened_step", &tally.weakened_step)?;
         fields.serialize_field("weakened_reference", &tally.weakened_reference)?;
         fields.serialize_field("weakened_start", &tally.weakened_start)?;
+        fields.serialize_field("value", &self.value)?;
         fields.serialize_field("trace", &self.trace)?;
         fields.end()
     }
@@ -152,8 +168,11 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
 
 impl SimulateReport {
     /// Creates a report without results.
-    pub fn of_setup(header: Header, kind: Kind, setup: Setup) -> Self {
+    pub fn of_setup(header: Header, (kind, choosing): (Kind, Choosing), setup: Setup) -> Self {
         let Setup { scheduler: strategy, runs, steps, seed } = setup;
-        Envelope::of(header, SimulateFindings { kind, strategy, runs, steps, seed, plays: Vec::new() })
+        Envelope::of(
+            header,
+            SimulateFindings { kind, choosing, strategy, runs, steps, seed, plays: Vec::new() },
+        )
     }
 }

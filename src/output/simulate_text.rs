@@ -14,12 +14,20 @@ const SHOWN: usize = 60;
 
 impl Findings for SimulateFindings {
     const SCHEMA: &str = "meliora.simulate/1";
-    const PHASES: &[(&str, &str)] =
-        &[("parse", "parse"), ("build", "build"), ("levels", "levels"), ("answer", "runs")];
+    const PHASES: &[(&str, &str)] = &[
+        ("parse", "parse"),
+        ("build", "build"),
+        ("levels", "levels"),
+        ("values", "values"),
+        ("answer", "runs"),
+    ];
 
     fn settings(&self) -> Vec<(&'static str, String)> {
         let strategy = format!("{} {}", self.strategy.name(), self.kind);
-        vec![("strategy", strategy), ("seed", self.seed.to_string())]
+        let mut settings = vec![("strategy", strategy)];
+        settings.extend(self.choosing.settings());
+        settings.push(("seed", self.seed.to_string()));
+        settings
     }
 
     fn body(report: &SimulateReport, style: Style) -> String {
@@ -36,6 +44,9 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let title = format!("{runs} runs from {}", plays.state);
     let mut out = format!("\n{}\n", style.bold(&title));
     out.push_str(&promise(report, plays, style));
+    if let Some(value) = &plays.value {
+        out.push_str(&value.text(report.choosing.cost()));
+    }
     out.push_str(&distribution(report, plays, style));
     out.push_str(&weakening(report, plays, style));
     if plays.tally.given_up > 0 {
@@ -70,12 +81,9 @@ fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String
         let steps = grouped(report.steps);
         parts.push(format!("{} did not finish in {steps} steps", plural_runs(plays.tally.undecided)));
     }
-    format!(
-        "  {} ({}).\n  {}.\n",
-        ranks::capitalised(&ranks::claim(Some(plays.tally.rank), how)),
-        report.kind,
-        parts.join(", ")
-    )
+    let claim = ranks::capitalised(&ranks::claim(Some(plays.tally.rank), how));
+    let parts = if parts.is_empty() { String::new() } else { format!("  {}.\n", parts.join(", ")) };
+    format!("  {claim} ({}).\n{parts}", report.kind)
 }
 
 fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {

@@ -2,6 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
+use super::choose::{Attains, Choosing};
 use super::reason::Words;
 use crate::model::valuation::Valuation;
 use crate::planning::explain::{Action, Successor};
@@ -15,14 +16,23 @@ pub struct StateReport<'a> {
     pub at: Explanation,
     /// The number of guaranteed (SASI) and of possible (SPI) improvements.
     pub ranks: [Rank; 2],
+    /// The choice among permitted actions.
+    pub choosing: Choosing,
+    /// The value that the strategy attains, if the choice depends on values.
+    pub attains: Option<Attains>,
     /// The paths under the progress strategy, if they were computed.
     pub course: Option<InducedModel>,
 }
 
 impl StateReport<'_> {
-    /// Returns the action of the progress strategy; `None` at rank 0.
-    pub fn progress_action(&self) -> Option<&Action> {
+    /// Returns the action that the strategy takes; `None` at level 0.
+    pub fn picked_action(&self) -> Option<&Action> {
         self.at.actions.get(self.at.pick?)
+    }
+
+    /// Returns the first action that makes progress; `None` at level 0.
+    pub fn progress_action(&self) -> Option<&Action> {
+        self.at.actions.iter().find(|action| action.progress)
     }
 
     /// Returns the JSON object of the state.
@@ -34,6 +44,8 @@ impl StateReport<'_> {
             "sasi_rank": sasi,
             "spi_rank": spi,
             "progress_action": self.progress_action().map(|action| &action.name),
+            "chosen_action": self.picked_action().map(|action| &action.name),
+            "attains": self.attains,
             "actions": at.actions.iter().map(|action| self.action(action)).collect::<Vec<_>>(),
             "longest_play": self.course.as_ref().and_then(InducedModel::longest_play),
         });

@@ -9,8 +9,9 @@ use super::{Style, ranks};
 use crate::model::preference::Change;
 use crate::model::valuation::Valuation;
 use crate::planning::InducedModel;
-use crate::planning::explain::{Action, Successor};
+use crate::planning::explain::{Action, Successor, Verdict};
 use crate::planning::induced_model::Node;
+use crate::quantities::Choose;
 
 /// Renders a state.
 pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
@@ -22,24 +23,31 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     } else {
         let _ = writeln!(out, "  Sure: {}", words.list(&at.most_preferred));
         let _ = writeln!(out, "  {}", ranks::both(sasi, spi));
+        if let Some(attains) = &state.attains {
+            let _ = writeln!(out, "  Attains: {}", attains.line(state.choosing.cost()));
+        }
     }
     for action in &at.actions {
         out += &action_text(state, action, style);
     }
     if let Some(course) = &state.course {
-        out += &course_text(words, course, style);
+        out += &course_text((words, state.choosing.choose), course, style);
     }
     out
 }
 
 fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String {
-    let (words, picked) = (state.words, state.progress_action());
+    let (words, picked) = (state.words, state.picked_action());
     let verdict = match (action.permitted, picked.is_some_and(|picked| picked.name == action.name)) {
-        (true, true) => style.good("permitted, progress action"),
+        (true, true) => style.good(&format!("permitted, {}", picked_name(state.choosing.choose))),
         (true, false) => style.good("permitted"),
         (false, _) => style.dim("not permitted"),
     };
-    let reason = words.reason(&state.at, action);
+    let decides = picked.is_some_and(|picked| picked.name == action.name) && action.verdict == Verdict::Stays;
+    let reason = match decides {
+        true => "stays in the level, and has the best value".to_owned(),
+        false => words.reason(&state.at, action),
+    };
     let mut out = format!("\n  {}  {verdict}: {reason}\n", style.bold(&action.name));
     let row = |s: &Successor| {
         vec![
@@ -55,6 +63,15 @@ fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String
         let _ = writeln!(out, "       {line}");
     }
     out
+}
+
+/// Returns the name of the action that the strategy takes.
+fn picked_name(choose: Choose) -> &'static str {
+    match choose {
+        Choose::First => "progress action",
+        Choose::Likely => "most likely to improve",
+        Choose::Cheap => "cheapest",
+    }
 }
 
 /// Describes a step, with its gains and losses.
@@ -100,7 +117,7 @@ fn then(words: Words<'_>, node: &Node) -> String {
 }
 
 /// Renders the paths under the progress strategy, one line per node.
-fn course_text(words: Words<'_>, course: &InducedModel, style: Style) -> String {
+fn course_text((words, choose): (Words<'_>, Choose), course: &InducedModel, style: Style) -> String {
     let mut rows = vec![["", "state", "sure", "level", "next"].map(str::to_owned).to_vec()];
     for (index, node) in course.nodes.iter().enumerate() {
         rows.push(vec![
@@ -114,7 +131,12 @@ fn course_text(words: Words<'_>, course: &InducedModel, style: Style) -> String 
             then(words, node),
         ]);
     }
-    let mut out = format!("\n  {}\n", style.bold("Paths under the progress strategy"));
+    let name = match choose {
+        Choose::First => "progress strategy",
+        Choose::Likely => "strategy that is most likely to improve",
+        Choose::Cheap => "cheapest strategy",
+    };
+    let mut out = format!("\n  {}\n", style.bold(&format!("Paths under the {name}")));
     out += &text::listed(&rows, style);
     if let Some(steps) = course.longest_play() {
         let _ = writeln!(out, "    Every such path ends after at most {}.", text::plural(steps, "step"));

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde_json::value::{RawValue, to_raw_value};
 
+use super::choose::Choosing;
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
 use super::number::Number;
@@ -15,6 +16,9 @@ use crate::planning::Kind;
 pub struct StrategyFindings {
     /// `sasi` or `spi`.
     pub kind: Kind,
+    /// The choice among permitted actions.
+    #[serde(flatten)]
+    pub choosing: Choosing,
     /// With `--rank` or by default the number of states; those past the limit are not listed.
     pub asked: Option<Number>,
     /// The requested states.
@@ -43,9 +47,9 @@ pub enum Shown {
 
 impl StrategyReport {
     /// Creates a report without results.
-    pub fn of_kind(header: Header, kind: Kind) -> Self {
+    pub fn of_kind(header: Header, kind: Kind, choosing: Choosing) -> Self {
         let (asked, states, drawing) = (None, Vec::new(), None);
-        Envelope::of(header, StrategyFindings { kind, asked, states, drawing, streamed: false })
+        Envelope::of(header, StrategyFindings { kind, choosing, asked, states, drawing, streamed: false })
     }
 }
 
@@ -73,11 +77,16 @@ impl StrategyFindings {
 
 impl Findings for StrategyFindings {
     const SCHEMA: &str = "meliora.strategy/1";
-    const PHASES: &[(&str, &str)] =
-        &[("parse", "parse"), ("build", "build"), ("levels", "levels"), ("answer", "answer")];
+    const PHASES: &[(&str, &str)] = &[
+        ("parse", "parse"),
+        ("build", "build"),
+        ("levels", "levels"),
+        ("values", "values"),
+        ("answer", "answer"),
+    ];
 
     fn settings(&self) -> Vec<(&'static str, String)> {
-        vec![("strategy", self.kind.to_string())]
+        std::iter::once(("strategy", self.kind.to_string())).chain(self.choosing.settings()).collect()
     }
 
     fn body(report: &StrategyReport, style: Style) -> String {

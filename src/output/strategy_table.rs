@@ -32,7 +32,7 @@ pub fn csv_heading(program: &Program) -> String {
 
 /// Returns the lines of a state, one per action.
 pub fn csv_rows(state: &StateReport<'_>) -> String {
-    let (words, at, picked) = (state.words, &state.at, state.progress_action());
+    let (words, at, picked) = (state.words, &state.at, state.picked_action());
     let row = |action: &Action| {
         let pick = picked.is_some_and(|picked| picked.name == action.name);
         let flags = [action.kept, action.permitted, action.progress, pick].map(|f| f.to_string());

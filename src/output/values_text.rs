@@ -92,7 +92,7 @@ fn success(curve: &[f64]) -> String {
 }
 
 /// Formats bounds: a fraction, one number if the bounds agree in six digits, or both bounds.
-fn number(bound: &Bound) -> String {
+pub(super) fn number(bound: &Bound) -> String {
     if let Some(exact) = &bound.exact
         && exact.len() <= 24
     {
@@ -104,7 +104,7 @@ fn number(bound: &Bound) -> String {
 }
 
 /// Formats a number with at most six significant digits. A probability below 1 is never shown as 1.
-fn digits(x: f64) -> String {
+pub(super) fn digits(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return x.to_string();
     }

@@ -481,6 +481,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             improvement: analysis.improvement.clone()?,
             levels: Arc::clone(levels),
             strategies: BTreeMap::new(),
+            rule: None,
         })
     }
 }

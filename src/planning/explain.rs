@@ -70,7 +70,8 @@ pub struct Explanation {
     pub reference: ObjectiveSet,
     /// All enabled actions in the order of the program.
     pub actions: Vec<Action>,
-    /// The position of the progress strategy's action; `None` at rank 0.
+    /// The position of the action that a deterministic strategy takes: the first one that makes
+    /// progress, or that of the decision rule; `None` at level 0.
     pub pick: Option<usize>,
 }
 
@@ -143,7 +144,10 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         Ok(Explanation {
             is_unsafe,
             most_preferred: self.most_preferred(state)?,
-            pick: actions.iter().position(|a| a.progress),
+            pick: match &self.rule {
+                Some(rule) => rule.pick(memory, state),
+                None => actions.iter().position(|a| a.progress),
+            },
             state: state.to_vec(),
             memory,
             reference,

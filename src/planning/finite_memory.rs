@@ -15,16 +15,20 @@
 //!   run continues with the greatest level that still contains the state, with the old reference.
 //!
 //! Level 0 has nothing to improve: a run ends there.
+//!
+//! With a [`DecisionRule`], the rule takes the choices. The level is the number of improvements that
+//! it still aims at. After the last of them, planning starts again. A lost step ends the run.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::classes::Classes;
+use super::decision_rule::DecisionRule;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
 use super::strategy::{self, Strategy};
 use crate::engine::{AnyEngine, Engine, position};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::model::Program;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
 
@@ -50,9 +54,16 @@ pub struct FiniteMemoryStrategy<E: Engine = AnyEngine> {
     pub(super) levels: Arc<Levels<E>>,
     /// The strategies by level (see [`key`]) and arena.
     pub(super) strategies: BTreeMap<(usize, usize), Strategy<E>>,
+    /// The rule that takes the choices; without one, the first that makes progress is taken.
+    pub(super) rule: Option<Arc<dyn DecisionRule>>,
 }
 
 impl<E: Engine> FiniteMemoryStrategy<E> {
+    /// Lets a rule take the choices.
+    pub fn choose_by(&mut self, rule: Arc<dyn DecisionRule>) {
+        self.rule = Some(rule);
+    }
+
     /// Returns the kind of strategies.
     pub fn kind(&self) -> Kind {
         self.levels.kind
@@ -119,14 +130,24 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     }
 
     /// Returns the memory with which planning starts in a state: its own rank and, under `prefix`,
-    /// its own class as the reference.
+    /// its own class as the reference. With a decision rule, the level is that of the rule.
     ///
     /// # Errors
-    /// The errors of [`Engine::contains`].
+    /// The errors of [`Engine::contains`]; [`Error::Usage`] if the rule does not know the state.
     pub fn start(&self, state: &[i64]) -> Result<Memory> {
         let class = self.classes.of(&*self.engine, state)?;
         let starts_in = |arena: &Arena<E>| arena.reference.is_none() || arena.reference == class;
-        Ok(Memory { level: self.rank(state)?, arena: self.improvement.arenas.iter().position(starts_in) })
+        let arena = self.improvement.arenas.iter().position(starts_in);
+        let level = match &self.rule {
+            None => self.rank(state)?,
+            Some(rule) => Rank::Finite(rule.level(arena, state).ok_or_else(|| self.unknown(state))?),
+        };
+        Ok(Memory { level, arena })
+    }
+
+    fn unknown(&self, state: &[i64]) -> Error {
+        let state = self.program.show_state(state);
+        Error::Usage(format!("the values of the state {state} were not computed"))
     }
 
     /// Returns the memory after a step, and whether the step was an improvement; see the module
@@ -136,6 +157,9 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// The errors of [`Engine::contains`].
     pub fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<(Memory, bool)> {
         let improves = self.change(memory, from, to)? == Change::Improving;
+        if let Some(rule) = &self.rule {
+            return self.after_by(&**rule, memory, (from, to), improves);
+        }
         let Some(game) = self.game(memory) else { return Ok((self.start(to)?, improves)) };
         let stays = self.engine.contains(&game.states, to)?;
         let goal = improves && strategy::is_goal(&*self.engine, game, from, to)?;
@@ -143,6 +167,22 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             (true, _, _) | (_, false, true) => (self.start(to)?, true),
             (false, true, _) => (memory, false),
             (false, false, false) => (self.resume(memory, to)?, false),
+        })
+    }
+
+    /// Returns what [`FiniteMemoryStrategy::after`] returns under a decision rule.
+    fn after_by(
+        &self,
+        rule: &dyn DecisionRule,
+        memory: Memory,
+        (from, to): (&[i64], &[i64]),
+        improves: bool,
+    ) -> Result<(Memory, bool)> {
+        Ok(match rule.after(memory, from, to) {
+            None => (Memory { level: Rank::Finite(0), ..memory }, improves),
+            Some((0, true)) => (self.start(to)?, true),
+            Some((level, true)) => (Memory { level: Rank::Finite(level), ..self.start(to)? }, true),
+            Some((level, false)) => (Memory { level: Rank::Finite(level), ..memory }, false),
         })
     }
 

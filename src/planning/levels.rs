@@ -173,10 +173,11 @@ impl<E: Engine> Levels<E> {
         Ok(if open { Rank::AtLeast(rank) } else { Rank::Finite(rank) })
     }
 
-    /// Returns the level for states of this rank: `None` for rank 0, the fixpoint if unbounded.
+    /// Returns the level for states of this rank: `None` for rank 0, the fixpoint if unbounded or
+    /// beyond the levels found.
     pub fn level(&self, rank: Rank) -> Option<&Level<E>> {
         match rank {
-            Rank::Finite(k) | Rank::AtLeast(k) => self.found.get(k.checked_sub(1)?),
+            Rank::Finite(k) | Rank::AtLeast(k) => self.found.get(k.checked_sub(1)?).or(self.unbounded()),
             Rank::Unbounded => self.unbounded(),
         }
     }

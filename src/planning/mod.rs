@@ -14,6 +14,8 @@
 
 pub mod analysis;
 pub mod classes;
+pub mod decision_rule;
+pub mod estimate;
 pub mod explain;
 pub mod finite_memory;
 pub mod improvement;
@@ -29,6 +31,8 @@ pub mod winning_regions;
 
 pub use analysis::{Analysis, Event, Options, Phase};
 pub use classes::{Class, Classes};
+pub use decision_rule::DecisionRule;
+pub use estimate::Sample;
 pub use explain::Explanation;
 pub use finite_memory::{FiniteMemoryStrategy, Memory};
 pub use improvement::{Improvement, Safety};

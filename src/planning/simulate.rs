@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use ahash::AHashMap;
 
+use super::estimate::Sample;
 use super::explain::{Explanation, lost};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::induced_model::Scheduler;
@@ -61,6 +62,8 @@ pub struct Tally {
     pub weakened_reference: u64,
     /// The number of runs with a state that weakens the start state.
     pub weakened_start: u64,
+    /// The runs as a sample of the value that a decision rule attains, if there is a rule.
+    pub sample: Option<Sample>,
     /// The first run that weakened, or the first run if none did.
     pub trace: Trace,
 }
@@ -107,6 +110,18 @@ impl Trace {
         self.turns.iter().filter(|turn| turn.improves).count()
     }
 
+    /// Returns the cost until the k-th improvement; `None` if there are fewer.
+    fn cost_until(&self, k: usize) -> Option<f64> {
+        let (mut left, mut cost) = (k, 0.0);
+        let mut turns = self.turns.iter();
+        while left > 0 {
+            let turn = turns.next()?;
+            cost += turn.cost;
+            left -= usize::from(turn.improves);
+        }
+        Some(cost)
+    }
+
     fn weakens(&self) -> bool {
         self.turns.iter().any(|turn| turn.weakens_step || turn.weakens_start)
     }
@@ -149,6 +164,8 @@ pub struct Turn {
     pub weakens_step: bool,
     /// True if the step weakens the start state of the run.
     pub weakens_start: bool,
+    /// The cost of the step under a decision rule; 0 without one.
+    pub cost: f64,
 }
 
 impl Tally {
@@ -166,6 +183,7 @@ impl Tally {
             weakened_step: 0,
             weakened_reference: 0,
             weakened_start: 0,
+            sample: None,
             trace: Trace::default(),
         }
     }
@@ -218,6 +236,23 @@ impl Tally {
     }
 }
 
+/// A simulated run.
+struct Run {
+    turns: Vec<Turn>,
+    /// The memory after the last step.
+    last: Memory,
+    /// True if it ended where nothing is left to improve.
+    settled: bool,
+}
+
+/// Returns the number of improvements that a decision rule aims at.
+fn aim(memory: Memory) -> usize {
+    match memory.level {
+        Rank::Finite(k) | Rank::AtLeast(k) => k,
+        Rank::Unbounded => usize::MAX,
+    }
+}
+
 /// Simulation of runs under a finite-memory strategy.
 pub struct Simulation<'b, E: Engine> {
     book: &'b mut FiniteMemoryStrategy<E>,
@@ -247,12 +282,23 @@ impl<'b, E: Engine> Simulation<'b, E> {
     pub fn run_each(&mut self, start: &[i64], each: &mut dyn FnMut(&Trace)) -> Result<Tally> {
         let mut tally = Tally::new(start, self.book.rank(start)?);
         tally.is_unsafe = self.book.is_unsafe(start)?;
+        let mut sample = match self.book.rule {
+            Some(_) => Some(Sample::new(aim(self.book.start(start)?))),
+            None => None,
+        };
         for play in 1..=self.setup.runs {
-            let (turns, settled) = self.play(start, &mut Draw::numbered(self.setup.seed, play))?;
+            let Run { turns, last, settled } = self.play(start, play)?;
             let trace = Trace { play, turns };
             each(&trace);
+            if let Some(sample) = &mut sample {
+                match trace.cost_until(sample.improvements) {
+                    Some(cost) => sample.reach(cost),
+                    None => sample.miss(trace.improvements() + aim(last) >= sample.improvements),
+                }
+            }
             tally.add(trace, settled);
         }
+        tally.sample = sample;
         Ok(tally)
     }
 
@@ -268,7 +314,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
         };
         let mut best = (Trace::default(), PlayEnd::Failed);
         for play in 1..=self.setup.runs {
-            let (turns, settled) = self.play(start, &mut Draw::numbered(self.setup.seed, play))?;
+            let Run { turns, settled, .. } = self.play(start, play)?;
             let trace = Trace { play, turns };
             let end = match trace.improvements() >= wanted {
                 true => PlayEnd::Kept,
@@ -288,19 +334,22 @@ impl<'b, E: Engine> Simulation<'b, E> {
         Ok(best)
     }
 
-    /// Simulates one run; returns its steps and whether it ended where nothing is left to improve.
-    fn play(&mut self, start: &[i64], draw: &mut Draw) -> Result<(Vec<Turn>, bool)> {
+    /// Simulates one run.
+    fn play(&mut self, start: &[i64], number: u64) -> Result<Run> {
+        let draw = &mut Draw::numbered(self.setup.seed, number);
         let first = self.book.most_preferred(start)?;
         let (mut state, mut memory) = (start.to_vec(), self.book.start(start)?);
         let mut turns = Vec::new();
         for _ in 0..self.setup.steps {
             let at = self.explained(&state, memory)?;
-            let Some((turn, next)) = self.turn(&at, &first, draw) else { return Ok((turns, true)) };
+            let Some((turn, next)) = self.turn(&at, &first, draw) else {
+                return Ok(Run { turns, last: memory, settled: true });
+            };
             (state, memory) = (turn.state.clone(), next);
             turns.push(turn);
         }
         let settled = self.book.game(memory).is_none();
-        Ok((turns, settled))
+        Ok(Run { turns, last: memory, settled })
     }
 
     /// Simulates one step; `None` if the strategy has no action.
@@ -329,6 +378,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
             lost: lost(&self.book.preferences, &at.most_preferred, &to.most_preferred),
             weakens_step: weakens(&at.most_preferred),
             weakens_start: weakens(first),
+            cost: self.book.rule.as_ref().map_or(0.0, |rule| rule.cost(at.memory, &at.state)),
         };
         Some((turn, to.next))
     }
@@ -375,6 +425,7 @@ mod tests {
             lost: ObjectiveSet::new(),
             weakens_step,
             weakens_start,
+            cost: 0.0,
         };
         Trace { play, turns: vec![turn] }
     }

@@ -2,11 +2,13 @@
 
 use num_traits::One;
 
+use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::exact::Ratio;
+use crate::model::expr::ExprId;
 use crate::model::rewards::RewardStructure;
 use crate::model::step::Choice;
-use crate::model::{Program, State};
+use crate::model::{Program, State, fault};
 
 /// A cost for each step: what a choice costs in a state, at least 0.
 ///
@@ -24,10 +26,32 @@ pub trait Cost {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Steps;
 
+impl Steps {
+    /// The name of this cost in options and reports.
+    pub const NAME: &str = "steps";
+}
+
 impl Cost for Steps {
     fn of(&self, _: &State, _: &Choice) -> Result<Ratio> {
         Ok(Ratio::one())
     }
+}
+
+/// Checks the rewards of a structure in all states of the scope; the error names one of the wrong
+/// ones. `wrong` is [`Program::wrong_rewards`] in the program of the engine.
+///
+/// # Errors
+/// A reward is negative or has no value in some state; a limit is reached.
+pub fn check_rewards<E: Engine>(
+    engine: &E,
+    program: &Program,
+    structure: &RewardStructure,
+    wrong: ExprId,
+) -> Result<()> {
+    let examples = engine.list_states(&engine.states_where(wrong)?, 1)?;
+    let Some(state) = examples.first() else { return Ok(()) };
+    let choices = program.choices(state).map_err(|f| fault::error(program, &f, state))?;
+    choices.iter().try_for_each(|(choice, _)| program.reward(structure, state, choice).map(|_| ()))
 }
 
 /// The rewards of a reward structure.

@@ -24,6 +24,7 @@
 //! | `horizon` | success within n steps |
 //! | `number` | intervals with outward rounding, and fractions |
 //! | [`values`] | the results: [`Values`] |
+//! | [`choose`] | strategies that attain the values |
 //! | [`reach`] | probabilities of formulas and rewards until a target, without preferences |
 //!
 //! # Methods
@@ -55,6 +56,7 @@
 //! model checking algorithms" (TACAS 2023); K. Chatterjee et al., "Fixed point certificates for
 //! reachability and expected rewards in MDPs" (TACAS 2025).
 
+pub mod choose;
 mod component;
 mod components;
 pub mod cost;
@@ -73,6 +75,7 @@ mod solved;
 mod tests;
 pub mod values;
 
+pub use choose::{Choose, Chooser};
 pub use cost::{Cost, Earned, Steps};
 pub use number::{Bounds, Interval};
 pub use values::{Aim, ChoiceValues, Node, Setup, Values};

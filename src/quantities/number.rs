@@ -71,6 +71,11 @@ impl Bounds {
         self
     }
 
+    /// Returns the number in the middle.
+    pub fn middle(&self) -> f64 {
+        f64::midpoint(self.interval.lower, self.interval.upper)
+    }
+
     /// Returns the bounds 0 and `upper`.
     pub(super) fn any(upper: f64) -> Self {
         Bounds { interval: Interval { lower: 0.0, upper }, exact: None }

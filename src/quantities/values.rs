@@ -147,7 +147,7 @@ impl Values {
 
     /// Returns the node of a state in an arena, by its position in
     /// [`Improvement::arenas`](crate::planning::Improvement::arenas); `None` if it was not explored.
-    pub fn node(&self, arena: Option<usize>, state: &State) -> Option<Node> {
+    pub fn node(&self, arena: Option<usize>, state: &[i64]) -> Option<Node> {
         let arena = match arena {
             Some(arena) => Some(u32::try_from(arena).ok()?),
             None => None,
@@ -156,7 +156,7 @@ impl Values {
     }
 
     /// Returns the node of a state with which planning starts there; `None` if it was not explored.
-    pub fn start(&self, state: &State) -> Option<Node> {
+    pub fn start(&self, state: &[i64]) -> Option<Node> {
         let own = |arena: Option<u32>| {
             self.places.find(arena, false, state).filter(|&node| self.places.own[node as usize])
         };
@@ -257,19 +257,39 @@ impl Values {
         (choice != NONE).then_some(choice)
     }
 
-    /// Returns the node and the number of improvements still wanted after a step by the best choice
-    /// to a state; `None` if the step is lost or does not follow from that choice.
-    pub fn successor(&self, node: Node, k: usize, aim: Aim, to: &State) -> Option<(Node, usize)> {
-        let choice = self.pick(node.0, k, aim)?;
+    /// Returns the number of improvements that a strategy aims at from a node: the greatest k, at most
+    /// that of [`Setup::levels`], with P_k > 0 (for [`Aim::Cheap`]: with P_k = 1).
+    pub fn aimed(&self, node: Node, aim: Aim) -> usize {
+        let rank = self.graph.ranks[node.0 as usize];
+        let k = match aim {
+            Aim::Likely => rank.positive,
+            Aim::Cheap => rank.sure,
+        };
+        self.setup.levels.min(k as usize)
+    }
+
+    /// Returns the cost of the [`Values::best_choice`].
+    pub fn best_choice_cost(&self, node: Node, k: usize, aim: Aim) -> Option<&Ratio> {
+        let cost = self.graph.costs[self.pick(node.0, k, aim)? as usize];
+        self.graph.fractions().get(cost as usize)
+    }
+
+    /// Returns the node and the number of improvements still wanted after a step to a state; `None` if
+    /// the step is lost, or not by a kept choice.
+    pub fn successor(&self, node: Node, k: usize, aim: Aim, to: &[i64]) -> Option<(Node, usize)> {
         let is_there =
-            |edge: &&super::graph::Edge| edge.to != LOST && self.places.states[edge.to as usize] == *to;
-        let edge = self.graph.edges(choice).iter().find(is_there)?;
-        let (mut edge, mut left) = (*edge, k - usize::from(edge.counts));
-        while self.graph.junction[edge.to as usize] {
-            edge = *self.graph.edges(self.pick(edge.to, left, aim)?).first()?;
-            left -= usize::from(edge.counts);
+            |edge: &&super::graph::Edge| edge.to != LOST && self.places.states[edge.to as usize] == to;
+        // The choice does not matter: the states decide whether a step improves.
+        let mut edges = self.graph.choices(node.0).flat_map(|choice| self.graph.edges(choice));
+        let edge = *edges.find(is_there)?;
+        let (mut node, mut left) = (edge.to, k.checked_sub(usize::from(edge.counts))?);
+        if self.graph.junction[node as usize] {
+            // If nothing can follow either way, the improvement is counted.
+            let choice = self.pick(node, left, aim).unwrap_or(self.graph.choices(node).start);
+            let edge = self.graph.edges(choice).first()?;
+            (node, left) = (edge.to, left.checked_sub(usize::from(edge.counts))?);
         }
-        Some((Node(edge.to), left))
+        Some((Node(node), left))
     }
 }
 

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use serde_json::{Value, json};
+
 use crate::common::{Finished, Scratch, meliora, run};
 
 type Cells = BTreeMap<(i64, i64), String>;
@@ -72,6 +74,18 @@ fn queried(dump: &str, kind: &str, levels: usize, condition: &str) -> Cells {
     cells
 }
 
+/// Returns the values that `values` computes, for the cells in which the other variables have values.
+fn computed(values: &Value, others: &Value, k: usize, what: &str) -> BTreeMap<(i64, i64), Option<f64>> {
+    let fits = |state: &&Value| {
+        others.as_object().unwrap().iter().all(|(name, value)| state["state"][name] == *value)
+    };
+    let cell = |state: &Value| {
+        let place = ["r", "c"].map(|name| state["state"][name].as_i64().unwrap());
+        ((place[0], place[1]), state["levels"][k][what]["lower"].as_f64())
+    };
+    values["states"].as_array().unwrap().iter().filter(fits).map(cell).collect()
+}
+
 #[test]
 fn a_page_shows_in_a_browser_what_query_says() {
     let Some(browser) = chromium() else {
@@ -90,6 +104,20 @@ fn a_page_shows_in_a_browser_what_query_says() {
     assert_eq!(cells(&linked, "sasi"), queried(&dump, "sasi", 2, condition));
     assert_eq!(cells(&linked, "spi"), queried(&dump, "spi", 5, condition));
     assert!(linked.contains("r=3,c=2,b=5,d=true"), "the cell is described");
+    let values = run(&format!("values {robot} --all --limit 4096 --json")).expect(0).json();
+    for (map, k, what) in [("p2", 1, "probability"), ("c1", 0, "cost")] {
+        let shown = cells(&linked, map);
+        let expected =
+            computed(&values, &json!({"b": 5, "d": true, "e": false, "f": false, "ch": false}), k, what);
+        assert_eq!(shown.len(), 25);
+        for (cell, text) in shown.iter().filter(|(_, text)| !text.is_empty()) {
+            let close = match (text.parse::<f64>(), expected[cell]) {
+                (Ok(shown), Some(x)) => (shown - x).abs() <= if x < 1.0 { 0.005 } else { 0.05 },
+                (shown, x) => shown.is_err() && (x.is_none() || text == ">0.99"),
+            };
+            assert!(close, "{map}: {cell:?} shows {text}, {:?} expected", expected[cell]);
+        }
+    }
 
     // The slider, moved as a hand would, in a copy with a few lines that move it.
     let moved = scratch.show("moved.html");

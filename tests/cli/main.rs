@@ -1,6 +1,7 @@
 //! The command line as users see it: standard output, standard error and exit statuses.
 
 mod browser;
+mod choose;
 mod common;
 mod compare;
 mod dumps;

@@ -90,14 +90,24 @@ fn the_reports_have_their_keys_in_order() {
     assert_eq!(
         keys(&report),
         [
-            "schema", "model", "engine", "scope", "safety", "empty", "kind", "asked", "states", "time",
-            "memory"
+            "schema", "model", "engine", "scope", "safety", "empty", "kind", "choose", "reward", "asked",
+            "states", "time", "memory"
         ]
     );
     let state = &report["states"][0];
     assert_eq!(
         keys(state),
-        ["state", "most_preferred", "sasi_rank", "spi_rank", "progress_action", "actions", "longest_play"]
+        [
+            "state",
+            "most_preferred",
+            "sasi_rank",
+            "spi_rank",
+            "progress_action",
+            "chosen_action",
+            "attains",
+            "actions",
+            "longest_play"
+        ]
     );
     let action = &state["actions"][0];
     assert_eq!(keys(action), ["name", "kept", "permitted", "progress", "verdict", "reason", "successors"]);

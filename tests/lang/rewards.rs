@@ -1,7 +1,7 @@
 //! Reward structures: the values that choices earn, and the errors in them.
 
 use meliora::error::{Error, SourceFile};
-use meliora::lang::{Checked, load};
+use meliora::lang::{Checked, flat, load};
 use meliora::model::Program;
 use num_rational::BigRational;
 
@@ -125,4 +125,29 @@ fn a_wrong_structure_is_a_warning_until_it_is_used() {
     let text = "mdp module m endmodule rewards \"r\" endrewards rewards \"r\" true : 1; endrewards";
     let program = checked(text).program;
     assert!(program.rewards[0].errors.is_empty() && !program.rewards[1].errors.is_empty());
+}
+
+#[test]
+fn the_flat_program_earns_the_same() {
+    let hidden = "mdp module m x : bool; [a] true -> true; [b] true -> true; endmodule
+        rewards [] true : 1; [b] true : 2; [c] true : 4; endrewards
+        rewards \"none\" endrewards
+        system (m / {a}) {b<-c} endsystem";
+    for (text, states) in [
+        (MODEL.replace("1/3", "0.3").as_str(), vec![vec![0, 0], vec![1, 0], vec![1, 1], vec![3, 1]]),
+        (hidden, vec![vec![0], vec![1]]),
+    ] {
+        let program = checked(text).program;
+        // The text of a constant such as 1/3 has its rounded value.
+        let again = checked(&flat(&program).unwrap()).program;
+        assert_eq!(program.rewards.len(), again.rewards.len());
+        for state in states {
+            for name in program.rewards.iter().map(|structure| structure.name.as_deref()) {
+                let [mut one, mut other] = [&program, &again].map(|p| earned(p, name, &state).unwrap());
+                one.sort();
+                other.sort();
+                assert_eq!(one, other, "{name:?} in {state:?}");
+            }
+        }
+    }
 }

@@ -37,6 +37,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "targets": edges(&projections.targets),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": play,
+        "heat": content.outlook.map(|outlook| outlook.heat.data()),
     });
     // A `<` in a text must not end the script element.
     data.to_string().replace('<', "\\u003c")
@@ -46,7 +47,9 @@ fn variables(projections: &Projections) -> Vec<Json> {
     let mut all = Vec::new();
     for (v, levels) in projections.variables.iter().zip(&projections.levels) {
         let boolean = v.ty == Type::Bool;
-        all.push(json!({"name": v.name, "bool": boolean, "low": v.low, "high": v.high, "levels": levels}));
+        let (low, high) = (v.low, v.high);
+        let names = &v.values;
+        all.push(json!({"name": v.name, "bool": boolean, "low": low, "high": high, "names": names, "levels": levels}));
     }
     all
 }
@@ -64,7 +67,7 @@ fn class(paint: &Paint<'_>, index: usize, edge: Edge) -> Json {
     json!({
         "name": paint.names[index],
         "mark": paint.marks[index],
-        "fill": palette::hex(color),
+        "fill": palette::css(color),
         "ink": ink,
         "edge": edge.number(),
     })
@@ -74,7 +77,7 @@ fn ladder(ladder: &Ladder, paint: &Paint<'_>, picture: Picture) -> Json {
     let most = paint.most(picture);
     let color = |rank: Rank| {
         let color = palette::rank(rank, most);
-        json!({"fill": palette::hex(color), "ink": palette::ink(color)})
+        json!({"fill": palette::css(color), "ink": palette::ink(color)})
     };
     json!({
         "levels": ladder.levels.iter().map(|e| e.number()).collect::<Vec<_>>(),

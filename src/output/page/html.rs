@@ -5,6 +5,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::super::header::{Header, ModelSummary};
 use super::super::simulate::TurnReport;
 use super::super::{ranks, text};
+use super::heat::MOST_STATES;
+use super::outlook::{LISTED, Promise};
 use super::paint::Paint;
 use super::{Content, Picture, Play, bars, data, hasse, map, paint, words};
 use crate::model::Variable;
@@ -13,6 +15,10 @@ use crate::model::value::Type;
 use crate::planning::Scheduler;
 use crate::planning::result::{Plan, Prospects};
 use crate::projections::Projections;
+use crate::quantities::Choose;
+
+/// Controls of more variables than this are folded at first.
+const FOLDED: usize = 6;
 
 /// The page.
 pub(super) fn page(content: &Content<'_>) -> String {
@@ -79,21 +85,25 @@ fn verdict(content: &Content<'_>) -> Markup {
     html! {
         section.verdict #verdict {
             @for (index, state) in initial.iter().enumerate() {
-                @if index < 3 { (card(state)) }
+                @if index < LISTED { (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)))) }
             }
-            @if initial.len() > 3 { p.hint { "… " (more) " initial states in total." } }
+            @if initial.len() > LISTED { p.hint { "… " (more) " initial states in total." } }
         }
     }
 }
 
-fn card(initial: &Prospects) -> Markup {
+fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
+    let headline = promise.map_or_else(|| words::verdict(initial), Promise::sentence);
     html! {
         div.card {
             p.headline {
                 @if initial.escape.is_some() { "No strategy keeps the requirements." }
-                @else { (words::verdict(initial)) }
+                @else { (headline) }
             }
             div.figures {
+                @if let Some(action) = promise.and_then(|promise| promise.first.as_ref()) {
+                    div.figure { span.number.text { (action) } span.label { "the best first action" } }
+                }
                 (figure("guaranteed", "sure", initial.sasi.as_ref()))
                 (figure("possible", "possible", initial.spi.as_ref()))
                 div.figure {
@@ -139,11 +149,14 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
         section #maps {
             h2 { "Maps" }
             @if !others.is_empty() && !projections.projected {
-                form.controls autocomplete="off" {
-                    @for (index, variable) in &others { (control(variable, opening[*index], projections.at[*index])) }
-                    div.buttons {
-                        button #to-start type="button" { "values of the start" }
-                        button #to-any type="button" { "any values" }
+                details.others open[others.len() <= FOLDED] {
+                    summary { "Values of the other variables" }
+                    form.controls autocomplete="off" {
+                        @for (index, variable) in &others { (control(variable, opening[*index], projections.at[*index])) }
+                        div.buttons {
+                            button #to-start type="button" { "values of the start" }
+                            button #to-any type="button" { "any values" }
+                        }
                     }
                 }
             }
@@ -151,6 +164,11 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
             p #view.hint aria-live="polite" data-open=(open) { (view_sentence(paint)) }
             div.maps.strip[projections.plane.row.is_none()] style=(format!("--least:{}rem", least_width(projections))) {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
+                @if let Some(outlook) = content.outlook { (map::values(content, paint, &outlook.heat)) }
+            }
+            @if content.outlook.is_none() {
+                p.hint { "Values are left out: the model has more than " (text::grouped(MOST_STATES)) " states. "
+                    code { "meliora values" } " computes them." }
             }
             p.hint { (key(content, paint)) }
             div #cell.card.detail aria-live="polite" { "Select a cell with the mouse or the arrow keys to see its results." }
@@ -209,10 +227,11 @@ fn control(variable: &Variable, value: Option<i64>, at: i64) -> Markup {
     html! {
         div.control data-variable=(variable.name) {
             label for=(id) { (variable.name) }
-            @if variable.ty == Type::Bool {
+            @if variable.ty == Type::Bool || !variable.values.is_empty() {
                 select id=(id) {
-                    option value="0" selected[shown == 0] { "false" }
-                    option value="1" selected[shown != 0] { "true" }
+                    @for option in variable.low..=variable.high {
+                        option value=(option) selected[shown == option] { (variable.show(option)) }
+                    }
                 }
             } @else {
                 input id=(id) type="range" min=(variable.low) max=(variable.high) value=(shown);
@@ -255,9 +274,11 @@ fn played(play: &Play) -> Markup {
             p.hint {
                 "Run " (play.trace.play) " with seed " (play.seed) " under the " (play.scheduler.name()) " "
                 (play.kind) " strategy, which selects "
-                @match play.scheduler {
-                    Scheduler::Permissive => "each permitted action with the same probability. ",
-                    Scheduler::Progress => "the first permitted action that comes closer to an improvement. ",
+                @match (play.scheduler, play.choose) {
+                    (Scheduler::Permissive, _) => "each permitted action with the same probability. ",
+                    (_, Choose::First) => "the first permitted action that comes closer to an improvement. ",
+                    (_, Choose::Likely) => "the permitted action with the greatest probability of success. ",
+                    (_, Choose::Cheap) => "the permitted action with the fewest expected steps. ",
                 }
                 b { (words::outcome(play)) }
             }

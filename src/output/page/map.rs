@@ -1,9 +1,13 @@
 //! Heat maps over the plane. They show the opening view; the page's script changes colours, numbers
 //! and arrows when a slider moves.
 
+use std::collections::BTreeMap;
+
 use maud::{Markup, PreEscaped, html};
 
-use super::paint::{Found, Paint, SIDE};
+use super::heat::Heat;
+use super::paint::{Found, Look, Paint, SIDE};
+use super::palette::Rgb;
 use super::{Content, Picture, palette};
 use crate::engine::Scope;
 use crate::projections::{Projections, View};
@@ -12,6 +16,10 @@ use crate::projections::{Projections, View};
 const READABLE: usize = 24;
 /// Maximum number of columns for letters of targets next to numbers of the usual size.
 const ROOMY: usize = 12;
+/// Maximum number of classes whose legend is not grouped.
+const UNGROUPED: usize = 8;
+/// Maximum number of targets that are marked among many small cells.
+const MOST_SPOTS: usize = 200;
 
 /// Returns the style of a separate drawing, so that it looks as in the page.
 pub(super) fn style() -> Markup {
@@ -36,11 +44,11 @@ pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Pic
             @for (index, line) in view.iter().enumerate() {
                 text.small x="4" y=(38 + 16 * index) { (line) }
             }
-            g transform=(format!("translate(0,{top})")) { (cells(picture, &paint)) }
+            g transform=(format!("translate(0,{top})")) { (cells(Layer::Ranks(picture), &paint)) }
             @for (index, (color, label)) in legend.iter().enumerate() {
                 @let (x, y) = (index % beside * 100 + 4, index / beside * 24 + height + 8);
                 g transform=(format!("translate({x},{y})")) {
-                    rect.swatch width="16" height="16" fill=(palette::hex(*color)) {}
+                    rect.swatch width="16" height="16" fill=(palette::css(*color)) {}
                     text.small x="22" y="13" { (label) }
                 }
             }
@@ -65,31 +73,95 @@ fn lines(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// What the cells of a map show.
+#[derive(Clone, Copy)]
+enum Layer<'a> {
+    Ranks(Picture),
+    /// The looks of the cells, row by row.
+    Values(&'a [Look]),
+}
+
 /// Renders a map as a part of the page.
 pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup {
+    let words =
+        Words { id: picture.name().to_owned(), title: picture.title().to_owned(), hint: hint(picture) };
+    let legend = legend(paint, picture);
+    figure(content, paint, Layer::Ranks(picture), &words, &legend)
+}
+
+/// Renders the maps of values as parts of the page.
+pub(super) fn values(content: &Content<'_>, paint: &Paint<'_>, heat: &Heat) -> Markup {
+    let looks = heat.looks(paint.projections, &paint.views());
+    html! {
+        @for (&measure, looks) in heat.measures.iter().zip(&looks) {
+            @let words = Words { id: measure.id(), title: measure.title(), hint: measure.hint() };
+            (figure(content, paint, Layer::Values(looks), &words, &plain_legend(&heat.legend(measure))))
+        }
+    }
+}
+
+/// The texts of a map.
+struct Words {
+    id: String,
+    title: String,
+    hint: &'static str,
+}
+
+/// Renders the colours of a legend.
+fn plain_legend(entries: &[(Rgb, String)]) -> Markup {
+    html! {
+        @for (color, label) in entries {
+            li { span.swatch style=(format!("background:{}", palette::css(*color))) {} (label) }
+        }
+    }
+}
+
+/// Renders the colours of a map; many classes are grouped by their first most preferred objective.
+fn legend(paint: &Paint<'_>, picture: Picture) -> Markup {
+    let entries = paint.legend(picture);
+    if picture != Picture::Classes || entries.len() <= UNGROUPED {
+        return plain_legend(&entries);
+    }
+    let first = |name: &String| name.split(',').next().unwrap_or_default().to_owned();
+    let mut groups: BTreeMap<String, Vec<(Rgb, String)>> = BTreeMap::new();
+    for (entry, name) in entries.into_iter().zip(&paint.names) {
+        groups.entry(first(name)).or_default().push(entry);
+    }
+    html! {
+        @for (name, entries) in &groups {
+            li.group { b { (name) } ul.legend { (plain_legend(entries)) } }
+        }
+    }
+}
+
+fn figure(
+    content: &Content<'_>,
+    paint: &Paint<'_>,
+    layer: Layer<'_>,
+    words: &Words,
+    legend: &Markup,
+) -> Markup {
     let projections = paint.projections;
     let (width, height) = size(projections);
     let pale = paint.cells.iter().flatten().any(|found| found.elsewhere);
     let widest = if projections.plane.row.is_some() { (width * 8 / 5).clamp(200, 720) } else { width };
     html! {
-        figure.map id=(format!("map-{}", picture.name())) {
+        figure.map id=(format!("map-{}", words.id)) {
             figcaption {
-                strong { (picture.title()) }
-                span.hint { (hint(picture)) }
+                strong { (words.title) }
+                span.hint { (words.hint) }
             }
             svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}")) role="img"
-                aria-label=(picture.title()) style=(format!("max-width:{widest}px")) {
-                (cells(picture, paint))
+                aria-label=(words.title) style=(format!("max-width:{widest}px")) {
+                (cells(layer, paint))
             }
             ul.legend {
-                @for (color, label) in paint.legend(picture) {
-                    li { span.swatch style=(format!("background:{}", palette::hex(color))) {} (label) }
-                }
+                (legend)
                 @if content.check.header.scope == Some(Scope::Reachable) {
                     li.wall-key { span.swatch.wall {} "unreachable" }
                     @if !projections.projected { li.pale hidden[!pale] { span.swatch.pale {} "faded: unreachable with these values" } }
                 }
-                @if picture == Picture::Classes { li.several { span.swatch.several {} "several classes" } }
+                @if matches!(layer, Layer::Ranks(Picture::Classes)) { li.several { span.swatch.several {} "several classes" } }
             }
         }
     }
@@ -118,9 +190,11 @@ fn letters(projections: &Projections) -> usize {
     (13 * cells / 10).max(16)
 }
 
-/// Returns the width of the row numbers.
+/// Returns the width of the row numbers, or of the names of values.
 fn left(projections: &Projections) -> usize {
-    2 * letters(projections) + 12
+    let named =
+        projections.plane.row.is_some_and(|row| !projections.variables[row.index()].values.is_empty());
+    letters(projections) * if named { 4 } else { 2 } + 12
 }
 
 /// Formats a view: `b=8, d=false`, or `any b, any d`.
@@ -143,7 +217,7 @@ pub(super) fn view_text(projections: &Projections, view: &View) -> String {
 }
 
 /// Renders the cells with the numbers of their rows and columns.
-fn cells(picture: Picture, paint: &Paint<'_>) -> Markup {
+fn cells(layer: Layer<'_>, paint: &Paint<'_>) -> Markup {
     let projections = paint.projections;
     let ring = SIDE / 2 - 3;
     // In a picture of many small cells, a ring around one cell would be invisible.
@@ -156,15 +230,31 @@ fn cells(picture: Picture, paint: &Paint<'_>) -> Markup {
         (axes(projections, &projections.rows(), &projections.columns()))
         @for (i, row) in paint.cells.iter().enumerate() {
             @for (j, found) in row.iter().enumerate() {
-                (cell(picture, paint, (left(projections) + SIDE * j, SIDE * i), found))
+                @let number = i * row.len() + j;
+                (cell(layer, paint, number, (left(projections) + SIDE * j, SIDE * i), found))
             }
         }
+        @if is_large(projections) { (spots(paint)) }
         @if let Some((i, j)) = start(projections) {
             @let (x, y) = (left(projections) + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
             circle.start cx=(x) cy=(y) r=(ring.max(many)) { title { "start" } }
         }
         rect.chosen width=(SIDE) height=(SIDE) visibility="hidden" {}
         circle.token r=((ring - 3).max(many)) visibility="hidden" {}
+    }
+}
+
+/// Marks the targets in a map with small cells by signs that are larger than a cell.
+fn spots(paint: &Paint<'_>) -> Markup {
+    let left = left(paint.projections);
+    let places = paint.cells.iter().enumerate().flat_map(|(i, row)| {
+        let targets = row.iter().enumerate().filter(|(_, found)| !found.targets.is_empty());
+        targets.map(move |(j, found)| (left + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2, &found.letters))
+    });
+    html! {
+        @for (x, y, letters) in places.take(MOST_SPOTS) {
+            path.spot d=(format!("M{x} {}l45 45l-45 45l-45 -45z", y as i64 - 45)) { title { "target " (letters.join(", ")) } }
+        }
     }
 }
 
@@ -180,6 +270,7 @@ fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
     let (left, size, bottom) = (left(projections), letters(projections), SIDE * rows.len());
     let (first, second) = (bottom + size + 3, bottom + 9 * size / 4 + 3);
     let name = |v: crate::model::VarId| projections.variables[v.index()].name.as_str();
+    let shown = |v: crate::model::VarId, value: i64| short(&projections.variables[v.index()].show(value));
     let font = format!("font-size:{size}px");
     let anchored = |anchor: &str| format!("{font};text-anchor:{anchor}");
     // About twelve numbers per axis are enough.
@@ -187,7 +278,7 @@ fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
     html! {
         @if let Some(row) = projections.plane.row {
             @for (i, value) in rows.iter().enumerate().step_by(down) {
-                text.axis x=(left - 8) y=(SIDE * i + SIDE / 2 + size / 3) style=(anchored("end")) { (value) }
+                text.axis x=(left - 8) y=(SIDE * i + SIDE / 2 + size / 3) style=(anchored("end")) { (shown(row, *value)) }
             }
             text.axis x="2" y=(second) style=(anchored("start")) {
                 (name(row)) (if projections.rows_up { " ↑ " } else { " ↓ " }) (name(projections.plane.column)) " →"
@@ -196,13 +287,25 @@ fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
             text.axis x="2" y=(second) style=(anchored("start")) { (name(projections.plane.column)) " →" }
         }
         @for (j, value) in columns.iter().enumerate().step_by(along) {
-            text.axis x=(left + SIDE * j + SIDE / 2) y=(first) style=(font) { (value) }
+            text.axis x=(left + SIDE * j + SIDE / 2) y=(first) style=(font) { (shown(projections.plane.column, *value)) }
         }
     }
 }
 
-fn cell(picture: Picture, paint: &Paint<'_>, (x, y): (usize, usize), found: &Found) -> Markup {
-    let look = paint.look(picture, found);
+/// Shortens the name of a value at an axis.
+fn short(name: &str) -> String {
+    if name.chars().count() <= 6 { name.to_owned() } else { name.chars().take(5).chain(['…']).collect() }
+}
+
+fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usize), found: &Found) -> Markup {
+    let look = match layer {
+        Layer::Ranks(picture) => &paint.look(picture, found),
+        Layer::Values(looks) => &looks[number],
+    };
+    let arrows = match layer {
+        Layer::Ranks(picture) if picture != Picture::Classes => Some(paint.arrows(picture, found)),
+        _ => None,
+    };
     let place = !found.letters.is_empty() && paint.projections.columns().len() > ROOMY;
     html! {
         g.cell.elsewhere[found.elsewhere].place[place] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
@@ -210,9 +313,7 @@ fn cell(picture: Picture, paint: &Paint<'_>, (x, y): (usize, usize), found: &Fou
             rect width=(SIDE) height=(SIDE) fill=(look.fill) {}
             @if !is_large(paint.projections) {
                 text class=(size_class(&look.text)) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
-                @if picture != Picture::Classes {
-                    path.arrows fill=(look.ink) d=(paint.arrows(picture, found)) {}
-                }
+                @if let Some(arrows) = arrows { path.arrows fill=(look.ink) d=(arrows) {} }
                 @for (corner, letter) in found.letters.iter().enumerate() {
                     @if place && found.letters.len() == 1 {
                         text class="target only" x=(SIDE / 2) y="29" { (letter) }

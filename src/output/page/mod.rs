@@ -7,15 +7,19 @@
 mod bars;
 mod data;
 mod hasse;
+mod heat;
 mod html;
 mod layered;
 mod letters;
 mod map;
+mod outlook;
 mod paint;
 mod palette;
 mod report;
 mod words;
 
+pub use heat::{Heat, MOST_STATES};
+pub use outlook::Outlook;
 pub use report::{PageReport, Written};
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
@@ -26,6 +30,7 @@ use crate::model::{Program, State};
 use crate::planning::simulate::PlayEnd;
 use crate::planning::{Kind, Scheduler};
 use crate::projections::Projections;
+use crate::quantities::Choose;
 
 /// The contents of a page.
 pub struct Content<'a> {
@@ -39,6 +44,8 @@ pub struct Content<'a> {
     pub projections: Option<&'a Projections>,
     /// A run; `None` if nothing can be improved.
     pub play: Option<&'a Play>,
+    /// The values of all states; `None` if there are too many.
+    pub outlook: Option<&'a Outlook>,
 }
 
 /// A simulated run.
@@ -48,6 +55,8 @@ pub struct Play {
     pub kind: Kind,
     /// The strategy of that kind.
     pub scheduler: Scheduler,
+    /// The action that the progress strategy takes.
+    pub choose: Choose,
     /// The seed of the random numbers.
     pub seed: u64,
     /// The run as text.

@@ -2,7 +2,8 @@
   const data = JSON.parse(document.getElementById('data').textContent);
   const { variables, sasi, spi, classes, choices } = data;
   const diagram = Diagram(data.nodes, data.width);
-  const maps = ['sasi', 'spi', 'classes'].map((name) => {
+  const measures = data.heat ? data.heat.measures : [];
+  const maps = ['sasi', 'spi', 'classes', ...measures.map((m) => m.id)].map((name) => {
     const figure = document.getElementById('map-' + name);
     return { name, figure, cells: [...figure.querySelectorAll('.cell')], token: figure.querySelector('.token'), mark: figure.querySelector('rect.chosen') };
   });
@@ -11,7 +12,7 @@
   let chosen = null;
   let step = null;
 
-  const show = (variable, value) => (variable.bool ? String(value !== 0) : String(value));
+  const show = (variable, value) => variable.names[value - variable.low] ?? (variable.bool ? String(value !== 0) : String(value));
 
   /** Returns the rank of a ladder: 2, 2+ or ∞. */
   function rank(ladder, pattern) {
@@ -27,7 +28,8 @@
   function classOf(pattern) {
     const found = classes.filter((c) => diagram.meets(c.edge, pattern));
     if (found.length === 1) return { text: found[0].mark, color: found[0], found };
-    return { text: '…', color: { fill: 'var(--several)', ink: 'var(--ink)' }, found };
+    const marks = found.map((c) => c.mark).join('|');
+    return { text: marks.length <= 8 ? marks : found.length + ' classes', color: { fill: 'var(--several)', ink: 'var(--ink)' }, found };
   }
 
   function placed(row, column) {
@@ -45,6 +47,50 @@
 
   function arrows(ladder, pattern) {
     return [...new Set(permitted(ladder, pattern).map((choice) => choice.arrow))].join('');
+  }
+
+  // The values of all states, by their place in the plane.
+  const placeOf = (row, column) => row + ',' + column;
+  const valued = new Map();
+  for (const [number, state] of (data.heat ? data.heat.states : []).entries()) {
+    const key = placeOf(data.row === null ? 0 : state[data.row], state[data.column]);
+    if (!valued.has(key)) valued.set(key, []);
+    valued.get(key).push(number);
+  }
+
+  /** Formats a value in at most five characters. */
+  function digits(x) {
+    const power = () => x.toExponential(0).replace('e+', 'e');
+    if (x > 0 && x < 0.005) return power();
+    if (x > 0.995 && x < 1) return '>0.99';
+    if (x >= 1e5) return power();
+    return String(Number(x.toFixed(x < 1 ? 2 : x < 100 ? 1 : 0)));
+  }
+
+  /** Returns the colour of a share of 0 to 1; larger shares are darker. */
+  function scale(share) {
+    const stops = data.heat.stops;
+    const place = Math.max(0, Math.min(1, share)) * (stops.length - 1);
+    const below = Math.min(Math.floor(place), stops.length - 2);
+    const rgb = stops[below].map((from, i) => Math.round(from + (stops[below + 1][i] - from) * (place - below)));
+    const light = 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2];
+    return { fill: 'rgb(' + rgb + ')', ink: light > 140 ? '#1a1a1a' : '#ffffff' };
+  }
+
+  /** Returns the best value of the states of a cell; `others` are values or null for any. */
+  function best(measure, row, column, others) {
+    let found = null;
+    for (const number of valued.get(placeOf(row, column)) ?? []) {
+      const state = data.heat.states[number];
+      const value = measure.all[number];
+      if (value === null || !others.every((wanted, i) => wanted === null || inPlane(i) || wanted === state[i])) continue;
+      if (found === null || (measure.steps ? value < found : value > found)) found = value;
+    }
+    if (found === null || (found === 0 && !measure.steps)) {
+      return { text: measure.steps ? '–' : '0', color: { fill: 'var(--none, #f3f1e9)', ink: 'var(--none-ink, #1a1a1a)' } };
+    }
+    const share = measure.high > measure.low ? (found - measure.low) / (measure.high - measure.low) : 0;
+    return { text: digits(found), color: scale(measure.steps ? 1 - share : share) };
   }
 
   /** Returns the pattern of a cell in which the other variables have any values. */
@@ -78,6 +124,8 @@
       paint(place, 0, rank(sasi, pattern), still ? '' : arrows(sasi, pattern), elsewhere);
       paint(place, 1, rank(spi, pattern), still ? '' : arrows(spi, pattern), elsewhere);
       paint(place, 2, classOf(pattern), '', elsewhere);
+      const others = elsewhere ? view.map(() => null) : view;
+      measures.forEach((m, i) => paint(place, 3 + i, best(m, place.row, place.column, others), '', elsewhere));
     }
     describeView(open);
     describeCell(open);
@@ -107,9 +155,9 @@
 
   /** Returns the text of a cell for screen readers. */
   function spoken({ row, column }, map, found, elsewhere) {
-    const place = (data.row === null ? '' : variables[data.row].name + '=' + row + ', ') + variables[data.column].name + '=' + column;
+    const place = (data.row === null ? '' : variables[data.row].name + '=' + show(variables[data.row], row) + ', ') + variables[data.column].name + '=' + show(variables[data.column], column);
     if (found.text === '') return place + ': unreachable';
-    const what = map === 2 ? 'sure: ' + found.found.map((c) => c.name).join(' or ') : found.text + (map === 0 ? ' guaranteed' : ' possible');
+    const what = map > 2 ? measures[map - 3].title + ': ' + found.text : map === 2 ? 'sure: ' + found.found.map((c) => c.name).join(' or ') : found.text + (map === 0 ? ' guaranteed' : ' possible');
     return place + ': ' + what + (elsewhere ? ' at best, with other values' : '');
   }
 
@@ -171,6 +219,7 @@
       describeRank(line, 'guaranteed', sasi, pattern, open);
       describeRank(line, 'possible', spi, pattern, open);
       const here = data.objectives.filter((_, i) => diagram.meets(data.targets[i], pattern));
+      for (const measure of measures) line(measure.title.toLowerCase(), best(measure, chosen.row, chosen.column, view).text);
       if (here.length) line('target of', here.join(', '));
     }
     box.append(list);
@@ -325,8 +374,9 @@
       } else if (name === 'step') {
         play = Number(value);
       } else if (index >= 0 && !inPlane(index) && !data.projected) {
-        const number = value === 'true' ? 1 : value === 'false' ? 0 : Number(value);
-        const { low, high } = variables[index];
+        const { low, high, names } = variables[index];
+        const named = names.indexOf(value);
+        const number = named >= 0 ? low + named : value === 'true' ? 1 : value === 'false' ? 0 : Number(value);
         if (value === 'any') view[index] = null;
         else if (Number.isInteger(number) && low <= number && number <= high) view[index] = number;
       }

@@ -50,6 +50,23 @@ pub(super) struct Look {
     pub(super) text: String,
 }
 
+impl Look {
+    /// Returns the look of a place without states.
+    pub(super) fn wall() -> Self {
+        Look { fill: "url(#wall)".to_owned(), ink: "currentColor", text: String::new() }
+    }
+
+    /// Returns a text on a colour.
+    pub(super) fn colored(color: Rgb, text: String) -> Self {
+        Look { fill: palette::css(color), ink: palette::ink(color), text }
+    }
+
+    /// Returns a text on the colour for nothing.
+    pub(super) fn none(text: String) -> Self {
+        Look::colored(palette::NONE, text)
+    }
+}
+
 impl<'a> Paint<'a> {
     pub(super) fn new(content: &Content<'_>, projections: &'a Projections) -> Self {
         let name = |class: &_| text::names(&content.preferences.owned_names(class));
@@ -80,19 +97,35 @@ impl<'a> Paint<'a> {
 
     /// Returns the colours and the text of a cell.
     pub(super) fn look(&self, picture: Picture, found: &Found) -> Look {
-        let look = |(color, ink): (Rgb, _), text| Look { fill: palette::hex(color), ink, text };
-        let plain = |fill: &str, ink, text: &str| Look { fill: fill.to_owned(), ink, text: text.to_owned() };
-        let Some(cell) = &found.cell else {
-            return plain("url(#wall)", "currentColor", "");
-        };
+        let Some(cell) = &found.cell else { return Look::wall() };
         let rank = match (picture, &cell.classes[..]) {
-            (Picture::Classes, &[index]) => return look(self.class(index), self.marks[index].clone()),
-            (Picture::Classes, _) => return plain("var(--several, #d8d4e8)", "currentColor", "…"),
+            (Picture::Classes, &[index]) => {
+                return Look::colored(self.class(index).0, self.marks[index].clone());
+            }
+            (Picture::Classes, classes) => {
+                let fill = "var(--several, #d8d4e8)".to_owned();
+                return Look { fill, ink: "currentColor", text: self.several(classes) };
+            }
             (Picture::Spi, _) => cell.spi,
             (Picture::Sasi | Picture::Hasse, _) => cell.sasi,
         };
-        let color = palette::rank(rank, self.most(picture));
-        look((color, palette::ink(color)), ranks::mark(Some(rank)))
+        Look::colored(palette::rank(rank, self.most(picture)), ranks::mark(Some(rank)))
+    }
+
+    /// Returns the text for a cell with states of several classes: their marks, or how many.
+    fn several(&self, classes: &[usize]) -> String {
+        let marks = classes.iter().map(|&class| self.marks[class].as_str()).collect::<Vec<_>>().join("|");
+        if marks.chars().count() <= LONGEST { marks } else { format!("{} classes", classes.len()) }
+    }
+
+    /// Returns the views of the cells of the opening view; `None` where no state is.
+    pub(super) fn views(&self) -> Vec<Option<View>> {
+        let open: View = vec![None; self.projections.variables.len()];
+        let view = |found: &Found| {
+            let others = if found.elsewhere { &open } else { &self.opening };
+            found.cell.as_ref().map(|_| self.projections.view(others, found.row, found.column))
+        };
+        self.cells.iter().flatten().map(view).collect()
     }
 
     /// Returns the arrows of the permitted choices in a cell; empty if a variable has any value.

@@ -9,7 +9,7 @@ pub(super) type Rgb = [u8; 3];
 /// darker step by step and is also readable in grey. A number has the same colour in every picture.
 const LADDER: [Rgb; 5] = [[190, 230, 200], [46, 152, 184], [34, 112, 176], [36, 74, 150], [44, 45, 125]];
 /// The colour for no improvement, and for the class `nothing`.
-const NONE: Rgb = [243, 241, 233];
+pub(super) const NONE: Rgb = [243, 241, 233];
 /// The colour for any number of improvements.
 const UNBOUNDED: Rgb = [8, 18, 66];
 /// The colours of classes, from Okabe and Ito, which people with any colour vision can distinguish.
@@ -38,6 +38,23 @@ pub(super) fn rank(rank: Rank, most: usize) -> Rgb {
     }
 }
 
+/// Returns the colours of a scale from light to dark.
+pub(super) fn stops() -> [Rgb; 5] {
+    LADDER
+}
+
+/// Returns the colour of a share between 0 and 1: larger shares are darker.
+pub(super) fn scale(share: f64) -> Rgb {
+    let place = share.clamp(0.0, 1.0) * (LADDER.len() - 1) as f64;
+    let below = (place as usize).min(LADDER.len() - 2);
+    mix(LADDER[below], LADDER[below + 1], place - below as f64)
+}
+
+/// Returns a colour as a value of CSS; the colour for nothing follows the theme of the page.
+pub(super) fn css(color: Rgb) -> String {
+    if color == NONE { format!("var(--none, {})", hex(NONE)) } else { hex(color) }
+}
+
 /// Returns the colour of a class by its position; `None` stands for the class `nothing`.
 pub(super) fn class(position: Option<usize>) -> Rgb {
     let Some(position) = position else { return NONE };
@@ -58,6 +75,9 @@ fn mix(from: Rgb, to: Rgb, share: f64) -> Rgb {
 /// Returns black or white, whichever is more readable on a colour.
 pub(super) fn ink(on: Rgb) -> &'static str {
     let [r, g, b] = on.map(f64::from);
+    if on == NONE {
+        return "var(--none-ink, #1a1a1a)";
+    }
     if 0.299 * r + 0.587 * g + 0.114 * b > 140.0 { "#1a1a1a" } else { "#ffffff" }
 }
 

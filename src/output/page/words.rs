@@ -1,12 +1,18 @@
 //! Texts for verdicts and counts.
 
+use std::collections::BTreeSet;
+
 use super::super::ranks;
 use super::super::text::{self, grouped};
 use super::Play;
+use super::heat::digits;
 use crate::engine::Count;
 use crate::planning::Kind;
 use crate::planning::result::Prospects;
 use crate::planning::simulate::PlayEnd;
+
+/// Maximum number of alternatives that are named.
+const MOST_WAYS: usize = 4;
 
 /// Formats a count for a picture: `624`, `1.2 million`, `3.6e16`.
 pub(super) fn short(n: &Count) -> String {
@@ -35,6 +41,48 @@ pub(super) fn share(percent: f64) -> String {
         0.0 => "0 %".to_owned(),
         p if p < 0.1 => "< 0.1 %".to_owned(),
         p => format!("{p:.1} %"),
+    }
+}
+
+/// Returns `1 improvement`, `2 improvements`.
+pub(super) fn improvements(k: usize) -> String {
+    text::plural(k, "improvement")
+}
+
+/// Returns `1 step`, `11.4 steps`.
+pub(super) fn steps(x: f64) -> String {
+    let number = digits(x);
+    if number == "1" { "1 step".to_owned() } else { format!("{number} steps") }
+}
+
+/// Returns `first`, `second`, …, `11th`.
+pub(super) fn ordinal(k: usize) -> String {
+    let words =
+        ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"];
+    let word = k.checked_sub(1).and_then(|index| words.get(index));
+    word.map_or_else(|| format!("{k}th"), |&word| word.to_owned())
+}
+
+/// Joins names: `nothing`, `A`, `A and B`, `A, B and C`.
+pub(super) fn all_of(names: &[String]) -> String {
+    match names {
+        [] => "nothing".to_owned(),
+        [name] => name.clone(),
+        [names @ .., last] => format!("{} and {last}", names.join(", ")),
+    }
+}
+
+/// Joins alternatives: `A`, `A or B`, `A and B, or C`; only their number if they are many.
+pub(super) fn one_of(ways: &BTreeSet<Vec<String>>) -> String {
+    if ways.len() > MOST_WAYS {
+        return format!("one of {} better classes", ways.len());
+    }
+    let plain = ways.iter().all(|names| names.len() == 1);
+    let ways: Vec<String> = ways.iter().map(|names| all_of(names)).collect();
+    match ways.as_slice() {
+        [] => "a better class".to_owned(),
+        [one] => one.clone(),
+        [ways @ .., last] => format!("{}{} or {last}", ways.join(", "), if plain { "" } else { "," }),
     }
 }
 

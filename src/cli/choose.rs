@@ -1,0 +1,163 @@
+//! `--choose`: the action that a strategy takes among the permitted ones.
+
+use std::sync::Arc;
+
+use clap::Args;
+use meliora::engine::Engine;
+use meliora::error::{Error, Result};
+use meliora::model::expr::ExprId;
+use meliora::model::{Program, State};
+use meliora::output::choose::Choosing;
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Scheduler};
+use meliora::quantities::cost::check_rewards;
+use meliora::quantities::{Choose, Chooser, Cost, Earned, Steps};
+
+/// The options for the choice among permitted actions.
+#[derive(Debug, Clone, Args)]
+pub(super) struct ChooseArgs {
+    /// Action to take among the permitted ones
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) choose: Choose,
+
+    /// Reward structure that is the cost of a step, for `--choose cheap` or `likely` [default:
+    /// `steps`, each step costs 1]
+    #[arg(long, value_name = "NAME")]
+    reward: Option<String>,
+
+    /// Greatest number of improvements that `--choose cheap` or `likely` aims at [default: the
+    /// certain ones for `cheap`; the possible ones, at most 10, for `likely`]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
+    levels: Option<u32>,
+}
+
+impl ChooseArgs {
+    /// Refuses options that do not fit together.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that names them.
+    pub(super) fn validate(&self) -> Result<()> {
+        let given = [("--reward", self.reward.is_some()), ("--levels", self.levels.is_some())];
+        match given.into_iter().find(|(_, given)| *given && self.choose == Choose::First) {
+            Some((name, _)) => {
+                let message =
+                    format!("`{name}` needs computed values: `--choose cheap` or `--choose likely`");
+                Err(Error::Usage(message))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses to choose among the actions of a strategy that takes all of them.
+    ///
+    /// # Errors
+    /// [`Error::Usage`].
+    pub(super) fn validate_scheduler(&self, scheduler: Scheduler) -> Result<()> {
+        if self.choose == Choose::First || scheduler == Scheduler::Progress {
+            return Ok(());
+        }
+        let message =
+            "`--strategy permissive` takes all permitted actions; `--choose` cannot be used with it";
+        Err(Error::Usage(message.to_owned()))
+    }
+
+    /// Returns the kind of improvements: the one that is given, or that of the values.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the values are about the other kind.
+    pub(super) fn kind(&self, given: Option<Kind>) -> Result<Kind> {
+        let wrong = |kind: Kind| {
+            let (name, does, other) = match kind {
+                Kind::Sasi => {
+                    ("likely", "maximizes the probability of all possible improvements (SPI)", "cheap")
+                }
+                Kind::Spi => {
+                    ("cheap", "minimizes the cost until the last certain improvement (SASI)", "likely")
+                }
+            };
+            let kind = kind.name();
+            Error::Usage(format!("`--choose {name}` {does}; with `--kind {kind}`, use `--choose {other}`"))
+        };
+        match (self.choose.kind(), given) {
+            (Some(fits), Some(kind)) if fits != kind => Err(wrong(kind)),
+            (fits, given) => Ok(given.or(fits).unwrap_or(Kind::Sasi)),
+        }
+    }
+
+    /// Returns the options as reports show them.
+    pub(super) fn shown(&self) -> Choosing {
+        let reward = self.choose.aim().map(|_| self.reward().to_owned());
+        Choosing { choose: self.choose, reward }
+    }
+
+    /// Finds the cost of a step.
+    ///
+    /// # Errors
+    /// There is no such reward structure.
+    pub(super) fn costs(&self, program: &mut Arc<Program>) -> Result<Costs> {
+        Costs::named(program, self.reward())
+    }
+
+    fn reward(&self) -> &str {
+        self.reward.as_deref().unwrap_or(Steps::NAME)
+    }
+
+    /// Computes the values of some states, and lets a strategy take the actions that attain them;
+    /// returns nothing for `first`. Needs the levels of both kinds.
+    ///
+    /// # Errors
+    /// A reward is wrong in some state, or a limit is reached.
+    pub(super) fn attach<E: Engine>(
+        &self,
+        (analysis, costs): (&Analysis<E>, Costs),
+        program: &Program,
+        states: &[State],
+        book: &mut FiniteMemoryStrategy<E>,
+    ) -> Result<Option<Arc<Chooser>>> {
+        let Some(aim) = self.choose.aim() else { return Ok(None) };
+        let costs = costs.check(analysis.engine(), program)?;
+        let levels = self.levels.map(|k| k as usize);
+        let chooser = Arc::new(Chooser::compute(analysis, program, states, (aim, levels), &*costs)?);
+        book.choose_by(Arc::clone(&chooser) as _);
+        Ok(Some(chooser))
+    }
+}
+
+/// The cost of a step, by the name of a reward structure.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Costs {
+    /// The position of the structure, and the states with wrong rewards; `None` for steps.
+    structure: Option<(usize, ExprId)>,
+}
+
+impl Costs {
+    /// Finds a reward structure, or the number of steps. Called before the engine is built, because
+    /// a predicate is added to the program.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the known names.
+    pub(super) fn named(program: &mut Arc<Program>, name: &str) -> Result<Self> {
+        if let Some(at) = program.reward_structure(Some(name)) {
+            let wrong = Arc::make_mut(program).wrong_rewards(at);
+            return Ok(Costs { structure: Some((at, wrong)) });
+        }
+        if name == Steps::NAME {
+            return Ok(Costs { structure: None });
+        }
+        let known = program.rewards.iter().filter_map(|r| r.name.as_deref());
+        let known = std::iter::once(Steps::NAME).chain(known).collect::<Vec<_>>().join(", ");
+        Err(Error::Usage(format!(
+            "`--reward {name}`: the model has no such reward structure; there are {known}"
+        )))
+    }
+
+    /// Returns the cost, after checking it in all states of the scope.
+    ///
+    /// # Errors
+    /// A reward is negative or has no value in some state; a limit is hit.
+    pub(super) fn check<'p, E: Engine>(self, engine: &E, program: &'p Program) -> Result<Box<dyn Cost + 'p>> {
+        let Some((at, wrong)) = self.structure else { return Ok(Box::new(Steps)) };
+        let structure = &program.rewards[at];
+        check_rewards(engine, program, structure, wrong)?;
+        Ok(Box::new(Earned { program, structure }))
+    }
+}

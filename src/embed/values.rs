@@ -1,0 +1,97 @@
+//! Quantities of an analysis, and strategies that attain them.
+
+use std::sync::Arc;
+
+use crate::engine::AnyEngine;
+use crate::error::{Error, Result};
+use crate::model::{Program, State};
+use crate::planning::{Analysis, FiniteMemoryStrategy};
+use crate::quantities::choose::LEVELS;
+use crate::quantities::cost::check_rewards;
+use crate::quantities::{Choose, Chooser, Cost, Earned, Setup, Steps, Values};
+
+/// The quantities that are wanted.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// The greatest number of improvements; `None` for the levels found, at most 10.
+    pub levels: Option<usize>,
+    /// The reward structure that is the cost of a step; `None` for steps.
+    pub reward: Option<String>,
+    /// Computes with fractions; for small models.
+    pub exact: bool,
+    /// The greatest number of steps of the success curves; `None` for no curves.
+    pub within: Option<usize>,
+}
+
+impl Analysis<AnyEngine> {
+    /// Computes the quantities of some states of the scope. Cost: see [`Values::explore`] and
+    /// [`Values::solve`].
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the analysis is not complete, or for an unknown reward structure; a reward
+    /// is negative or has no value in some state of the scope; a limit is reached.
+    pub fn values(&self, states: &[State], wanted: &Wanted) -> Result<Values> {
+        let levels = wanted.levels.unwrap_or_else(|| Values::levels_found(self, LEVELS));
+        let mut values = Values::new(Setup { levels, exact: wanted.exact, within: wanted.within });
+        values.explore(self, self.program(), states, &*self.cost(wanted.reward.as_deref())?)?;
+        values.solve(self.engine())?;
+        Ok(values)
+    }
+
+    /// Returns the strategies that choose by value, for paths from some states. Without an aim, this
+    /// is the first action that makes progress, and the kind is SASI.
+    ///
+    /// # Errors
+    /// The errors of [`Analysis::values`].
+    pub fn strategy_by(
+        &self,
+        choose: Choose,
+        states: &[State],
+        wanted: &Wanted,
+    ) -> Result<(FiniteMemoryStrategy, Option<Arc<Chooser>>)> {
+        let mut strategy = self.strategy(choose.kind().unwrap_or(crate::Kind::Sasi))?;
+        let Some(aim) = choose.aim() else { return Ok((strategy, None)) };
+        let costs = self.cost(wanted.reward.as_deref())?;
+        let chooser = Chooser::compute(self, self.program(), states, (aim, wanted.levels), &*costs)?;
+        let chooser = Arc::new(chooser);
+        strategy.choose_by(Arc::clone(&chooser) as _);
+        Ok((strategy, Some(chooser)))
+    }
+
+    /// Returns the cost with a name, after checking it in all states of the scope.
+    fn cost(&self, name: Option<&str>) -> Result<Box<dyn Cost + '_>> {
+        let program = self.program();
+        let Some(at) = name.and_then(|name| program.reward_structure(Some(name))) else {
+            return match name {
+                None | Some(Steps::NAME) => Ok(Box::new(Steps)),
+                Some(name) => Err(Error::Usage(format!("the model has no reward structure `{name}`"))),
+            };
+        };
+        let mut extended = Program::clone(program);
+        let wrong = extended.wrong_rewards(at);
+        let structure = &program.rewards[at];
+        check_rewards(&self.engine().reading(Arc::new(extended))?, program, structure, wrong)?;
+        Ok(Box::new(Earned { program, structure }))
+    }
+}
+
+#[cfg(feature = "output")]
+impl Analysis<AnyEngine> {
+    /// Returns the quantities of some states of the scope as plain data, as `meliora values` reports
+    /// them.
+    ///
+    /// # Errors
+    /// The errors of [`Analysis::values`].
+    pub fn state_values(
+        &self,
+        states: &[State],
+        wanted: &Wanted,
+    ) -> Result<Vec<crate::output::values::StateValues>> {
+        let values = self.values(states, wanted)?;
+        let mut found = Vec::new();
+        for state in states {
+            found.extend(crate::output::values::StateValues::of(self, self.program(), &values, state)?);
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,160 @@
+//! Strategies that attain the values: a decision rule from computed quantities.
+
+use std::sync::Arc;
+
+use num_traits::ToPrimitive;
+use serde::Serialize;
+use strum::{EnumString, IntoStaticStr, VariantArray};
+
+use super::cost::Cost;
+use super::number::Bounds;
+use super::values::{Aim, Node, Setup, Values};
+use crate::engine::Engine;
+use crate::error::Result;
+use crate::model::{Program, State};
+use crate::planning::{Analysis, DecisionRule, Kind, Memory, Rank};
+
+/// The default of the greatest number of improvements with values.
+pub const LEVELS: usize = 10;
+
+/// The permitted action that a strategy takes.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, EnumString, IntoStaticStr, VariantArray,
+)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
+#[serde(rename_all = "lowercase")]
+pub enum Choose {
+    /// The first one that comes closer to an improvement.
+    #[default]
+    First,
+    /// The one with the greatest probability of all possible improvements (SPI).
+    Likely,
+    /// The one with the least expected cost until the last certain improvement (SASI).
+    Cheap,
+}
+
+impl Choose {
+    /// All values.
+    pub const ALL: &[Choose] = Choose::VARIANTS;
+
+    /// Returns the name in reports and options.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+
+    /// Returns what the actions are best at; `None` if they do not depend on values.
+    pub fn aim(self) -> Option<Aim> {
+        match self {
+            Choose::First => None,
+            Choose::Likely => Some(Aim::Likely),
+            Choose::Cheap => Some(Aim::Cheap),
+        }
+    }
+
+    /// Returns the kind of improvements that the values are about; `None` for both.
+    pub fn kind(self) -> Option<Kind> {
+        match self {
+            Choose::First => None,
+            Choose::Likely => Some(Kind::Spi),
+            Choose::Cheap => Some(Kind::Sasi),
+        }
+    }
+}
+
+/// The value that a strategy attains from a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attained {
+    /// The number of improvements k that the strategy aims at.
+    pub improvements: usize,
+    /// P_k
+    pub probability: Bounds,
+    /// C_k, if the improvements are certain.
+    pub cost: Option<Bounds>,
+}
+
+/// The decision rule that attains P_k or C_k.
+///
+/// For [`Aim::Likely`], k is the greatest number with P_k > 0, for [`Aim::Cheap`] the greatest with
+/// P_k = 1: the SASI rank, or under `transition` that of `action`. Both are at most
+/// [`Setup::levels`](super::Setup::levels). If a step leaves the states with this number, the rule
+/// goes on with the greatest number that is left.
+#[derive(Debug)]
+pub struct Chooser {
+    values: Arc<Values>,
+    aim: Aim,
+}
+
+impl Chooser {
+    /// Creates a rule from computed values.
+    pub fn new(values: Arc<Values>, aim: Aim) -> Self {
+        Chooser { values, aim }
+    }
+
+    /// Computes the values of some states for a rule; it knows the states that they reach. `levels` is
+    /// the greatest number of improvements that is aimed at: by default all that are certain for
+    /// [`Aim::Cheap`], and those that are possible, but at most [`LEVELS`], for [`Aim::Likely`].
+    ///
+    /// # Errors
+    /// The errors of [`Values::explore`] and [`Values::solve`].
+    pub fn compute<E: Engine>(
+        analysis: &Analysis<E>,
+        program: &Program,
+        states: &[State],
+        (aim, levels): (Aim, Option<usize>),
+        costs: &dyn Cost,
+    ) -> Result<Self> {
+        let found = || match aim {
+            Aim::Likely => Values::levels_found(analysis, LEVELS),
+            Aim::Cheap => analysis.levels(Kind::Sasi).found.len(),
+        };
+        let levels = levels.unwrap_or_else(found);
+        let mut values = Values::new(Setup { levels, exact: false, within: None });
+        values.explore(analysis, program, states, costs)?;
+        values.solve(analysis.engine())?;
+        Ok(Chooser::new(Arc::new(values), aim))
+    }
+
+    /// Returns the values.
+    pub fn values(&self) -> &Values {
+        &self.values
+    }
+
+    /// Returns the value of a state where planning starts; `None` if the state was not explored.
+    pub fn attained(&self, state: &[i64]) -> Option<Attained> {
+        let node = self.values.start(state)?;
+        let improvements = self.values.aimed(node, self.aim);
+        let probability = self.values.probability(node, improvements);
+        let cost = self.values.cost(node, improvements);
+        Some(Attained { improvements, probability, cost })
+    }
+
+    /// Returns the node of a state and the number of improvements that are aimed at.
+    fn at(&self, memory: Memory, state: &[i64]) -> Option<(Node, usize)> {
+        let Rank::Finite(level) = memory.level else { return None };
+        Some((self.values.node(memory.arena, state)?, level))
+    }
+}
+
+impl DecisionRule for Chooser {
+    fn level(&self, arena: Option<usize>, state: &[i64]) -> Option<usize> {
+        Some(self.values.aimed(self.values.node(arena, state)?, self.aim))
+    }
+
+    fn pick(&self, memory: Memory, state: &[i64]) -> Option<usize> {
+        let (node, level) = self.at(memory, state)?;
+        self.values.best_choice(node, level, self.aim)
+    }
+
+    fn cost(&self, memory: Memory, state: &[i64]) -> f64 {
+        let at = self.at(memory, state);
+        let cost = at.and_then(|(node, level)| self.values.best_choice_cost(node, level, self.aim));
+        cost.and_then(ToPrimitive::to_f64).unwrap_or(0.0)
+    }
+
+    fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> Option<(usize, bool)> {
+        let (node, level) = self.at(memory, from)?;
+        let (next, left) = self.values.successor(node, level, self.aim, to)?;
+        Some((left.min(self.values.aimed(next, self.aim)), left < level))
+    }
+}

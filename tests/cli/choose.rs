@@ -1,0 +1,204 @@
+//! `--choose`: strategies that attain the values, and simulations that measure them.
+
+use serde_json::{Value, json};
+
+use crate::common::{Finished, Scratch, keys, meliora, run};
+
+/// Simulates under both engines and returns what both found.
+fn simulated(arguments: &str) -> Value {
+    let [symbolic, explicit] = ["symbolic", "explicit"]
+        .map(|engine| run(&format!("simulate {arguments} --json -q --engine {engine}")).expect(0).json());
+    assert_eq!(symbolic["plays"], explicit["plays"], "{arguments}");
+    symbolic["plays"][0].clone()
+}
+
+fn agrees(play: &Value) -> bool {
+    let value = &play["value"];
+    let inside = |computed: &str, interval: &str| {
+        let [lower, upper] = ["lower", "upper"].map(|bound| value[interval][bound].as_f64().unwrap());
+        let x = value[computed]["lower"].as_f64().unwrap();
+        lower - 1e-9 <= x && x <= upper + 1e-9
+    };
+    inside("probability", "probability_interval")
+        && (value["cost_interval"].is_null() || inside("cost", "cost_interval"))
+        && value["agrees"] == true
+}
+
+/// Returns whether bounds contain a number, and are close.
+fn is(bounds: &Value, x: f64) -> bool {
+    let [lower, upper] = ["lower", "upper"].map(|bound| bounds[bound].as_f64().unwrap());
+    lower <= x && x <= upper && upper - lower < 1e-9
+}
+
+/// The first permitted action succeeds with 0.06, the second with 0.26.
+const WORSE: &str = "mdp module m x : [0..3] init 0;
+    [rash] x=0 -> 0.06 : (x'=1) + 0.94 : (x'=3);
+    [careful] x=0 -> 0.26 : (x'=1) + 0.74 : (x'=3);
+    [] x>0 -> true; endmodule";
+
+/// All actions in 0 and 1 are equally good, but only one of them is not part of a cycle.
+const TIES: &str = "mdp module m x : [0..4] init 0;
+    [wait] x<2 -> true;
+    [there] x=0 -> (x'=1);
+    [back] x=1 -> (x'=0);
+    [go] x=1 -> 1/2 : (x'=2) + 1/2 : (x'=3);
+    [] x>1 -> true; endmodule";
+
+/// Both ways end in 3 or 4. The short way costs 9, the long way 1/2 per step and 6 steps on average.
+const WAYS: &str = "mdp module m x : [0..4] init 0;
+    [fast] x=0 -> 1/2 : (x'=3) + 1/2 : (x'=4);
+    [slow] x=0 -> (x'=1);
+    [slow] x=1 -> 1/4 : (x'=2) + 3/4 : true;
+    [slow] x=2 -> 1/2 : (x'=3) + 1/2 : (x'=4);
+    [] x>2 -> true; endmodule
+    rewards \"fuel\" [fast] true : 9; [slow] true : 1/2; endrewards
+    rewards \"wrong\" [fast] true : 1; x=3 : -1; endrewards";
+
+fn scratch() -> Scratch {
+    let goal = |x: usize| format!("objective Goal = F x={x};");
+    Scratch::new(&[
+        ("worse.prism", WORSE),
+        ("worse.pref", &goal(1)),
+        ("ties.prism", TIES),
+        ("ties.pref", &goal(2)),
+        ("ways.prism", WAYS),
+        ("ways.pref", "objective One = F x=3; objective Other = F x=4;"),
+    ])
+}
+
+fn files(scratch: &Scratch, name: &str) -> String {
+    format!("{} {}", scratch.show(&format!("{name}.prism")), scratch.show(&format!("{name}.pref")))
+}
+
+#[test]
+fn likely_takes_the_better_action_although_it_is_not_the_first() {
+    let scratch = scratch();
+    let files = files(&scratch, "worse");
+    let first = simulated(&format!("{files} --kind spi --seed 3"));
+    let likely = simulated(&format!("{files} --choose likely --seed 3"));
+    assert_eq!(first["value"], Value::Null);
+    assert!(first["improvements"][1]["plays"].as_u64().unwrap() < 100);
+    assert!(is(&likely["value"]["probability"], 0.26));
+    assert!(agrees(&likely), "{likely}");
+    let state = &run(&format!("strategy {files} --choose likely --json")).expect(0).json()["states"][0];
+    assert_eq!((&state["progress_action"], &state["chosen_action"]), (&json!("rash"), &json!("careful")));
+    assert_eq!(state["attains"]["improvements"], 1);
+}
+
+#[test]
+fn ties_do_not_form_a_cycle() {
+    let scratch = scratch();
+    let play = simulated(&format!("{} --choose likely --runs 2000", files(&scratch, "ties")));
+    assert!(is(&play["value"]["probability"], 0.5));
+    assert!(agrees(&play) && play["given_up"] == 0, "{play}");
+}
+
+#[test]
+fn models_have_the_values_that_their_runs_show() {
+    for arguments in [
+        "models/drone.prism models/drone.pref --choose likely",
+        "models/drone.prism models/drone.pref --choose cheap",
+        "models/robot5x5.prism models/robot5x5.pref --choose likely",
+        "models/robot5x5.prism models/robot5x5.pref --choose cheap",
+        "models/robot5x5.prism models/robot5x5.pref --choose likely --safety transition",
+        "models/robot5x5.prism models/robot5x5.pref --choose cheap --safety transition",
+        "models/robot5x5.prism models/robot5x5.pref --choose likely --safety prefix --levels 2",
+        "models/lateral_prefix.prism models/lateral_prefix.pref --choose cheap --safety prefix",
+        "models/courier.prism models/courier.pref --choose likely",
+        "models/courier.prism models/courier.pref --choose cheap --safety prefix",
+        "models/patrol.prism models/patrol.pref -c N=2 --choose likely",
+    ] {
+        let play = simulated(arguments);
+        assert!(agrees(&play), "{arguments}: {}", play["value"]);
+    }
+}
+
+#[test]
+fn the_cheapest_way_depends_on_the_reward_structure() {
+    let scratch = scratch();
+    let files = files(&scratch, "ways");
+    for (options, action, cost) in [("", "fast", 1.0), ("--reward fuel", "slow", 3.0)] {
+        let arguments = format!("{files} --choose cheap {options}");
+        let report = run(&format!("strategy {arguments} --json")).expect(0).json();
+        assert_eq!(report["states"][0]["chosen_action"], action);
+        let play = simulated(&arguments);
+        assert!(is(&play["value"]["cost"], cost) && agrees(&play), "{options}: {play}");
+    }
+    let report = run(&format!("strategy {files} --choose cheap --reward fuel --json")).expect(0).json();
+    assert_eq!((&report["choose"], &report["reward"]), (&json!("cheap"), &json!("fuel")));
+}
+
+#[test]
+fn a_wrong_reward_in_any_state_of_the_scope_is_an_error() {
+    let scratch = scratch();
+    for command in ["values", "strategy --choose cheap", "simulate --choose cheap"] {
+        for engine in ["symbolic", "explicit"] {
+            let (name, options) = command.split_once(' ').unwrap_or((command, ""));
+            let options = format!("{options} --reward wrong --at x=2 --engine {engine} --json");
+            let found = run(&format!("{name} {} {options}", files(&scratch, "ways"))).expect(3).json();
+            assert_eq!(found["message"], "the reward structure \"wrong\" earns -1 in the state x=3");
+            assert_eq!(found["line"], 8);
+        }
+    }
+}
+
+#[test]
+fn the_text_shows_both_numbers() {
+    let drone = "models/drone.prism models/drone.pref";
+    let text = run(&format!("simulate {drone} --choose likely")).expect(0).stdout;
+    let value = "  Probability of 2 improvements: 0.166667 computed,\n    \
+                 0.167 measured (99 % interval 0.138835 to 0.199555).\n";
+    assert!(text.contains(value) && text.contains("· choose likely ·"), "{text}");
+    let text = run(&format!("strategy {drone} --choose likely")).expect(0).stdout;
+    assert!(text.contains("Attains: 2 improvements with probability 0.166667"), "{text}");
+    assert!(text.contains("survey  permitted, most likely to improve"), "{text}");
+    let text = run(&format!("strategy {drone} --choose cheap")).expect(0).stdout;
+    assert!(text.contains("Attains: 1 improvement with probability 1, 1 steps expected"), "{text}");
+    let table = run(&format!("strategy {drone} --choose likely --csv")).expect(0).stdout;
+    assert!(table.lines().any(|line| line.contains("survey,true,true,true,true")), "{table}");
+}
+
+#[test]
+fn whole_paths_are_judged_under_history_play() {
+    let text = std::fs::read_to_string("models/drone.pref").unwrap();
+    let scratch = Scratch::new(&[("play.pref", &format!("history = play;\n{text}"))]);
+    let play = simulated(&format!("models/drone.prism {} --choose likely", scratch.show("play.pref")));
+    assert!(agrees(&play) && play["value"]["improvements"] == 2, "{play}");
+}
+
+#[test]
+fn runs_that_are_given_up_widen_the_interval() {
+    let scratch = scratch();
+    let play = simulated(&format!("{} --choose cheap --reward fuel --steps 4", files(&scratch, "ways")));
+    let value = &play["value"];
+    assert!(value["open"].as_u64().unwrap() > 0 && value["measured_cost"].is_null(), "{value}");
+    assert_eq!(value["probability_interval"]["upper"], 1.0);
+}
+
+#[test]
+fn all_fields_are_there_without_values_too() {
+    let names = ["choose", "reward"];
+    let report = run("strategy models/toy.prism models/toy.pref --json").expect(0).json();
+    assert!(names.iter().all(|name| keys(&report).contains(name)));
+    assert_eq!((&report["choose"], &report["reward"]), (&json!("first"), &Value::Null));
+}
+
+#[test]
+fn combinations_without_a_meaning_are_refused_by_name() {
+    let refused = |options: &str| {
+        let all = format!("simulate models/toy.prism models/toy.pref {options}");
+        Finished::of(meliora().args(all.split_whitespace())).expect(2).stderr
+    };
+    for (options, message) in [
+        ("--choose likely --kind sasi", "with `--kind sasi`, use `--choose cheap`"),
+        ("--choose cheap --kind spi", "with `--kind spi`, use `--choose likely`"),
+        ("--choose cheap --strategy permissive", "`--strategy permissive` takes all permitted actions"),
+        ("--reward fuel", "`--reward` needs computed values"),
+        ("--levels 2", "`--levels` needs computed values"),
+        ("--choose cheap --reward fuel", "no such reward structure; there are steps"),
+        ("--choose likely --levels 3 --max-level 1", "the analysis ended at level 1; quantities need 3"),
+    ] {
+        let stderr = refused(options);
+        assert!(stderr.contains(message), "{options}: {stderr}");
+    }
+}

@@ -1,0 +1,140 @@
+//! Strategies that choose by value, as Markov chains with exact fractions: unfolded step by step with
+//! their memory, they have the values that were computed.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
+use meliora::model::State;
+use meliora::model::exact::Ratio;
+use meliora::model::preference::{Empty, Goal, Objective, Preferences, Preorder};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Memory, Options, Safety};
+use meliora::quantities::{Aim, Choose, Chooser, Setup, Steps, Values};
+use num_traits::{One, Zero};
+use proptest::prelude::*;
+
+use crate::loaded::Loaded;
+use crate::quantities::{chain, exact};
+use crate::worlds::{World, factored, graph};
+use crate::{EMPTIES, SAFETIES};
+
+/// The greatest number of improvements that strategies aim at.
+const LEVELS: usize = 3;
+
+/// Returns the probability that a strategy makes its improvements from a state, and the expected
+/// number of steps until the last one; 0 steps count where they are not certain.
+fn evaluate<E: Engine>(book: &mut FiniteMemoryStrategy<E>, start: &State, k: usize) -> (Ratio, Ratio) {
+    let first = (start.clone(), book.start(start).unwrap(), k);
+    let mut nodes: Vec<(State, Memory, usize)> = vec![first.clone()];
+    let mut index = HashMap::from([(first, 0)]);
+    let mut rows = Vec::new();
+    while rows.len() < nodes.len() {
+        let (state, memory, left) = nodes[rows.len()].clone();
+        let mut row = Vec::new();
+        let at = book.explain(&state, memory).unwrap();
+        if let Some(pick) = at.pick.filter(|_| left > 0) {
+            assert!(at.actions[pick].permitted, "{state:?}: {} is not permitted", at.actions[pick].name);
+            let step = book.program().exact_steps(&state).unwrap().swap_remove(pick);
+            for ((to, p), shown) in step.successors.into_iter().zip(&at.actions[pick].successors) {
+                let (next, improves) = book.after(memory, &state, &to).unwrap();
+                assert_eq!((shown.next, shown.improves), (next, improves));
+                let next = (to, next, left - usize::from(improves));
+                let number = *index.entry(next.clone()).or_insert(nodes.len());
+                if number == nodes.len() {
+                    nodes.push(next);
+                }
+                row.push((number, p));
+            }
+        }
+        rows.push(row);
+    }
+    let goal = |n: usize| nodes[n].2 == 0;
+    let reaches = chain(&rows, |n| goal(n).then(Ratio::one), |_| Ratio::zero()).swap_remove(0);
+    let cost = chain(&rows, |n| goal(n).then(Ratio::zero), |_| Ratio::one()).swap_remove(0);
+    (reaches, cost)
+}
+
+fn attained<E: Engine>(analysis: &Analysis<E>, world: &World, label: &str) {
+    let engine = analysis.engine();
+    let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
+    let mut values = Values::new(Setup { levels: LEVELS, exact: true, within: None });
+    values.explore(analysis, &world.program, &states, &Steps).unwrap();
+    values.solve(engine).unwrap();
+    let values = Arc::new(values);
+    for choose in [Choose::Likely, Choose::Cheap] {
+        let (aim, kind) = (choose.aim().unwrap(), choose.kind().unwrap());
+        let chooser = Arc::new(Chooser::new(Arc::clone(&values), aim));
+        let mut book = FiniteMemoryStrategy::new(analysis, &world.program, kind).unwrap();
+        book.choose_by(Arc::clone(&chooser) as _);
+        for state in &states {
+            let promised = chooser.attained(state).unwrap();
+            let (reaches, cost) = evaluate(&mut book, state, promised.improvements);
+            let name = choose.name();
+            assert_eq!(reaches, exact(&promised.probability), "{name}, {label}, {state:?}");
+            assert!(aim == Aim::Likely || promised.cost.is_some());
+            if let Some(expected) = &promised.cost {
+                assert_eq!(cost, exact(expected), "cost by {name}, {label}, {state:?}");
+            }
+        }
+    }
+}
+
+fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
+    let objective = |(i, &target): (usize, &meliora::model::expr::ExprId)| Objective {
+        name: format!("o{i}"),
+        goal: Goal::Reach(target),
+        span: None,
+    };
+    let preferences = Arc::new(Preferences {
+        objectives: world.targets.iter().enumerate().map(objective).collect(),
+        order: Preorder::new(world.targets.len(), &world.statements).unwrap(),
+        empty,
+        history: Default::default(),
+        requirements: Vec::new(),
+    });
+    for safety in SAFETIES {
+        let mut analysis = Analysis::new(engine, &preferences, Options { safety, max_level: None });
+        analysis.run(&mut |_| ()).unwrap();
+        attained(&analysis, world, &format!("{safety}, {empty:?}"));
+    }
+}
+
+fn both(world: &World) {
+    let settings = || Settings { scope: world.scope, memory: 64 << 20, ..Settings::default() };
+    let explicit = Arc::new(ExplicitEngine::new(world.program.clone(), settings()).unwrap());
+    EMPTIES.iter().for_each(|&empty| check(&explicit, world, empty));
+    let symbolic = Arc::new(SymbolicEngine::new(world.program.clone(), settings()).unwrap());
+    check(&symbolic, world, Empty::Bottom);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn strategies_by_value_attain_it_on_graphs(graph in graph(9)) {
+        both(&graph.world());
+    }
+
+    #[test]
+    fn strategies_by_value_attain_it_on_programs(factored in factored()) {
+        both(&factored.world());
+    }
+}
+
+#[test]
+fn a_state_without_values_is_an_error() {
+    let loaded = Loaded::new(
+        "mdp module m x : [0..2] init 0; [] x<2 -> (x'=x+1); endmodule",
+        "objective A = F x=2; empty = gain;",
+    );
+    let analysis = loaded.analyse(Safety::Action, None);
+    let mut values = Values::new(Setup { levels: 1, exact: false, within: None });
+    values.explore(&analysis, &loaded.program, &[vec![1]], &Steps).unwrap();
+    values.solve(&*loaded.engine).unwrap();
+    let kind = Choose::Likely.kind().unwrap();
+    let mut book = FiniteMemoryStrategy::new(&analysis, &loaded.program, kind).unwrap();
+    book.choose_by(Arc::new(Chooser::new(Arc::new(values), Aim::Likely)));
+    let message = book.start(&[0]).unwrap_err().to_string();
+    assert!(message.contains("the values of the state x=0 were not computed"), "{message}");
+    assert!(book.start(&[1]).is_ok());
+}
