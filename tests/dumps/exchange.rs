@@ -39,6 +39,7 @@ fn analysed<E: Engine>(engine: E, targets: [ExprId; 2]) -> Analysis<E> {
         order: Preorder::new(2, &[statement]).unwrap(),
         empty: Empty::Bottom,
         history: History::State,
+        requirements: Vec::new(),
     };
     let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());
     analysis.run(&mut |_| ()).unwrap();

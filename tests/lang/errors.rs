@@ -438,8 +438,6 @@ fn files_in_place_of_others() {
     for case in [
         "// preferences\nobjective A = F x=1;",
         "P>=1 [ F x=1 ]",
-        "// Exported by storm\n@type: MDP\n@parameters\n",
-        "3 4 5\n0 0 1 0.5\n0 0 2 0.5\n",
         "(x,y)\n0:(0,1)\n",
         "0=\"init\" 1=\"deadlock\"\n0: 0\n",
     ] {
