@@ -65,15 +65,18 @@ impl<N: Number> Elimination<N> {
         self.sources[node as usize].len() * self.rows[node as usize].edges.len()
     }
 
+    /// Eliminates all nodes; returns their order. Among nodes of equal cost the last one is first:
+    /// components are in postorder, and on a chain that is left at its first node, elimination from
+    /// there lets the widths of intervals grow with every step.
     fn run(&mut self, meter: &mut Meter<'_>) -> Result<Option<Vec<u32>>> {
         let mut queue: BinaryHeap<_> =
-            (0..self.rows.len() as u32).map(|node| Reverse((self.cost(node), node))).collect();
+            (0..self.rows.len() as u32).map(|node| Reverse((self.cost(node), Reverse(node)))).collect();
         let mut order = Vec::with_capacity(self.rows.len());
-        while let Some(Reverse((_, node))) = queue.pop() {
+        while let Some(Reverse((_, Reverse(node)))) = queue.pop() {
             let cost = self.cost(node);
             // The cost may have grown since the node was queued.
             if queue.peek().is_some_and(|&Reverse((next, _))| cost > next) {
-                queue.push(Reverse((cost, node)));
+                queue.push(Reverse((cost, Reverse(node))));
                 meter.step()?;
                 continue;
             }
