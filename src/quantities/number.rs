@@ -105,6 +105,14 @@ pub(super) trait Number: Clone + Send + Sync {
     fn high(&self) -> Self;
     /// Returns the number between these two.
     fn between(low: &Self, high: &Self) -> Self;
+    /// Returns the number whose bounds are the narrower ones of two numbers with the same value.
+    fn within(&self, other: &Self) -> Self {
+        let (low, other_low) = (self.low(), other.low());
+        let (high, other_high) = (self.high(), other.high());
+        let low = if other_low.exceeds(&low) { other_low } else { low };
+        let high = if high.exceeds(&other_high) { other_high } else { high };
+        Self::between(&low, &high)
+    }
     /// Returns an upper bound of `self` - `other`, at least 0: the largest possible excess.
     fn excess(&self, other: &Self) -> Self;
     /// Returns a lower bound of `self` - `other`, at least 0.

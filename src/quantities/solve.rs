@@ -288,19 +288,37 @@ impl<N: Number> System<'_, N> {
     ) -> Result<()> {
         let groups = Groups::new(self, nodes, position, solution, meter)?;
         meter.take(groups.bytes())?;
-        let mut end = Ok(false);
-        let iterated = groups.count() > self.small && N::rounded(Interval::ONE).is_some();
-        if iterated {
-            end = self.iterate(&groups, solution, meter);
-        }
-        // What iteration cannot solve is left to elimination, for which the nodes are open again.
-        if matches!(end, Ok(false)) {
-            nodes.iter().for_each(|&node| solution.known[node as usize] = false);
-            end = self.eliminate(&groups, solution, meter);
-            nodes.iter().for_each(|&node| solution.known[node as usize] |= iterated);
-        }
+        let end = if groups.count() <= self.small || N::rounded(Interval::ONE).is_none() {
+            self.eliminate(&groups, solution, meter)
+        } else {
+            match self.iterate(&groups, solution, meter) {
+                Ok(false) => self.narrow(nodes, &groups, solution, meter),
+                end => end.map(drop),
+            }
+        };
         meter.release(groups.bytes());
-        end.map(|_| ())
+        end
+    }
+
+    /// Solves a component by elimination after iteration has left wide bounds. Both results are
+    /// bounds, so the narrower ones count, also if a limit ends the elimination.
+    fn narrow(
+        &self,
+        nodes: &[u32],
+        groups: &Groups<'_>,
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        let iterated: Vec<N> = nodes.iter().map(|&node| solution.values[node as usize].clone()).collect();
+        // Elimination takes the nodes of the component from those that are not known.
+        nodes.iter().for_each(|&node| solution.known[node as usize] = false);
+        let end = self.eliminate(groups, solution, meter);
+        for (&node, bounds) in nodes.iter().zip(&iterated) {
+            let value = &mut solution.values[node as usize];
+            *value = value.within(bounds);
+            solution.known[node as usize] = true;
+        }
+        end
     }
 
     /// Solves a component by iteration; returns false if its bounds, which are stored, are wide.
@@ -328,7 +346,7 @@ impl<N: Number> System<'_, N> {
         groups: &Groups<'_>,
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
-    ) -> Result<bool> {
+    ) -> Result<()> {
         let actions = groups.actions::<N, AsTheyAre>(self, solution, meter)?;
         let component = Component { sense: self.sense(), actions };
         let bytes: usize =
@@ -340,8 +358,7 @@ impl<N: Number> System<'_, N> {
         if optimum.as_ref().is_none_or(Optimum::is_wide) && groups.count() <= FEW && component.is_bounded() {
             optimum = self.exactly(groups, solution, meter)?.or(optimum);
         }
-        groups.store(self, optimum.as_ref(), solution)?;
-        Ok(true)
+        groups.store(self, optimum.as_ref(), solution)
     }
 
     /// Solves a component with the exact probabilities and the bounds of its exits as fractions.
