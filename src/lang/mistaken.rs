@@ -9,7 +9,7 @@ use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 const BEGINNING: usize = 1 << 12;
 
 /// First words of preference files.
-const PREFERENCE_WORDS: &[&str] = &["objective", "prefer", "empty", "history"];
+const PREFERENCE_WORDS: &[&str] = &["objective", "prefer", "empty", "history", "require"];
 /// First words of models.
 const MODEL_WORDS: &[&str] = &[
     "mdp",
@@ -103,30 +103,17 @@ impl<'a> Beginning<'a> {
         self.tokens.get(1).is_some_and(|(token, text)| signs.contains(token) || ["min", "max"].contains(text))
     }
 
-    /// Recognises a model that lists its states or transitions explicitly.
+    /// Recognises a file that belongs to an explicit model but is not the model itself.
     fn explicit(&self) -> Option<(&'static str, &'static str)> {
-        let help = "models are written in PRISM's language, or in JANI";
-        let lines: Vec<&str> = self.text.lines().map(str::trim).filter(|l| !l.is_empty()).take(3).collect();
+        let help =
+            "name the file of transitions (`.tra`); the files of states and labels next to it are read, too";
         let kinds: Vec<Token> = self.tokens.iter().take(4).map(|(token, _)| *token).collect();
-        let numbers = |line: &&str| {
-            let parts: Vec<&str> = line.split_whitespace().collect();
-            (2..=5).contains(&parts.len()) && parts[..2].iter().all(|part| part.parse::<u64>().is_ok())
-        };
-        if self.text.trim_start().starts_with('@') || lines.iter().any(|line| line.starts_with("@type:")) {
-            return Some((
-                "this is a model in Storm's explicit format (`.drn`), which is not supported",
-                help,
-            ));
-        }
-        if lines.len() > 1 && lines.iter().all(numbers) {
-            return Some(("this is a list of transitions (`.tra`), which is not supported", help));
-        }
         match kinds[..] {
             [Token::Int, Token::Eq, Token::Quoted, ..] => {
-                Some(("this is a list of labels (`.lab`), which is not supported", help))
+                Some(("this is a list of labels (`.lab`), not a model", help))
             }
             [Token::LeftParen, Token::Word, Token::Comma | Token::RightParen, ..] => {
-                Some(("this is a list of states (`.sta`), which is not supported", help))
+                Some(("this is a list of states (`.sta`), not a model", help))
             }
             _ => None,
         }

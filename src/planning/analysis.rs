@@ -204,8 +204,8 @@ impl<E: Engine> Analysis<E> {
     }
 
     fn run_counts(&mut self) -> Result<()> {
-        let counted = |r: &Arc<Requirements<E>>| self.engine.count(&r.unsafe_states);
-        let unsafe_states = self.requirements.as_ref().map(counted).transpose()?;
+        let unsafe_states =
+            self.requirements.as_ref().map(|r| self.engine.count(&r.unsafe_states)).transpose()?;
         self.result.counts = Some(ModelCounts { unsafe_states, ..ModelCounts::of(&*self.whole)? });
         Ok(())
     }

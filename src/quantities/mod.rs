@@ -42,8 +42,7 @@
 //! side that the policy does not give, up to 100 groups are solved again with fractions.
 //!
 //! *Large components*, from 1000 groups on, are solved by optimistic value iteration if that takes few
-//! sweeps, as in grid worlds, where a battery limits how long paths stay away from a charger. On
-//! random walks in the plane it takes thousands. Elimination fills in rows there (its time grows with
+//! sweeps. On random walks in the plane it takes thousands. Elimination fills in rows there (its time grows with
 //! n^1.5), but was faster up to some ten thousand states: 4 s against 9 s for 10,000 states and two
 //! actions. So the first sweeps predict how many are needed, and the component is left to
 //! elimination if these are too many.
@@ -51,8 +50,8 @@
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
 //!
-//! Sources: A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020); S. Haddad and B. Monmege, "Interval iteration algorithm for MDPs and IMDPs" (end
-//! components); A. Hartmanns, S. Junges, T. Quatmann, M. Weininger, "A practitioner's guide to MDP
+//! Sources: A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020); S. Haddad and B.
+//! Monmege, "Interval iteration algorithm for MDPs and IMDPs" (end components); A. Hartmanns, S. Junges, T. Quatmann, M. Weininger, "A practitioner's guide to MDP
 //! model checking algorithms" (TACAS 2023); K. Chatterjee et al., "Fixed point certificates for
 //! reachability and expected rewards in MDPs" (TACAS 2025).
 
