@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use meliora::advanced::names;
 use meliora::engine::Engine;
-use meliora::model::Program;
+use meliora::model::{Program, State};
 use meliora::output::page::Picture;
 use meliora::output::{CheckReport, Header, Report, Style};
 use meliora::planning::{Class, Phase};
 use meliora::supervise::memory;
-use meliora::{Drawing, Kind, Scope, lang};
-use pyo3::exceptions::PyRuntimeError;
+use meliora::{Choose, Drawing, Kind, Scope, Wanted, lang};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use serde_json::to_string;
 
 use crate::errors::{Failure, unpicklable, usage};
 use crate::handle::Handle;
@@ -20,9 +20,12 @@ use crate::levels::Levels;
 use crate::preferences::Preferences;
 use crate::region::Region;
 use crate::strategy::Strategy;
-use crate::values::counts_dict;
+use crate::values::{counts_dict, plain};
 use crate::worker::Call;
 use crate::{display, options};
+
+/// Maximum number of initial states with values.
+const MOST_STATES: usize = 1 << 20;
 
 /// The result of `Model.check`: the states from which improvements are possible or sure, and how
 /// many.
@@ -64,7 +67,7 @@ impl Analysis {
     /// Returns the exception of an incomplete analysis.
     fn failed(self, py: Python<'_>, failure: Failure) -> PyErr {
         failure.raise_with(py, |_| {
-            let known = self.plain(py, &self.report_known(py)?)?;
+            let known = plain(py, to_string(&self.report_known(py)?))?;
             Ok((Py::new(py, self)?.into_any(), known))
         })
     }
@@ -89,10 +92,22 @@ impl Analysis {
         self.handle.long(py, move |analysis| analysis.report(&source.name))
     }
 
-    /// Converts a report to Python dictionaries and lists.
-    fn plain(&self, py: Python<'_>, report: &CheckReport) -> PyResult<Py<PyAny>> {
-        let text = serde_json::to_string(report).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        Ok(py.import("json")?.call_method1("loads", (text,))?.unbind())
+    /// Returns the given states of the scope; without any, the initial states.
+    fn states(&self, py: Python<'_>, states: Option<Vec<Bound<'_, PyAny>>>) -> PyResult<Vec<State>> {
+        let Some(states) = states else {
+            return self.handle.quick(py, |analysis| {
+                analysis.engine().list_states(&analysis.engine().initial_states(), MOST_STATES)
+            });
+        };
+        let names = &self.handle.space.names;
+        let states: Vec<State> = states.iter().map(|state| names.state(state)).collect::<PyResult<_>>()?;
+        for state in &states {
+            let all = |a: &meliora::Analysis| a.engine().contains(&a.engine().all_states(), state);
+            if !self.handle.quick(py, all)? {
+                return Err(usage(format!("{} is no state of the scope", names.program.show_state(state))));
+            }
+        }
+        Ok(states)
     }
 
     fn levels(&self, kind: Kind) -> Levels {
@@ -281,12 +296,70 @@ impl Analysis {
         self.levels(Kind::Spi)
     }
 
-    /// Returns the strategies of one kind, "sasi" or "spi".
+    /// Computes how likely improvements are, how soon they come and at what cost; returns the list
+    /// `states` of `meliora values --json`, with one dictionary per state.
+    ///
+    /// Args:
+    ///     states: States of the scope; None for the initial states.
+    ///     levels: Greatest number of improvements; None for the levels found, at most 10.
+    ///     reward: Reward structure that is the cost of a step; "steps": each step costs 1.
+    ///     within: Compute also the probabilities of success within 0, 1, …, `within` steps.
+    ///     exact: Compute with fractions; for small models.
     ///
     /// Raises:
-    ///     UsageError: A limit ended the work before the levels of this kind were computed.
-    fn strategy(&self, py: Python<'_>, kind: &str) -> PyResult<Strategy> {
-        Strategy::new(py, &self.handle, options::kind(kind)?)
+    ///     UsageError: A state is not in the scope, or the model has no such reward structure.
+    ///     InputError: A reward is negative or has no value in some state of the scope.
+    #[pyo3(signature = (states=None, *, levels=None, reward="steps", within=None, exact=false))]
+    fn values(
+        &self,
+        py: Python<'_>,
+        states: Option<Vec<Bound<'_, PyAny>>>,
+        levels: Option<usize>,
+        reward: &str,
+        within: Option<usize>,
+        exact: bool,
+    ) -> PyResult<Py<PyAny>> {
+        let states = self.states(py, states)?;
+        let wanted = Wanted { levels, reward: Some(reward.to_owned()), exact, within };
+        let found = self.handle.long(py, move |analysis| analysis.state_values(&states, &wanted))?;
+        plain(py, to_string(&found))
+    }
+
+    /// Returns the strategies of one kind, "sasi" or "spi".
+    ///
+    /// Args:
+    ///     kind: "sasi" or "spi"; None for "spi" with `choose="likely"`, else "sasi".
+    ///     choose: The permitted action that the strategy takes: "first" that makes progress;
+    ///         "likely" attains the greatest probability of all possible improvements (SPI); "cheap"
+    ///         the least expected cost until the last certain one (SASI).
+    ///     states: The states where paths may start with `choose="likely"` or "cheap"; None for the
+    ///         initial states.
+    ///     levels, reward: As in `values`.
+    ///
+    /// Raises:
+    ///     UsageError: A limit ended the work before the levels of this kind were computed; or the
+    ///         options do not fit together.
+    #[pyo3(signature = (kind=None, *, choose="first", states=None, levels=None, reward="steps"))]
+    fn strategy(
+        &self,
+        py: Python<'_>,
+        kind: Option<&str>,
+        choose: &str,
+        states: Option<Vec<Bound<'_, PyAny>>>,
+        levels: Option<usize>,
+        reward: &str,
+    ) -> PyResult<Strategy> {
+        let choose = options::named("choose", choose, Choose::ALL, Choose::name)?;
+        let kind = kind.map(options::kind).transpose()?;
+        let Some(fits) = choose.kind() else {
+            return Strategy::new(py, &self.handle, kind.unwrap_or(Kind::Sasi));
+        };
+        if let Some(kind) = kind.filter(|&kind| kind != fits) {
+            let (choose, kind, fits) = (choose.name(), kind.name(), fits.name());
+            return Err(usage(format!("choose={choose:?} is for kind={fits:?}, not {kind:?}")));
+        }
+        let wanted = Wanted { levels, reward: Some(reward.to_owned()), ..Wanted::default() };
+        Strategy::by_value(py, &self.handle, choose, self.states(py, states)?, wanted)
     }
 
     /// Returns the report of `meliora check --json` as a dictionary; its counts are decimal
@@ -294,7 +367,7 @@ impl Analysis {
     fn to_dict(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let mut report = self.report(py)?;
         report.complete = self.complete(py)?;
-        self.plain(py, &report)
+        plain(py, to_string(&report))
     }
 
     /// Returns all tables as text.

@@ -33,6 +33,12 @@ pub(crate) struct Simulation {
     /// The number of runs for each number of improvements.
     #[pyo3(get)]
     improvements: Py<PyDict>,
+    /// The value that the strategy attains, computed and measured: a dictionary with the number of
+    /// `improvements`, bounds of their `probability` and `cost`, `measured_probability`,
+    /// `measured_cost`, their `probability_interval` and `cost_interval` with 99 % `confidence`, and
+    /// `agrees`. None with `choose="first"`.
+    #[pyo3(get)]
+    value: Option<Py<PyAny>>,
 }
 
 /// The record of some runs.
@@ -86,7 +92,12 @@ impl Recorder {
 }
 
 impl Simulation {
-    pub(crate) fn new(py: Python<'_>, names: &Arc<Names>, tally: &Tally, record: Recorder) -> PyResult<Self> {
+    pub(crate) fn new(
+        py: Python<'_>,
+        names: &Arc<Names>,
+        (tally, value): (&Tally, Option<Py<PyAny>>),
+        record: Recorder,
+    ) -> PyResult<Self> {
         let improvements = PyDict::new(py);
         for (times, plays) in &tally.improvements {
             improvements.set_item(times, plays)?;
@@ -99,6 +110,7 @@ impl Simulation {
             weakened_step: tally.weakened_step,
             weakened_start: tally.weakened_start,
             improvements: improvements.unbind(),
+            value,
         })
     }
 }

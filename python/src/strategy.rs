@@ -3,20 +3,22 @@
 use std::sync::{Arc, Mutex};
 
 use meliora::model::{State, fault};
+use meliora::output::choose::{Attains, Comparison};
 use meliora::output::reason::Words;
 use meliora::planning::explain::Explanation as Explained;
-use meliora::planning::{Memory, Setup};
+use meliora::planning::{Memory, Scheduler, Setup};
 use meliora::supervise::{Reporter, lock};
-use meliora::{Error, Kind, Rank, Result};
+use meliora::{Choose, Chooser, Error, Kind, Rank, Result, Wanted};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use serde_json::to_string;
 
 use crate::errors::{unpicklable, usage};
 use crate::explanation::Explanation;
 use crate::handle::Handle;
 use crate::region::Space;
 use crate::simulation::{Recorder, Simulation};
-use crate::values::rank_of;
+use crate::values::{plain, rank_of};
 use crate::worker::Call;
 use crate::{arrays, options};
 
@@ -34,6 +36,9 @@ pub(crate) struct Strategy {
 struct SharedStrategy {
     kind: Kind,
     inner: Arc<Mutex<meliora::Strategy>>,
+    choose: Choose,
+    /// The rule that chooses by value.
+    chooser: Option<Arc<Chooser>>,
     space: Space,
 }
 
@@ -42,6 +47,7 @@ struct SharedStrategy {
 enum Which {
     Permitted,
     Progress,
+    Chosen,
     Kept,
 }
 
@@ -50,15 +56,20 @@ impl Which {
         match name {
             "permitted" => Ok(Which::Permitted),
             "progress" => Ok(Which::Progress),
+            "chosen" => Ok(Which::Chosen),
             "kept" => Ok(Which::Kept),
-            _ => Err(usage(format!("which={name:?}: it is one of \"permitted\", \"progress\", \"kept\""))),
+            _ => Err(usage(format!(
+                "which={name:?}: it is one of \"permitted\", \"progress\", \"chosen\", \"kept\""
+            ))),
         }
     }
 
     fn names(self, at: &Explained) -> Vec<String> {
+        let first = at.actions.iter().position(|action| action.progress);
         let actions = at.actions.iter().enumerate().filter(|(index, action)| match self {
             Which::Permitted => action.permitted,
-            Which::Progress => at.pick == Some(*index),
+            Which::Progress => first == Some(*index),
+            Which::Chosen => at.pick == Some(*index),
             Which::Kept => action.kept,
         });
         actions.map(|(_, action)| action.name.clone()).collect()
@@ -139,8 +150,28 @@ impl Strategy {
                 Error::Usage(format!("the levels of {name} are not known: `resume` the analysis first"))
             })
         })?;
-        let shared = SharedStrategy { kind, inner: Arc::new(Mutex::new(inner)), space: handle.space.clone() };
-        Ok(Strategy { shared })
+        Ok(Strategy::of(handle, Choose::First, (inner, None)))
+    }
+
+    /// Returns the strategies that choose by value, for runs from some states.
+    pub(crate) fn by_value(
+        py: Python<'_>,
+        handle: &Handle,
+        choose: Choose,
+        states: Vec<State>,
+        wanted: Wanted,
+    ) -> PyResult<Self> {
+        let found = handle.long(py, move |analysis| analysis.strategy_by(choose, &states, &wanted))?;
+        Ok(Strategy::of(handle, choose, found))
+    }
+
+    fn of(
+        handle: &Handle,
+        choose: Choose,
+        (inner, chooser): (meliora::Strategy, Option<Arc<Chooser>>),
+    ) -> Self {
+        let (kind, inner) = (inner.kind(), Arc::new(Mutex::new(inner)));
+        Strategy { shared: SharedStrategy { kind, inner, choose, chooser, space: handle.space.clone() } }
     }
 }
 
@@ -152,12 +183,35 @@ impl Strategy {
         self.shared.kind.name()
     }
 
+    /// `"first"`, `"likely"` or `"cheap"`: how the strategy chooses among the permitted actions.
+    #[getter]
+    fn choose(&self) -> &'static str {
+        self.shared.choose.name()
+    }
+
+    /// Returns the value of the strategy from a state: a dictionary with the number of
+    /// `improvements` that it aims at, bounds of their `probability`, and bounds of the expected
+    /// `cost` (None if they are not certain). None with `choose="first"`.
+    ///
+    /// Raises:
+    ///     UsageError: The values of the state were not computed; see `Analysis.strategy`.
+    fn attains(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Option<Py<PyAny>>> {
+        let state = self.shared.state(py, state)?;
+        let Some(chooser) = &self.shared.chooser else { return Ok(None) };
+        let Some(attained) = chooser.attained(&state) else {
+            let shown = self.shared.space.names.program.show_state(&state);
+            return Err(usage(format!("the values of the state {shown} were not computed")));
+        };
+        plain(py, to_string(&Attains::new(&attained))).map(Some)
+    }
+
     /// Returns the actions of a start state: the permitted ones, the one of the progress strategy,
-    /// or those that the safety mode keeps, even if they do not lead to an improvement.
+    /// the one that the strategy chooses, or those that the safety mode keeps, even if they do not
+    /// lead to an improvement.
     ///
     /// Args:
     ///     state: A dictionary with a value for every variable.
-    ///     which: "permitted", "progress" or "kept".
+    ///     which: "permitted", "progress", "chosen" or "kept".
     ///
     /// Raises:
     ///     UsageError: The state is not in the scope.
@@ -225,8 +279,8 @@ impl Strategy {
     ///     runs: Number of runs.
     ///     steps: Maximum number of steps of a run.
     ///     seed: An integer from 0.
-    ///     picks: "progress" takes the action of the progress strategy; "permissive" draws
-    ///         uniformly from the permitted actions.
+    ///     picks: "progress" takes the action that the strategy chooses; "permissive" draws
+    ///         uniformly from the permitted actions, which is for `choose="first"` only.
     ///     timeout, progress: As in `Model.explore`.
     #[pyo3(signature = (state, *, runs=1000, steps=1000, seed=1, picks="progress", timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
@@ -244,6 +298,13 @@ impl Strategy {
         let setup = Setup { scheduler: options::picks(picks)?, runs, steps, seed };
         let call = Call::new(timeout, progress)?;
         let start = self.shared.state(py, state)?;
+        if setup.scheduler == Scheduler::Permissive && self.shared.choose != Choose::First {
+            let name = self.shared.choose.name();
+            return Err(usage(format!(
+                "picks=\"permissive\" takes all permitted actions; choose={name:?} takes one"
+            )));
+        }
+        let attained = self.shared.chooser.as_ref().and_then(|chooser| chooser.attained(&start));
         let inner = Arc::clone(&self.shared.inner);
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("plays", format!("{runs} plays"));
@@ -251,7 +312,11 @@ impl Strategy {
         };
         let worker = &self.shared.space.worker;
         let (tally, record) = worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
-        Simulation::new(py, &self.shared.space.names, &tally, record)
+        let attained = attained.as_ref().map(Attains::new).zip(tally.sample.clone());
+        let value = attained
+            .map(|(value, sample)| plain(py, to_string(&Comparison { value, sample })))
+            .transpose()?;
+        Simulation::new(py, &self.shared.space.names, (&tally, value), record)
     }
 
     fn __repr__(&self) -> String {

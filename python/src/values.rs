@@ -6,6 +6,7 @@ use meliora::Rank;
 use meliora::model::value::{Type, Value};
 use meliora::model::{Program, State, VarId, Variable};
 use meliora::planning::result::ModelCounts;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
 
@@ -159,6 +160,12 @@ fn read(variable: &Variable, value: &Bound<'_, PyAny>) -> PyResult<i64> {
         return Err(wrong());
     }
     value.extract::<i64>().map_err(|_| wrong())
+}
+
+/// Converts a JSON text to Python dictionaries and lists.
+pub(crate) fn plain(py: Python<'_>, json: serde_json::Result<String>) -> PyResult<Py<PyAny>> {
+    let text = json.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+    Ok(py.import("json")?.call_method1("loads", (text,))?.unbind())
 }
 
 /// Converts the value of a constant.

@@ -7,7 +7,7 @@ import math
 import pytest
 
 import meliora
-from conftest import ENGINES, Engine
+from conftest import ENGINES, MODELS, Engine
 
 np = pytest.importorskip("numpy")
 
@@ -135,3 +135,53 @@ def test_monitors_add_no_actions_and_need_no_values(toy: meliora.Model, engine: 
         found.sasi.rank({"lost": False})
     with pytest.raises(meliora.UsageError, match="no variable `z`"):
         found.sasi.rank({**start, "z": 1})
+
+
+@pytest.fixture(scope="module")
+def drone() -> meliora.Analysis:
+    return meliora.Model.from_file(MODELS / "drone.prism").check(MODELS / "drone.pref")
+
+
+def test_values_are_those_of_the_command_line(drone: meliora.Analysis) -> None:
+    first = drone.values(exact=True, within=2)[0]
+    assert first["state"] == {"at": 0} and first["most_preferred"] == ["Shore"]
+    assert (first["sasi_rank"], first["spi_rank"], first["number"]["exact"]) == (1, 2, "7/6")
+    one, two = first["levels"]
+    assert one["cost"]["exact"] == "1" and two["cost"] is None
+    assert two["probability"]["exact"] == "1/6" and two["probability"]["lower"] == pytest.approx(1 / 6)
+    assert [a["action"] for a in one["actions"]] == ["survey", "shore"] and len(first["within"]) == 3
+    assert [v["state"]["at"] for v in drone.values([{"at": 3}, {"at": 0}], levels=1)] == [3, 0]
+    with pytest.raises(meliora.UsageError, match="no state of the scope"):
+        drone.values([{"at": 7}])
+    with pytest.raises(meliora.UsageError, match="no reward structure `fuel`"):
+        drone.values(reward="fuel")
+
+
+def test_a_strategy_by_value_attains_it(drone: meliora.Analysis) -> None:
+    base = {"at": 0}
+    likely, cheap = drone.strategy(choose="likely"), drone.strategy("sasi", choose="cheap")
+    assert (likely.kind, likely.choose, cheap.choose, drone.strategy().choose) == ("spi", "likely", "cheap", "first")
+    assert likely.actions(base, "chosen") == ["survey"] == cheap.actions(base, "chosen")
+    attained = likely.attains(base)
+    assert attained is not None and attained["improvements"] == 2 and attained["cost"] is None
+    assert drone.strategy().attains(base) is None and drone.strategy().simulate(base, runs=5).value is None
+    value = likely.simulate(base, runs=2000).value
+    assert value is not None and value["agrees"] and value["confidence"] == 0.99
+    interval = value["probability_interval"]
+    assert interval["lower"] <= 1 / 6 <= interval["upper"]
+    assert cheap.simulate(base, runs=50).value["measured_cost"] == 1.0  # type: ignore[index]
+
+
+def test_choices_that_do_not_fit_are_refused(drone: meliora.Analysis) -> None:
+    with pytest.raises(meliora.UsageError, match='choose="likely" is for kind="spi"'):
+        drone.strategy("sasi", choose="likely")
+    with pytest.raises(meliora.UsageError, match="choose="):
+        drone.strategy(choose="best")  # type: ignore[arg-type]
+    with pytest.raises(meliora.UsageError, match="takes all permitted actions"):
+        drone.strategy(choose="cheap").simulate({"at": 0}, picks="permissive")
+    from_wreck = drone.strategy(choose="likely", states=[{"at": 3}])
+    assert from_wreck.attains({"at": 3}) is not None
+    with pytest.raises(meliora.UsageError, match="were not computed"):
+        from_wreck.attains({"at": 0})
+    with pytest.raises(meliora.UsageError, match="were not computed"):
+        from_wreck.actions({"at": 0})

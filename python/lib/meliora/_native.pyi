@@ -40,7 +40,8 @@ _Engine: TypeAlias = Literal["symbolic", "explicit"]
 _Safety: TypeAlias = Literal["action", "transition", "prefix"]
 _Kind: TypeAlias = Literal["sasi", "spi"]
 _Order: TypeAlias = Literal["auto", "declared"] | Sequence[str]
-_Which: TypeAlias = Literal["permitted", "progress", "kept"]
+_Choose: TypeAlias = Literal["first", "likely", "cheap"]
+_Which: TypeAlias = Literal["permitted", "progress", "chosen", "kept"]
 _Progress: TypeAlias = Callable[[Progress], object]
 
 @final
@@ -479,7 +480,24 @@ class Analysis:
     @property
     def spi(self) -> Levels:
         """The levels of positive improvement."""
-    def strategy(self, kind: _Kind) -> Strategy:
+    def values(
+        self,
+        states: Sequence[_State] | None = None,
+        *,
+        levels: int | None = None,
+        reward: str = "steps",
+        within: int | None = None,
+        exact: bool = False,
+    ) -> list[dict[str, Any]]: ...
+    def strategy(
+        self,
+        kind: _Kind | None = None,
+        *,
+        choose: _Choose = "first",
+        states: Sequence[_State] | None = None,
+        levels: int | None = None,
+        reward: str = "steps",
+    ) -> Strategy:
         """Returns the strategies of one kind, "sasi" or "spi".
 
         Raises:
@@ -656,6 +674,9 @@ class Strategy:
     @property
     def kind(self) -> _Kind:
         """`"sasi"` or `"spi"`."""
+    @property
+    def choose(self) -> _Choose: ...
+    def attains(self, state: _State) -> dict[str, Any] | None: ...
     def actions(self, state: _State, which: _Which = "permitted") -> list[str]:
         """Returns the actions of a start state: the permitted ones, the one of the progress strategy,
         or those that the safety mode keeps, even if they do not lead to an improvement.
@@ -852,6 +873,8 @@ class Simulation:
     @property
     def improvements(self) -> dict[int, int]:
         """The number of runs for each number of improvements."""
+    @property
+    def value(self) -> dict[str, Any] | None: ...
     @property
     def variables(self) -> list[str]:
         """The names of the variables, in the order of the last axis of `states`."""
