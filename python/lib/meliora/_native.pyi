@@ -488,7 +488,21 @@ class Analysis:
         reward: str = "steps",
         within: int | None = None,
         exact: bool = False,
-    ) -> list[dict[str, Any]]: ...
+    ) -> list[dict[str, Any]]:
+        """Computes how likely improvements are, how soon they come and at what cost; returns the list
+        `states` of `meliora values --json`, with one dictionary per state.
+
+        Args:
+            states: States of the scope; None for the initial states.
+            levels: Greatest number of improvements; None for the levels found, at most 10.
+            reward: Reward structure that is the cost of a step; "steps": each step costs 1.
+            within: Compute also the probabilities of success within 0, 1, …, `within` steps.
+            exact: Compute with fractions; for small models.
+
+        Raises:
+            UsageError: A state is not in the scope, or the model has no such reward structure.
+            InputError: A reward is negative or has no value in some state of the scope.
+        """
     def strategy(
         self,
         kind: _Kind | None = None,
@@ -500,8 +514,18 @@ class Analysis:
     ) -> Strategy:
         """Returns the strategies of one kind, "sasi" or "spi".
 
+        Args:
+            kind: "sasi" or "spi"; None for "spi" with `choose="likely"`, else "sasi".
+            choose: The permitted action that the strategy takes: "first" that makes progress;
+                "likely" attains the greatest probability of all possible improvements (SPI); "cheap"
+                the least expected cost until the last certain one (SASI).
+            states: The states where paths may start with `choose="likely"` or "cheap"; None for the
+                initial states.
+            levels, reward: As in `values`.
+
         Raises:
-            UsageError: A limit ended the work before the levels of this kind were computed.
+            UsageError: A limit ended the work before the levels of this kind were computed; or the
+                options do not fit together.
         """
     def to_dict(self) -> dict[str, Any]:
         """Returns the report of `meliora check --json` as a dictionary; its counts are decimal
@@ -675,15 +699,24 @@ class Strategy:
     def kind(self) -> _Kind:
         """`"sasi"` or `"spi"`."""
     @property
-    def choose(self) -> _Choose: ...
-    def attains(self, state: _State) -> dict[str, Any] | None: ...
+    def choose(self) -> _Choose:
+        """`"first"`, `"likely"` or `"cheap"`: how the strategy chooses among the permitted actions."""
+    def attains(self, state: _State) -> dict[str, Any] | None:
+        """Returns the value of the strategy from a state: a dictionary with the number of
+        `improvements` that it aims at, bounds of their `probability`, and bounds of the expected
+        `cost` (None if they are not certain). None with `choose="first"`.
+
+        Raises:
+            UsageError: The values of the state were not computed; see `Analysis.strategy`.
+        """
     def actions(self, state: _State, which: _Which = "permitted") -> list[str]:
         """Returns the actions of a start state: the permitted ones, the one of the progress strategy,
-        or those that the safety mode keeps, even if they do not lead to an improvement.
+        the one that the strategy chooses, or those that the safety mode keeps, even if they do not
+        lead to an improvement.
 
         Args:
             state: A dictionary with a value for every variable.
-            which: "permitted", "progress" or "kept".
+            which: "permitted", "progress", "chosen" or "kept".
 
         Raises:
             UsageError: The state is not in the scope.
@@ -725,8 +758,8 @@ class Strategy:
             runs: Number of runs.
             steps: Maximum number of steps of a run.
             seed: An integer from 0.
-            picks: "progress" takes the action of the progress strategy; "permissive" draws
-                uniformly from the permitted actions.
+            picks: "progress" takes the action that the strategy chooses; "permissive" draws
+                uniformly from the permitted actions, which is for `choose="first"` only.
             timeout, progress: As in `Model.explore`.
         """
     def __reduce__(self) -> tuple[Any, ...]: ...
@@ -874,7 +907,12 @@ class Simulation:
     def improvements(self) -> dict[int, int]:
         """The number of runs for each number of improvements."""
     @property
-    def value(self) -> dict[str, Any] | None: ...
+    def value(self) -> dict[str, Any] | None:
+        """The value that the strategy attains, computed and measured: a dictionary with the number of
+        `improvements`, bounds of their `probability` and `cost`, `measured_probability`,
+        `measured_cost`, their `probability_interval` and `cost_interval` with 99 % `confidence`, and
+        `agrees`. None with `choose="first"`.
+        """
     @property
     def variables(self) -> list[str]:
         """The names of the variables, in the order of the last axis of `states`."""
