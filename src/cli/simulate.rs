@@ -9,7 +9,6 @@ use meliora::model::State;
 use meliora::output::SimulateReport;
 use meliora::output::simulate::PlaysReport;
 use meliora::planning::{Kind, Phase, Scheduler, Setup, Simulation};
-
 use meliora::quantities::Choose;
 
 use super::choose::{ChooseArgs, Costs};

@@ -37,7 +37,7 @@ impl Findings for CheckFindings {
 
     fn body(report: &CheckReport, style: Style) -> String {
         let escape = report.initial.iter().find_map(|initial| initial.escape.as_ref());
-        let mut out = escape.map_or_else(String::new, |escape| unsafe_start::text(escape, style));
+        let mut out = unsafe_start::text(escape, style);
         out += &report.header.sizes(report.result.counts.as_ref(), style);
         out += &objectives(report, style);
         out += &classes(&report.result, style);

@@ -105,8 +105,7 @@ impl Findings for PropertiesFindings {
     }
 
     fn body(report: &PropertiesReport, style: Style) -> String {
-        let escape = report.escape.as_ref();
-        let mut out = escape.map_or_else(String::new, |escape| unsafe_start::text(escape, style));
+        let mut out = unsafe_start::text(report.escape.as_ref(), style);
         out += &report.header.sizes(report.counts.as_ref(), style);
         if report.properties.iter().any(|p| p.reason.is_none()) {
             let _ = write!(out, "\n{}\n{}", style.bold("Properties"), report.table(style));

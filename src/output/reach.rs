@@ -91,8 +91,7 @@ impl Findings for ReachFindings {
     }
 
     fn body(report: &ReachReport, style: Style) -> String {
-        let escape = report.escape.as_ref();
-        let mut out = escape.map_or_else(String::new, |escape| unsafe_start::text(escape, style));
+        let mut out = unsafe_start::text(report.escape.as_ref(), style);
         out += &report.header.sizes(report.counts.as_ref(), style);
         if let Some(target) = &report.target {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));

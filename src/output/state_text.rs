@@ -37,14 +37,14 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
 }
 
 fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String {
-    let (words, picked) = (state.words, state.picked_action());
-    let verdict = match (action.permitted, picked.is_some_and(|picked| picked.name == action.name)) {
+    let words = state.words;
+    let picked = state.picked_action().is_some_and(|picked| picked.name == action.name);
+    let verdict = match (action.permitted, picked) {
         (true, true) => style.good(&format!("permitted, {}", picked_name(state.choosing.choose))),
         (true, false) => style.good("permitted"),
         (false, _) => style.dim("not permitted"),
     };
-    let decides = picked.is_some_and(|picked| picked.name == action.name) && action.verdict == Verdict::Stays;
-    let reason = match decides {
+    let reason = match picked && action.verdict == Verdict::Stays {
         true => "stays in the level, and has the best value".to_owned(),
         false => words.reason(&state.at, action),
     };

@@ -5,9 +5,11 @@ use std::fmt::Write;
 use super::Style;
 use crate::planning::result::Escape;
 
-/// Shows how a requirement gets violated from a state.
-pub(super) fn text(escape: &Escape, style: Style) -> String {
-    let Some((start, _)) = escape.path.first() else { return String::new() };
+/// Shows how a requirement gets violated from a state; nothing without a path.
+pub(super) fn text(escape: Option<&Escape>, style: Style) -> String {
+    let Some((escape, (start, _))) = escape.and_then(|escape| Some((escape, escape.path.first()?))) else {
+        return String::new();
+    };
     let title = format!("No strategy keeps the requirements from {start}");
     let mut out = format!("\n{}\n", style.bad(&title));
     if let Some(violated) = &escape.violated {

@@ -105,13 +105,17 @@ pub(super) trait Number: Clone + Send + Sync {
     fn high(&self) -> Self;
     /// Returns the number between these two.
     fn between(low: &Self, high: &Self) -> Self;
+    /// Returns the other number if that is certainly greater, else this one.
+    fn or_greater(self, other: Self) -> Self {
+        if other.exceeds(&self) { other } else { self }
+    }
+    /// Returns the other number if that is certainly smaller, else this one.
+    fn or_smaller(self, other: Self) -> Self {
+        if self.exceeds(&other) { other } else { self }
+    }
     /// Returns the number whose bounds are the narrower ones of two numbers with the same value.
     fn within(&self, other: &Self) -> Self {
-        let (low, other_low) = (self.low(), other.low());
-        let (high, other_high) = (self.high(), other.high());
-        let low = if other_low.exceeds(&low) { other_low } else { low };
-        let high = if high.exceeds(&other_high) { other_high } else { high };
-        Self::between(&low, &high)
+        Self::between(&self.low().or_greater(other.low()), &self.high().or_smaller(other.high()))
     }
     /// Returns an upper bound of `self` - `other`, at least 0: the largest possible excess.
     fn excess(&self, other: &Self) -> Self;

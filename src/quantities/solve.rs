@@ -234,11 +234,11 @@ impl<N: Number> System<'_, N> {
                 Some((a, b, pick)) => match self.sense() {
                     Sense::Max => {
                         let pick = if low.exceeds(&a) { choice } else { pick };
-                        (if low.exceeds(&a) { low } else { a }, if high.exceeds(&b) { high } else { b }, pick)
+                        (a.or_greater(low), b.or_greater(high), pick)
                     }
                     Sense::Min => {
                         let pick = if b.exceeds(&high) { choice } else { pick };
-                        (if a.exceeds(&low) { low } else { a }, if b.exceeds(&high) { high } else { b }, pick)
+                        (a.or_smaller(low), b.or_smaller(high), pick)
                     }
                 },
             });

@@ -7,14 +7,14 @@ use std::sync::Arc;
 use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
 use meliora::model::State;
 use meliora::model::exact::Ratio;
-use meliora::model::preference::{Empty, Goal, Objective, Preferences, Preorder};
+use meliora::model::preference::Empty;
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Memory, Options, Safety};
 use meliora::quantities::{Aim, Choose, Chooser, Setup, Steps, Values};
 use num_traits::{One, Zero};
 use proptest::prelude::*;
 
 use crate::loaded::Loaded;
-use crate::quantities::{chain, exact};
+use crate::quantities::{chain, exact, preferences};
 use crate::worlds::{World, factored, graph};
 use crate::{EMPTIES, SAFETIES};
 
@@ -80,18 +80,7 @@ fn attained<E: Engine>(analysis: &Analysis<E>, world: &World, label: &str) {
 }
 
 fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
-    let objective = |(i, &target): (usize, &meliora::model::expr::ExprId)| Objective {
-        name: format!("o{i}"),
-        goal: Goal::Reach(target),
-        span: None,
-    };
-    let preferences = Arc::new(Preferences {
-        objectives: world.targets.iter().enumerate().map(objective).collect(),
-        order: Preorder::new(world.targets.len(), &world.statements).unwrap(),
-        empty,
-        history: Default::default(),
-        requirements: Vec::new(),
-    });
+    let preferences = Arc::new(preferences(world, empty));
     for safety in SAFETIES {
         let mut analysis = Analysis::new(engine, &preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();

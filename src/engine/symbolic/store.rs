@@ -39,6 +39,7 @@ const STACK_PER_BIT: usize = 4 << 10;
 const MOST_NODES: u64 = 1 << 30;
 /// Minimum number of nodes per thread.
 const NODES_PER_THREAD: u64 = 4 * BLOCK;
+
 /// The manager of all diagrams of one engine.
 pub(super) struct Store {
     manager: BDDManagerRef,

@@ -145,19 +145,8 @@ impl<'s> Reader<'s> {
         for (rewards, earned) in self.rewards.iter_mut().zip(earned) {
             rewards.choices.get_or_insert_default().push(earned);
         }
-        self.end();
+        self.table.end();
         Ok(())
-    }
-
-    /// Moves the ends of the last state and the last choice to what has been read.
-    fn end(&mut self) {
-        let (choices, branches) = (self.table.action_of.len(), self.table.targets.len());
-        if let Some(last) = self.table.choices.last_mut() {
-            *last = choices;
-        }
-        if let Some(last) = self.table.branches.last_mut() {
-            *last = branches;
-        }
     }
 
     /// Splits off the rewards in square brackets; those that are left out are 0.
@@ -190,11 +179,7 @@ impl<'s> Reader<'s> {
         if weight.trim_start().starts_with('[') {
             return Err(line.refused("intervals of probabilities"));
         }
-        self.table.targets.push(line.index(target.trim())?);
-        let weight = line.number(weight.trim())?;
-        let weight = self.table.number(weight);
-        self.table.probabilities.push(weight);
-        self.end();
+        self.table.branch(line.index(target.trim())?, line.number(weight.trim())?);
         Ok(())
     }
 

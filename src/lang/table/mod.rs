@@ -106,6 +106,21 @@ impl Table {
         self.pool.exact_value(Value::Real(x), Ratio::from_float(x))
     }
 
+    /// Adds a branch to the last choice of the last state.
+    fn branch(&mut self, target: usize, probability: Ratio) {
+        self.targets.push(target);
+        let probability = self.number(probability);
+        self.probabilities.push(probability);
+        self.end();
+    }
+
+    /// Moves the ends of the last state and the last choice to what has been added.
+    fn end(&mut self) {
+        let (choices, branches) = (self.action_of.len(), self.targets.len());
+        self.choices.last_mut().into_iter().for_each(|end| *end = choices);
+        self.branches.last_mut().into_iter().for_each(|end| *end = branches);
+    }
+
     fn value(&self, number: ExprId) -> f64 {
         self.pool.literal(number).map_or(f64::NAN, Value::to_f64)
     }

@@ -77,13 +77,7 @@ fn transitions(frame: &Frame<'_>, poll: &mut Poll<'_>) -> Result<Table> {
             table.branches.push(0);
             last = at;
         }
-        table.targets.push(read.target);
-        let weight = line.number(read.weight)?;
-        let weight = table.number(weight);
-        table.probabilities.push(weight);
-        let (choices, branches) = (table.action_of.len(), table.targets.len());
-        table.choices.last_mut().into_iter().for_each(|end| *end = choices);
-        table.branches.last_mut().into_iter().for_each(|end| *end = branches);
+        table.branch(read.target, line.number(read.weight)?);
     }
     let choices = table.action_of.len();
     table.choices.resize(counts[0] + 1, choices);
