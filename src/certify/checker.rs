@@ -6,6 +6,7 @@ use super::Checked;
 use super::error::{CheckError, CheckResult};
 use super::sets::Sets;
 use crate::dump::manifest::RootKind;
+use crate::dump::values::Row;
 use crate::dump::{Dump, Manifest};
 use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Engine, Settings};
@@ -22,6 +23,8 @@ pub(super) struct Checker<'a> {
     pub(super) regions: Sets,
     /// The certificate: the sets that prove the regions correct.
     pub(super) proof: Sets,
+    /// The bounds of quantities.
+    pub(super) values: Option<&'a [Row]>,
     pub(super) checked: Vec<Checked>,
 }
 
@@ -47,7 +50,8 @@ impl<'a> Checker<'a> {
         let engine = SymbolicEngine::with_states(Arc::clone(program), order, settings, &dump.regions, all)?;
         let regions = Sets::load(&engine, &manifest.regions, &dump.regions)?;
         let proof = Sets::load(&engine, file, certificate)?;
-        Ok(Checker { engine, preferences, manifest, regions, proof, checked: Vec::new() })
+        let values = dump.values.as_deref();
+        Ok(Checker { engine, preferences, manifest, regions, proof, values, checked: Vec::new() })
     }
 
     /// Records that a region has passed its checks.

@@ -8,8 +8,8 @@ use crate::engine::symbolic::{ChoiceSet, StateSet};
 use crate::engine::{Algebra, Engine};
 use crate::names;
 
-/// Checks the levels of both kinds.
-pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResult {
+/// Checks the levels of both kinds; returns the arenas.
+pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResult<Vec<Arena>> {
     let arenas = arenas(checker, classes)?;
     let found = [levels(checker, &arenas, "sasi")?, levels(checker, &arenas, "spi")?];
     match checker.manifest.max_level {
@@ -17,7 +17,7 @@ pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResu
             format!("the search for levels stopped at the maximum level {max}"),
             None,
         )),
-        _ => Ok(()),
+        _ => Ok(arenas),
     }
 }
 

@@ -52,7 +52,7 @@ pub(super) fn all(
     };
     let mut expected = subject.manifest(describe::choices(engine, true), File::default(), None);
     expected.tool.version.clone_from(&manifest.tool.version);
-    let said = Manifest { regions: File::default(), certificate: None, ..manifest.clone() };
+    let said = Manifest { regions: File::default(), certificate: None, values: None, ..manifest.clone() };
     match difference(&json(&expected)?, &json(&said)?, String::new()) {
         None => Ok(()),
         Some((path, expected, said)) => {

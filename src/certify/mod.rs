@@ -19,8 +19,11 @@
 //! | `initial`, `deadlock`, `choices`, `target:A`, `class:C`, strategies | equal to what the model and the regions say | |
 //! | `sasi:k` | closed under its strategy, layers towards a goal edge | removal rounds |
 //! | `spi:k` | layers towards a goal edge | no kept choice enters it from outside |
+//!
+//! The bounds of quantities in `values.csv` are confirmed by one step per state, and by ranks.
 
 mod arena;
+mod bellman;
 mod checker;
 mod error;
 mod levels;
@@ -29,6 +32,7 @@ mod outcomes;
 mod safe;
 mod sets;
 mod temporal;
+mod values;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -138,6 +142,7 @@ fn run(
     let result = safe::requirements(&mut checker)
         .and_then(|()| outcomes::check(&mut checker))
         .and_then(|classes| levels::check(&mut checker, classes))
+        .and_then(|arenas| values::check(&mut checker, &arenas))
         .and_then(|()| checker.nothing_else());
     checked.append(&mut checker.checked);
     result

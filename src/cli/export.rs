@@ -6,21 +6,27 @@ use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
 use meliora::dump::directory::{check_directory, sha256, write_directory};
 use meliora::error::Error;
+use meliora::export::values::Wanted;
 use meliora::export::{Inputs, Selection, export};
 use meliora::output::{ExportReport, Header};
 use meliora::planning::{Analysis, Phase};
+use meliora::quantities::choose::LEVELS;
+use meliora::quantities::{Steps, Values};
 
+use super::choose::Costs;
 use super::exit::Status;
-use super::export_explicit::{self, Files, StrategyArg, Wanted};
+use super::export_explicit::{self, Files, StrategyArg};
 use super::load;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
+use super::quantity;
 use super::supervise::{Job, supervise};
 
 /// Write regions and strategies for other programs, as decision diagrams or explicit models
 ///
 /// DIR receives `regions.dddmp` (all regions as roots of one diagram), `manifest.json` (the meaning
-/// of roots and variables) and `certificate.dddmp` (the data that `verify` needs). If DIR exists,
+/// of roots and variables) and `certificate.dddmp` (the data that `verify` needs); with `--values`
+/// also `values.csv` (bounds of probabilities and costs, state by state). If DIR exists,
 /// it must be empty or contain only an older dump, which is replaced.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExportArgs {
@@ -42,7 +48,7 @@ pub(super) struct ExportArgs {
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 
-    /// Maximum number of states in the formats explicit, drn and umb
+    /// Maximum number of states in the formats explicit, drn and umb, and with `--values`
     #[arg(long, value_name = "STATES", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
     limit: u32,
 
@@ -50,6 +56,24 @@ pub(super) struct ExportArgs {
     /// and a table of its actions; for the formats explicit, drn and umb
     #[arg(long, value_name = "sasi|spi[:progress|permissive]", value_parser = StrategyArg::parse)]
     strategy: Option<StrategyArg>,
+
+    /// Write also `values.csv`: bounds of the probabilities and costs of improvements, each of which
+    /// `verify` confirms by one step
+    #[arg(long, conflicts_with_all = ["no_certificate", "region", "strategy"])]
+    values: bool,
+
+    /// Greatest number of improvements of `--values` [default: the levels found, at most 10]
+    #[arg(long, value_name = "K", requires = "values", value_parser = clap::value_parser!(u32).range(1..))]
+    levels: Option<u32>,
+
+    /// Reward structure that is the cost of a step in `--values` [default: `steps`, each step
+    /// costs 1]
+    #[arg(long, value_name = "NAME", requires = "values")]
+    reward: Option<String>,
+
+    /// Largest width of a bound of `--values`, absolute for probabilities, relative above 1 for costs
+    #[arg(long, value_name = "X", default_value_t = 1e-6, requires = "values", value_parser = quantity::precision)]
+    precision: f64,
 
     /// Write no certificate; `verify` cannot check such a dump
     #[arg(long)]
@@ -76,6 +100,11 @@ enum Format {
 }
 
 impl ExportArgs {
+    /// Returns the name of the cost of a step.
+    fn reward(&self) -> &str {
+        self.reward.as_deref().unwrap_or(Steps::NAME)
+    }
+
     /// Returns the format of an explicit model, or `None` for diagrams.
     ///
     /// # Errors
@@ -91,6 +120,7 @@ impl ExportArgs {
             None if self.strategy.is_some() => {
                 "`--strategy` needs `--format explicit`, `drn` or `umb`; a dump contains all strategies"
             }
+            Some(_) if self.values => "`--values` belongs to dumps, `--format dddmp` or `dot`",
             Some(_) if !self.region.is_empty() => {
                 "`--region` selects diagrams; the formats explicit, drn and umb contain all regions"
             }
@@ -108,7 +138,10 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
     if let Some(format) = args.files()? {
         let ExportArgs { model, preferences, out, limit, strategy, shown, .. } = args;
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
-        return export_explicit::run(Wanted { model, preferences, out, format, limit, strategy }, &shown);
+        return export_explicit::run(
+            export_explicit::Wanted { model, preferences, out, format, limit, strategy },
+            &shown,
+        );
     }
     let globs = globs(&args.region)?;
     let header = Header { safety: Some(args.preferences.safety.name()), ..args.model.header() };
@@ -139,8 +172,12 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         return Err(Error::Usage(message.to_owned()));
     }
     check_directory(&args.out)?;
-    let read = || load::question(&args.model, &args.preferences, &job.sink);
-    let question = job.timed("parse", read, |_, _| ())?;
+    let read = || {
+        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let costs = Costs::named(&mut question.program, args.reward())?;
+        Ok((question, costs))
+    };
+    let (question, costs) = job.timed("parse", read, |_, _| ())?;
     job.update(|r| r.header.read(&question.program));
     let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
@@ -154,13 +191,23 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     let wanted = |name: &str| all || globs.is_match(name);
     let selection = Selection { wanted: &wanted, certificate: all && !args.no_certificate };
     let dump = || export(&analysis, &inputs, &selection).map_err(unmatched);
-    let dump = job.timed("dump", dump, |_, _| ())?;
+    let mut dump = job.timed("dump", dump, |_, _| ())?;
+    let mut width = None;
+    if args.values {
+        let costs = costs.check(analysis.engine(), &question.program)?;
+        let levels = args.levels.map_or_else(|| Values::levels_found(&analysis, LEVELS), |k| k as usize);
+        let (limit, precision) = (args.limit as usize, args.precision);
+        let wanted = Wanted { levels, reward: args.reward(), costs: &*costs, limit, precision };
+        let add = || meliora::export::values::add(&mut dump, &analysis, &wanted);
+        width = Some(job.timed("values", add, |_, _| ())?);
+    }
     let dot = args.format == Format::Dot;
     let write = || write_directory(dump, &args.out, dot, job.sink.as_ref());
     let manifest = job.timed("write", write, |_, _| ())?;
     let peak = meliora::engine::Engine::usage(&*engine).peak_nodes;
     job.update(|r| {
         r.set(&manifest);
+        r.set_values(&manifest, width, args.precision);
         r.memory.peak_nodes = peak;
     });
     Ok(())

@@ -10,8 +10,9 @@ use super::manifest::{self, Manifest};
 use super::place::Place;
 pub use super::place::temporary_directory;
 use super::streams::{Hashing, Watched};
+use super::values::{self, Row};
 use super::{Diagram, dddmp, dot};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, ensure};
 use crate::progress::ProgressSink;
 
 /// A dump in memory.
@@ -23,6 +24,8 @@ pub struct Dump {
     pub regions: Diagram,
     /// The sets that a check without fixpoints needs.
     pub certificate: Option<Diagram>,
+    /// The bounds of quantities that a check can confirm.
+    pub values: Option<Vec<Row>>,
 }
 
 /// Returns the SHA-256 of some bytes in hexadecimal.
@@ -58,6 +61,14 @@ pub fn write_directory(
     if let (Some(file), Some(diagram)) = (&mut manifest.certificate, &dump.certificate) {
         fill(file, diagram, new.path(), sink).map_err(failed)?;
     }
+    if let (Some(layout), Some(rows)) = (manifest.values_layout(), &dump.values) {
+        let path = new.path().join(manifest::VALUES);
+        let write = |out: &mut dyn Write| values::write(&layout, rows, &mut &mut *out);
+        let sha256 = hashed(&path, sink, write).map_err(failed)?;
+        if let Some(file) = &mut manifest.values {
+            (file.sha256, file.rows) = (sha256, rows.len());
+        }
+    }
     if dot {
         dot::write_all(&mut manifest.regions, &dump.regions, new.path(), sink).map_err(failed)?;
     }
@@ -88,18 +99,27 @@ fn fill(
     directory: &Path,
     sink: &dyn ProgressSink,
 ) -> io::Result<()> {
-    let out = fs::File::create(directory.join(&file.path))?;
-    let out = Watched { inner: out, sink };
-    let mut out = BufWriter::with_capacity(1 << 16, Hashing { inner: out, hash: Sha256::new() });
-    dddmp::write(diagram, &mut out)?;
-    let hashing = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-    hashing.inner.inner.sync_all()?;
-    file.sha256 = hex(hashing.hash.finalize().as_slice());
+    file.sha256 = hashed(&directory.join(&file.path), sink, |mut out| dddmp::write(diagram, &mut out))?;
     file.nodes = diagram.nodes.len() + 1;
     Ok(())
 }
 
-/// Reads a dump: the manifest, the regions, and the certificate if `certificate` is true.
+/// Writes a file, and returns the SHA-256 of its bytes.
+fn hashed(
+    path: &Path,
+    sink: &dyn ProgressSink,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<String> {
+    let out = Watched { inner: fs::File::create(path)?, sink };
+    let mut out = BufWriter::with_capacity(1 << 16, Hashing { inner: out, hash: Sha256::new() });
+    write(&mut out)?;
+    let hashing = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    hashing.inner.inner.sync_all()?;
+    Ok(hex(hashing.hash.finalize().as_slice()))
+}
+
+/// Reads a dump: the manifest, the regions, and, if `certificate` is true, the certificate and the
+/// values.
 ///
 /// # Errors
 /// A file cannot be read, is malformed, does not have the hash of the manifest, or contradicts it;
@@ -107,11 +127,28 @@ fn fill(
 pub fn read_directory(directory: &Path, certificate: bool, sink: &dyn ProgressSink) -> Result<Dump> {
     let manifest = Manifest::read(directory)?;
     let regions = read_file(directory, &manifest, &manifest.regions, sink)?;
-    let certificate = match &manifest.certificate {
-        Some(file) if certificate => Some(read_file(directory, &manifest, file, sink)?),
-        _ => None,
-    };
-    Ok(Dump { manifest, regions, certificate })
+    let proof = manifest.certificate.as_ref().filter(|_| certificate);
+    let values = manifest.values.as_ref().filter(|_| certificate);
+    let certificate = proof.map(|file| read_file(directory, &manifest, file, sink)).transpose()?;
+    let values = values.map(|file| read_values(directory, &manifest, file, sink)).transpose()?;
+    Ok(Dump { manifest, regions, certificate, values })
+}
+
+fn read_values(
+    directory: &Path,
+    manifest: &Manifest,
+    file: &manifest::ValuesFile,
+    sink: &dyn ProgressSink,
+) -> Result<Vec<Row>> {
+    let path = directory.join(manifest::VALUES);
+    let name = path.display().to_string();
+    let layout = manifest.values_layout().unwrap_or_default();
+    let rows = read_hashed(&path, &file.sha256, sink, |input| values::read(&name, &layout, input))?;
+    ensure(rows.len() == file.rows, || {
+        let message = format!("the file has {} rows, the manifest says {}", rows.len(), file.rows);
+        Error::Dump { file: name.clone(), line: 0, message }
+    })?;
+    Ok(rows)
 }
 
 fn read_file(
@@ -128,17 +165,27 @@ fn read_file(
     }
     let path = directory.join(&file.path);
     let name = path.display().to_string();
-    let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
-    let inner = Watched { inner: fs::File::open(&path).map_err(failed)?, sink };
-    let input = Hashing { inner, hash: Sha256::new() };
-    let mut input = BufReader::with_capacity(1 << 16, input);
-    let diagram = dddmp::read(&name, &mut input).map_err(|e| sink.stop().map_or(e, Error::from))?;
-    let found = hex(input.into_inner().hash.finalize().as_slice());
-    if found != file.sha256 {
-        let message =
-            format!("the file has changed: its SHA-256 is {found}, the manifest says {}", file.sha256);
-        return Err(Error::Dump { file: name, line: 0, message });
-    }
+    let diagram = read_hashed(&path, &file.sha256, sink, |input| dddmp::read(&name, input))?;
     manifest.check_file(&manifest_name, file, &diagram)?;
     Ok(diagram)
+}
+
+/// Reads a file, and checks the SHA-256 of its bytes.
+fn read_hashed<T>(
+    path: &Path,
+    sha256: &str,
+    sink: &dyn ProgressSink,
+    read: impl FnOnce(&mut BufReader<Hashing<Watched<'_, fs::File>>>) -> Result<T>,
+) -> Result<T> {
+    let name = path.display().to_string();
+    let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
+    let inner = Watched { inner: fs::File::open(path).map_err(failed)?, sink };
+    let mut input = BufReader::with_capacity(1 << 16, Hashing { inner, hash: Sha256::new() });
+    let content = read(&mut input).map_err(|e| sink.stop().map_or(e, Error::from))?;
+    let found = hex(input.into_inner().hash.finalize().as_slice());
+    if found == sha256 {
+        return Ok(content);
+    }
+    let message = format!("the file has changed: its SHA-256 is {found}, the manifest says {sha256}");
+    Err(Error::Dump { file: name, line: 0, message })
 }

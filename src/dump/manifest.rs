@@ -9,6 +9,7 @@ use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value as Json;
 
+use super::values::Layout;
 use super::{Diagram, Edge};
 use crate::error::{Error, Result, ensure};
 use crate::escape::is_shown;
@@ -21,10 +22,16 @@ pub const FILE: &str = "manifest.json";
 pub const REGIONS: &str = "regions.dddmp";
 /// The name of the file with the certificate.
 pub const CERTIFICATE: &str = "certificate.dddmp";
+/// The name of the file with the bounds of quantities.
+pub const VALUES: &str = "values.csv";
 /// The name of the program that writes dumps.
 pub const TOOL: &str = "meliora";
+/// The safety mode in which improvements are measured against a class.
+const PREFIX: &str = "prefix";
 /// The maximum size of a manifest, in bytes.
 const LARGEST: u64 = 256 << 20;
+/// The maximum number of levels with values.
+const MOST_LEVELS: usize = 1 << 16;
 /// The maximum number of bits for choices.
 const MOST_CHOICE_BITS: u32 = 20;
 
@@ -70,6 +77,9 @@ pub struct Manifest {
     pub regions: File,
     /// `certificate.dddmp`, if there is one.
     pub certificate: Option<File>,
+    /// `values.csv`, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub values: Option<ValuesFile>,
 }
 
 /// The program that wrote a dump.
@@ -169,6 +179,22 @@ pub struct File {
     pub nodes: usize,
     /// The meaning of its roots.
     pub roots: Vec<Root>,
+}
+
+/// The file with bounds of quantities; see [`super::values`].
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ValuesFile {
+    /// Its name in the directory.
+    pub path: String,
+    /// The SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+    /// The greatest number of improvements.
+    pub levels: usize,
+    /// The reward structure that is the cost of a step, or `steps`.
+    pub reward: String,
+    /// The number of rows.
+    pub rows: usize,
 }
 
 /// A named function of a file.
@@ -364,6 +390,13 @@ impl Manifest {
         Ok(())
     }
 
+    /// Returns the columns of `values.csv`, if there is one.
+    pub fn values_layout(&self) -> Option<Layout> {
+        let variables = self.encoding.variables.iter().map(|v| v.name.clone()).collect();
+        let levels = self.values.as_ref()?.levels;
+        Some(Layout { arenas: self.safety == PREFIX, variables, levels })
+    }
+
     /// Returns the given constants in the syntax of `--const`.
     pub fn given_constants(&self) -> String {
         let value = |name: &String| Some(format!("{name}={}", self.constants.get(name)?));
@@ -379,6 +412,14 @@ impl Manifest {
         self.regions.check_names(REGIONS)?;
         if let Some(file) = &self.certificate {
             file.check_names(CERTIFICATE)?;
+        }
+        if let Some(file) = &self.values {
+            ensure(file.path == VALUES, || {
+                format!("the file is `{VALUES}`, not `{}`", file.path.escape_debug())
+            })?;
+            ensure((1..=MOST_LEVELS).contains(&file.levels), || {
+                format!("{} levels of values are not between 1 and {MOST_LEVELS}", file.levels)
+            })?;
         }
         for name in self.constants.keys().chain(&self.given) {
             plain("a constant", name)?;

@@ -2,6 +2,7 @@
 //!
 //! A dump is a directory. `regions.dddmp` contains every region as a root of one shared diagram, in
 //! DDDMP 2.0 text. `certificate.dddmp` contains the sets that a check without fixpoints needs.
+//! `values.csv`, if there is one, contains bounds of quantities ([`values`]).
 //! `manifest.json` describes the roots and the encoding of states as bits ([`Manifest`]).
 //!
 //! [`Diagram`] is the representation in memory: nodes as plain data with complemented else arcs, as
@@ -15,6 +16,7 @@ pub mod manifest;
 mod members;
 mod place;
 mod streams;
+pub mod values;
 
 pub use diagram::{Diagram, Edge, Node};
 pub use directory::{Dump, read_directory, write_directory};

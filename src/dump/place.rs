@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::manifest::{CERTIFICATE, FILE, Manifest, REGIONS};
+use super::manifest::{CERTIFICATE, FILE, Manifest, REGIONS, VALUES};
 use crate::error::{Error, Result};
 
 /// A directory that may be written.
@@ -54,7 +54,7 @@ impl Place {
         let Ok(manifest) = Manifest::read(&self.path) else {
             return Err(self.refused("the directory exists and is neither empty nor a dump of this program"));
         };
-        let mut own: BTreeSet<String> = [FILE, REGIONS, CERTIFICATE].map(str::to_owned).into();
+        let mut own: BTreeSet<String> = [FILE, REGIONS, CERTIFICATE, VALUES].map(str::to_owned).into();
         own.extend(manifest.regions.roots.into_iter().filter_map(|root| root.dot));
         if let Some(foreign) = there.iter().find(|name| !own.contains(*name)) {
             let message = format!("the directory contains `{foreign}`, which does not belong to the dump");

@@ -112,6 +112,7 @@ impl Subject<'_> {
             choices,
             regions,
             certificate,
+            values: None,
         }
     }
 }

@@ -16,6 +16,7 @@ pub mod explicit;
 mod layers;
 mod plays;
 mod regions;
+pub mod values;
 
 use crate::dump::manifest::{self, File, Root, RootKind};
 use crate::dump::{Diagram, Dump};
@@ -107,6 +108,7 @@ pub fn export(
         manifest: subject.manifest(choices, regions, certificate),
         regions: diagram,
         certificate: layers,
+        values: None,
     })
 }
 

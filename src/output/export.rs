@@ -20,6 +20,25 @@ pub struct ExportFindings {
     pub nodes: Option<usize>,
     /// Number of nodes in `certificate.dddmp`, if it was written.
     pub certificate_nodes: Option<usize>,
+    /// The bounds of quantities, if they were written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<ExportedValues>,
+}
+
+/// The bounds of quantities in a dump.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExportedValues {
+    /// Number of rows in `values.csv`.
+    pub rows: usize,
+    /// The greatest number of improvements.
+    pub levels: usize,
+    /// The reward structure that is the cost of a step, or `steps`.
+    pub reward: String,
+    /// The greatest width of a bound, absolute for probabilities, relative above 1 for costs; absent
+    /// if it is infinite.
+    pub widest: Option<f64>,
+    /// True if no bound is wider than the precision.
+    pub narrow: bool,
 }
 
 /// The report with times and memory.
@@ -58,6 +77,20 @@ impl ExportReport {
     }
 }
 
+impl ExportReport {
+    /// Adds the bounds that were written, with the greatest width of one.
+    pub fn set_values(&mut self, manifest: &Manifest, width: Option<f64>, precision: f64) {
+        let values = manifest.values.as_ref().zip(width);
+        self.values = values.map(|(file, width)| ExportedValues {
+            rows: file.rows,
+            levels: file.levels,
+            reward: file.reward.clone(),
+            widest: width.is_finite().then_some(width),
+            narrow: width <= precision,
+        });
+    }
+}
+
 impl Findings for ExportFindings {
     const SCHEMA: &str = "meliora.export/1";
 
@@ -74,6 +107,22 @@ impl Findings for ExportFindings {
         if let Some(nodes) = report.certificate_nodes {
             out += &format!("{nodes} nodes in the certificate\n");
         }
+        if let Some(values) = &report.values {
+            out += &values.text();
+        }
         out
+    }
+}
+
+impl ExportedValues {
+    fn text(&self) -> String {
+        let width = self.widest.map_or_else(|| "infinite".to_owned(), |width| format!("{width:.1e}"));
+        let rows = Number(self.rows.into()).grouped();
+        let warning = if self.narrow { "" } else { ", more than the precision" };
+        format!(
+            "values of {rows} states, k up to {}, cost {}; widest bounds {width}{warning}\n",
+            self.levels,
+            escape::line(&self.reward)
+        )
     }
 }

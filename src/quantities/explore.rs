@@ -165,6 +165,11 @@ impl Places {
         self.numbers.find(self.hasher.hash_one((key, state)), same).copied()
     }
 
+    /// Returns the arena of a node.
+    pub(super) fn arena(&self, node: u32) -> Option<u32> {
+        (self.keys[node as usize] / 2).checked_sub(1)
+    }
+
     fn add(&mut self, node: u32, (arena, junction): (Option<u32>, bool), state: State, class: Option<u32>) {
         let key = key(arena, junction);
         let hash = self.hasher.hash_one((key, &state[..]));
@@ -209,7 +214,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
             self.meter.step()?;
             self.meter.progress(&|| format!("{nodes} states"));
             let state = self.places.states[node as usize].clone();
-            let arena = (self.places.keys[node as usize] / 2).checked_sub(1);
+            let arena = self.places.arena(node);
             let choices = match self.graph.junction[node as usize] {
                 true => self.junction(node, arena, &state)?,
                 false => self.choices(node, arena, &state, &mut *walk)?,

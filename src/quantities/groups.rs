@@ -6,9 +6,10 @@ use num_traits::FromPrimitive;
 use super::component::{Action, Optimum};
 use super::components::{self, Choices, EndComponents};
 use super::eliminate::Row;
+use super::graph::Edge;
 use super::meter::Meter;
 use super::number::Number;
-use super::solve::{End, NONE, Solution, System};
+use super::solve::{End, Margin, NONE, Solution, System};
 use crate::error::Result;
 use crate::model::exact::Ratio;
 
@@ -21,6 +22,8 @@ pub(super) trait Reader<N: Number> {
     fn low(number: &N) -> Self::Read;
     /// Returns the upper bound of a number, which is finite.
     fn high(number: &N) -> Self::Read;
+    /// Returns a finite double.
+    fn double(x: f64) -> Self::Read;
 }
 
 /// Reads numbers as they are.
@@ -40,6 +43,10 @@ impl<N: Number> Reader<N> for AsTheyAre {
     fn high(number: &N) -> N {
         number.high()
     }
+
+    fn double(x: f64) -> N {
+        N::of(&Ratio::from_f64(x).unwrap_or_default())
+    }
 }
 
 /// Reads the fractions of the graph, and bounds as the fractions that they are.
@@ -58,6 +65,10 @@ impl<N: Number> Reader<N> for AsFractions {
 
     fn high(number: &N) -> Ratio {
         Ratio::from_f64(number.bounds().upper).unwrap_or_default()
+    }
+
+    fn double(x: f64) -> Ratio {
+        Ratio::from_f64(x).unwrap_or_default()
     }
 }
 
@@ -157,6 +168,17 @@ impl<'n> Groups<'n> {
         order
     }
 
+    /// Returns whether the bounds at all exits of the component are finite.
+    pub(super) fn is_bounded<N: Number>(&self, system: &System<'_, N>, solution: &Solution<N>) -> bool {
+        let is_finite = |edge: &Edge| match system.end(edge, solution) {
+            End::Known(value) => value.bounds().upper.is_finite(),
+            End::Open(_) => true,
+        };
+        let permitted = |&choice: &u32| system.permits(choice);
+        let choices = self.nodes.iter().flat_map(|&node| system.graph.choices(node)).filter(permitted);
+        choices.flat_map(|choice| system.graph.edges(choice)).all(is_finite)
+    }
+
     /// Returns the actions of each group.
     ///
     /// # Errors
@@ -169,7 +191,7 @@ impl<'n> Groups<'n> {
     ) -> Result<Vec<Vec<Action<R::Read>>>> {
         let mut actions: Vec<Vec<Action<R::Read>>> = (0..self.count()).map(|_| Vec::new()).collect();
         self.visit(system, meter, |group, node, choice, _| {
-            let (row, high, whole) = self.row::<N, R>(system, choice, group, solution);
+            let (row, high, whole) = self.row::<N, R>(system, (node, choice), group, solution);
             let action = Action::new(choice, node, (row, high), whole);
             if action.leaves() {
                 actions[group as usize].push(action);
@@ -190,7 +212,7 @@ impl<'n> Groups<'n> {
     fn row<N: Number, R: Reader<N>>(
         &self,
         system: &System<'_, N>,
-        choice: u32,
+        (node, choice): (u32, u32),
         own: u32,
         solution: &Solution<N>,
     ) -> (Row<R::Read>, R::Read, bool) {
@@ -220,6 +242,18 @@ impl<'n> Groups<'n> {
             }
         }
         edges.sort_unstable_by_key(|edge| edge.0);
+        let leaving = || edges.iter().fold(escape.clone(), |sum, (_, p)| sum.plus(p));
+        match system.margin {
+            Some(Margin::Loss(size)) => {
+                escape = escape.plus(&leaving().times(&R::double(size)));
+                whole = false;
+            }
+            Some(Margin::Gain(size, bounds)) => {
+                let gain = R::double(size * bounds.values[node as usize].upper).times(&leaving());
+                (low, high) = (low.plus(&gain).low(), high.plus(&gain).high());
+            }
+            None => {}
+        }
         (Row { edges, escape, constant: low }, high, whole)
     }
 

@@ -27,7 +27,7 @@ use super::graph::Edge;
 use super::groups::Groups;
 use super::meter::Meter;
 use super::number::{Interval, Number};
-use super::solve::{End, NONE, Solution, System};
+use super::solve::{End, Margin, NONE, Solution, System};
 use crate::error::Result;
 
 /// The relative width that is tried first, and the factor for the next attempts.
@@ -152,6 +152,17 @@ impl Sparse {
         if Number::is_zero(&leaving) {
             self.edges.truncate(before);
             return;
+        }
+        match system.margin {
+            Some(Margin::Loss(size)) => {
+                leaving = leaving.times(&Interval::ONE.plus(&Interval::point(size)));
+                whole = false;
+            }
+            Some(Margin::Gain(size, bounds)) => {
+                let gain = Interval::point(size * bounds.values[node as usize].upper);
+                constant = constant.plus(&gain.times(&leaving));
+            }
+            None => {}
         }
         let mut error = (self.edges.len() - before + 8) as f64 * f64::EPSILON;
         if !whole {

@@ -25,6 +25,7 @@
 //! | `number` | intervals with outward rounding, and fractions |
 //! | [`values`] | the results: [`Values`] |
 //! | [`choose`] | strategies that attain the values |
+//! | [`confirmed`], `inductive` | bounds that one step confirms, for certificates |
 //! | [`reach`] | probabilities of formulas and rewards until a target, without preferences |
 //!
 //! # Methods
@@ -58,12 +59,14 @@
 pub mod choose;
 mod component;
 mod components;
+pub mod confirmed;
 pub mod cost;
 mod eliminate;
 mod explore;
 mod graph;
 mod groups;
 mod horizon;
+mod inductive;
 mod iterate;
 mod meter;
 mod number;

@@ -144,7 +144,8 @@ impl<E: Engine> Search<'_, E> {
         }
         let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
         let (graph, fractions) = (&graph, &fractions);
-        let system = System { graph, quantity: self.quantity, below: None, fractions, small: SMALL };
+        let system =
+            System { graph, quantity: self.quantity, below: None, fractions, small: SMALL, margin: None };
         let mut solution = system.start(&mut meter)?;
         system.solve(&mut solution, &mut meter)?;
         let value = |node: &u32| match *node {

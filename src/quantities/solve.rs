@@ -21,7 +21,7 @@ use crate::model::exact::Ratio;
 /// The number of groups up to which elimination is as fast as iteration; see [`crate::quantities`].
 pub(super) const SMALL: usize = 1000;
 /// The number of groups up to which a component is solved with fractions if its bounds are wide.
-const FEW: usize = 100;
+pub(super) const FEW: usize = 100;
 
 /// No choice, or no position.
 pub(super) const NONE: u32 = u32::MAX;
@@ -80,6 +80,18 @@ pub(super) struct System<'a, N> {
     pub(super) fractions: &'a [N],
     /// The number of groups up to which a component is solved by elimination at once.
     pub(super) small: usize,
+    /// A change of the equations for bounds that one step confirms.
+    pub(super) margin: Option<Margin<'a>>,
+}
+
+/// A change of the equations, so that their solution satisfies the unchanged ones with a margin.
+#[derive(Clone, Copy)]
+pub(super) enum Margin<'a> {
+    /// Each departure from a group is lost with this probability, relative to that of departing: for
+    /// lower bounds.
+    Loss(f64),
+    /// Each departure gains this part of the upper bound of its node: for upper bounds.
+    Gain(f64, &'a Solution<Interval>),
 }
 
 /// The value at the end of an edge.
@@ -110,7 +122,7 @@ impl<N: Number> System<'_, N> {
     }
 
     /// Returns whether a node has an equation.
-    fn is_open(&self, node: u32) -> bool {
+    pub(super) fn is_open(&self, node: u32) -> bool {
         match self.quantity {
             Quantity::Cost(k) => self.graph.ranks[node as usize].sure >= k,
             Quantity::Reward => self.graph.ranks[node as usize].sure > 0,
@@ -200,8 +212,7 @@ impl<N: Number> System<'_, N> {
         let nodes = self.graph.nodes();
         let scratch = nodes * (4 * size_of::<u32>() + 2);
         meter.take(scratch)?;
-        let open = (0..nodes as u32).filter(|&node| self.is_open(node));
-        let found = components::components(&Dependencies { system: self }, open);
+        let found = self.components();
         let mut position = vec![NONE; nodes];
         let total = found.len();
         for (number, component) in found.into_iter().enumerate() {
@@ -221,6 +232,13 @@ impl<N: Number> System<'_, N> {
         }
         meter.release(scratch);
         Ok(())
+    }
+
+    /// Returns the strongly connected components of the open nodes and of those that they reach; each
+    /// comes after those that it reaches.
+    pub(super) fn components(&self) -> Vec<Vec<u32>> {
+        let open = (0..self.graph.nodes() as u32).filter(|&node| self.is_open(node));
+        components::components(&Dependencies { system: self }, open)
     }
 
     /// Solves the equation of a node that is a component of its own.
@@ -279,7 +297,11 @@ impl<N: Number> System<'_, N> {
         }
     }
 
-    fn component(
+    /// Solves the equations of a component.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(super) fn component(
         &self,
         nodes: &[u32],
         position: &[u32],
@@ -368,14 +390,29 @@ impl<N: Number> System<'_, N> {
         solution: &Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<Option<Optimum<N>>> {
-        let actions = groups.actions::<N, AsFractions>(self, solution, meter)?;
-        let Some(found) = (Component::<Ratio> { sense: self.sense(), actions }).solve(meter)? else {
-            return Ok(None);
-        };
+        let Some(found) = self.fractions_of(groups, solution, meter)? else { return Ok(None) };
         let rounded = |x: &Ratio| N::rounded(Interval::around(x));
         let low = found.low.iter().filter_map(|x| rounded(x).map(|x| x.low()));
         let high = found.high.iter().map(|x| x.as_ref().and_then(rounded).map(|x| x.high()));
         Ok(Some(Optimum { low: low.collect(), high: high.collect(), picks: found.picks }))
+    }
+
+    /// Returns the exact solution of a component, where the bounds of its exits are fractions; `None`
+    /// if one of these is infinite, or some group cannot leave the component.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(super) fn fractions_of(
+        &self,
+        groups: &Groups<'_>,
+        solution: &Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Option<Optimum<Ratio>>> {
+        if !groups.is_bounded(self, solution) {
+            return Ok(None);
+        }
+        let actions = groups.actions::<N, AsFractions>(self, solution, meter)?;
+        Component::<Ratio> { sense: self.sense(), actions }.solve(meter)
     }
 
     /// Returns the greatest value of a node of which nothing is known.

@@ -10,7 +10,7 @@ use crate::error::Result;
 #[derive(Debug)]
 pub(super) struct Solved<N> {
     /// The fractions of the graph as numbers.
-    fractions: Vec<N>,
+    pub(super) fractions: Vec<N>,
     /// P_1, P_2, …
     pub(super) probability: Vec<Solution<N>>,
     /// C_1, C_2, …
@@ -75,7 +75,8 @@ impl<N: Number> Solved<N> {
         index: usize,
     ) -> Option<Bounds> {
         let below = index.checked_sub(1).and_then(|below| solutions.get(below));
-        let system = System { graph, quantity, below, fractions: &self.fractions, small: SMALL };
+        let system =
+            System { graph, quantity, below, fractions: &self.fractions, small: SMALL, margin: None };
         system.value(choice, solutions.get(index)?).as_ref().map(Bounds::of)
     }
 }
@@ -88,7 +89,7 @@ fn next<N: Number>(
     solutions: &mut Vec<Solution<N>>,
     meter: &mut Meter<'_>,
 ) -> Result<()> {
-    let system = System { graph, quantity, below: solutions.last(), fractions, small: SMALL };
+    let system = System { graph, quantity, below: solutions.last(), fractions, small: SMALL, margin: None };
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     solutions.push(solution);

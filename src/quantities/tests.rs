@@ -75,7 +75,7 @@ fn graph(rows: &Rows, meter: &mut Meter<'_>) -> Graph {
 
 fn solved<N: Number>(graph: &Graph, quantity: Quantity, small: usize, meter: &mut Meter<'_>) -> Solution<N> {
     let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let system = System { graph, quantity, below: None, fractions: &fractions, small };
+    let system = System { graph, quantity, below: None, fractions: &fractions, small, margin: None };
     let mut solution = system.start(meter).unwrap();
     system.solve(&mut solution, meter).unwrap();
     solution

@@ -52,7 +52,7 @@ pub enum Aim {
 pub struct Node(u32);
 
 #[derive(Debug)]
-enum Numbers {
+pub(super) enum Numbers {
     Rounded(Solved<Interval>),
     Exact(Solved<Ratio>),
 }
@@ -70,11 +70,11 @@ macro_rules! on {
 #[derive(Debug)]
 pub struct Values {
     setup: Setup,
-    graph: Graph,
-    places: Places,
+    pub(super) graph: Graph,
+    pub(super) places: Places,
     /// The nodes of the states asked for.
     starts: Vec<u32>,
-    numbers: Numbers,
+    pub(super) numbers: Numbers,
     horizon: Option<Horizon>,
 }
 

@@ -232,3 +232,34 @@ fn a_false_picture_is_refused() {
     fs::remove_file(&picture).unwrap();
     run(&verify).expect(1);
 }
+
+#[test]
+fn values_of_a_dump_are_verified() {
+    let scratch = Scratch::new(&[]);
+    for (model, options) in [
+        ("drone", "--values"),
+        ("robot5x5", "--values --safety transition --levels 1"),
+        ("lateral_prefix", "--values --safety prefix --format dot"),
+    ] {
+        let dump = export(&scratch, model, options);
+        let report = run(&format!("verify {dump} models/{model}.prism models/{model}.pref")).expect(0).stdout;
+        assert!(report.contains("P_1 ") && report.contains("C_1 "), "{report}");
+    }
+    let out = scratch.show("drone");
+    let drone = format!("export models/drone.prism models/drone.pref --out {out} --values");
+    let report = run(&format!("{drone} --json")).expect(0).json();
+    assert_eq!(keys(&report["values"]), ["rows", "levels", "reward", "widest", "narrow"]);
+    assert_eq!((report["values"]["rows"].as_u64(), report["values"]["levels"].as_u64()), (Some(2), Some(2)));
+    assert!(report["values"]["narrow"].as_bool().unwrap());
+    let text = fs::read_to_string(format!("{out}/values.csv")).unwrap();
+    assert!(text.starts_with("at,p_1_lower,p_1_upper,p_1_rank,c_1_lower,"), "{text}");
+    // Doubles are as narrow as possible, but 1/6 is none.
+    let wide = run(&format!("{drone} --precision 1e-300")).expect(0).stdout;
+    assert!(wide.contains("more than the precision"), "{wide}");
+    let limited = run(&format!("{drone} --limit 1")).expect(4).stderr;
+    assert!(limited.contains("the values of 2 states; a larger `--limit` than 1 allows it"), "{limited}");
+    for wrong in ["--reward gold", "--region sasi:*", "--no-certificate", "--format drn"] {
+        run(&format!("{drone} {wrong}")).expect(2);
+    }
+    run(&drone.replace("--values", "--levels 2")).expect(2);
+}

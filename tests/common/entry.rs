@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use meliora::advanced::symbolic::order;
-use meliora::dump::{Diagram, Manifest, dddmp, directory};
+use meliora::dump::{Diagram, Manifest, dddmp, directory, values};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, ProgressSink, Scope, Settings};
@@ -216,6 +216,18 @@ pub fn diagram(bytes: &[u8]) {
     let again = dddmp::read("written", written.as_slice()).unwrap();
     assert_eq!(again.nodes, diagram.nodes);
     assert_eq!(again.roots, diagram.roots);
+}
+
+/// The file of bounds of quantities.
+pub fn values(bytes: &[u8]) {
+    for arenas in [false, true] {
+        let variables = vec!["x".to_owned(), "b".to_owned()];
+        let layout = values::Layout { arenas, variables, levels: 1 };
+        let Some(rows) = seen(values::read("fuzz", &layout, &mut &bytes[..])) else { continue };
+        let mut written = Vec::new();
+        values::write(&layout, &rows, &mut written).unwrap();
+        assert_eq!(values::read("written", &layout, &mut written.as_slice()).ok(), Some(rows));
+    }
 }
 
 /// Reads a manifest, alone and together with the diagram of the dump of [`MODEL`].

@@ -169,7 +169,7 @@ fn a_dump_of_a_million_nodes_answers() {
     let directory = scratch.path().join("dump");
     let root = diagram.roots[0];
     let expected = diagram.eval(root, |_| false);
-    let dump = meliora::dump::Dump { manifest, regions: diagram, certificate: None };
+    let dump = meliora::dump::Dump { manifest, regions: diagram, certificate: None, values: None };
     let watch = meliora::engine::NoProgress;
     meliora::dump::write_directory(dump, &directory, false, &watch).unwrap();
     let settings = meliora::engine::Settings { memory: 512 << 20, ..Default::default() };
@@ -191,7 +191,7 @@ fn the_directory_is_whole_or_not_there() {
         "encoding":{"variables":[],"order":[]},"choices":{"order":[],"numbers":[]},
         "regions":{"path":"regions.dddmp","sha256":"","nodes":1,"roots":[]},"certificate":null}"#;
     let manifest = meliora::dump::Manifest::parse("m", manifest).unwrap();
-    let dump = meliora::dump::Dump { manifest, regions: Diagram::default(), certificate: None };
+    let dump = meliora::dump::Dump { manifest, regions: Diagram::default(), certificate: None, values: None };
     let watch = meliora::engine::NoProgress;
     assert!(meliora::dump::write_directory(dump.clone(), &occupied, false, &watch).is_err());
     assert_eq!(fs::read_dir(&occupied).unwrap().count(), 1);

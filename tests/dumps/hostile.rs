@@ -165,7 +165,14 @@ fn everywhere(text: &str) {
     entry::order_file(text);
     entry::manifest(text);
     entry::diagram(text.as_bytes());
+    entry::values(text.as_bytes());
 }
+
+/// Bounds of two states.
+const VALUES: &str = "arena,x,b,p_1_lower,p_1_upper,p_1_rank,c_1_lower,c_1_upper,c_1_rank
+A+B,-1,0,1.0,1.0,0,2.5,1/3,7
+nothing,3,1,1e-300,0.5,2,,,
+";
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
@@ -189,6 +196,11 @@ proptest! {
     #[test]
     fn both_engines_say_the_same_of_a_mutated_model(text in mutated(vec![entry::MODEL.to_owned()])) {
         entry::engines(&text);
+    }
+
+    #[test]
+    fn mutated_values_are_no_danger(text in mutated(vec![VALUES.to_owned()])) {
+        entry::values(text.as_bytes());
     }
 
     #[test]

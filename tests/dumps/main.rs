@@ -13,4 +13,5 @@ mod plays;
 #[path = "../common/random_program.rs"]
 mod random_program;
 mod requirements;
+mod values;
 mod verify;

@@ -204,7 +204,7 @@ impl Draft {
                 }
                 writer.diagram
             });
-        sealed(Dump { manifest, regions, certificate: Some(certificate) })
+        sealed(Dump { manifest, regions, certificate: Some(certificate), values: None })
     }
 }
 

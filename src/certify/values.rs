@@ -1,0 +1,228 @@
+//! Checks of the bounds of quantities in `values.csv`.
+//!
+//! Each bound is confirmed by one step, in fractions; see [`super::bellman`] and `docs/dumps.md`. The
+//! levels say where a probability is 0 or 1. Under `transition` they do not say where it is 1: there,
+//! lower bounds of 1 are confirmed like others, and all other upper bounds must be less than 1.
+
+use ahash::AHashMap;
+use num_traits::{One, Zero};
+
+use super::arena::Arena;
+use super::bellman::{self, Costs};
+use super::checker::Checker;
+use super::error::{CheckError, CheckResult};
+use crate::dump::values::{Bounds, Number, Row};
+use crate::engine::symbolic::StateSet;
+use crate::engine::{Algebra, Engine};
+use crate::names;
+
+/// The name of the cost that is 1 per step.
+const STEPS: &str = "steps";
+
+/// The rows of a dump, with what the levels say about them.
+pub(super) struct Table<'a> {
+    pub(super) arenas: &'a [Arena],
+    /// True under `prefix`: an improving step may be counted or not.
+    pub(super) may_skip: bool,
+    /// True under `transition`: the levels do not show where a probability is 1.
+    pub(super) shows_ones: bool,
+    pub(super) levels: usize,
+    pub(super) entries: Vec<Entry<'a>>,
+    index: AHashMap<(usize, &'a [i64]), usize>,
+    /// For each arena, the states with P_1 > 0.
+    possible: Vec<StateSet>,
+}
+
+/// A row, and the levels of its state in its arena.
+pub(super) struct Entry<'a> {
+    pub(super) row: &'a Row,
+    pub(super) arena: usize,
+    /// The greatest k with P_k > 0, at most the levels of the table.
+    pub(super) positive: usize,
+    /// The greatest k with P_k = 1.
+    pub(super) sure: usize,
+}
+
+/// Checks all bounds of a dump; nothing if it has none.
+pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena]) -> CheckResult {
+    let (file, rows) = match (&checker.manifest.values, checker.values) {
+        (None, None) => return Ok(()),
+        (Some(file), Some(rows)) => (file, rows),
+        _ => return Err(CheckError::violated("the manifest names `values.csv` if it is there", None)),
+    };
+    if checker.manifest.max_level.is_some_and(|max| file.levels > max) {
+        return Err(CheckError::violated("the values have no more levels than the dump", None));
+    }
+    let program = std::sync::Arc::clone(checker.engine.program());
+    let costs = match program.reward_structure(Some(&file.reward)) {
+        Some(at) => Costs::Rewards(&program.rewards[at]),
+        None if file.reward == STEPS => Costs::Steps,
+        None => {
+            let condition = format!("`{}` is a reward structure of the model", file.reward.escape_debug());
+            return Err(CheckError::violated(condition, None));
+        }
+    };
+    let table = Table::new(checker, arenas, file.levels, rows)?;
+    table.complete(checker)?;
+    for entry in &table.entries {
+        entry.consistent(&table)?;
+    }
+    bellman::check(checker, &table, &program, &costs)?;
+    for k in 1..=file.levels {
+        checker.passed(&format!("P_{k}"));
+        checker.passed(&format!("C_{k}"));
+    }
+    Ok(())
+}
+
+impl<'a> Table<'a> {
+    fn new(checker: &Checker<'_>, arenas: &'a [Arena], levels: usize, rows: &'a [Row]) -> CheckResult<Self> {
+        let safety = checker.manifest.safety.as_str();
+        let shows_ones = safety == "transition";
+        let sets = |kind: &str, arena: &Arena| -> CheckResult<Vec<StateSet>> {
+            (1..=levels).map(|k| level(checker, arena, kind, k)).collect()
+        };
+        let positive: Vec<_> = arenas.iter().map(|arena| sets("spi", arena)).collect::<CheckResult<_>>()?;
+        let sure: Vec<_> = arenas.iter().map(|arena| sets("sasi", arena)).collect::<CheckResult<_>>()?;
+        let possible = positive.iter().map(|sets| sets[0].clone()).collect();
+        let may_skip = safety == "prefix";
+        let (entries, index) = (Vec::with_capacity(rows.len()), AHashMap::with_capacity(rows.len()));
+        let mut table = Table { arenas, may_skip, shows_ones, levels, entries, index, possible };
+        let named = |arena: &Arena| arena.reference.clone().unwrap_or_default();
+        let numbers: AHashMap<String, usize> = arenas.iter().map(named).zip(0..).collect();
+        for row in rows {
+            let Some(&arena) = numbers.get(&row.arena) else {
+                let condition = format!("`{}` is an arena of the dump", row.arena.escape_debug());
+                return Err(CheckError::violated(condition, None));
+            };
+            let wrong = |condition: &str| Err(CheckError::violated(condition, Some(row.state.clone())));
+            if !checker.engine.contains(&table.possible[arena], &row.state)? {
+                return wrong("each row of `values.csv` is about a state with P_1 > 0");
+            }
+            let positive = rank(checker, &positive[arena], &row.state)?;
+            let sure = match shows_ones {
+                true => row.probabilities.iter().take_while(|p| is_one(&p.lower)).count(),
+                false => rank(checker, &sure[arena], &row.state)?,
+            };
+            let number = table.entries.len();
+            if table.index.insert((arena, &row.state), number).is_some() {
+                return wrong("each state has one row per arena in `values.csv`");
+            }
+            table.entries.push(Entry { row, arena, positive, sure });
+        }
+        Ok(table)
+    }
+
+    /// Checks that each state from which an improvement is possible has a row in its own arena.
+    fn complete(&self, checker: &Checker<'_>) -> CheckResult {
+        let engine = &checker.engine;
+        for (number, (arena, possible)) in self.arenas.iter().zip(&self.possible).enumerate() {
+            let own = engine.intersection(&arena.start, possible)?;
+            let mut rows = 0usize;
+            for entry in self.entries.iter().filter(|entry| entry.arena == number) {
+                rows += usize::from(engine.contains(&own, &entry.row.state)?);
+            }
+            let count = engine.count(&own)?;
+            if count != crate::engine::Count::from(rows) {
+                let condition = format!(
+                    "each of the {count} states with P_1 > 0 has a row in `values.csv`: {rows} have one"
+                );
+                return Err(CheckError::violated(condition, None));
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the entry of a state in an arena; `None` if P_1 is 0 there.
+    pub(super) fn find(
+        &self,
+        checker: &Checker<'_>,
+        arena: usize,
+        state: &[i64],
+    ) -> CheckResult<Option<&Entry<'a>>> {
+        if let Some(&number) = self.index.get(&(arena, state)) {
+            return Ok(Some(&self.entries[number]));
+        }
+        if checker.engine.contains(&self.possible[arena], state)? {
+            let condition = "each state with P_1 > 0 that a row depends on has a row in `values.csv`";
+            return Err(CheckError::violated(condition, Some(state.to_vec())));
+        }
+        Ok(None)
+    }
+
+    /// Returns the arena of a state's own class; `None` if no strategy avoids weakening this class.
+    pub(super) fn own_arena(&self, checker: &Checker<'_>, state: &[i64]) -> CheckResult<Option<usize>> {
+        for (number, arena) in self.arenas.iter().enumerate() {
+            if checker.engine.contains(&arena.start, state)? {
+                return Ok(Some(number));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Returns the states of level k in an arena. Levels after the last one are that of unbounded ranks.
+fn level(checker: &Checker<'_>, arena: &Arena, kind: &str, k: usize) -> CheckResult<StateSet> {
+    let (name, unbounded) = (names::level(kind, k), names::level(kind, names::UNBOUNDED));
+    let name = if checker.regions.has(&name) { name } else { unbounded };
+    let (sets, name) = (arena.sets(checker), arena.name(&name));
+    if sets.has(&name) { sets.states(&name) } else { Ok(checker.engine.no_states()) }
+}
+
+/// Returns the number of levels that contain a state; they are decreasing.
+fn rank(checker: &Checker<'_>, levels: &[StateSet], state: &[i64]) -> CheckResult<usize> {
+    let mut rank = 0;
+    for level in levels {
+        if !checker.engine.contains(level, state)? {
+            break;
+        }
+        rank += 1;
+    }
+    Ok(rank)
+}
+
+fn is_one(number: &Number) -> bool {
+    number.exact().is_some_and(|x| x.is_one())
+}
+
+fn is_zero(number: &Number) -> bool {
+    number.exact().is_some_and(|x| x.is_zero())
+}
+
+impl Entry<'_> {
+    /// Checks the row against the levels, and the order of its bounds.
+    fn consistent(&self, table: &Table<'_>) -> CheckResult {
+        let wrong = |condition: String| Err(CheckError::violated(condition, Some(self.row.state.clone())));
+        for (k, (p, c)) in (1..).zip(self.row.probabilities.iter().zip(&self.row.costs)) {
+            if k > self.positive && !(is_zero(&p.lower) && is_zero(&p.upper)) {
+                return wrong(format!("P_{k} is 0 outside of `spi:{k}`"));
+            }
+            if k <= self.sure && !(is_one(&p.lower) && is_one(&p.upper)) {
+                return wrong(format!("P_{k} is 1 where {k} improvements are certain"));
+            }
+            if table.shows_ones && k > self.sure && is_one(&p.upper) {
+                return wrong(format!("P_{k} has bounds of 1, or an upper bound below 1"));
+            }
+            if c.is_some() != (k <= self.sure) {
+                return wrong(format!("C_{k} is given exactly where P_{k} is 1"));
+            }
+            for (what, bounds) in [("P", Some(p)), ("C", c.as_ref())] {
+                if bounds.is_some_and(|bounds| !is_ordered(bounds)) {
+                    return wrong(format!("the bounds of {what}_{k} are finite below and in order"));
+                }
+            }
+            if p.upper.exact().is_none_or(|x| x > num_traits::One::one()) {
+                return wrong(format!("P_{k} is at most 1"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn is_ordered(bounds: &Bounds) -> bool {
+    match (bounds.lower.exact(), bounds.upper.exact()) {
+        (Some(lower), Some(upper)) => lower <= upper,
+        (Some(_), None) => true,
+        (None, _) => false,
+    }
+}

@@ -1,0 +1,285 @@
+//! `values.csv`: bounds of quantities that one step per state confirms.
+//!
+//! One row per state, and under `prefix` per state and arena. The columns are `arena` (the class
+//! that improvements are measured against; only under `prefix`), the variables of the model as
+//! integers, and for k = 1, 2, … first `p_k_lower`, `p_k_upper`, `p_k_rank` and then `c_k_lower`,
+//! `c_k_upper`, `c_k_rank`, which are empty where there is no cost.
+//!
+//! A number is `n/d`, an exact fraction; or `inf`; or a decimal number, which stands for the double
+//! nearest to it.
+
+use std::io::{self, BufRead, Write};
+
+use num_traits::{FromPrimitive, Signed, Zero};
+
+use crate::error::{Error, Result};
+use crate::model::State;
+use crate::model::exact::Ratio;
+
+/// The largest number of bytes of a row.
+const LONGEST: u64 = 64 << 20;
+/// The largest number of bits of the numerator or denominator of a fraction.
+pub(crate) const MOST_BITS: u64 = 1 << 18;
+/// The largest number of digits of such a number.
+const MOST_DIGITS: usize = 80_000;
+
+/// A bound: not negative, exact.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Number {
+    /// A double, which may be infinite.
+    Double(f64),
+    /// A fraction that is not a double.
+    Fraction(Box<Ratio>),
+}
+
+impl Number {
+    /// Returns the number; `None` if it is infinite.
+    pub fn exact(&self) -> Option<Ratio> {
+        match self {
+            Number::Double(x) => Ratio::from_f64(*x),
+            Number::Fraction(x) => Some((**x).clone()),
+        }
+    }
+
+    /// Parses a number; `None` if the text is not one, or negative.
+    fn parse(text: &str) -> Option<Self> {
+        let length = |part: &str| (1..=MOST_DIGITS).contains(&part.len());
+        let digits = |part: &str| length(part) && part.bytes().all(|b| b.is_ascii_digit());
+        if text == "inf" {
+            return Some(Number::Double(f64::INFINITY));
+        }
+        if let Some((n, d)) = text.split_once('/') {
+            if !digits(n) || !digits(d) {
+                return None;
+            }
+            let (n, d): (num_bigint::BigInt, num_bigint::BigInt) = (n.parse().ok()?, d.parse().ok()?);
+            return (!d.is_zero()).then(|| Number::Fraction(Box::new(Ratio::new(n, d))));
+        }
+        let plain = text.starts_with(|c: char| c.is_ascii_digit());
+        let x: f64 = text.parse().ok().filter(|x: &f64| plain && x.is_finite())?;
+        Some(Number::Double(x))
+    }
+}
+
+impl From<Ratio> for Number {
+    /// Keeps a fraction that is not negative; a double if it is one.
+    fn from(exact: Ratio) -> Self {
+        debug_assert!(!exact.is_negative(), "bounds are not negative");
+        let near = num_traits::ToPrimitive::to_f64(&exact).unwrap_or(f64::INFINITY);
+        match Ratio::from_f64(near) {
+            Some(x) if x == exact => Number::Double(near),
+            _ => Number::Fraction(Box::new(exact)),
+        }
+    }
+}
+
+impl std::fmt::Display for Number {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Number::Double(x) if x.is_infinite() => f.write_str("inf"),
+            // The shortest decimal that is read as this double.
+            Number::Double(x) => write!(f, "{x:?}"),
+            Number::Fraction(x) => write!(f, "{}/{}", x.numer(), x.denom()),
+        }
+    }
+}
+
+/// The bounds of one quantity of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bounds {
+    /// The lower bound.
+    pub lower: Number,
+    /// The upper bound.
+    pub upper: Number,
+    /// The rank: some choice that confirms the bound enters a smaller rank with positive
+    /// probability. It proves the lower bound of a probability, and the upper one of a cost.
+    pub rank: u32,
+}
+
+/// The values of a state in an arena.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The class of the arena under `prefix`, as in `safe:C`; else empty.
+    pub arena: String,
+    /// The values of the variables.
+    pub state: State,
+    /// P_1, P_2, …
+    pub probabilities: Vec<Bounds>,
+    /// C_1, C_2, …; `None` where the probability is less than 1.
+    pub costs: Vec<Option<Bounds>>,
+}
+
+/// The columns of a table.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Layout {
+    /// True if each row names an arena.
+    pub arenas: bool,
+    /// The names of the variables.
+    pub variables: Vec<String>,
+    /// The greatest number of improvements.
+    pub levels: usize,
+}
+
+impl Layout {
+    fn columns(&self) -> usize {
+        usize::from(self.arenas) + self.variables.len() + 6 * self.levels
+    }
+
+    fn header(&self) -> String {
+        let mut names: Vec<String> = Vec::with_capacity(self.columns());
+        names.extend(self.arenas.then(|| "arena".to_owned()));
+        names.extend(self.variables.iter().cloned());
+        for k in 1..=self.levels {
+            for quantity in ["p", "c"] {
+                names.extend(["lower", "upper", "rank"].map(|what| format!("{quantity}_{k}_{what}")));
+            }
+        }
+        names.join(",")
+    }
+}
+
+/// Writes a table.
+///
+/// # Errors
+/// Writing fails.
+pub fn write(layout: &Layout, rows: &[Row], out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "{}", layout.header())?;
+    for row in rows {
+        let mut cells: Vec<String> = Vec::with_capacity(layout.columns());
+        cells.extend(layout.arenas.then(|| row.arena.clone()));
+        cells.extend(row.state.iter().map(i64::to_string));
+        for (probability, cost) in row.probabilities.iter().zip(&row.costs) {
+            for bounds in [Some(probability), cost.as_ref()] {
+                match bounds {
+                    Some(b) => cells.extend([b.lower.to_string(), b.upper.to_string(), b.rank.to_string()]),
+                    None => cells.extend([const { String::new() }; 3]),
+                }
+            }
+        }
+        writeln!(out, "{}", cells.join(","))?;
+    }
+    Ok(())
+}
+
+/// Reads a table.
+///
+/// # Errors
+/// [`Error::Dump`] with the line, if the text is not a table with this layout; reading fails.
+pub fn read(name: &str, layout: &Layout, input: &mut impl BufRead) -> Result<Vec<Row>> {
+    let wrong = |line: usize, message: String| Error::Dump { file: name.to_owned(), line, message };
+    let mut lines = Lines { input, name, line: 0, text: String::new() };
+    let header = layout.header();
+    if lines.next()? != Some(header.as_str()) {
+        return Err(wrong(1, format!("expected the columns {}", header.escape_debug())));
+    }
+    let mut rows = Vec::new();
+    while let Some(text) = lines.next()? {
+        let row = row(layout, text);
+        rows.push(row.map_err(|message| wrong(rows.len() + 2, message))?);
+    }
+    Ok(rows)
+}
+
+/// The lines of a text, each of bounded length.
+struct Lines<'a, R> {
+    input: &'a mut R,
+    name: &'a str,
+    line: usize,
+    text: String,
+}
+
+impl<R: BufRead> Lines<'_, R> {
+    fn next(&mut self) -> Result<Option<&str>> {
+        self.text.clear();
+        self.line += 1;
+        let read = io::Read::take(&mut *self.input, LONGEST).read_line(&mut self.text);
+        let failed = |e: io::Error| Error::Io { path: self.name.to_owned(), message: e.to_string() };
+        if read.map_err(failed)? == 0 {
+            return Ok(None);
+        }
+        self.text.strip_suffix('\n').map(Some).ok_or_else(|| {
+            let message = "the line is too long, or does not end".to_owned();
+            Error::Dump { file: self.name.to_owned(), line: self.line, message }
+        })
+    }
+}
+
+fn row(layout: &Layout, text: &str) -> std::result::Result<Row, String> {
+    let cells: Vec<&str> = text.split(',').collect();
+    if cells.len() != layout.columns() {
+        return Err(format!("{} columns instead of {}", cells.len(), layout.columns()));
+    }
+    let mut cells = cells.into_iter();
+    let arena = if layout.arenas { cells.next().unwrap_or_default().to_owned() } else { String::new() };
+    let mut state = State::with_capacity(layout.variables.len());
+    for text in cells.by_ref().take(layout.variables.len()) {
+        state.push(text.parse().map_err(|_| format!("`{}` is not an integer", text.escape_debug()))?);
+    }
+    let (mut probabilities, mut costs) = (Vec::new(), Vec::new());
+    while let (Some(lower), Some(upper), Some(rank)) = (cells.next(), cells.next(), cells.next()) {
+        let is_cost = probabilities.len() > costs.len();
+        if is_cost && [lower, upper, rank] == [""; 3] {
+            costs.push(None);
+            continue;
+        }
+        let number = |text: &str| {
+            Number::parse(text).ok_or_else(|| format!("`{}` is not a bound", text.escape_debug()))
+        };
+        let rank = rank.parse().map_err(|_| format!("`{}` is not a rank", rank.escape_debug()))?;
+        let bounds = Bounds { lower: number(lower)?, upper: number(upper)?, rank };
+        if is_cost { costs.push(Some(bounds)) } else { probabilities.push(bounds) }
+    }
+    Ok(Row { arena, state, probabilities, costs })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn number(text: &str) -> Number {
+        Number::parse(text).unwrap()
+    }
+
+    #[test]
+    fn a_table_is_read_as_it_was_written() {
+        let bounds = |lower, upper, rank| Bounds { lower: number(lower), upper: number(upper), rank };
+        let layout = Layout { arenas: true, variables: vec!["x".to_owned(), "y".to_owned()], levels: 2 };
+        let probabilities = vec![bounds("0.1", "1/3", 2), bounds("0", "1e-300", 0)];
+        let costs = vec![Some(bounds("5", "inf", 7)), None];
+        let row = Row { arena: "A+B".to_owned(), state: vec![-1, 3], probabilities, costs };
+        let (rows, mut text) = (vec![row.clone(), row], Vec::new());
+        write(&layout, &rows, &mut text).unwrap();
+        assert_eq!(read("v", &layout, &mut &text[..]).unwrap(), rows);
+        for changed in ["\n", "x,", "inf,7", ",-1,3", "1/3"] {
+            let text = String::from_utf8(text.clone()).unwrap().replacen(changed, "-", 1);
+            assert!(read("v", &layout, &mut text.as_bytes()).is_err(), "{changed:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_exact_and_not_negative() {
+        let tenth = Ratio::new(1.into(), 10.into());
+        assert_ne!(number("0.1").exact(), Some(tenth.clone()));
+        assert_eq!(number("1/10").exact(), Some(tenth.clone()));
+        assert_eq!(Number::from(tenth).to_string(), "1/10");
+        assert_eq!(Number::from(Ratio::new(1.into(), 4.into())), Number::Double(0.25));
+        let long = "1".repeat(100_000) + "/3";
+        for text in [
+            long.as_str(),
+            "",
+            "-1",
+            "+1",
+            "NaN",
+            "1/0",
+            "/2",
+            "1/",
+            "-1/2",
+            "1/-2",
+            "infinity",
+            "1e999",
+            " 1",
+        ] {
+            assert_eq!(Number::parse(text), None, "{text:?}");
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Bounds of quantities for dumps.
+
+use crate::dump::Dump;
+use crate::dump::manifest::{VALUES, ValuesFile};
+use crate::engine::symbolic::SymbolicEngine;
+use crate::engine::{Algebra, Count, Engine};
+use crate::error::{Error, Limit, Result};
+use crate::planning::{Analysis, Safety};
+use crate::quantities::confirmed::widest;
+use crate::quantities::{Cost, Setup, Values};
+
+use super::regions::class_name;
+
+/// The quantities of a dump.
+pub struct Wanted<'a> {
+    /// The greatest number of improvements; at least 1.
+    pub levels: usize,
+    /// The name of the cost of a step.
+    pub reward: &'a str,
+    /// The cost of a step.
+    pub costs: &'a dyn Cost,
+    /// The maximum number of states.
+    pub limit: usize,
+    /// The greatest width of bounds, absolute for probabilities, relative above 1 for costs.
+    pub precision: f64,
+}
+
+/// Adds the bounds of P_k and C_k to a dump, for all states from which an improvement is possible.
+/// Returns the greatest width of a bound. Cost: see [`Values::solve`] and [`Values::confirmed`].
+///
+/// # Errors
+/// There are too many states, a limit is reached, or no levels are wanted.
+pub fn add(dump: &mut Dump, analysis: &Analysis<SymbolicEngine>, wanted: &Wanted<'_>) -> Result<f64> {
+    let engine = analysis.engine();
+    if wanted.levels == 0 {
+        return Err(Error::Usage("no improvement is possible, so there are no values".to_owned()));
+    }
+    let possible = analysis.levels(crate::planning::Kind::Spi).found.first();
+    let possible = possible.map_or_else(|| engine.no_states(), |level| level.states.clone());
+    let count = engine.count(&possible)?;
+    if count > Count::from(wanted.limit) {
+        let what = format!(
+            "`--values` would write the values of {count} states; a larger `--limit` than {} allows it",
+            wanted.limit
+        );
+        return Err(Limit::Size { what }.into());
+    }
+    let starts = engine.list_states(&possible, wanted.limit)?;
+    let mut values = Values::new(Setup { levels: wanted.levels, exact: false, within: None });
+    values.explore(analysis, engine.program(), &starts, wanted.costs)?;
+    values.solve(engine)?;
+    let shows_ones = analysis.options().safety == Safety::Transition;
+    // The bounds of both sides and of all levels add up.
+    let near = wanted.precision / (4.0 * wanted.levels as f64);
+    let confirmed = values.confirmed(engine, near, shows_ones)?;
+    let arena = |number: usize| {
+        let reference = analysis.improvement().and_then(|i| i.arenas.get(number)?.reference);
+        let class = reference.and_then(|class| analysis.classes()?.list.get(class));
+        class.map_or_else(String::new, |class| class_name(analysis.preferences(), &class.most_preferred))
+    };
+    let rows = values.rows(&confirmed, shows_ones, &arena)?;
+    let width = widest(&rows);
+    dump.manifest.values = Some(ValuesFile {
+        path: VALUES.to_owned(),
+        sha256: String::new(),
+        levels: wanted.levels,
+        reward: wanted.reward.to_owned(),
+        rows: rows.len(),
+    });
+    dump.values = Some(rows);
+    Ok(width)
+}

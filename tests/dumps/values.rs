@@ -1,0 +1,363 @@
+//! Bounds of quantities in dumps: honest ones are confirmed, and no edit that makes one false is.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::sync::Arc;
+
+use meliora::certify::{Hashes, verify};
+use meliora::dump::manifest::ValuesFile;
+use meliora::dump::values::{Bounds, Number, Row};
+use meliora::dump::{Dump, read_directory, write_directory};
+use meliora::engine::{NoProgress, Scope, Settings, SymbolicEngine};
+use meliora::error::{Error, SourceFile};
+use meliora::export::values::{Wanted, add};
+use meliora::export::{Inputs, Selection, export};
+use meliora::lang;
+use meliora::model::exact::Ratio;
+use meliora::model::preference::Preferences;
+use meliora::model::{Program, State};
+use meliora::planning::{Analysis, Options, Safety};
+use meliora::quantities::{Cost, Earned, Setup, Steps, Values};
+use num_traits::ToPrimitive;
+use rand::rngs::ChaCha8Rng;
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+
+use crate::verify::SAFETIES;
+
+const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
+const LEVELS: usize = 2;
+
+/// End components on the way, cycles of cost 0, a slow exit, and steps that weaken.
+const TRAPS: &str = "mdp module m s:[0..12];
+      [stop] s<4 | s=12 -> (s'=9); [stop] s=4 -> (s'=6);
+      [a] s=0 -> 0.5:(s'=1) + 0.5:(s'=2); [b] s=0 -> (s'=3); [a] s=1 -> (s'=2); [a] s=2 -> (s'=1);
+      [b] s=2 -> 0.3:(s'=4) + 0.7:(s'=5); [risk] s=1 -> 0.5:(s'=4) + 0.5:(s'=11);
+      [a] s=3 -> 0.999999:(s'=3) + 0.0000004:(s'=4) + 0.0000006:(s'=9);
+      [free] s=4 -> true; [c] s=4 -> 1/3:(s'=7) + 2/3:(s'=8); [d] s=4 -> 0.25:(s'=7) + 0.75:(s'=6);
+      [free] s=4 -> (s'=10); [free] s=10 -> 0.5:(s'=4) + 0.5:(s'=10); [e] s=10 -> 0.125:(s'=7) + 0.875:(s'=8);
+      [a] s=12 -> (s'=4); [end] s>=5 & s<=9 | s=11 -> true;
+    endmodule
+    rewards \"fuel\" [a] true : 2; [c] true : 9; [e] true : 1/3; endrewards";
+const WISHES: &str =
+    "objective A = F s=9; objective B = F s=6; objective G = F s=5; objective D = F s=7; objective E = F s=8;
+    prefer D > B > A; prefer E > B; prefer G > A;";
+/// A walk in which every state reaches every other one, so that large components occur.
+const WALK: &str = "mdp module m x:[0..60]; d:bool;
+      [w] x>0 & x<60 -> 0.5:(x'=x-1) + 0.5:(x'=x+1); [r] x>0 & x<60 -> 0.3:(x'=x-1) + 0.6:(x'=x+1)&(d'=!d) + 0.1:true;
+      [e] x=60 | x=0 -> true; endmodule";
+const WALK_WISHES: &str = "objective A = F x=60; objective B = F x=0; prefer A > B; empty = gain;";
+
+/// P_1, C_1, P_2, C_2, … by the arena and the state.
+type Truth = BTreeMap<(String, State), Vec<(Ratio, Option<Ratio>)>>;
+
+/// A dump with values, and the true values of its rows.
+struct Case {
+    program: Arc<Program>,
+    preferences: Arc<Preferences>,
+    dump: Dump,
+    width: f64,
+    truth: Truth,
+}
+
+fn settings(scope: Scope) -> Settings {
+    Settings { scope, memory: 64 << 20, ..Settings::default() }
+}
+
+impl Case {
+    fn of([model, preferences]: [&str; 2], scope: Scope, safety: Safety, reward: &str) -> Self {
+        let source = |text: &str| SourceFile::new("text", text);
+        let mut program = lang::load(&source(model), &source("")).unwrap().program;
+        let preferences = Arc::new(lang::load_preferences(&source(preferences), &mut program).unwrap());
+        let program = Arc::new(program);
+        let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap());
+        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
+        analysis.run(&mut |_| ()).unwrap();
+        let named = |text: &str| (text.to_owned(), text.to_owned());
+        let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
+        let mut dump =
+            export(&analysis, &inputs, &Selection { wanted: &|_| true, certificate: true }).unwrap();
+        let costs: Box<dyn Cost + '_> = match program.reward_structure(Some(reward)) {
+            Some(at) => Box::new(Earned { program: &program, structure: &program.rewards[at] }),
+            None => Box::new(Steps),
+        };
+        let wanted = Wanted { levels: LEVELS, reward, costs: &*costs, limit: 10_000, precision: 1e-6 };
+        let width = add(&mut dump, &analysis, &wanted).unwrap();
+        let truth = truth(&analysis, &program, dump.values.as_ref().unwrap(), &*costs);
+        drop(costs);
+        drop(analysis);
+        Case { program, preferences, dump, width, truth }
+    }
+
+    /// Returns the condition that a dump violates.
+    fn violated(&self, dump: &Dump) -> Option<String> {
+        let scope = if dump.manifest.scope == "all" { Scope::All } else { Scope::Reachable };
+        let verdict = verify(&self.program, &self.preferences, HASHES, dump, settings(scope)).unwrap();
+        verdict.violation.map(|violation| violation.condition)
+    }
+
+    /// Returns the condition that an edited dump violates.
+    #[track_caller]
+    fn refused(&self, edit: impl FnOnce(&mut Dump)) -> String {
+        let mut dump = self.dump.clone();
+        edit(&mut dump);
+        self.violated(&dump).expect("a forged dump was accepted")
+    }
+
+    /// Returns the condition that a dump with an edited row violates.
+    #[track_caller]
+    fn row_refused(&self, state: &[i64], edit: impl FnOnce(&mut Row)) -> String {
+        self.refused(|dump| edit(row(dump, state)))
+    }
+
+    /// Returns true if all bounds contain the true values.
+    fn is_true(&self, dump: &Dump) -> bool {
+        let contains = |bounds: &Bounds, exact: &Ratio| {
+            bounds.lower.exact().is_some_and(|lower| lower <= *exact)
+                && bounds.upper.exact().is_none_or(|upper| *exact <= upper)
+        };
+        dump.values.iter().flatten().all(|row| {
+            let Some(truth) = self.truth.get(&(row.arena.clone(), row.state.clone())) else { return false };
+            truth.len() == row.probabilities.len()
+                && row.probabilities.iter().zip(&row.costs).zip(truth).all(|((p, c), (chance, cost))| {
+                    contains(p, chance)
+                        && match (c, cost) {
+                            (Some(c), Some(cost)) => contains(c, cost),
+                            (c, cost) => c.is_none() && cost.is_none(),
+                        }
+                })
+        })
+    }
+}
+
+/// Computes the exact values of some rows.
+fn truth(analysis: &Analysis<SymbolicEngine>, program: &Program, rows: &[Row], costs: &dyn Cost) -> Truth {
+    let mut values = Values::new(Setup { levels: LEVELS, exact: true, within: None });
+    let states: Vec<State> = rows.iter().map(|row| row.state.clone()).collect();
+    values.explore(analysis, program, &states, costs).unwrap();
+    values.solve(analysis.engine()).unwrap();
+    let arena = |name: &str| {
+        let named = |reference: Option<usize>| {
+            let class = reference.map(|class| &analysis.classes().unwrap().list[class].most_preferred);
+            let names = class.map(|class| analysis.preferences().names(class).join("+"));
+            names.map(|name| if name.is_empty() { "nothing".to_owned() } else { name }).unwrap_or_default()
+        };
+        analysis.improvement().unwrap().arenas.iter().position(|arena| named(arena.reference) == name)
+    };
+    let known = |row: &Row| {
+        let node = values.node(arena(&row.arena), &row.state).unwrap();
+        let exact =
+            |k| (values.probability(node, k).exact.unwrap(), values.cost(node, k).map(|c| c.exact.unwrap()));
+        ((row.arena.clone(), row.state.clone()), (1..=LEVELS).map(exact).collect())
+    };
+    rows.iter().map(known).collect()
+}
+
+fn row<'d>(dump: &'d mut Dump, state: &[i64]) -> &'d mut Row {
+    dump.values.as_mut().unwrap().iter_mut().find(|row| row.state == state).unwrap()
+}
+
+fn example(name: &str) -> [String; 2] {
+    ["prism", "pref"].map(|kind| fs::read_to_string(format!("models/{name}.{kind}")).unwrap())
+}
+
+#[test]
+fn every_dump_with_values_is_accepted() {
+    for name in ["toy", "drone", "lateral", "lateral_prefix", "robot5x5"] {
+        let [model, preferences] = example(name);
+        for safety in SAFETIES {
+            let case = Case::of([&model, &preferences], Scope::Reachable, safety, "steps");
+            assert_eq!(case.violated(&case.dump), None, "{name} {safety}");
+            assert!(case.width <= 1e-6, "{name} {safety}: {}", case.width);
+            assert!(case.is_true(&case.dump), "{name} {safety}");
+        }
+    }
+    for safety in SAFETIES {
+        for (texts, reward) in
+            [([TRAPS, WISHES], "steps"), ([TRAPS, WISHES], "fuel"), ([WALK, WALK_WISHES], "steps")]
+        {
+            let case = Case::of(texts, Scope::All, safety, reward);
+            assert_eq!(case.violated(&case.dump), None, "{safety} {reward}");
+            assert!(case.width <= 1e-6, "{safety} {reward}: {}", case.width);
+            assert!(case.is_true(&case.dump), "{safety} {reward}");
+        }
+    }
+}
+
+#[test]
+fn values_are_read_as_they_were_written() {
+    let case = Case::of([TRAPS, WISHES], Scope::All, Safety::Prefix, "fuel");
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("dump");
+    write_directory(case.dump.clone(), &path, false, &NoProgress).unwrap();
+    let dump = read_directory(&path, true, &NoProgress).unwrap();
+    assert_eq!(dump.values, case.dump.values);
+    assert_eq!(case.violated(&dump), None);
+    // An older dump with values is replaced.
+    write_directory(case.dump.clone(), &path, false, &NoProgress).unwrap();
+    let file = path.join("values.csv");
+    let text = fs::read_to_string(&file).unwrap();
+    for changed in [text.replacen("0.", "1.", 1), text[..text.len() - 1].to_owned(), text.clone() + "x\n"] {
+        fs::write(&file, changed).unwrap();
+        assert!(matches!(read_directory(&path, true, &NoProgress), Err(Error::Dump { .. })));
+    }
+    fs::remove_file(&file).unwrap();
+    assert!(matches!(read_directory(&path, true, &NoProgress), Err(Error::Io { .. })));
+}
+
+#[test]
+fn each_condition_on_values_fails_alone() {
+    let case = Case::of([TRAPS, WISHES], Scope::All, Safety::Action, "fuel");
+    let refused = |state: i64, edit: fn(&mut Row)| case.row_refused(&[state], edit);
+    assert_eq!(refused(0, |r| r.arena.push('A')), "`A` is an arena of the dump");
+    assert_eq!(refused(0, |r| r.state[0] = 9), "each row of `values.csv` is about a state with P_1 > 0");
+    assert_eq!(refused(0, |r| r.state[0] = 1), "each state has one row per arena in `values.csv`");
+    assert_eq!(
+        case.refused(|dump| drop(dump.values.as_mut().unwrap().remove(0))),
+        "each of the 7 states with P_1 > 0 has a row in `values.csv`: 6 have one"
+    );
+    assert_eq!(refused(4, |r| r.probabilities.swap(0, 1)), "P_1 is 1 where 1 improvements are certain");
+    assert_eq!(refused(4, |r| r.probabilities[1].upper = double(0.1)), "P_2 is 0 outside of `spi:2`");
+    assert_eq!(refused(4, |r| r.costs[0] = None), "C_1 is given exactly where P_1 is 1");
+    assert_eq!(
+        refused(3, |r| r.costs[0] = Some(between(0.0, 1.0, 1))),
+        "C_1 is given exactly where P_1 is 1"
+    );
+    assert_eq!(
+        refused(3, |r| r.probabilities[0].lower = double(0.5)),
+        "the bounds of P_1 are finite below and in order"
+    );
+    assert_eq!(
+        refused(4, |r| cost(r).lower = double(f64::INFINITY)),
+        "the bounds of C_1 are finite below and in order"
+    );
+    assert_eq!(refused(3, |r| r.probabilities[0].upper = double(1.5)), "P_1 is at most 1");
+    // All three states of an end component say so.
+    let above = "some kept choice has at least the lower bound of P_2, and enters a smaller rank";
+    let raised = |dump: &mut Dump| {
+        (0..3).for_each(|s| row(dump, &[s]).probabilities[1] = between(1.0, 1.0, 9 - s as u32));
+    };
+    assert_eq!(case.refused(raised), above);
+    assert_eq!(refused(0, |r| r.probabilities[1].rank = 1), above);
+    assert_eq!(
+        refused(3, |r| r.probabilities[0] = between(0.0, 0.399, 0)),
+        "no kept choice has more than the upper bound of P_1"
+    );
+    let cheaper = "some permitted choice costs at most the upper bound of C_1, and enters a smaller rank";
+    // States 4 and 10 form a cycle of cost 0.
+    let free = |dump: &mut Dump| [4, 10].iter().for_each(|&s| *cost(row(dump, &[s])) = between(0.0, 0.0, 7));
+    assert_eq!(case.refused(free), cheaper);
+    assert_eq!(refused(4, |r| cost(r).rank = 1), cheaper);
+    assert_eq!(
+        refused(12, |r| *cost(r) = between(2.5, 2.6, 3)),
+        "no permitted choice costs less than the lower bound of C_1"
+    );
+    let values =
+        |edit: fn(&mut ValuesFile)| case.refused(|dump| edit(dump.manifest.values.as_mut().unwrap()));
+    assert_eq!(values(|v| v.reward = "gold".to_owned()), "`gold` is a reward structure of the model");
+    assert!(values(|v| v.reward = "steps".to_owned()).contains("C_1"));
+    assert_eq!(case.refused(|dump| dump.values = None), "the manifest names `values.csv` if it is there");
+}
+
+#[test]
+fn certainty_is_shown_where_the_levels_do_not_show_it() {
+    let case = Case::of([TRAPS, WISHES], Scope::All, Safety::Transition, "fuel");
+    let refused = |state: i64, edit: fn(&mut Row)| case.row_refused(&[state], edit);
+    assert_eq!(
+        refused(3, |r| r.probabilities[0].upper = double(1.0)),
+        "P_1 has bounds of 1, or an upper bound below 1"
+    );
+    assert_eq!(
+        refused(3, |r| *r = Row {
+            costs: vec![Some(between(9.0, 9.0, 4)), None],
+            probabilities: vec![between(1.0, 1.0, 4), r.probabilities[1].clone()],
+            ..r.clone()
+        }),
+        "some kept choice has at least the lower bound of P_1, and enters a smaller rank"
+    );
+    assert_eq!(
+        refused(0, |r| r.probabilities[0] = between(0.9, 0.99, 2)),
+        "C_1 is given exactly where P_1 is 1"
+    );
+}
+
+fn double(x: f64) -> Number {
+    Number::Double(x)
+}
+
+fn between(lower: f64, upper: f64, rank: u32) -> Bounds {
+    Bounds { lower: double(lower), upper: double(upper), rank }
+}
+
+fn cost(row: &mut Row) -> &mut Bounds {
+    row.costs[0].as_mut().unwrap()
+}
+
+/// Changes a number a little, a lot, or to another special one.
+fn changed(number: &Number, random: &mut ChaCha8Rng) -> Number {
+    let x = number.exact().and_then(|x| x.to_f64()).unwrap_or(f64::INFINITY);
+    let by = *[1e-15, 1e-9, 1e-3, 0.3].choose(random).unwrap();
+    let up = random.random_bool(0.5);
+    match random.random_range(0..8) {
+        0 => double(0.0),
+        1 => double(1.0),
+        2 => double(f64::INFINITY),
+        3 => Number::from(Ratio::new(1.into(), 3.into())),
+        4 => double(if up { x.next_up() } else { x.next_down().max(0.0) }),
+        _ => double(if up { x * (1.0 + by) } else { x * (1.0 - by) }),
+    }
+}
+
+/// Edits a dump.
+fn edited(dump: &mut Dump, random: &mut ChaCha8Rng) {
+    let rows = dump.values.as_mut().unwrap();
+    let (i, j) = (random.random_range(0..rows.len()), random.random_range(0..rows.len()));
+    let other = rows[j].clone();
+    let row = &mut rows[i];
+    let k = random.random_range(0..LEVELS);
+    let all: Vec<&mut Bounds> = row.probabilities.iter_mut().chain(row.costs.iter_mut().flatten()).collect();
+    let count = all.len();
+    let bounds = all.into_iter().nth(random.random_range(0..count)).unwrap();
+    match random.random_range(0..14) {
+        0..=2 => bounds.lower = changed(&bounds.lower, random),
+        3..=5 => bounds.upper = changed(&bounds.upper, random),
+        6 => bounds.rank = *[0, 1, 2, 3, 4, u32::MAX].choose(random).unwrap(),
+        7 => *bounds = other.probabilities[k].clone(),
+        8 => row.state = other.state,
+        9 => row.arena = other.arena,
+        10 => drop(rows.remove(i)),
+        11 => row.probabilities.swap(0, 1),
+        12 => row.costs.swap(0, 1),
+        _ => {
+            row.costs[k] = match row.costs[k] {
+                Some(_) => None,
+                None => Some(other.probabilities[k].clone()),
+            }
+        }
+    }
+}
+
+/// Up to three edits at once. What is accepted must be true.
+#[test]
+fn no_false_bound_gets_past_verify() {
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let (mut accepted, mut refused) = (0, 0);
+    for safety in SAFETIES {
+        for reward in ["steps", "fuel"] {
+            let case = Case::of([TRAPS, WISHES], Scope::All, safety, reward);
+            for _ in 0..400 {
+                let mut dump = case.dump.clone();
+                (0..random.random_range(1..=3)).for_each(|_| edited(&mut dump, &mut random));
+                match case.violated(&dump) {
+                    Some(_) => refused += 1,
+                    None => {
+                        assert!(case.is_true(&dump), "{safety} {reward}: {:?}", dump.values);
+                        accepted += 1;
+                    }
+                }
+            }
+        }
+    }
+    println!("{refused} edited dumps refused, {accepted} are true");
+    assert!(refused > 1000 && accepted > 50);
+}
