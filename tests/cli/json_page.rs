@@ -176,6 +176,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "simulate ROBOT --kind spi --strategy permissive --runs 3"),
     (4, "simulate TINY models/scramble.pref"),
     (0, "export TOY --out OUT/dump"),
+    (0, "export TOY --out OUT/values --values"),
     (0, "export TOY --out OUT/drn --format drn"),
     (0, "export TOY --out OUT/induced --format explicit --strategy sasi:progress"),
     (0, "query OUT/dump reachable"),
