@@ -46,9 +46,11 @@ pub(super) struct ModelArgs {
     #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     pub(super) memory: Option<u64>,
 
-    /// Maximum number of threads (never more than the machine has)
-    #[arg(help_heading = LIMITS, long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
-    pub(super) threads: u16,
+    /// Maximum number of threads (never more than the machine has) for winning regions and levels
+    /// that are independent of each other. Small models are analysed by one thread: less than 10,000
+    /// diagram nodes, or 20,000 states of the explicit engine [default: all of the machine]
+    #[arg(help_heading = LIMITS, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) threads: Option<u16>,
 
     /// Stop after this time, such as 30s or 5m, and print the partial results
     #[arg(help_heading = LIMITS, long, value_name = "DURATION", value_parser = parse_duration)]
@@ -79,10 +81,13 @@ impl ModelArgs {
         self.memory.unwrap_or_else(memory::default_memory) / self.sharing
     }
 
-    /// Returns the number of threads for the symbolic engine.
+    /// Returns the maximum number of threads; instances of a sweep that run at the same time share
+    /// those of the machine.
     pub(super) fn threads(&self) -> u32 {
         let most = std::thread::available_parallelism().map_or(1, usize::from);
-        u32::from(self.threads).min(u32::try_from(most).unwrap_or(u32::MAX))
+        let most = u32::try_from(most).unwrap_or(u32::MAX);
+        let share = (u64::from(most) / self.sharing).max(1) as u32;
+        self.threads.map_or(share, |asked| u32::from(asked).min(most))
     }
 
     /// Returns all values of `--const` as one list.

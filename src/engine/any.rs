@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::explicit::{self, ExplicitEngine};
 use super::symbolic::{self, SymbolicEngine};
-use super::{Algebra, Count, EdgeLabels, Engine, Region, Settings, Storage, Usage};
+use super::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Storage, Usage};
 use crate::error::{Error, Result};
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -186,6 +186,25 @@ where
     Ok(Region { states: region.states.of(engine)?.clone(), choices: region.choices.of(engine)?.clone() })
 }
 
+/// Computes [`Engine::adopt`] with the set types of one engine.
+fn adopted<E: Engine>(
+    engine: &E,
+    from: &E,
+    sets: &Sets<AnyStates, AnyChoices>,
+) -> Result<Sets<AnyStates, AnyChoices>>
+where
+    AnyStates: Of<E, Set = E::States> + From<E::States>,
+    AnyChoices: Of<E, Set = E::Choices> + From<E::Choices>,
+{
+    let states = sets.states.iter().map(|x| x.of(from).cloned()).collect::<Result<_>>()?;
+    let choices = sets.choices.iter().map(|c| c.of(from).cloned()).collect::<Result<_>>()?;
+    let Sets { states, choices } = engine.adopt(from, Sets { states, choices })?;
+    Ok(Sets {
+        states: states.into_iter().map(AnyStates::from).collect(),
+        choices: choices.into_iter().map(AnyChoices::from).collect(),
+    })
+}
+
 /// Converts edge labels to the set types of one engine.
 fn edge_labels_of<E: Engine>(
     engine: &E,
@@ -274,6 +293,30 @@ impl Engine for AnyEngine {
             Inner::Explicit(e) => Inner::Explicit(Arc::new(e.restricted_to(&region_of(&**e, to)?)?)),
         };
         Ok(AnyEngine { inner, program: Arc::clone(&self.program) })
+    }
+
+    fn workers(&self) -> Vec<Self> {
+        let any = |inner| AnyEngine { inner, program: Arc::clone(&self.program) };
+        match &self.inner {
+            Inner::Symbolic(e) => {
+                e.workers().into_iter().map(|w| any(Inner::Symbolic(Arc::new(w)))).collect()
+            }
+            Inner::Explicit(e) => {
+                e.workers().into_iter().map(|w| any(Inner::Explicit(Arc::new(w)))).collect()
+            }
+        }
+    }
+
+    fn dismiss_workers(&self, forever: bool) {
+        on!(self, e => e.dismiss_workers(forever))
+    }
+
+    fn adopt(&self, from: &Self, sets: Sets<AnyStates, AnyChoices>) -> Result<Sets<AnyStates, AnyChoices>> {
+        match (&self.inner, &from.inner) {
+            (Inner::Symbolic(to), Inner::Symbolic(from)) => adopted(&**to, from, &sets),
+            (Inner::Explicit(to), Inner::Explicit(from)) => adopted(&**to, from, &sets),
+            _ => Err(Error::ForeignSet),
+        }
     }
 
     fn states_where(&self, predicate: ExprId) -> Result<AnyStates> {

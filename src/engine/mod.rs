@@ -9,6 +9,7 @@ pub(crate) mod any;
 mod diagrams;
 pub(crate) mod edge_labels;
 pub(crate) mod explicit;
+pub(crate) mod parallel;
 pub mod regions;
 pub(crate) mod symbolic;
 
@@ -19,6 +20,7 @@ pub use diagrams::Dumpable;
 pub use edge_labels::EdgeLabels;
 pub use explicit::ExplicitEngine;
 use num_bigint::BigUint;
+pub use parallel::Sets;
 use serde::Serialize;
 use strum::{EnumString, IntoStaticStr, VariantArray};
 pub use symbolic::{Order, SymbolicEngine};
@@ -89,7 +91,8 @@ pub struct Settings {
     pub memory: u64,
     /// The order of the bits in decision diagrams.
     pub order: symbolic::Order,
-    /// The number of threads that work on decision diagrams, at least 1.
+    /// Maximum number of threads for winning regions and levels that are independent of each other,
+    /// at least 1; see [`Engine::workers`].
     pub threads: u32,
     /// The thresholds at which the symbolic engine switches between methods with the same result.
     pub thresholds: symbolic::Thresholds,
@@ -228,6 +231,36 @@ pub trait Engine:
     fn restricted_to(&self, region: &Region<Self::States, Self::Choices>) -> Result<Self>
     where
         Self: Sized;
+
+    /// Returns engines of the same model for other threads: at most [`Settings::threads`] minus 1,
+    /// and none if work on several threads is not expected to pay off. The sets of a worker are
+    /// exchanged by [`Engine::adopt`]. Workers have no workers. Cost: the first call copies the
+    /// model.
+    fn workers(&self) -> Vec<Self>
+    where
+        Self: Sized,
+    {
+        Vec::new()
+    }
+    /// Releases the memory of the workers, once the last clone of them is dropped. They are made
+    /// anew when they are needed, unless they are dismissed `forever`.
+    fn dismiss_workers(&self, _forever: bool) {}
+    /// Returns the sets of this engine that equal sets of `from`, an engine and its worker or the
+    /// other way round. This work cannot be cancelled, so that results of cancelled work remain.
+    /// Cost: linear in the sets.
+    ///
+    /// # Errors
+    /// The memory does not suffice, or a set does not belong to `from`.
+    fn adopt(
+        &self,
+        _from: &Self,
+        sets: Sets<Self::States, Self::Choices>,
+    ) -> Result<Sets<Self::States, Self::Choices>>
+    where
+        Self: Sized,
+    {
+        Ok(sets)
+    }
 
     /// Returns { (s,a) ∈ C : s ∈ X }.
     ///

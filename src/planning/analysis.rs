@@ -2,20 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Duration;
-
-use strum::{IntoStaticStr, VariantArray};
 
 use super::classes::Classes;
 use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::{Improvement, Safety};
-use super::levels::{End, Kind, Levels, Rank};
+use super::level_search;
+use super::levels::{End, Kind, Level, Levels, Rank};
+pub use super::phases::{Event, Phase};
 use super::requirements::Requirements;
 use super::result::{
     AnalysisResult, ClassCount, Escape, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
 use super::temporal::AcceptingRegion;
-use super::winning_regions::WinningRegions;
+use super::winning_regions::{RegionCounts, WinningRegions};
 use super::{strategy, temporal};
 use crate::engine::{AnyEngine, Count, Engine};
 use crate::error::{Error, Result};
@@ -31,78 +30,6 @@ pub struct Options {
     pub safety: Safety,
     /// The greatest level to compute; `None` for all.
     pub max_level: Option<usize>,
-}
-
-/// The phases of an analysis, in their order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "lowercase")]
-pub enum Phase {
-    /// Counts the states and transitions of the model.
-    Counts,
-    /// Computes the winning regions of the objectives, and the classes.
-    Outcomes,
-    /// Computes the improvement MDP.
-    Improvement,
-    /// Computes the SASI levels.
-    Sasi,
-    /// Computes the SPI levels.
-    Spi,
-}
-
-impl Phase {
-    /// All phases in their order.
-    pub const ALL: &[Phase] = Phase::VARIANTS;
-
-    /// Returns the phase that computes the levels of a kind.
-    pub fn levels(kind: Kind) -> Phase {
-        match kind {
-            Kind::Sasi => Phase::Sasi,
-            Kind::Spi => Phase::Spi,
-        }
-    }
-
-    /// Returns the phase that must be complete before this one.
-    fn needs(self) -> Option<Phase> {
-        match self {
-            Phase::Counts | Phase::Outcomes => None,
-            Phase::Improvement => Some(Phase::Outcomes),
-            Phase::Sasi | Phase::Spi => Some(Phase::Improvement),
-        }
-    }
-
-    /// Returns the name in messages.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-}
-
-/// An event that the listener of an analysis receives.
-#[derive(Debug, Clone, Copy)]
-pub enum Event<'a> {
-    /// A phase begins.
-    Started(Phase),
-    /// The winning regions of an objective are known.
-    Objective(&'a ObjectiveCounts),
-    /// A level is known: its kind, its number (from 1) and its number of states.
-    Level(Kind, usize, &'a Count),
-    /// A phase is complete, with its duration by [`crate::progress::ProgressSink::clock`]. A phase
-    /// that a limit ends has no such event.
-    Finished(Phase, Duration),
-}
-
-impl AnalysisResult {
-    /// Adds the counts of an event.
-    pub fn add(&mut self, event: Event<'_>) {
-        match event {
-            Event::Objective(counts) => {
-                self.objectives.push(counts.clone());
-                self.objectives.sort_by_key(|o| o.objective);
-            }
-            Event::Level(Kind::Sasi, _, count) => self.sasi.levels.push(count.clone()),
-            Event::Level(Kind::Spi, _, count) => self.spi.levels.push(count.clone()),
-            Event::Started(_) | Event::Finished(..) => {}
-        }
-    }
 }
 
 /// The winning regions, classes, improvement MDP and levels of one model under one preference file.
@@ -121,6 +48,8 @@ pub struct Analysis<E: Engine = AnyEngine> {
     improvement: Option<Arc<Improvement<E>>>,
     sasi: Arc<Levels<E>>,
     spi: Arc<Levels<E>>,
+    /// The sizes of levels, SASI and SPI, that were computed next to each other.
+    counted: [Vec<Count>; 2],
     result: AnalysisResult,
 }
 
@@ -139,6 +68,7 @@ impl<E: Engine> Analysis<E> {
             improvement: None,
             sasi: Arc::new(Levels::new(Kind::Sasi)),
             spi: Arc::new(Levels::new(Kind::Spi)),
+            counted: Default::default(),
             result: AnalysisResult::default(),
         }
     }
@@ -151,7 +81,19 @@ impl<E: Engine> Analysis<E> {
     /// A limit of the engine is reached, or a target has no value in some state. Earlier results
     /// stay in [`Analysis::result`].
     pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        Phase::ALL.iter().try_for_each(|&phase| self.run_phase(phase, listener))
+        self.run_phases(Phase::ALL, listener)
+    }
+
+    /// Runs some phases one after the other; if both phases of levels are among them, their levels
+    /// may be computed next to each other, in the first of these phases.
+    ///
+    /// # Errors
+    /// The errors of [`Analysis::run_phase`].
+    pub fn run_phases(&mut self, phases: &[Phase], listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        let both = Kind::ALL.iter().all(|&kind| phases.contains(&Phase::levels(kind)));
+        let end = phases.iter().try_for_each(|&phase| self.begin(phase, both, listener));
+        self.engine.dismiss_workers(false);
+        end
     }
 
     /// Runs one phase, or the rest of it after a limit; does nothing if the phase is complete.
@@ -159,6 +101,10 @@ impl<E: Engine> Analysis<E> {
     /// # Errors
     /// The errors of [`Analysis::run`]; [`Error::Usage`] if a phase that it needs is not complete.
     pub fn run_phase(&mut self, phase: Phase, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        self.run_phases(&[phase], listener)
+    }
+
+    fn begin(&mut self, phase: Phase, both: bool, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.is_done(phase) {
             return Ok(());
         }
@@ -174,8 +120,8 @@ impl<E: Engine> Analysis<E> {
             Phase::Counts => self.run_counts()?,
             Phase::Outcomes => self.run_outcomes(listener)?,
             Phase::Improvement => self.run_improvement()?,
-            Phase::Sasi => self.run_levels(Kind::Sasi, listener)?,
-            Phase::Spi => self.run_levels(Kind::Spi, listener)?,
+            Phase::Sasi => self.run_levels(Kind::Sasi, both, listener)?,
+            Phase::Spi => self.run_levels(Kind::Spi, both, listener)?,
         }
         listener(Event::Finished(phase, clock.clock().saturating_sub(start)));
         Ok(())
@@ -228,11 +174,7 @@ impl<E: Engine> Analysis<E> {
             self.outcomes = Some(WinningRegions::new(&*self.engine, targets)?);
             self.accepting = accepting;
         }
-        while let Some(counts) = self.next_outcome()? {
-            let event = Event::Objective(&counts);
-            listener(event);
-            self.result.add(event);
-        }
+        while self.next_outcomes(listener)? {}
         let Some(almost_sure) = self.outcomes.as_ref().and_then(WinningRegions::almost_sure) else {
             return Ok(());
         };
@@ -246,27 +188,28 @@ impl<E: Engine> Analysis<E> {
         Ok(())
     }
 
-    /// Computes the regions of one more objective, or counts regions that a limit left uncounted.
-    fn next_outcome(&mut self) -> Result<Option<ObjectiveCounts>> {
-        let Some(outcomes) = &mut self.outcomes else { return Ok(None) };
-        let counted = |i: &usize| self.result.objectives.iter().any(|o| o.objective == *i);
-        let mut all = 0..self.preferences.objectives.len();
-        let uncounted = all.find(|i| outcomes.get(*i).is_some() && !counted(i));
-        let next = match uncounted {
-            Some(objective) => Some(objective),
-            None => outcomes.advance(&*self.engine)?,
-        };
-        let Some(objective) = next else { return Ok(None) };
-        let Some(outcome) = outcomes.get(objective) else { return Ok(None) };
-        let declared = &self.preferences.objectives[objective];
-        Ok(Some(ObjectiveCounts {
-            objective,
-            name: declared.name.clone(),
-            target: self.engine.count(&outcome.target)?,
-            observer: declared.monitor(),
-            almost_sure: self.engine.count(&outcome.almost_sure)?,
-            positive: self.engine.count(&outcome.positive)?,
-        }))
+    /// Computes the regions of the next objectives, and reports all that are known. Returns whether
+    /// there may be more.
+    fn next_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<bool> {
+        let Some(outcomes) = &mut self.outcomes else { return Ok(false) };
+        // An error is returned after what was found before it.
+        let end = outcomes.advance(&*self.engine);
+        for &objective in outcomes.order() {
+            if self.result.objectives.iter().any(|o| o.objective == objective) {
+                continue;
+            }
+            let Some(RegionCounts { target, positive, almost_sure }) =
+                outcomes.counts(&*self.engine, objective)?
+            else {
+                continue;
+            };
+            let declared = &self.preferences.objectives[objective];
+            let (name, observer) = (declared.name.clone(), declared.monitor());
+            let counts = ObjectiveCounts { objective, name, target, observer, almost_sure, positive };
+            listener(Event::Objective(&counts));
+            self.result.add(Event::Objective(&counts));
+        }
+        end.map(|next| next.is_some())
     }
 
     /// Computes the improvement MDP. Cost: see [`Improvement::new`].
@@ -278,27 +221,43 @@ impl<E: Engine> Analysis<E> {
         Ok(())
     }
 
-    /// Computes the remaining levels of one kind. Cost: see [`super::levels::next_level`].
-    fn run_levels(&mut self, kind: Kind, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+    /// Computes the remaining levels of one kind, or of both. Cost: see
+    /// [`super::levels::next_level`].
+    fn run_levels(&mut self, kind: Kind, both: bool, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let (Some(classes), Some(improvement)) = (&self.classes, &self.improvement) else {
             return Ok(());
         };
-        let (levels, counts) = match kind {
-            Kind::Sasi => (&mut self.sasi, &mut self.result.sasi),
-            Kind::Spi => (&mut self.spi, &mut self.result.spi),
+        let (engine, max) = (&*self.engine, self.options.max_level);
+        let mut end = Ok(());
+        if let (true, Some(sasi), Some(spi)) =
+            (both, Arc::get_mut(&mut self.sasi), Arc::get_mut(&mut self.spi))
+            && sasi.end.is_none()
+            && spi.end.is_none()
+        {
+            (self.counted, end) = level_search::search(engine, classes, improvement, max, [sasi, spi]);
+        }
+        let (levels, counts, [counted, _]) = match kind {
+            Kind::Sasi => (&mut self.sasi, &mut self.result.sasi, self.counted.each_ref()),
+            Kind::Spi => {
+                let [sasi, spi] = self.counted.each_ref();
+                (&mut self.spi, &mut self.result.spi, [spi, sasi])
+            }
         };
         // Levels that strategies share are complete, but not always counted.
-        if let Some(levels) = Arc::get_mut(levels) {
-            while levels.advance(&*self.engine, classes, improvement, self.options.max_level)? {
-                count_levels(&*self.engine, levels, counts, listener)?;
+        if let (Ok(()), Some(levels)) = (&end, Arc::get_mut(levels)) {
+            while levels.advance(engine, classes, improvement, max)? {
+                count_levels(engine, levels, counted, counts, listener)?;
             }
         }
-        count_levels(&*self.engine, levels, counts, listener)?;
+        count_levels(engine, levels, counted, counts, listener)?;
+        end?;
         counts.end = match &levels.end {
             None => LevelsEnd::Open,
             Some(End::Cut) => LevelsEnd::Cut,
             Some(End::Empty) => LevelsEnd::Empty,
-            Some(End::Unbounded(level)) => LevelsEnd::Unbounded(self.engine.count(&level.states)?),
+            Some(End::Unbounded(level)) => {
+                LevelsEnd::Unbounded(count_of(engine, level, levels.found.len(), counted)?)
+            }
         };
         Ok(())
     }
@@ -490,13 +449,19 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 fn count_levels<E: Engine>(
     engine: &E,
     levels: &Levels<E>,
+    counted: &[Count],
     counts: &mut LevelCounts,
     listener: &mut dyn FnMut(Event<'_>),
 ) -> Result<()> {
     for level in &levels.found[counts.levels.len()..] {
-        let count = engine.count(&level.states)?;
+        let count = count_of(engine, level, counts.levels.len(), counted)?;
         listener(Event::Level(levels.kind, counts.levels.len() + 1, &count));
         counts.levels.push(count);
     }
     Ok(())
+}
+
+/// Returns the number of states of a level, which may have been counted.
+fn count_of<E: Engine>(engine: &E, level: &Level<E>, at: usize, counted: &[Count]) -> Result<Count> {
+    counted.get(at).map_or_else(|| engine.count(&level.states), |count| Ok(count.clone()))
 }

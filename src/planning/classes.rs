@@ -1,5 +1,6 @@
 //! Classes: the states grouped by their most preferred objectives.
 
+use crate::engine::parallel::{Port, Portable};
 use crate::engine::{Engine, position};
 use crate::error::Result;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
@@ -16,10 +17,27 @@ pub struct Class<E: Engine> {
     pub worse: E::States,
 }
 
+impl<E: Engine> Portable<E> for Class<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Class {
+            most_preferred: self.most_preferred.clone(),
+            states: port.states(&self.states),
+            better: port.states(&self.better),
+            worse: port.states(&self.worse),
+        }
+    }
+}
+
 /// The non-empty classes, sorted by the members of MP; the class with an empty MP is last.
 pub struct Classes<E: Engine> {
     /// The classes, which partition the states of the scope.
     pub list: Vec<Class<E>>,
+}
+
+impl<E: Engine> Portable<E> for Classes<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Classes { list: self.list.ported(port) }
+    }
 }
 
 impl<E: Engine> Classes<E> {

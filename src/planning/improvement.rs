@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::classes::{Class, Classes};
 use crate::engine::edge_labels::{dropped, grouped, pairs_into};
+use crate::engine::parallel::{self, Port, Portable};
 use crate::engine::{Count, EdgeLabels, Engine, Region, position};
 use crate::error::Result;
 use crate::model::valuation::decimal;
@@ -55,6 +56,17 @@ pub struct Arena<E: Engine> {
     pub edge_labels: Vec<EdgeLabels<E::States>>,
 }
 
+impl<E: Engine> Portable<E> for Arena<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Arena {
+            reference: self.reference,
+            states: port.states(&self.states),
+            choices: port.choices(&self.choices),
+            edge_labels: self.edge_labels.ported(port),
+        }
+    }
+}
+
 /// The size of the improvement MDP.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Sizes {
@@ -75,6 +87,12 @@ pub struct Improvement<E: Engine> {
     pub safety: Safety,
     /// One arena; under [`Safety::Prefix`] one per class with a safe state.
     pub arenas: Vec<Arena<E>>,
+}
+
+impl<E: Engine> Portable<E> for Improvement<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Improvement { safety: self.safety, arenas: self.arenas.ported(port) }
+    }
 }
 
 impl<E: Engine> Improvement<E> {
@@ -138,13 +156,29 @@ fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     Ok(Arena { reference: None, states: engine.all_states(), choices, edge_labels })
 }
 
+/// The states that do not weaken a class.
+struct Allowed<E: Engine>(E::States);
+
+impl<E: Engine> Portable<E> for Allowed<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Allowed(port.states(&self.0))
+    }
+}
+
 /// Computes the arenas under [`Safety::Prefix`]: for each class c, Safe_c = νZ. S \ Worse(c) ∩ { s
-/// : some choice has all successors in Z }.
+/// : some choice has all successors in Z }. The classes are independent.
 fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> {
+    let mut jobs = Vec::with_capacity(classes.list.len());
+    for class in &classes.list {
+        jobs.push((Allowed(engine.difference(&engine.all_states(), &class.worse)?), None));
+    }
+    parallel::run(engine, &mut jobs, |engine: &E, Allowed(allowed), safe| {
+        *safe = Some(engine.stay_within(allowed, &engine.all_choices())?);
+        Ok(())
+    })?;
     let mut arenas = Vec::new();
-    for (reference, class) in classes.list.iter().enumerate() {
-        let allowed = engine.difference(&engine.all_states(), &class.worse)?;
-        let safe = engine.stay_within(&allowed, &engine.all_choices())?;
+    for (reference, (class, (_, safe))) in classes.list.iter().zip(jobs).enumerate() {
+        let Some(safe) = safe else { continue };
         if engine.is_empty(&engine.intersection(&safe.states, &class.states)?)? {
             continue;
         }

@@ -13,6 +13,7 @@ use strum::{EnumString, IntoStaticStr, VariantArray};
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement, Safety};
 use crate::engine::edge_labels::{pairs_into, winning};
+use crate::engine::parallel::{self, Port, Portable};
 use crate::engine::{EdgeLabels, Engine, Region, position};
 use crate::error::Result;
 
@@ -89,12 +90,25 @@ impl<E: Engine> Clone for Game<E> {
     }
 }
 
+impl<E: Engine> Portable<E> for Game<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        let edge_labels = self.edge_labels.ported(port);
+        Game { edge_labels, states: port.states(&self.states), choices: port.choices(&self.choices) }
+    }
+}
+
 /// One level: W_k with its games, one per arena.
 pub struct Level<E: Engine> {
     /// W_k
     pub states: E::States,
     /// The games in the order of [`Improvement::arenas`].
     pub games: Vec<Game<E>>,
+}
+
+impl<E: Engine> Portable<E> for Level<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Level { states: port.states(&self.states), games: self.games.ported(port) }
+    }
 }
 
 /// The reason why there are no more levels.
@@ -108,6 +122,16 @@ pub enum End<E: Engine> {
     Cut,
 }
 
+impl<E: Engine> Portable<E> for End<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        match self {
+            End::Empty => End::Empty,
+            End::Unbounded(level) => End::Unbounded(level.ported(port)),
+            End::Cut => End::Cut,
+        }
+    }
+}
+
 /// The levels of one kind, computed one after the other.
 pub struct Levels<E: Engine> {
     /// The kind.
@@ -116,6 +140,12 @@ pub struct Levels<E: Engine> {
     pub found: Vec<Level<E>>,
     /// The reason why there are no more levels; `None` while there may be more.
     pub end: Option<End<E>>,
+}
+
+impl<E: Engine> Portable<E> for Levels<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Levels { kind: self.kind, found: self.found.ported(port), end: self.end.ported(port) }
+    }
 }
 
 impl<E: Engine> Levels<E> {
@@ -209,10 +239,20 @@ pub fn next_level<E: Engine>(
     last: Option<&Level<E>>,
 ) -> Result<Level<E>> {
     let entered = last.map_or_else(|| engine.all_states(), |level| level.states.clone());
-    let (mut states, mut games) = (engine.no_states(), Vec::new());
+    let mut turns = Vec::with_capacity(improvement.arenas.len());
     for (index, arena) in improvement.arenas.iter().enumerate() {
         let before = last.and_then(|level| level.games.get(index));
-        let game = play(engine, arena, kind, &entered, before)?;
+        turns.push(Turn::new(engine, arena, &entered, before)?);
+    }
+    parallel::run(engine, &mut turns, |engine, turn, game| {
+        if game.is_none() {
+            *game = Some(play(engine, turn, kind)?);
+        }
+        Ok(())
+    })?;
+    let mut states = engine.no_states();
+    let games = Vec::from_iter(turns.into_iter().filter_map(|(_, game)| game));
+    for (arena, game) in improvement.arenas.iter().zip(&games) {
         let won = match arena.reference.filter(|_| improvement.safety == Safety::Prefix) {
             // Each state is its own reference when planning starts or after an improvement.
             Some(class) => match classes.list.get(class) {
@@ -222,25 +262,46 @@ pub fn next_level<E: Engine>(
             None => game.states.clone(),
         };
         states = engine.union(&states, &won)?;
-        games.push(game);
     }
     Ok(Level { states, games })
 }
 
-fn play<E: Engine>(
-    engine: &E,
-    arena: &Arena<E>,
-    kind: Kind,
-    entered: &E::States,
-    before: Option<&Game<E>>,
-) -> Result<Game<E>> {
-    let edge_labels = entering(engine, arena, entered)?;
-    if let Some(game) = before {
-        let goals: Vec<_> = game.edge_labels.iter().zip(&edge_labels).collect();
-        if position(&goals, |(x, y)| Ok(!engine.same(&x.goal, &y.goal)?))?.is_none() {
-            return Ok(game.clone());
-        }
+/// The game of one arena at the next level.
+struct Turn<E: Engine> {
+    /// The arena, with goal edges of the next level only.
+    arena: Arena<E>,
+    /// The game of the last level.
+    before: Option<Game<E>>,
+}
+
+impl<E: Engine> Portable<E> for Turn<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Turn { arena: self.arena.ported(port), before: self.before.ported(port) }
     }
+}
+
+impl<E: Engine> Turn<E> {
+    /// Returns the game that enters X, with its result if that is the result of the last level.
+    fn new(
+        engine: &E,
+        arena: &Arena<E>,
+        x: &E::States,
+        before: Option<&Game<E>>,
+    ) -> Result<(Self, Option<Game<E>>)> {
+        let arena = Arena { edge_labels: entering(engine, arena, x)?, ..parallel::same(arena) };
+        let mut known = None;
+        if let Some(game) = before {
+            let goals: Vec<_> = game.edge_labels.iter().zip(&arena.edge_labels).collect();
+            if position(&goals, |(x, y)| Ok(!engine.same(&x.goal, &y.goal)?))?.is_none() {
+                known = Some(game.clone());
+            }
+        }
+        Ok((Turn { arena, before: before.cloned() }, known))
+    }
+}
+
+fn play<E: Engine>(engine: &E, Turn { arena, before }: &Turn<E>, kind: Kind) -> Result<Game<E>> {
+    let (edge_labels, before) = (arena.edge_labels.clone(), before.as_ref());
     match kind {
         Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
         Kind::Spi => positively(engine, arena, edge_labels, before),

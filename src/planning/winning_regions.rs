@@ -1,7 +1,8 @@
 //! Winning regions: the states from which each objective can be achieved.
 
+use crate::engine::parallel::{self, Port, Portable};
 use crate::engine::regions::pmax_positive;
-use crate::engine::{Count, Engine};
+use crate::engine::{Count, Engine, position};
 use crate::error::Result;
 
 /// The winning regions of one objective.
@@ -24,15 +25,59 @@ impl<E: Engine> Clone for ObjectiveRegions<E> {
     }
 }
 
+impl<E: Engine> Portable<E> for ObjectiveRegions<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        ObjectiveRegions {
+            target: port.states(&self.target),
+            positive: port.states(&self.positive),
+            almost_sure: port.states(&self.almost_sure),
+        }
+    }
+}
+
+/// The sizes of the regions of one objective.
+#[derive(Clone)]
+pub(super) struct RegionCounts {
+    pub(super) target: Count,
+    pub(super) positive: Count,
+    pub(super) almost_sure: Count,
+}
+
+/// The search for the regions of a target, given a set that contains its almost-sure region.
+struct Search<E: Engine> {
+    target: E::States,
+    bound: Option<E::States>,
+}
+
+impl<E: Engine> Portable<E> for Search<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        let bound = self.bound.as_ref().map(|bound| port.states(bound));
+        Search { target: port.states(&self.target), bound }
+    }
+}
+
+/// The results for one objective so far.
+struct Found<E: Engine> {
+    regions: Option<ObjectiveRegions<E>>,
+    counts: Option<RegionCounts>,
+}
+
+impl<E: Engine> Portable<E> for Found<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Found { regions: self.regions.ported(port), counts: self.counts.clone() }
+    }
+}
+
 /// The winning regions of all objectives: Out(s) = { i : s ∈ ASWin(F_i) }, as state sets.
 ///
-/// The regions are computed one objective at a time, larger targets first: the regions of a larger
-/// target bound the search for a smaller one. Results remain when a limit ends the work.
+/// Larger targets come first: the regions of a larger target bound the search for a smaller one.
+/// Objectives whose targets do not contain each other are independent. Results remain when a limit
+/// ends the work.
 pub struct WinningRegions<E: Engine> {
     targets: Vec<E::States>,
-    /// The objectives that are not computed yet, the next one last.
-    pending: Vec<usize>,
-    known: Vec<Option<ObjectiveRegions<E>>>,
+    /// The objectives in the order of their computation.
+    order: Vec<usize>,
+    known: Vec<Found<E>>,
 }
 
 impl<E: Engine> WinningRegions<E> {
@@ -42,36 +87,73 @@ impl<E: Engine> WinningRegions<E> {
     /// A limit of the engine is reached while the targets are counted.
     pub fn new(engine: &E, targets: Vec<E::States>) -> Result<Self> {
         let sizes = targets.iter().map(|t| engine.count(t)).collect::<Result<Vec<Count>>>()?;
-        let mut pending: Vec<usize> = (0..targets.len()).collect();
-        pending.sort_by(|&i, &j| sizes[i].cmp(&sizes[j]).then(j.cmp(&i)));
-        let known = targets.iter().map(|_| None).collect();
-        Ok(WinningRegions { targets, pending, known })
+        let mut order: Vec<usize> = (0..targets.len()).collect();
+        order.sort_by(|&i, &j| sizes[j].cmp(&sizes[i]).then(i.cmp(&j)));
+        let known = targets.iter().map(|_| Found { regions: None, counts: None }).collect();
+        Ok(WinningRegions { targets, order, known })
     }
 
     /// Computes the regions of one more objective and returns the objective; `None` if all are
-    /// known.
+    /// known. If the engine has workers, computes independent objectives next to each other.
     ///
     /// If a target is a subset of a known one, its almost-sure region is a subset of the known
     /// one's, because reaching the smaller target reaches the larger one. This bounds the search.
-    /// Equal targets share all regions. Cost: one `can_reach` and one `almost_surely_reach`.
+    /// Equal targets share all regions. Cost per objective: one `can_reach` and one
+    /// `almost_surely_reach`.
     ///
     /// # Errors
-    /// A limit of the engine is reached; the objective then remains to be computed.
+    /// A limit of the engine is reached; objectives that are not known then remain to be computed.
     pub fn advance(&mut self, engine: &E) -> Result<Option<usize>> {
-        let Some(&objective) = self.pending.last() else {
+        let Some(first) = self.order.iter().copied().find(|&i| self.get(i).is_none()) else {
             return Ok(None);
         };
-        let outcome = self.compute(engine, &self.targets[objective])?;
-        self.known[objective] = Some(outcome);
-        self.pending.pop();
-        Ok(Some(objective))
+        let (mut objectives, mut searches) = (Vec::new(), Vec::new());
+        for objective in self.independent(engine, first)? {
+            match self.search(engine, &self.targets[objective])? {
+                Ok(search) => {
+                    objectives.push(objective);
+                    searches.push((search, Found { regions: None, counts: None }));
+                }
+                Err(same) => self.known[objective] = Found { counts: None, regions: Some(same) },
+            }
+        }
+        let end = parallel::run(engine, &mut searches, find);
+        for (objective, (_, found)) in objectives.into_iter().zip(searches) {
+            self.known[objective] = found;
+        }
+        end.map(|()| Some(first))
     }
 
-    fn compute(&self, engine: &E, target: &E::States) -> Result<ObjectiveRegions<E>> {
+    /// Returns the objectives that can be computed next to the first unknown one: their targets are
+    /// not subsets of other unknown ones.
+    fn independent(&self, engine: &E, first: usize) -> Result<Vec<usize>> {
+        let unknown = Vec::from_iter(self.order.iter().copied().filter(|&i| self.get(i).is_none()));
+        if unknown.len() == 1 || engine.workers().is_empty() {
+            return Ok(vec![first]);
+        }
+        let mut independent = Vec::new();
+        for (at, &i) in unknown.iter().enumerate() {
+            let inside = |j: &usize| {
+                let rest = engine.difference(&self.targets[i], &self.targets[*j])?;
+                engine.is_empty(&rest)
+            };
+            if position(&unknown[..at], inside)?.is_none() {
+                independent.push(i);
+            }
+        }
+        Ok(independent)
+    }
+
+    /// Returns the search for the regions of a target, or its regions if they are known.
+    fn search(
+        &self,
+        engine: &E,
+        target: &E::States,
+    ) -> Result<std::result::Result<Search<E>, ObjectiveRegions<E>>> {
         let mut bound: Option<E::States> = None;
-        for larger in self.known.iter().flatten() {
+        for larger in self.known.iter().filter_map(|found| found.regions.as_ref()) {
             if engine.same(target, &larger.target)? {
-                return Ok(larger.clone());
+                return Ok(Err(larger.clone()));
             }
             if engine.is_empty(&engine.difference(target, &larger.target)?)? {
                 bound = Some(match bound {
@@ -80,13 +162,25 @@ impl<E: Engine> WinningRegions<E> {
                 });
             }
         }
-        let positive = pmax_positive(engine, target)?;
-        let bound = match bound {
-            None => positive.clone(),
-            Some(b) => engine.intersection(&b, &positive)?,
-        };
-        let almost_sure = almost_sure_within(engine, target, &bound)?;
-        Ok(ObjectiveRegions { target: target.clone(), positive, almost_sure })
+        Ok(Ok(Search { target: target.clone(), bound }))
+    }
+
+    /// Returns the sizes of the known regions of an objective; `None` if they are not known. Counts
+    /// them if a limit left them uncounted.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    pub(super) fn counts(&self, engine: &E, objective: usize) -> Result<Option<RegionCounts>> {
+        match self.known.get(objective) {
+            Some(Found { counts: Some(counts), .. }) => Ok(Some(counts.clone())),
+            Some(Found { regions: Some(regions), .. }) => counts_of(engine, regions).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// Returns the objectives in the order of their computation.
+    pub(super) fn order(&self) -> &[usize] {
+        &self.order
     }
 
     /// Returns F, the target of an objective, which is known before its regions.
@@ -96,13 +190,40 @@ impl<E: Engine> WinningRegions<E> {
 
     /// Returns the regions of an objective, if they are known yet.
     pub fn get(&self, objective: usize) -> Option<&ObjectiveRegions<E>> {
-        self.known.get(objective)?.as_ref()
+        self.known.get(objective)?.regions.as_ref()
     }
 
     /// Returns the almost-sure regions of all objectives, once all are known.
     pub fn almost_sure(&self) -> Option<Vec<&E::States>> {
-        self.known.iter().map(|o| o.as_ref().map(|o| &o.almost_sure)).collect()
+        self.known.iter().map(|found| found.regions.as_ref().map(|o| &o.almost_sure)).collect()
     }
+}
+
+/// Computes the regions of one target, and counts them.
+fn find<E: Engine>(engine: &E, Search { target, bound }: &Search<E>, found: &mut Found<E>) -> Result<()> {
+    let regions = match found.regions.take() {
+        Some(regions) => regions,
+        None => {
+            let positive = pmax_positive(engine, target)?;
+            let bound = match bound {
+                None => positive.clone(),
+                Some(b) => engine.intersection(b, &positive)?,
+            };
+            let almost_sure = almost_sure_within(engine, target, &bound)?;
+            ObjectiveRegions { target: target.clone(), positive, almost_sure }
+        }
+    };
+    let counts = counts_of(engine, found.regions.insert(regions))?;
+    found.counts = Some(counts);
+    Ok(())
+}
+
+fn counts_of<E: Engine>(engine: &E, regions: &ObjectiveRegions<E>) -> Result<RegionCounts> {
+    Ok(RegionCounts {
+        target: engine.count(&regions.target)?,
+        positive: engine.count(&regions.positive)?,
+        almost_sure: engine.count(&regions.almost_sure)?,
+    })
 }
 
 /// Computes ASWin(F) = νY. μX. F ∪ { s : some a has succ(s,a) ⊆ Y and succ(s,a) ∩ X ≠ ∅ } (Pmax =

@@ -6,7 +6,7 @@
 //! [`crate::Settings::sink`]. [`spawn`] starts the work; [`Worker::wait`] returns its result, or the
 //! reason why it was cancelled. [`run_phases`] runs an analysis and reports its position.
 //!
-//! This is the only module of the library that starts threads for its callers, and that reads the
+//! This is the only module of the library that keeps threads for its callers, and that reads the
 //! clock and the memory of the process and of the machine.
 
 mod duration;

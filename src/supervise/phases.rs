@@ -8,7 +8,7 @@ use crate::planning::{Analysis, Event, Phase};
 /// `outcomes`, `objective 2 of 5`.
 ///
 /// # Errors
-/// The errors of [`Analysis::run_phase`].
+/// The errors of [`Analysis::run_phases`].
 pub fn run_phases<E: Engine>(
     analysis: &mut Analysis<E>,
     phases: &[Phase],
@@ -34,5 +34,5 @@ pub fn run_phases<E: Engine>(
             Event::Finished(..) => {}
         }
     };
-    phases.iter().try_for_each(|&phase| analysis.run_phase(phase, &mut listen))
+    analysis.run_phases(phases, &mut listen)
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::ExplicitEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::engine::{Order, SymbolicEngine};
@@ -276,8 +277,10 @@ fn both(world: &World) {
     let settings = || Settings { scope: world.scope, memory: 64 << 20, ..Settings::default() };
     let explicit = Arc::new(ExplicitEngine::new(world.program.clone(), settings()).unwrap());
     check(&explicit, world, &reference);
-    for order in [Order::Auto, Order::Declared] {
-        let symbolic = SymbolicEngine::new(world.program.clone(), Settings { order, ..settings() }).unwrap();
+    for (order, threads) in [(Order::Auto, 1), (Order::Declared, 2)] {
+        let thresholds = Thresholds { nodes_for_threads: 0, ..Thresholds::default() };
+        let settings = Settings { order, threads, thresholds, ..settings() };
+        let symbolic = SymbolicEngine::new(world.program.clone(), settings).unwrap();
         check(&Arc::new(symbolic), world, &reference);
     }
 }

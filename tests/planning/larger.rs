@@ -54,7 +54,7 @@ fn counts<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<String> {
 
 /// Thresholds that send small work each way.
 fn thresholds() -> [Thresholds; 4] {
-    let usual = Thresholds::default();
+    let usual = Thresholds { nodes_for_threads: 0, ..Thresholds::default() };
     let hasty = Thresholds {
         trial_steps: 80,
         forward_trial_steps: 80,

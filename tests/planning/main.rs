@@ -26,6 +26,7 @@ mod requirements;
 mod robot;
 mod simulations;
 mod strategies;
+mod threads;
 mod tiny;
 mod versus_literal;
 mod worlds;

@@ -8,7 +8,7 @@ use super::machine::Machine;
 use super::set::{BitSet, set, test};
 use super::stepper::{Broken, Stepper};
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
-use crate::engine::{Algebra, Count, EdgeLabels, Engine, Region, Settings, Usage, edge_labels};
+use crate::engine::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Usage, edge_labels};
 use crate::error::{Error, Result};
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -47,6 +47,9 @@ macro_rules! algebra_of {
 
 algebra_of!(StateSet);
 algebra_of!(ChoiceSet);
+
+/// Minimum number of states for work on several threads.
+const STATES_FOR_THREADS: usize = 20_000;
 
 impl Engine for ExplicitEngine {
     type States = StateSet;
@@ -88,6 +91,26 @@ impl Engine for ExplicitEngine {
         let (every_state, every_choice) =
             (self.bits(&region.states)?.clone(), self.bits(&region.choices)?.clone());
         Ok(ExplicitEngine { every_state, every_choice, ..self.clone() })
+    }
+
+    /// Returns clones: sets of bits can be shared.
+    fn workers(&self) -> Vec<Self> {
+        if self.graph.states() < STATES_FOR_THREADS {
+            return Vec::new();
+        }
+        let settings = Settings { threads: 1, ..self.settings.clone() };
+        (1..self.settings.threads)
+            .map(|_| ExplicitEngine { settings: settings.clone(), ..self.clone() })
+            .collect()
+    }
+
+    fn adopt(&self, from: &Self, sets: Sets<StateSet, ChoiceSet>) -> Result<Sets<StateSet, ChoiceSet>> {
+        if !self.shares(from) {
+            return Err(Error::ForeignSet);
+        }
+        sets.states.iter().try_for_each(|x| self.bits(x).map(drop))?;
+        sets.choices.iter().try_for_each(|c| self.bits(c).map(drop))?;
+        Ok(sets)
     }
 
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {

@@ -2,7 +2,7 @@
 //!
 //! OxiDD's own operations run to their end, however long that takes, and count no steps. These
 //! count each result that was not in the cache, so that limits and cancellation reach every
-//! operation. With several threads, the upper levels of a recursion are split among them.
+//! operation.
 
 use ahash::AHashMap;
 use oxidd::util::num::Natural;
@@ -71,42 +71,42 @@ type Made<'m, 'id> = Result<Held<'m, 'id>, Halt>;
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Computes f ∧ g.
     pub(super) fn and(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
-        self.apply::<And>(self.splits, f, g)
+        self.apply::<And>(f, g)
     }
 
     /// Computes f ∨ g.
     pub(super) fn or(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
-        self.apply::<Or>(self.splits, f, g)
+        self.apply::<Or>(f, g)
     }
 
     /// Computes f ⊕ g.
     pub(super) fn xor(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
-        self.apply::<Xor>(self.splits, f, g)
+        self.apply::<Xor>(f, g)
     }
 
     /// Computes f ↔ g.
     pub(super) fn iff(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
-        self.apply::<Equiv>(self.splits, f, g)
+        self.apply::<Equiv>(f, g)
     }
 
     /// Computes f ∧ ¬g.
     pub(super) fn minus(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
-        self.apply::<ImpStrict>(self.splits, g, f)
+        self.apply::<ImpStrict>(g, f)
     }
 
     /// Computes ¬f.
     pub(super) fn not(&self, f: Edge<'_, 'id>) -> Made<'m, 'id> {
-        self.negate(self.splits, f)
+        self.negate(f)
     }
 
     /// Computes: if c then f else g.
     pub(super) fn ite(&self, c: Edge<'_, 'id>, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
-        self.choose(self.splits, c, f, g)
+        self.choose(c, f, g)
     }
 
     /// Computes ∃ V . f, where `variables` is the conjunction of the variables V.
     pub(super) fn exists(&self, f: Edge<'_, 'id>, variables: Edge<'_, 'id>) -> Made<'m, 'id> {
-        self.quantify(self.splits, f, variables)
+        self.quantify(f, variables)
     }
 
     /// Returns the number of satisfying assignments to all variables.
@@ -131,9 +131,9 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(count)
     }
 
-    fn apply<C: Connective>(&self, splits: u32, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
+    fn apply<C: Connective>(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
         if let Some(simple) = self.simple::<C>(f, g) {
-            return self.finish(splits, simple);
+            return self.finish(simple);
         }
         let symmetric = const { C::TABLE[0][1] == C::TABLE[1][0] };
         let key = if symmetric && g < f { [g, f] } else { [f, g] };
@@ -143,8 +143,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.tick()?;
         let level = self.m.level_of(f).min(self.m.level_of(g));
         let ((f1, f0), (g1, g0)) = (self.m.children(f, level), self.m.children(g, level));
-        let (set, clear) =
-            self.both(splits, |w, s| w.apply::<C>(s, f1, g1), |w, s| w.apply::<C>(s, f0, g0))?;
+        let (set, clear) = (self.apply::<C>(f1, g1)?, self.apply::<C>(f0, g0)?);
         let made = self.node_on(level, set, clear)?;
         self.m.remember_operation(C::OPERATION, &key, made.borrowed());
         Ok(made)
@@ -165,15 +164,15 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     }
 
     #[inline]
-    fn finish(&self, splits: u32, simple: Simple<'_, 'id>) -> Made<'m, 'id> {
+    fn finish(&self, simple: Simple<'_, 'id>) -> Made<'m, 'id> {
         match simple {
             Simple::Constant(value) => Ok(self.m.constant(value)),
             Simple::Same(f) => Ok(self.m.held(f)),
-            Simple::Negation(f) => self.negate(splits, f),
+            Simple::Negation(f) => self.negate(f),
         }
     }
 
-    fn negate(&self, splits: u32, f: Edge<'_, 'id>) -> Made<'m, 'id> {
+    fn negate(&self, f: Edge<'_, 'id>) -> Made<'m, 'id> {
         if let Some(value) = self.m.value_of(f) {
             return Ok(self.m.constant(!value));
         }
@@ -183,22 +182,22 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.tick()?;
         let level = self.m.level_of(f);
         let (f1, f0) = self.m.children(f, level);
-        let (set, clear) = self.both(splits, |w, s| w.negate(s, f1), |w, s| w.negate(s, f0))?;
+        let (set, clear) = (self.negate(f1)?, self.negate(f0)?);
         let made = self.node_on(level, set, clear)?;
         self.m.remember_operation(BDDOp::Not, &[f], made.borrowed());
         Ok(made)
     }
 
-    fn choose(&self, splits: u32, c: Edge<'_, 'id>, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
+    fn choose(&self, c: Edge<'_, 'id>, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
         match (self.m.value_of(c), self.m.value_of(f), self.m.value_of(g)) {
             _ if f == g => return Ok(self.m.held(f)),
             (Some(value), ..) => return Ok(self.m.held(if value { f } else { g })),
-            (_, Some(true), _) => return self.apply::<Or>(splits, c, g),
-            (_, Some(false), _) => return self.apply::<ImpStrict>(splits, c, g),
-            (.., Some(true)) => return self.apply::<Imp>(splits, c, f),
-            (.., Some(false)) => return self.apply::<And>(splits, c, f),
-            _ if c == f => return self.apply::<Or>(splits, c, g),
-            _ if c == g => return self.apply::<And>(splits, c, f),
+            (_, Some(true), _) => return self.apply::<Or>(c, g),
+            (_, Some(false), _) => return self.apply::<ImpStrict>(c, g),
+            (.., Some(true)) => return self.apply::<Imp>(c, f),
+            (.., Some(false)) => return self.apply::<And>(c, f),
+            _ if c == f => return self.apply::<Or>(c, g),
+            _ if c == g => return self.apply::<And>(c, f),
             _ => {}
         }
         if let Some(found) = self.m.recall_operation(BDDOp::Ite, &[c, f, g]) {
@@ -208,14 +207,13 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let level = self.m.level_of(c).min(self.m.level_of(f)).min(self.m.level_of(g));
         let (c1, c0) = self.m.children(c, level);
         let ((f1, f0), (g1, g0)) = (self.m.children(f, level), self.m.children(g, level));
-        let (set, clear) =
-            self.both(splits, |w, s| w.choose(s, c1, f1, g1), |w, s| w.choose(s, c0, f0, g0))?;
+        let (set, clear) = (self.choose(c1, f1, g1)?, self.choose(c0, f0, g0)?);
         let made = self.node_on(level, set, clear)?;
         self.m.remember_operation(BDDOp::Ite, &[c, f, g], made.borrowed());
         Ok(made)
     }
 
-    fn quantify<'e>(&'e self, splits: u32, f: Edge<'e, 'id>, variables: Edge<'e, 'id>) -> Made<'m, 'id> {
+    fn quantify<'e>(&'e self, f: Edge<'e, 'id>, variables: Edge<'e, 'id>) -> Made<'m, 'id> {
         let level = self.m.level_of(f);
         let mut variables = variables;
         while self.m.level_of(variables) < level {
@@ -229,10 +227,9 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         }
         self.tick()?;
         let (f1, f0) = self.m.children(f, level);
-        let (set, clear) =
-            self.both(splits, |w, s| w.quantify(s, f1, variables), |w, s| w.quantify(s, f0, variables))?;
+        let (set, clear) = (self.quantify(f1, variables)?, self.quantify(f0, variables)?);
         let made = if self.m.level_of(variables) == level {
-            self.apply::<Or>(splits, set.borrowed(), clear.borrowed())?
+            self.apply::<Or>(set.borrowed(), clear.borrowed())?
         } else {
             self.node_on(level, set, clear)?
         };

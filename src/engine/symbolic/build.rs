@@ -61,6 +61,7 @@ pub(super) fn build(
         choices: ChoiceSet(Arc::clone(&enabled)),
         enabled,
         reaching: Default::default(),
+        workers: Default::default(),
         store: Arc::new(store),
     })
 }

@@ -15,6 +15,7 @@ use super::walk::Direction;
 use crate::error::Result;
 
 /// Some pieces as one relation.
+#[derive(Clone)]
 struct Cluster {
     /// The pieces, each extended to the support of the cluster.
     pieces: Vec<Piece>,
@@ -25,6 +26,7 @@ struct Cluster {
 }
 
 /// All clusters.
+#[derive(Clone)]
 pub(super) struct Clusters {
     clusters: Vec<Cluster>,
     /// The relations of all clusters as one list.

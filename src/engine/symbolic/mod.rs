@@ -47,6 +47,7 @@ mod thresholds;
 mod transitions;
 mod translate;
 mod walk;
+mod workers;
 
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -60,7 +61,7 @@ pub use pick::Listing;
 pub use thresholds::{Thresholds, Ways};
 pub use transitions::Numbered;
 
-use super::{Algebra, Count, EdgeLabels, Engine, Region, Settings, Usage, edge_labels};
+use super::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Usage, edge_labels};
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
@@ -73,6 +74,7 @@ use store::Store;
 use transitions::{Piece, Transitions};
 use translate::Translator;
 use walk::Direction;
+use workers::Workers;
 
 /// A set of states: a diagram over the present bits.
 #[derive(Clone)]
@@ -107,6 +109,7 @@ pub struct SymbolicEngine {
     choices: ChoiceSet,
     /// The last targets, each with the states that can reach it by all choices.
     reaching: Arc<Mutex<Vec<(StateSet, StateSet)>>>,
+    workers: Workers,
     store: Arc<Store>,
 }
 
@@ -290,7 +293,20 @@ impl Engine for SymbolicEngine {
         self.groups_of(&region.choices)?;
         let Region { states, choices } = region.clone();
         // The targets remembered so far were reached by all choices.
-        Ok(SymbolicEngine { states, choices, reaching: Arc::default(), ..self.clone() })
+        let (reaching, workers) = (Arc::default(), Workers::default());
+        Ok(SymbolicEngine { states, choices, reaching, workers, ..self.clone() })
+    }
+
+    fn workers(&self) -> Vec<Self> {
+        self.made_workers()
+    }
+
+    fn dismiss_workers(&self, forever: bool) {
+        self.drop_workers(forever);
+    }
+
+    fn adopt(&self, from: &Self, sets: Sets<StateSet, ChoiceSet>) -> Result<Sets<StateSet, ChoiceSet>> {
+        self.adopted(from, sets)
     }
 
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {

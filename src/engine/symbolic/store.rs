@@ -23,9 +23,7 @@ use oxidd::{BooleanFunction, Function, InnerNode, Manager, ManagerRef, Node};
 use super::charge::{Charge, Charges};
 use super::diagram::{Bdd, Diagram, ManagerOf};
 use super::relation_lists::Lists;
-use super::tables::{
-    BLOCK, BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager, spare_nodes,
-};
+use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
 use super::thresholds::{Thresholds, Work};
 use super::walk::Direction;
 use crate::engine::{Count, ProgressSink, Settings, Usage};
@@ -37,8 +35,6 @@ use crate::progress::Poll;
 const STACK_PER_BIT: usize = 4 << 10;
 /// Maximum number of nodes, well below the 2^31 at which OxiDD aborts the process.
 const MOST_NODES: u64 = 1 << 30;
-/// Minimum number of nodes per thread.
-const NODES_PER_THREAD: u64 = 4 * BLOCK;
 
 /// The manager of all diagrams of one engine.
 pub(super) struct Store {
@@ -48,8 +44,6 @@ pub(super) struct Store {
     memory: u64,
     /// Maximum number of nodes, if nothing is charged.
     capacity: u64,
-    /// The nodes of OxiDD's table beyond the capacity.
-    spare: u64,
     cache_entries: u64,
     collect_at: AtomicUsize,
     /// The number of collections in a row that were futile; locked during a collection.
@@ -57,8 +51,10 @@ pub(super) struct Store {
     peak: AtomicUsize,
     /// The largest number of nodes in the stores that this one replaced.
     replaced_peak: usize,
-    /// The bytes outside of OxiDD's tables.
+    /// The memory of this store and, if it has workers or is one, of the others.
     pub(super) charges: Arc<Charges>,
+    /// The operation cache, if this is the store of a worker.
+    cache: Option<Charge>,
     /// All lists of relations.
     pub(super) lists: Lists,
     pub(super) work: Work,
@@ -72,8 +68,7 @@ pub(super) struct Store {
 }
 
 impl Store {
-    /// Creates a store for `width` bits; the two copies of each are on adjacent levels. A small
-    /// table gets fewer threads than the settings allow.
+    /// Creates a store for `width` bits; the two copies of each are on adjacent levels.
     ///
     /// # Errors
     /// The memory of the settings is too small for an empty table, or the system does not grant the
@@ -86,7 +81,7 @@ impl Store {
     /// Creates a store whose operation cache has `entries` entries, or fewer if the memory is
     /// small.
     fn sized(width: usize, settings: &Settings, entries: u64) -> Result<Self> {
-        let Settings { memory, threads, thresholds, .. } = *settings;
+        let Settings { memory, thresholds, .. } = *settings;
         let cache_entries = cache_entries(memory, entries);
         let memory = memory.saturating_sub(cache_entries * BYTES_PER_ENTRY);
         let capacity = (memory / BYTES_PER_NODE).min(MOST_NODES);
@@ -94,8 +89,7 @@ impl Store {
             let what = format!("{} bytes are too few for a node table over {width} bits", settings.memory);
             return Err(Limit::Memory { what }.into());
         }
-        let threads = u64::from(threads).min(capacity / NODES_PER_THREAD).max(1);
-        let manager = manager(capacity, cache_entries, threads as u32)?;
+        let manager = manager(capacity, cache_entries)?;
         let (zero, one) = manager.with_manager_exclusive(|m| {
             m.add_vars(2 * width as u32);
             (Bdd::f(m), Bdd::t(m))
@@ -108,13 +102,13 @@ impl Store {
             sink: settings.sink.clone(),
             memory,
             capacity,
-            spare: spare_nodes(threads),
             cache_entries,
             collect_at: AtomicUsize::new(collect_at),
             futile: Mutex::default(),
             peak: AtomicUsize::new(0),
             replaced_peak: 0,
             charges: Arc::default(),
+            cache: None,
             lists: Lists::new(u32::MAX),
             thresholds,
             stack: (width + 64) * STACK_PER_BIT,
@@ -281,7 +275,7 @@ impl Store {
     /// Returns the resources used so far.
     pub(super) fn usage(&self) -> Usage {
         self.note_peak(self.nodes());
-        let peak = self.peak.load(Relaxed).max(self.replaced_peak) as u64;
+        let peak = self.charges.peak_nodes().max(self.replaced_peak as u64);
         // The largest numbers of nodes and of charged bytes may be of different times.
         let used = (peak * BYTES_PER_NODE + self.charges.peak()).min(self.memory);
         Usage { peak_nodes: peak, bytes: used + self.cache_entries * BYTES_PER_ENTRY }
@@ -299,6 +293,12 @@ impl Store {
 
     fn nodes(&self) -> usize {
         self.shared(|m| m.approx_num_inner_nodes())
+    }
+}
+
+impl Drop for Store {
+    fn drop(&mut self) {
+        self.charges.release_nodes(self.peak.load(Relaxed));
     }
 }
 

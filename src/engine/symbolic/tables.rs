@@ -9,9 +9,12 @@ pub(super) const BYTES_PER_NODE: u64 = 32;
 /// Bytes per entry of the operation cache.
 pub(super) const BYTES_PER_ENTRY: u64 = 20;
 
-/// OxiDD gives nodes to its threads in blocks of this size, and no other thread can use the nodes
-/// of a block. Its number of nodes lags behind by at most a block per thread.
-pub(super) const BLOCK: u64 = 1 << 16;
+/// OxiDD gives nodes to the threads that use it in blocks of this size, and no other thread can use
+/// the nodes of a block. Its number of nodes lags behind by at most a block per thread.
+const BLOCK: u64 = 1 << 16;
+/// The nodes that the table of OxiDD must have in addition to those allowed. Each thread may keep
+/// two blocks to itself: that of the caller, that of the collector, and one more.
+pub(super) const SPARE_NODES: u64 = 3 * 2 * BLOCK;
 
 /// Limits the operation cache to 2^(bits of a state + this number) entries: for a narrow model,
 /// clearing a large cache costs more than it saves.
@@ -23,40 +26,34 @@ const CACHE_PER_NODE_OF_SMALL: u64 = 400;
 /// Maximum number of entries of the operation cache; more bring no gain.
 const LARGEST_CACHE: u64 = 1 << 23;
 
-/// Creates a manager for `nodes` nodes, if the system grants its memory and its threads.
+/// Creates a manager for `nodes` nodes, if the system grants its memory and a thread.
 ///
-/// OxiDD assumes both: without the memory it aborts the process; without the threads, each with a
-/// stack of 1 GiB, it panics. The memory is therefore reserved and released first. The panic occurs
-/// before any diagram exists, and is caught.
+/// OxiDD assumes both: without the memory it aborts the process; without the thread, which has a
+/// stack of 1 GiB and remains idle, it panics. The memory is therefore reserved and released first.
+/// The panic occurs before any diagram exists, and is caught.
 ///
 /// # Errors
-/// A limit of the system: the memory or the threads.
-pub(super) fn manager(nodes: u64, cache_entries: u64, threads: u32) -> Result<BDDManagerRef> {
-    let capacity = table_size(nodes, threads);
+/// A limit of the system: the memory or the thread.
+pub(super) fn manager(nodes: u64, cache_entries: u64) -> Result<BDDManagerRef> {
+    let capacity = table_size(nodes);
     let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
     if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
         let mib = bytes.div_ceil(1 << 20);
         return Err(Limit::System { what: format!("a node table of {mib} MiB"), bytes: Some(bytes) }.into());
     }
-    let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, threads);
+    let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, 1);
     std::panic::catch_unwind(make).map_err(|_| {
-        let what = format!("the threads of the node table ({threads}, with a stack of 1 GiB each)");
+        let what = "the thread of the node table, with a stack of 1 GiB".to_owned();
         Limit::System { what, bytes: None }.into()
     })
-}
-
-/// Returns the number of nodes that the table of OxiDD must have in addition to those allowed:
-/// each thread, those of the caller and of the collector included, may keep two blocks to itself.
-pub(super) fn spare_nodes(threads: u64) -> u64 {
-    2 * BLOCK * (threads + 2)
 }
 
 /// Returns the size of OxiDD's table for a number of nodes. The table is so large that its threads
 /// have spare nodes and that it is never 95 % full: then OxiDD would collect garbage in the
 /// background. That would clear the operation cache at any time, and a collection that the store
 /// asks for meanwhile does nothing. The system maps pages of the table only when they are used.
-fn table_size(nodes: u64, threads: u32) -> u64 {
-    (nodes + spare_nodes(threads.into())) / 15 * 16 + 16
+fn table_size(nodes: u64) -> u64 {
+    (nodes + SPARE_NODES) / 15 * 16 + 16
 }
 
 /// Returns the number of entries of the operation cache that suffices for states of `width` bits.
@@ -95,7 +92,7 @@ pub(super) fn cache_entries(memory: u64, wanted: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{cache_for_nodes, spare_nodes, table_size};
+    use super::{SPARE_NODES, cache_for_nodes, table_size};
 
     #[test]
     fn a_cache_suits_the_states_and_small_relations() {
@@ -114,9 +111,9 @@ mod tests {
 
     #[test]
     fn allowed_and_spare_nodes_fill_less_than_95_percent_of_a_table() {
-        for (nodes, threads) in [(16, 1), (1 << 20, 4), (1 << 30, 64)] {
-            let used = nodes + spare_nodes(threads.into());
-            let size = table_size(nodes, threads);
+        for nodes in [16, 1 << 20, 1 << 30] {
+            let used = nodes + SPARE_NODES;
+            let size = table_size(nodes);
             // OxiDD computes the mark in this way.
             assert!(used < size / 100 * 95, "{used} of {size}");
             assert!(size < 1 << 31);

@@ -49,6 +49,9 @@ pub struct Thresholds {
     pub main_cache: u64,
     /// Minimum number of nodes at which garbage is collected.
     pub first_collection: usize,
+    /// Minimum number of nodes of the states and the relations for work on several threads. In a
+    /// smaller model, copying the sets takes longer than it saves.
+    pub nodes_for_threads: usize,
 }
 
 impl Default for Thresholds {
@@ -69,6 +72,7 @@ impl Default for Thresholds {
             first_steps: 1 << 19,
             main_cache: 1 << 20,
             first_collection: 16_000_000,
+            nodes_for_threads: 10_000,
         }
     }
 }
@@ -112,11 +116,11 @@ pub struct Ways {
 }
 
 impl Work {
-    /// Continues the counters of another store.
-    pub(super) fn take_over(&self, other: &Work) {
-        let [by_recursion, by_saturation] = other.reached.each_ref().map(|n| n.load(Relaxed));
-        self.reached[0].store(by_recursion, Relaxed);
-        self.reached[1].store(by_saturation, Relaxed);
+    /// Adds the methods used by another store.
+    pub(super) fn add(&self, other: &Work) {
+        let own = self.reached.iter().chain(&self.confined).chain(&self.lost).chain([&self.given_up]);
+        let others = other.reached.iter().chain(&other.confined).chain(&other.lost).chain([&other.given_up]);
+        own.zip(others).for_each(|(own, other)| _ = own.fetch_add(other.load(Relaxed), Relaxed));
     }
 
     pub(super) fn ways(&self) -> Ways {

@@ -32,6 +32,7 @@ pub(super) struct Piece {
 }
 
 /// All relations of a program, before its states are known.
+#[derive(Clone)]
 pub(super) struct Transitions {
     /// The states in which a choice of each group is enabled.
     pub(super) guards: Vec<Bdd>,
@@ -62,6 +63,7 @@ pub enum Numbered {
 }
 
 /// Commands of one factor by colour: commands of one colour have disjoint guards.
+#[derive(Clone)]
 struct Colouring {
     of: AHashMap<CommandId, usize>,
     count: usize,

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use ahash::AHashMap;
-use oxidd::{Function, HasWorkers, NodeID, WorkerPool};
+use oxidd::{Function, NodeID};
 
 use super::charge::{BYTES_OF_TABLE, Charge};
 use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf, Memo};
@@ -41,15 +41,13 @@ pub(super) struct Walk<'m, 'id: 'm> {
     pub(super) store: &'m Store,
     pub(super) m: &'m ManagerOf<'id>,
     pub(super) direction: Direction,
-    /// The number of levels in which an operation is split among the threads.
-    pub(super) splits: u32,
     /// The name of the phase for progress reports; `None` for short recursions.
     phase: Option<&'static str>,
     /// The number of steps left.
     left: Cell<u64>,
 }
 
-/// Maximum number of steps between two checks of the limits, for each thread.
+/// Maximum number of steps between two checks of the limits.
 pub(super) const PATIENCE: u64 = 1 << 10;
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
@@ -60,67 +58,29 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         steps: u64,
         recursion: impl FnOnce(&Self) -> T,
     ) -> (T, u64) {
-        let splits = m.workers().split_depth();
-        let walk = Walk { store, m, direction, splits, phase, left: Cell::new(steps) };
+        let walk = Walk { store, m, direction, phase, left: Cell::new(steps) };
         let result = recursion(&walk);
         (result, steps - walk.left.get())
     }
 
-    /// Counts a step: a result that was not in the cache, or a node made for no such result.
+    /// Counts a step: a result that was not in the cache, or a node made for no such result. Checks
+    /// the limits once in [`PATIENCE`] steps.
     #[inline]
     pub(super) fn tick(&self) -> Result<(), Halt> {
         let left = self.left.get();
         if left.is_multiple_of(PATIENCE) {
-            return self.count(1);
+            return self.check(left);
         }
         self.left.set(left - 1);
         Ok(())
     }
 
-    /// Counts several steps, and checks the limits if [`PATIENCE`] steps have passed.
     #[cold]
-    fn count(&self, steps: u64) -> Result<(), Halt> {
-        let left = self.left.get();
-        self.left.set(left.saturating_sub(steps));
-        if left < steps {
-            return Err(Halt::Spent);
-        }
-        if left.div_ceil(PATIENCE) != (left - steps).div_ceil(PATIENCE) || left.is_multiple_of(PATIENCE) {
-            self.store.check_limits(self.m)?;
-            self.phase.inspect(|phase| self.store.progress(phase));
-        }
+    fn check(&self, left: u64) -> Result<(), Halt> {
+        self.left.set(left.checked_sub(1).ok_or(Halt::Spent)?);
+        self.store.check_limits(self.m)?;
+        self.phase.inspect(|phase| self.store.progress(phase));
         Ok(())
-    }
-
-    /// Computes two parts of a recursion: by different threads if it may still be split `splits`
-    /// times.
-    #[inline(always)]
-    pub(super) fn both<T: Send>(
-        &self,
-        splits: u32,
-        set: impl FnOnce(&Self, u32) -> Result<T, Halt> + Send,
-        clear: impl FnOnce(&Self, u32) -> Result<T, Halt> + Send,
-    ) -> Result<(T, T), Halt> {
-        match splits.checked_sub(1) {
-            None => Ok((set(self, 0)?, clear(self, 0)?)),
-            Some(splits) => self.both_in_threads(splits, set, clear),
-        }
-    }
-
-    #[cold]
-    fn both_in_threads<T: Send>(
-        &self,
-        splits: u32,
-        set: impl FnOnce(&Self, u32) -> Result<T, Halt> + Send,
-        clear: impl FnOnce(&Self, u32) -> Result<T, Halt> + Send,
-    ) -> Result<(T, T), Halt> {
-        let (on, how, left) = ((self.store, self.m), (self.direction, None), self.left.get());
-        let ((set, by_set), (clear, by_clear)) = self.m.workers().join(
-            || Walk::run(on, how, left, |walk| set(walk, splits)),
-            || Walk::run(on, how, left, |walk| clear(walk, splits)),
-        );
-        self.count(by_set + by_clear)?;
-        Ok((set?, clear?))
     }
 
     pub(super) fn zero(&self) -> Held<'m, 'id> {

@@ -5,8 +5,8 @@ use std::sync::atomic::Ordering::Relaxed;
 use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
 
 use super::super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
-use super::super::tables::{cache_entries, cache_for_bits};
-use super::super::walk::{ByNode, Direction, Halt, Walk};
+use super::super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits};
+use super::super::walk::{ByNode, PATIENCE};
 use super::Store;
 use crate::engine::Settings;
 use crate::error::Result;
@@ -24,11 +24,27 @@ impl Store {
         let mut larger = Store::sized(self.width(), settings, wanted).ok()?;
         self.note_peak(self.nodes());
         larger.replaced_peak = self.peak.load(Relaxed).max(self.replaced_peak);
-        larger.work.take_over(&self.work);
+        larger.work.add(&self.work);
         Some(larger)
     }
 
-    /// Copies diagrams of another store of the same bits into this store and replaces them.
+    /// Creates an empty store for another thread. Both together may use the memory of this one.
+    pub(in crate::engine::symbolic) fn companion(&self, settings: &Settings) -> Result<Self> {
+        let used = self.charges.now() + self.charges.other_nodes(0) * BYTES_PER_NODE;
+        let memory = self.memory.saturating_sub(used);
+        let mut other =
+            Store::sized(self.width(), &Settings { memory, ..settings.clone() }, self.cache_entries)?;
+        let mut cache = self.charge();
+        cache.add((other.cache_entries * BYTES_PER_ENTRY) as usize);
+        (other.cache, other.charges, other.memory) = (Some(cache), self.charges.clone(), self.memory);
+        for (theirs, own) in other.saturates.iter().zip(&self.saturates) {
+            theirs.store(own.load(Relaxed), Relaxed);
+        }
+        Ok(other)
+    }
+
+    /// Copies diagrams of another store of the same bits into this store and replaces them. The
+    /// copying checks the memory, but cannot be cancelled.
     ///
     /// Cost: linear in their nodes.
     pub(in crate::engine::symbolic) fn adopt_all<'a>(
@@ -37,12 +53,14 @@ impl Store {
         diagrams: impl Iterator<Item = &'a mut Bdd>,
     ) -> Result<()> {
         from.shared(|source| {
-            self.walk_to_the_end((Direction::Forward, None), |walk| {
-                let mut adoption = Adoption { source, walk, known: ByNode::new(self) };
-                for f in diagrams {
-                    *f = walk.own(|_| adoption.adopt(f.as_edge(source)))?;
-                }
-                Ok(())
+            self.shared(|m| {
+                let mut adoption = Adoption { source, store: self, m, known: ByNode::new(self), steps: 0 };
+                self.deep(|| {
+                    for f in diagrams {
+                        *f = m.handle(adoption.adopt(f.as_edge(source))?.borrowed());
+                    }
+                    Ok(())
+                })
             })
         })
     }
@@ -51,23 +69,27 @@ impl Store {
 /// The diagrams of another manager that have been copied.
 struct Adoption<'w, 'from: 'w, 'm, 'id: 'm> {
     source: &'w ManagerOf<'from>,
-    walk: &'w Walk<'m, 'id>,
+    store: &'m Store,
+    m: &'m ManagerOf<'id>,
     known: ByNode<'m, 'id>,
+    steps: u64,
 }
 
 impl<'w, 'from: 'w, 'm, 'id: 'm> Adoption<'w, 'from, 'm, 'id> {
-    fn adopt(&mut self, f: Edge<'_, 'from>) -> Result<Held<'m, 'id>, Halt> {
-        let Walk { store, m, .. } = *self.walk;
+    fn adopt(&mut self, f: Edge<'_, 'from>) -> Result<Held<'m, 'id>> {
+        let (store, m) = (self.store, self.m);
         let Node::Inner(node) = self.source.get_node(f) else {
-            let constant = if self.source.is_zero(f) { store.zero() } else { store.one() };
-            return Ok(m.held(constant.as_edge(m)));
+            return Ok(m.constant(!self.source.is_zero(f)));
         };
         if let Some(adopted) = self.known.get(m, f.node_id()) {
             return Ok(adopted);
         }
-        self.walk.tick()?;
+        if self.steps.is_multiple_of(PATIENCE) {
+            store.check_memory(m)?;
+        }
+        self.steps += 1;
         let (set, clear) = (self.adopt(node.child(0))?, self.adopt(node.child(1))?);
-        let made = self.walk.node_on(node.level(), set, clear)?;
+        let made = m.node(node.level(), set, clear).map_err(|_| store.full())?;
         self.known.insert(m, f.node_id(), &made);
         Ok(made)
     }

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use oxidd::Manager;
 
 use super::super::diagram::ManagerOf;
-use super::super::tables::BYTES_PER_NODE;
+use super::super::tables::{BYTES_PER_NODE, SPARE_NODES};
 use super::Store;
 use crate::error::{Error, Limit, Result};
 
@@ -19,6 +19,9 @@ const LEAST_FREED: usize = 64;
 /// anew. A grid of 64 by 64 cells with 6 items still succeeds in the least memory that its nodes
 /// fit into (15 MiB), in 1.4 times the usual time.
 const MOST_FUTILE: u32 = 6;
+
+/// Nodes by which the stores of all workers together may pass the memory: 256 KiB.
+const MOST_OVERSHOOT: usize = 1 << 13;
 
 impl Store {
     /// Lets the progress sink cancel the work, collects garbage if enough has gathered, and checks
@@ -33,16 +36,24 @@ impl Store {
         if let Some(limit) = self.sink.stop() {
             return Err(limit.into());
         }
+        self.check_memory(m)
+    }
+
+    /// Collects garbage if enough has gathered, and checks the memory.
+    ///
+    /// # Errors
+    /// The memory.
+    pub(super) fn check_memory(&self, m: &ManagerOf<'_>) -> Result<()> {
         if self.has_reached(m, self.trigger()) {
             self.collect(m)?;
         }
         // OxiDD does not return the memory of freed nodes to the system.
-        let peak = self.peak.load(Relaxed);
-        if peak > self.most_nodes() {
+        let is_over = || self.peak.load(Relaxed) > self.most_nodes() + self.overshoot();
+        if is_over() {
             // The names of lists keep only lists that are not in use.
             self.lists.forget();
         }
-        if peak > self.most_nodes() { Err(self.full()) } else { Ok(()) }
+        if is_over() { Err(self.full()) } else { Ok(()) }
     }
 
     /// Collects garbage, unless another thread has just done so.
@@ -76,21 +87,32 @@ impl Store {
     /// Returns the number of nodes that the memory allows in addition to the charged bytes.
     fn most_nodes(&self) -> usize {
         let nodes = self.memory.saturating_sub(self.charges.now()) / BYTES_PER_NODE;
-        nodes.min(self.capacity) as usize
+        let others = self.charges.other_nodes(self.peak.load(Relaxed));
+        nodes.saturating_sub(others).min(self.capacity) as usize
+    }
+
+    /// Returns the nodes that the other stores may have made since they last checked the memory,
+    /// before they could see the nodes of this one.
+    fn overshoot(&self) -> usize {
+        let others = self.charges.other_nodes(self.peak.load(Relaxed));
+        if others == 0 { 0 } else { MOST_OVERSHOOT }
     }
 
     /// Returns true if the table has at least `many` nodes.
     fn has_reached(&self, m: &ManagerOf<'_>, many: usize) -> bool {
         // The approximate number lags behind by less than the spare nodes.
         let approximate = m.approx_num_inner_nodes();
-        let far = approximate + (self.spare as usize) < many;
+        let far = approximate + (SPARE_NODES as usize) < many;
         let nodes = if far { approximate } else { m.num_inner_nodes() };
         self.note_peak(nodes);
         nodes >= many
     }
 
     pub(super) fn note_peak(&self, nodes: usize) {
-        self.peak.fetch_max(nodes, Relaxed);
+        let before = self.peak.fetch_max(nodes, Relaxed);
+        if nodes > before {
+            self.charges.add_nodes(nodes - before);
+        }
     }
 
     /// Returns the error for memory that does not suffice.

@@ -1,0 +1,277 @@
+//! Independent pieces of work on several threads that share no diagrams.
+//!
+//! Threads that make nodes in one store wait for each other. Therefore each thread has an engine of
+//! its own, a *worker* ([`Engine::workers`]), and the sets of each piece are copied to the worker
+//! and back. Results do not depend on the number of workers.
+
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::thread;
+
+use super::{EdgeLabels, Engine, Region};
+use crate::error::{Error, Limit, Result};
+
+/// State sets and choice sets of one engine.
+pub struct Sets<S, C> {
+    /// The state sets.
+    pub states: Vec<S>,
+    /// The choice sets.
+    pub choices: Vec<C>,
+}
+
+/// Replaces the sets of a value, one after the other.
+pub(crate) trait Port<E: Engine> {
+    /// Returns the set that replaces X.
+    fn states(&mut self, x: &E::States) -> E::States;
+    /// Returns the set that replaces C.
+    fn choices(&mut self, c: &E::Choices) -> E::Choices;
+}
+
+/// A value that contains sets of an engine.
+pub(crate) trait Portable<E: Engine>: Sized {
+    /// Returns the same value with each set replaced, in a fixed order.
+    fn ported(&self, port: &mut dyn Port<E>) -> Self;
+}
+
+impl<E: Engine, T: Portable<E>> Portable<E> for Option<T> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        self.as_ref().map(|value| value.ported(port))
+    }
+}
+
+impl<E: Engine, T: Portable<E>> Portable<E> for Vec<T> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        self.iter().map(|value| value.ported(port)).collect()
+    }
+}
+
+impl<E: Engine> Portable<E> for EdgeLabels<E::States> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        let EdgeLabels { from, goal, dropped } = self;
+        EdgeLabels { from: port.states(from), goal: port.states(goal), dropped: port.states(dropped) }
+    }
+}
+
+impl<E: Engine> Portable<E> for Region<E::States, E::Choices> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Region { states: port.states(&self.states), choices: port.choices(&self.choices) }
+    }
+}
+
+/// Replaces each set by itself and gathers all sets.
+struct Gather<E: Engine>(Sets<E::States, E::Choices>);
+
+impl<E: Engine> Port<E> for Gather<E> {
+    fn states(&mut self, x: &E::States) -> E::States {
+        self.0.states.push(x.clone());
+        x.clone()
+    }
+
+    fn choices(&mut self, c: &E::Choices) -> E::Choices {
+        self.0.choices.push(c.clone());
+        c.clone()
+    }
+}
+
+/// Replaces the sets by given ones, in the order of [`Gather`].
+struct Replace<E: Engine> {
+    states: std::vec::IntoIter<E::States>,
+    choices: std::vec::IntoIter<E::Choices>,
+}
+
+impl<E: Engine> Port<E> for Replace<E> {
+    fn states(&mut self, x: &E::States) -> E::States {
+        // A set that is missing would remain foreign to the engine, which refuses it.
+        self.states.next().unwrap_or_else(|| x.clone())
+    }
+
+    fn choices(&mut self, c: &E::Choices) -> E::Choices {
+        self.choices.next().unwrap_or_else(|| c.clone())
+    }
+}
+
+/// Copies a value of one engine to another engine of the same model.
+fn copied<E: Engine, T: Portable<E>>(from: &E, to: &E, value: &T) -> Result<T> {
+    let mut gather = Gather::<E>(Sets { states: Vec::new(), choices: Vec::new() });
+    value.ported(&mut gather);
+    let Sets { states, choices } = to.adopt(from, gather.0)?;
+    Ok(value.ported(&mut Replace { states: states.into_iter(), choices: choices.into_iter() }))
+}
+
+/// Returns a copy of a value, with the same sets.
+pub(crate) fn same<E: Engine, T: Portable<E>>(value: &T) -> T {
+    value.ported(&mut Gather::<E>(Sets { states: Vec::new(), choices: Vec::new() }))
+}
+
+/// A piece of work that a thread has begun: its number, its result and how it ended.
+type Ended<T> = (usize, Result<T>, Result<()>);
+
+/// Does `work` on each job, next to each other if the engine has workers, else one after the other.
+///
+/// Each job comes with its result so far, which `work` completes. After an error, results found so
+/// far remain, and `work` must be able to continue from them: if the memory does not suffice for
+/// all workers, the rest is done on `engine` alone, without workers.
+///
+/// # Errors
+/// The first error in the order of the jobs.
+pub(crate) fn run<E, J, T>(
+    engine: &E,
+    jobs: &mut [(J, T)],
+    work: impl Fn(&E, &J, &mut T) -> Result<()> + Sync,
+) -> Result<()>
+where
+    E: Engine,
+    J: Portable<E> + Sync,
+    T: Portable<E> + Send + Sync,
+{
+    let workers = if jobs.len() > 1 { engine.workers() } else { Vec::new() };
+    if workers.is_empty() {
+        return jobs.iter_mut().try_for_each(|(job, result)| work(engine, job, result));
+    }
+    let mut ends: Vec<Option<Result<()>>> = jobs.iter().map(|_| None).collect();
+    for (worker, found) in side_by_side(engine, &workers, jobs, &work) {
+        for (at, result, end) in found {
+            let home = result.and_then(|result| copied(worker, engine, &result));
+            ends[at] = Some(home.map(|home| jobs[at].1 = home).and(end));
+        }
+    }
+    drop(workers);
+    if let Some(error) =
+        ends.iter_mut().find_map(|end| end.take_if(|end| matches!(end, Err(e) if !is_memory(e))))
+    {
+        return error;
+    }
+    if ends.iter().any(|end| !matches!(end, Some(Ok(())))) {
+        engine.dismiss_workers(true);
+    }
+    let mut open = jobs.iter_mut().zip(ends).filter(|(_, end)| !matches!(end, Some(Ok(()))));
+    open.try_for_each(|((job, result), _)| work(engine, job, result))
+}
+
+/// Distributes the jobs to the engine and its workers. Returns what each of them has begun.
+fn side_by_side<'w, E, J, T>(
+    engine: &'w E,
+    workers: &'w [E],
+    jobs: &[(J, T)],
+    work: &(impl Fn(&E, &J, &mut T) -> Result<()> + Sync),
+) -> Vec<(&'w E, Vec<Ended<T>>)>
+where
+    E: Engine,
+    J: Portable<E> + Sync,
+    T: Portable<E> + Send + Sync,
+{
+    let next = AtomicUsize::new(0);
+    let turns = |worker: &E| {
+        let mut found = Vec::new();
+        while let Some((at, (job, so_far))) = jobs.iter().enumerate().nth(next.fetch_add(1, Relaxed)) {
+            let (result, end) = on_worker(engine, worker, (job, so_far), work);
+            if result.is_err() || end.is_err() {
+                next.store(jobs.len(), Relaxed);
+            }
+            found.push((at, result, end));
+        }
+        found
+    };
+    thread::scope(|scope| {
+        let turns = &turns;
+        // If the system refuses a thread, the others do its work.
+        let start =
+            |worker| Some((worker, thread::Builder::new().spawn_scoped(scope, move || turns(worker)).ok()?));
+        let threads = Vec::from_iter(workers.iter().take(jobs.len() - 1).filter_map(start));
+        let mut found = vec![(engine, turns(engine))];
+        for (worker, thread) in threads {
+            found.push((worker, thread.join().unwrap_or_else(|panic| resume_unwind(panic))));
+        }
+        found
+    })
+}
+
+/// Does one job on a worker. Returns its result, and how it ended.
+fn on_worker<E: Engine, J: Portable<E>, T: Portable<E>>(
+    engine: &E,
+    worker: &E,
+    (job, so_far): (&J, &T),
+    work: &impl Fn(&E, &J, &mut T) -> Result<()>,
+) -> (Result<T>, Result<()>) {
+    let copies = copied(engine, worker, job).and_then(|job| Ok((job, copied(engine, worker, so_far)?)));
+    match copies {
+        Ok((job, mut result)) => {
+            let end = work(worker, &job, &mut result);
+            (Ok(result), end)
+        }
+        Err(error) => (Err(error), Ok(())),
+    }
+}
+
+fn is_memory(error: &Error) -> bool {
+    matches!(error, Error::Limit(Limit::Memory { .. }))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+    use super::{Engine, Port, Portable, run};
+    use crate::engine::symbolic::{StateSet, Thresholds};
+    use crate::engine::{Settings, SymbolicEngine};
+    use crate::error::{Error, Limit, Result, SourceFile};
+    use crate::lang;
+
+    struct One(StateSet);
+
+    impl Portable<SymbolicEngine> for One {
+        fn ported(&self, port: &mut dyn Port<SymbolicEngine>) -> Self {
+            One(port.states(&self.0))
+        }
+    }
+
+    fn engine() -> SymbolicEngine {
+        let text = "mdp module m x : [0..9]; [] x<9 -> (x'=x+1); endmodule";
+        let none = SourceFile::new("constants", "");
+        let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+        let thresholds = Thresholds { nodes_for_threads: 0, ..Thresholds::default() };
+        let settings = Settings { threads: 3, thresholds, memory: 64 << 20, ..Settings::default() };
+        SymbolicEngine::new(Arc::new(program), settings).unwrap()
+    }
+
+    /// Fails in workers, after all threads have begun a job, with an error.
+    fn failing(error: fn() -> Error) -> (SymbolicEngine, Result<()>, Vec<Option<One>>) {
+        let engine = engine();
+        assert_eq!(engine.workers().len(), 2);
+        let states = (0..8).map(|x| (One(engine.singleton(&[x]).unwrap()), None));
+        let (mut jobs, begun) = (Vec::from_iter(states), AtomicUsize::new(0));
+        let end = run(&engine, &mut jobs, |own, One(x), found| {
+            begun.fetch_add(1, Relaxed);
+            while begun.load(Relaxed) < 3 {
+                std::thread::yield_now();
+            }
+            if own.settings().threads == 1 {
+                return Err(error());
+            }
+            *found = Some(One(own.successors(&own.choices_in(&own.all_choices(), x)?)?));
+            Ok(())
+        });
+        (engine, end, jobs.into_iter().map(|(_, found)| found).collect())
+    }
+
+    #[test]
+    fn the_rest_is_done_without_workers_if_they_run_out_of_memory() {
+        let (engine, end, found) = failing(|| Limit::Memory { what: String::new() }.into());
+        end.unwrap();
+        for (x, found) in found.into_iter().enumerate() {
+            let next = engine.list_states(&found.unwrap().0, 2).unwrap();
+            assert_eq!(next, [[x as i64 + 1]]);
+        }
+        assert!(engine.workers().is_empty());
+    }
+
+    #[test]
+    fn an_error_of_a_worker_is_the_error_of_the_run_and_results_before_it_remain() {
+        let (engine, end, found) = failing(|| Limit::Interrupted.into());
+        assert!(matches!(end, Err(Error::Limit(Limit::Interrupted))));
+        // The job of the thread that called.
+        assert_eq!(found.iter().flatten().count(), 1);
+        assert_eq!(engine.workers().len(), 2);
+    }
+}

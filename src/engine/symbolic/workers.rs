@@ -1,0 +1,131 @@
+//! Workers: engines of the same model with stores of their own, for other threads.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::diagram::Bdd;
+use super::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::engine::{Sets, Settings};
+use crate::error::Result;
+
+/// The workers of an engine; clones of the engine share them.
+#[derive(Clone, Default)]
+pub(super) struct Workers(Arc<Mutex<State>>);
+
+#[derive(Default)]
+enum State {
+    /// They are made when they are needed.
+    #[default]
+    Possible,
+    /// They exist; there may be fewer than threads if the memory did not suffice.
+    Made(Vec<SymbolicEngine>),
+    /// They are not made again, because the memory did not suffice.
+    Refused,
+}
+
+impl Workers {
+    fn with<T>(&self, change: impl FnOnce(&mut State) -> T) -> T {
+        change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl SymbolicEngine {
+    /// See [`crate::engine::Engine::workers`].
+    pub(super) fn made_workers(&self) -> Vec<SymbolicEngine> {
+        if self.settings.threads <= 1 {
+            return Vec::new();
+        }
+        self.workers.with(|state| {
+            if let State::Possible = state {
+                *state = State::Made(self.new_workers());
+            }
+            match state {
+                State::Made(workers) => workers.clone(),
+                State::Possible | State::Refused => Vec::new(),
+            }
+        })
+    }
+
+    /// See [`crate::engine::Engine::dismiss_workers`].
+    pub(super) fn drop_workers(&self, forever: bool) {
+        let dropped = self.workers.with(|state| {
+            let next = if forever { State::Refused } else { State::Possible };
+            match state {
+                State::Refused => State::Refused,
+                state => std::mem::replace(state, next),
+            }
+        });
+        if let State::Made(workers) = dropped {
+            workers.iter().for_each(|worker| self.store.work.add(&worker.store.work));
+        }
+    }
+
+    fn new_workers(&self) -> Vec<SymbolicEngine> {
+        if !self.is_large().unwrap_or(false) {
+            return Vec::new();
+        }
+        // An error is a limit, which the next operation of this engine reports.
+        (1..self.settings.threads).map_while(|_| self.worker().ok()).collect()
+    }
+
+    /// Returns true if the states and the relations have so many nodes that workers pay off.
+    fn is_large(&self) -> Result<bool> {
+        let enough = self.store.thresholds().nodes_for_threads;
+        let mut nodes = self.store.size(&self.states.0)?;
+        for piece in &self.transitions.pieces {
+            if nodes >= enough {
+                break;
+            }
+            nodes += self.store.size(&piece.steps.relation)?;
+        }
+        Ok(nodes >= enough)
+    }
+
+    /// Creates a worker. Cost: linear in the nodes of the relations and of the states.
+    fn worker(&self) -> Result<SymbolicEngine> {
+        let settings = Settings { threads: 1, ..self.settings.clone() };
+        let store = self.store.companion(&settings)?;
+        let mut transitions = (*self.transitions).clone();
+        let mut clusters = (*self.clusters).clone();
+        let mut enabled = (*self.enabled).clone();
+        let mut choices = (*self.choices.0).clone();
+        let mut sets = [&self.domain, &self.states.0, &self.initial.0, &self.deadlocks.0].map(Bdd::clone);
+        let own = sets.iter_mut().chain(&mut enabled).chain(&mut choices);
+        store.adopt_all(&self.store, own.chain(transitions.diagrams()).chain(clusters.diagrams()))?;
+        clusters.relist(&store)?;
+        let [domain, states, initial, deadlocks] = sets;
+        Ok(SymbolicEngine {
+            program: self.program.clone(),
+            settings,
+            encoding: self.encoding.clone(),
+            groups: transitions.lists(&store)?,
+            transitions: Arc::new(transitions),
+            few_parts: self.few_parts.clone(),
+            clusters: Arc::new(clusters),
+            domain,
+            states: StateSet(states),
+            initial: StateSet(initial),
+            deadlocks: StateSet(deadlocks),
+            rounded: self.rounded.clone(),
+            enabled: Arc::new(enabled),
+            choices: ChoiceSet(Arc::new(choices)),
+            reaching: Arc::default(),
+            workers: Workers::default(),
+            store: Arc::new(store),
+        })
+    }
+
+    /// See [`crate::engine::Engine::adopt`].
+    pub(super) fn adopted(
+        &self,
+        from: &SymbolicEngine,
+        mut sets: Sets<StateSet, ChoiceSet>,
+    ) -> Result<Sets<StateSet, ChoiceSet>> {
+        sets.states.iter().try_for_each(|x| from.diagram_of(x).map(drop))?;
+        sets.choices.iter().try_for_each(|c| from.groups_of(c).map(drop))?;
+        if !self.shares(from) {
+            let choices = sets.choices.iter_mut().flat_map(|c| Arc::make_mut(&mut c.0));
+            self.store.adopt_all(&from.store, sets.states.iter_mut().map(|x| &mut x.0).chain(choices))?;
+        }
+        Ok(sets)
+    }
+}

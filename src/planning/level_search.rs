@@ -1,0 +1,81 @@
+//! The search for the levels of both kinds, next to each other.
+
+use std::sync::Arc;
+
+use super::classes::Classes;
+use super::improvement::Improvement;
+use super::levels::{End, Levels};
+use crate::engine::parallel::{self, Port, Portable};
+use crate::engine::{Count, Engine};
+use crate::error::Result;
+
+/// The classes and the improvement MDP.
+struct Given<E: Engine> {
+    classes: Arc<Classes<E>>,
+    improvement: Arc<Improvement<E>>,
+}
+
+impl<E: Engine> Portable<E> for Given<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Given {
+            classes: Arc::new(self.classes.ported(port)),
+            improvement: Arc::new(self.improvement.ported(port)),
+        }
+    }
+}
+
+/// The levels found so far, with their sizes: of W_1, W_2, …, and last of the fixpoint if there is
+/// one.
+struct Counted<E: Engine> {
+    levels: Levels<E>,
+    counts: Vec<Count>,
+}
+
+impl<E: Engine> Portable<E> for Counted<E> {
+    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+        Counted { levels: self.levels.ported(port), counts: self.counts.clone() }
+    }
+}
+
+/// Completes the levels of several kinds, next to each other if the engine has workers. Returns the
+/// sizes of the levels that are known, last that of the fixpoint, and how the search ended.
+///
+/// The arenas of an improvement MDP with several of them are played next to each other instead: see
+/// [`super::levels::next_level`]. Nothing is done then, or without workers.
+pub(super) fn search<E: Engine, const N: usize>(
+    engine: &E,
+    classes: &Arc<Classes<E>>,
+    improvement: &Arc<Improvement<E>>,
+    max_level: Option<usize>,
+    kinds: [&mut Levels<E>; N],
+) -> ([Vec<Count>; N], Result<()>) {
+    if improvement.arenas.len() > 1 || engine.workers().is_empty() {
+        return ([const { Vec::new() }; N], Ok(()));
+    }
+    let given = || Given { classes: Arc::clone(classes), improvement: Arc::clone(improvement) };
+    let mut jobs = kinds
+        .each_ref()
+        .map(|levels| (given(), Counted { levels: parallel::same(&**levels), counts: Vec::new() }));
+    let end = parallel::run(engine, &mut jobs, |engine, Given { classes, improvement }, found| {
+        let Counted { levels, counts } = found;
+        loop {
+            for level in &levels.found[counts.len().min(levels.found.len())..] {
+                counts.push(engine.count(&level.states)?);
+            }
+            if !levels.advance(engine, classes, improvement, max_level)? {
+                break;
+            }
+        }
+        if let (Some(End::Unbounded(fixpoint)), true) = (&levels.end, counts.len() == levels.found.len()) {
+            counts.push(engine.count(&fixpoint.states)?);
+        }
+        Ok(())
+    });
+    let mut found = jobs.into_iter().map(|(_, found)| found);
+    let counts = kinds.map(|levels| {
+        let Some(Counted { levels: completed, counts }) = found.next() else { return Vec::new() };
+        *levels = completed;
+        counts
+    });
+    (counts, end)
+}
