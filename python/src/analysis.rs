@@ -325,10 +325,14 @@ impl Analysis {
         plain(py, to_string(&found))
     }
 
-    /// Returns the strategies of one kind, "sasi" or "spi".
+    /// Returns a strategy.
     ///
     /// Args:
-    ///     kind: "sasi" or "spi"; None for "spi" with `choose="likely"`, else "sasi".
+    ///     kind: "sasi" or "spi" improves; "plan" makes all guaranteed improvements and then achieves a
+    ///         most preferred objective; "achieve" achieves one objective. None for "spi" with
+    ///         `choose="likely"`, else "sasi".
+    ///     objective: The objective that "achieve" achieves, and that "plan" pursues where it is a most
+    ///         preferred one; None for the first of these.
     ///     choose: The permitted action that the strategy takes: "first" that makes progress;
     ///         "likely" attains the greatest probability of all possible improvements (SPI); "cheap"
     ///         the least expected cost until the last certain one (SASI).
@@ -339,27 +343,31 @@ impl Analysis {
     /// Raises:
     ///     UsageError: A limit ended the work before the levels of this kind were computed; or the
     ///         options do not fit together.
-    #[pyo3(signature = (kind=None, *, choose="first", states=None, levels=None, reward="steps"))]
+    #[pyo3(signature = (kind=None, *, objective=None, choose="first", states=None, levels=None, reward="steps"))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn strategy(
         &self,
         py: Python<'_>,
         kind: Option<&str>,
+        objective: Option<String>,
         choose: &str,
         states: Option<Vec<Bound<'_, PyAny>>>,
         levels: Option<usize>,
         reward: &str,
     ) -> PyResult<Strategy> {
         let choose = options::named("choose", choose, Choose::ALL, Choose::name)?;
-        let kind = kind.map(options::kind).transpose()?;
-        let Some(fits) = choose.kind() else {
-            return Strategy::new(py, &self.handle, kind.unwrap_or(Kind::Sasi));
+        let fits = choose.kind();
+        let kind = match kind {
+            Some(kind) => options::strategy_kind(kind)?,
+            None => fits.unwrap_or(Kind::Sasi).into(),
         };
-        if let Some(kind) = kind.filter(|&kind| kind != fits) {
+        if let Some(fits) = fits.filter(|_| !choose.fits(kind)) {
             let (choose, kind, fits) = (choose.name(), kind.name(), fits.name());
             return Err(usage(format!("choose={choose:?} is for kind={fits:?}, not {kind:?}")));
         }
         let wanted = Wanted { levels, reward: Some(reward.to_owned()), ..Wanted::default() };
-        Strategy::by_value(py, &self.handle, choose, self.states(py, states)?, wanted)
+        let states = if fits.is_some() { self.states(py, states)? } else { Vec::new() };
+        Strategy::new(py, &self.handle, (kind, objective), choose, states, wanted)
     }
 
     /// Returns the report of `meliora check --json` as a dictionary; its counts are decimal

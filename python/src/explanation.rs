@@ -19,7 +19,12 @@ pub(crate) struct Explanation {
     most_preferred: Py<PyTuple>,
     /// The rank of the state: an int, or `math.inf`.
     rank: Py<PyAny>,
-    /// The action of the progress strategy; None if no improvement is left.
+    /// The objective that the strategy pursues; None while it improves, and for strategies that
+    /// achieve none.
+    pursues: Option<String>,
+    /// The objectives that are achieved in the state; empty for strategies that achieve none.
+    achieved: Py<PyTuple>,
+    /// The action of the progress strategy; None where the strategy ends.
     progress_action: Option<String>,
     /// All enabled actions, in the order of the program.
     actions: Py<PyTuple>,
@@ -34,10 +39,13 @@ pub(crate) struct Action {
     kept: bool,
     /// True if the strategy permits it.
     permitted: bool,
-    /// True if it comes closer to an improvement with positive probability.
+    /// True if it comes closer to an improvement, or to the pursued objective, with positive
+    /// probability.
     progress: bool,
     /// The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
-    /// `"weakens"`, `"unsafe"`, `"violates"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`.
+    /// `"weakens"`, `"unsafe"`, `"violates"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`; while an
+    /// objective is pursued `"achieves"`, `"may-achieve"`, `"nears"`, `"keeps"`, `"forfeits"` or
+    /// `"unachievable"`.
     verdict: &'static str,
     /// The reason in a sentence.
     reason: String,
@@ -68,7 +76,7 @@ pub(crate) struct Successor {
     lost: Py<PyTuple>,
     /// True if `safety="transition"` ignores this branch.
     dropped: bool,
-    /// True if it is an improvement that the strategy counts.
+    /// True if it is an improvement that the strategy counts, or achieves the pursued objective.
     goal: bool,
 }
 
@@ -87,6 +95,8 @@ impl Explanation {
             r#unsafe: at.is_unsafe,
             most_preferred: PyTuple::new(py, words.names(&at.most_preferred))?.unbind(),
             rank: rank_of(py, rank)?.unbind(),
+            pursues: at.pursued().map(|o| words.preferences.objectives[o].name.clone()),
+            achieved: PyTuple::new(py, words.names(&at.achieved))?.unbind(),
             progress_action: at.pick.map(|pick| at.actions[pick].name.clone()),
             actions: PyTuple::new(py, actions)?.unbind(),
         })

@@ -1,7 +1,7 @@
 //! Levels and ranks.
 
 use meliora::planning::levels::End;
-use meliora::{Analysis, Error, Kind, Projection, Result, States};
+use meliora::{Analysis, Choose, Error, Kind, Projection, Result, States, Wanted};
 use num_bigint::BigUint;
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple};
@@ -174,7 +174,8 @@ impl Levels {
 
     /// Returns the strategies of this kind.
     fn strategy(&self, py: Python<'_>) -> PyResult<Strategy> {
-        Strategy::new(py, &self.handle, self.kind)
+        let kind = (self.kind.into(), None);
+        Strategy::new(py, &self.handle, kind, Choose::First, Vec::new(), Wanted::default())
     }
 
     fn __repr__(&self) -> String {

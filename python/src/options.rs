@@ -4,7 +4,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use meliora::engine::Order;
-use meliora::planning::{Kind, Options, Scheduler};
+use meliora::planning::{Options, Scheduler, StrategyKind};
 use meliora::supervise::memory::{default_memory, parse};
 use meliora::{Exploration, Safety, Scope, Settings, SourceFile, Storage};
 use pyo3::prelude::*;
@@ -34,8 +34,8 @@ pub(crate) fn engine(name: &str) -> PyResult<Storage> {
     named("engine", name, Storage::ALL, Storage::name)
 }
 
-pub(crate) fn kind(name: &str) -> PyResult<Kind> {
-    named("kind", name, Kind::ALL, Kind::name)
+pub(crate) fn strategy_kind(name: &str) -> PyResult<StrategyKind> {
+    named("kind", name, StrategyKind::ALL, StrategyKind::name)
 }
 
 pub(crate) fn picks(name: &str) -> PyResult<Scheduler> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use meliora::planning::simulate::{Tally, Trace};
+use meliora::planning::tally::{Tally, Trace};
 use meliora::planning::{Setup, Simulation as Plays};
 use meliora::{Result, Strategy};
 use pyo3::prelude::*;
@@ -39,6 +39,12 @@ pub(crate) struct Simulation {
     /// `agrees`. None with `choose="first"`.
     #[pyo3(get)]
     value: Option<Py<PyAny>>,
+    /// The number of runs that ended because they had achieved the objective that they pursued; None
+    /// for strategies that achieve none.
+    #[pyo3(get)]
+    achieved_runs: Option<u64>,
+    /// The names of the objectives, in the order of declaration.
+    objectives: Vec<String>,
 }
 
 /// The record of some runs.
@@ -57,6 +63,8 @@ struct Steps {
     /// The actions, by their numbers.
     actions: Vec<i64>,
     improves: Vec<bool>,
+    /// The objectives that the run achieves, each with the number of steps until then.
+    achieved: BTreeMap<usize, i64>,
 }
 
 impl Recorder {
@@ -70,7 +78,9 @@ impl Recorder {
         let mut plays = Vec::new();
         let mut each = |trace: &Trace| {
             let mut steps = Steps::default();
-            for turn in &trace.turns {
+            steps.achieved.extend(trace.achieved.iter().map(|objective| (objective, 0)));
+            for (step, turn) in (1..).zip(&trace.turns) {
+                steps.achieved.extend(turn.achieved.iter().map(|objective| (objective, step)));
                 steps.states.extend(&turn.state);
                 steps.improves.push(turn.improves);
                 let number = numbers.entry(turn.action.clone()).or_insert_with(|| {
@@ -95,6 +105,7 @@ impl Simulation {
     pub(crate) fn new(
         py: Python<'_>,
         names: &Arc<Names>,
+        objectives: Vec<String>,
         (tally, value): (&Tally, Option<Py<PyAny>>),
         record: Recorder,
     ) -> PyResult<Self> {
@@ -111,6 +122,8 @@ impl Simulation {
             weakened_start: tally.weakened_start,
             improvements: improvements.unbind(),
             value,
+            achieved_runs: tally.achieved.as_ref().map(|achieved| achieved.runs),
+            objectives,
         })
     }
 }
@@ -181,6 +194,21 @@ impl Simulation {
             all.extend((play.actions.len()..longest).map(|_| false));
         }
         arrays::bools(py, &all, &[self.record.plays.len(), longest])
+    }
+
+    /// For each objective that some run achieved, the number of steps of each run until then: integers
+    /// of shape (runs,), -1 for runs that did not achieve it. Empty for strategies that achieve none.
+    #[getter]
+    fn achieved<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (objective, name) in self.objectives.iter().enumerate() {
+            let step = |play: &Steps| play.achieved.get(&objective).copied().unwrap_or(-1);
+            let steps: Vec<i64> = self.record.plays.iter().map(step).collect();
+            if steps.iter().any(|&step| step >= 0) {
+                all.set_item(name, arrays::longs(py, &steps, &[steps.len()])?)?;
+            }
+        }
+        Ok(all)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -8,7 +8,7 @@ use meliora::output::reason::Words;
 use meliora::planning::explain::Explanation as Explained;
 use meliora::planning::{Memory, Scheduler, Setup};
 use meliora::supervise::{Reporter, lock};
-use meliora::{Choose, Chooser, Error, Kind, Rank, Result, Wanted};
+use meliora::{Choose, Chooser, Error, Rank, Result, StrategyKind, Wanted};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::to_string;
@@ -22,7 +22,8 @@ use crate::values::{plain, rank_of};
 use crate::worker::Call;
 use crate::{arrays, options};
 
-/// The strategies of all levels of one kind.
+/// A strategy: the strategies of all levels of one kind, a plan, or a strategy that achieves one
+/// objective.
 ///
 /// Actions are named by their labels. An unlabelled command is `module#k`. If a label has several
 /// choices in a state, the names distinguish them: `label(m1#2,m2#1)`.
@@ -34,7 +35,7 @@ pub(crate) struct Strategy {
 /// The data shared by a strategy and its runs.
 #[derive(Clone)]
 struct SharedStrategy {
-    kind: Kind,
+    kind: StrategyKind,
     inner: Arc<Mutex<meliora::Strategy>>,
     choose: Choose,
     /// The rule that chooses by value.
@@ -138,30 +139,31 @@ impl SharedStrategy {
         let rank = self.quick(py, |strategy| strategy.rank(&at.state))?;
         let strategy = lock(&self.inner);
         let (program, preferences) = (&*self.space.names.program, strategy.preferences());
-        Explanation::new(py, &self.space.names, at, rank, Words { program, preferences, kind: self.kind })
+        let levels = strategy.levels();
+        Explanation::new(py, &self.space.names, at, rank, Words { program, preferences, kind: self.kind, levels })
     }
 }
 
 impl Strategy {
-    pub(crate) fn new(py: Python<'_>, handle: &Handle, kind: Kind) -> PyResult<Self> {
-        let inner = handle.quick(py, |analysis| {
-            analysis.strategy(kind).map_err(|_| {
-                let name = kind.name().to_uppercase();
-                Error::Usage(format!("the levels of {name} are not known: `resume` the analysis first"))
-            })
-        })?;
-        Ok(Strategy::of(handle, Choose::First, (inner, None)))
-    }
-
-    /// Returns the strategies that choose by value, for runs from some states.
-    pub(crate) fn by_value(
+    /// Returns a strategy of a kind, for runs from some states if it chooses by value.
+    pub(crate) fn new(
         py: Python<'_>,
         handle: &Handle,
+        (kind, objective): (StrategyKind, Option<String>),
         choose: Choose,
         states: Vec<State>,
         wanted: Wanted,
     ) -> PyResult<Self> {
-        let found = handle.long(py, move |analysis| analysis.strategy_by(choose, &states, &wanted))?;
+        let found = handle.long(py, move |analysis| {
+            let levels = choose.levels(kind);
+            if analysis.levels(levels).end.is_none() {
+                let message = format!("the levels of {levels} are not known: `resume` the analysis first");
+                return Err(Error::Usage(message));
+            }
+            let mut strategy = analysis.strategy_of(kind, choose, objective.as_deref())?;
+            let chooser = analysis.choose_by(&mut strategy, choose, &states, &wanted)?;
+            Ok((strategy, chooser))
+        })?;
         Ok(Strategy::of(handle, choose, found))
     }
 
@@ -177,7 +179,7 @@ impl Strategy {
 
 #[pymethods]
 impl Strategy {
-    /// `"sasi"` or `"spi"`.
+    /// `"sasi"`, `"spi"`, `"plan"` or `"achieve"`.
     #[getter]
     fn kind(&self) -> &'static str {
         self.shared.kind.name()
@@ -311,12 +313,15 @@ impl Strategy {
             Recorder::record(&mut lock(&inner), setup, &start)
         };
         let worker = &self.shared.space.worker;
+        let objectives = self.shared.quick(py, |strategy| {
+            Ok(strategy.preferences().objectives.iter().map(|o| o.name.clone()).collect())
+        })?;
         let (tally, record) = worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
         let attained = attained.as_ref().map(Attains::new).zip(tally.sample.clone());
         let value = attained
             .map(|(value, sample)| plain(py, to_string(&Comparison { value, sample })))
             .transpose()?;
-        Simulation::new(py, &self.shared.space.names, (&tally, value), record)
+        Simulation::new(py, &self.shared.space.names, objectives, (&tally, value), record)
     }
 
     fn __repr__(&self) -> String {
@@ -377,10 +382,27 @@ impl Play {
         lock(&self.at).improvements
     }
 
-    /// True if no improvement is left; then no action is permitted.
+    /// True if no improvement is left and no objective is pursued, or if the pursued objective is
+    /// achieved.
     #[getter]
-    fn over(&self) -> bool {
-        lock(&self.at).memory.level == Rank::Finite(0)
+    fn over(&self, py: Python<'_>) -> PyResult<bool> {
+        let (state, memory) = {
+            let at = lock(&self.at);
+            (at.state.clone(), at.memory)
+        };
+        let Some(pursuit) = memory.pursuit else { return Ok(memory.level == Rank::Finite(0)) };
+        self.shared.quick(py, |strategy| Ok(strategy.achieved(&state)?.contains(pursuit.objective)))
+    }
+
+    /// The objective that the run pursues, once no improvement is left; None for strategies that
+    /// achieve none.
+    #[getter]
+    fn pursues(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let Some(pursuit) = lock(&self.at).memory.pursuit else { return Ok(None) };
+        let name = |strategy: &meliora::Strategy| {
+            Ok(strategy.preferences().objectives[pursuit.objective].name.clone())
+        };
+        self.shared.quick(py, name).map(Some)
     }
 
     /// Returns the actions of the present state, as `Strategy.actions`.

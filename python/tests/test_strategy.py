@@ -185,3 +185,34 @@ def test_choices_that_do_not_fit_are_refused(drone: meliora.Analysis) -> None:
         from_wreck.attains({"at": 0})
     with pytest.raises(meliora.UsageError, match="were not computed"):
         from_wreck.actions({"at": 0})
+
+
+def test_a_plan_improves_and_then_achieves(found: meliora.Analysis, robot: meliora.Model) -> None:
+    plan, start = found.strategy("plan"), robot.state()
+    assert plan.kind == "plan" and plan.actions(start) == ["N"] and plan.explain(start).pursues is None
+    runs = plan.simulate(start, runs=200)
+    assert runs.achieved_runs == 200 == runs.settled
+    assert set(runs.achieved) == {"B", "C"}
+    first = np.stack(list(runs.achieved.values())).max(axis=0)
+    assert (first >= 0).all() and (first <= runs.lengths).all()
+    sasi = found.strategy("sasi").simulate(start, runs=5)
+    assert sasi.achieved == {} and sasi.achieved_runs is None
+    play = plan.play(start)
+    rng = np.random.default_rng(1)
+    while not play.over:
+        successors = plan.successors(play.state)[play.actions("chosen")[0]]
+        play.step(successors[rng.choice(len(successors), p=[p for p, _ in successors])][1])
+    assert play.pursues in play.explain().achieved
+
+
+def test_an_objective_is_achieved(drone: meliora.Analysis) -> None:
+    shore = drone.strategy("achieve", objective="Shore")
+    why = shore.explain({"at": 0})
+    assert (why.pursues, why.progress_action, why.achieved) == ("Shore", "shore", ())
+    assert shore.mask({"at": 0}, ["shore", "survey"]).tolist() == [True, False]
+    with pytest.raises(meliora.UsageError, match="needs an objective; there are"):
+        drone.strategy("achieve")
+    with pytest.raises(meliora.UsageError, match="no objective is called `Moon`"):
+        drone.strategy("plan", objective="Moon")
+    with pytest.raises(meliora.UsageError, match="takes no objective"):
+        drone.strategy("sasi", objective="Shore")

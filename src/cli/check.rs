@@ -28,6 +28,11 @@ pub(super) struct CheckArgs {
     model: ModelArgs,
     #[command(flatten)]
     preferences: PreferenceArgs,
+
+    /// Compute also which most preferred objectives one strategy achieves together, in the same path
+    #[arg(long)]
+    jointly: bool,
+
     #[command(flatten)]
     engine: EngineArgs,
     #[command(flatten)]
@@ -77,7 +82,16 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     });
     let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    analyse(job, &engine, &question, &args.preferences).map(|_| ())
+    let mut analysis = analyse(job, &engine, &question, &args.preferences)?;
+    if args.jointly {
+        job.timed("jointly", || analysis.run_jointly(), |_, _| ())?;
+        let initial = analysis.initial_prospects(&question.program, LISTED)?;
+        job.update(|r| {
+            r.result.clone_from(analysis.result());
+            r.initial = initial;
+        });
+    }
+    Ok(())
 }
 
 /// Runs all phases. Each phase adds its results to the report.

@@ -1,4 +1,5 @@
-//! `--choose`: the action that a strategy takes among the permitted ones.
+//! `--kind` and `--choose`: what a strategy does, and the action that it takes among the permitted
+//! ones.
 
 use std::sync::Arc;
 
@@ -6,15 +7,27 @@ use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::{Error, Result};
 use meliora::model::expr::ExprId;
+use meliora::model::preference::Preferences;
 use meliora::model::{Program, State};
 use meliora::output::choose::Choosing;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Scheduler};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};
 use meliora::quantities::cost::check_rewards;
 use meliora::quantities::{Choose, Chooser, Cost, Earned, Steps};
 
-/// The options for the choice among permitted actions.
+use super::plan;
+
+/// The options for the kind of a strategy, and for its choice among permitted actions.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ChooseArgs {
+    /// What the strategy does [default: plan for `simulate`, else sasi, or spi with `--choose likely`]
+    #[arg(long, value_enum)]
+    kind: Option<StrategyKind>,
+
+    /// Objective to achieve: needed with `--kind achieve`; with `--kind plan` it is pursued where it
+    /// is a most preferred one [default: the first of these]
+    #[arg(long, value_name = "NAME")]
+    objective: Option<String>,
+
     /// Action to take among the permitted ones
     #[arg(long, value_enum, default_value_t)]
     pub(super) choose: Choose,
@@ -60,27 +73,54 @@ impl ChooseArgs {
         Err(Error::Usage(message.to_owned()))
     }
 
-    /// Returns the kind of improvements: the one that is given, or that of the values.
+    /// Returns the kind of the strategy: the one that is given, or one that fits the values.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the values are about the other kind.
-    pub(super) fn kind(&self, given: Option<Kind>) -> Result<Kind> {
-        let wrong = |kind: Kind| {
-            let (name, does, other) = match kind {
-                Kind::Sasi => {
-                    ("likely", "maximizes the probability of all possible improvements (SPI)", "cheap")
-                }
-                Kind::Spi => {
-                    ("cheap", "minimizes the cost until the last certain improvement (SASI)", "likely")
-                }
-            };
-            let kind = kind.name();
-            Error::Usage(format!("`--choose {name}` {does}; with `--kind {kind}`, use `--choose {other}`"))
+    /// [`Error::Usage`] if the values are about another kind.
+    pub(super) fn kind(&self, default: StrategyKind) -> Result<StrategyKind> {
+        let kind = match self.kind {
+            None if !self.choose.fits(default) => StrategyKind::Spi,
+            kind => kind.unwrap_or(default),
         };
-        match (self.choose.kind(), given) {
-            (Some(fits), Some(kind)) if fits != kind => Err(wrong(kind)),
-            (fits, given) => Ok(given.or(fits).unwrap_or(Kind::Sasi)),
-        }
+        if self.choose.fits(kind) { Ok(kind) } else { Err(Error::Usage(self.choose_with(kind))) }
+    }
+
+    /// Says which values fit a kind of strategy.
+    fn choose_with(&self, kind: StrategyKind) -> String {
+        let (choose, name) = (self.choose.name(), kind.name());
+        let does = match self.choose {
+            Choose::First => "takes the first action that makes progress",
+            Choose::Likely => "maximizes the probability of all possible improvements (SPI)",
+            Choose::Cheap => "minimizes the cost until the last certain improvement (SASI)",
+        };
+        let advice = match kind {
+            StrategyKind::Spi => "use `--choose likely`",
+            StrategyKind::Sasi => "use `--choose cheap`",
+            StrategyKind::Plan | StrategyKind::Achieve => "leave it out",
+        };
+        format!("`--choose {choose}` {does}; with `--kind {name}`, {advice}")
+    }
+
+    /// Finds the objective to achieve.
+    ///
+    /// # Errors
+    /// The errors of [`StrategyKind::objective`].
+    pub(super) fn objective(&self, kind: StrategyKind, preferences: &Preferences) -> Result<Option<usize>> {
+        kind.objective(preferences, self.objective.as_deref())
+    }
+
+    /// Creates the strategy of a finished analysis.
+    ///
+    /// # Errors
+    /// The objective does not fit; a limit is hit.
+    pub(super) fn strategy<E: Engine>(
+        &self,
+        analysis: &Analysis<E>,
+        program: &Arc<Program>,
+        kind: StrategyKind,
+    ) -> Result<FiniteMemoryStrategy<E>> {
+        let objective = self.objective(kind, analysis.preferences())?;
+        plan::finite_memory(analysis, program, (kind, self.choose.levels(kind)), objective)
     }
 
     /// Returns the options as reports show them.

@@ -54,8 +54,13 @@ pub(super) struct ExportArgs {
 
     /// Write the model that a strategy induces, a dtmc (progress) or a smaller mdp (permissive),
     /// and a table of its actions; for the formats explicit, drn and umb
-    #[arg(long, value_name = "sasi|spi[:progress|permissive]", value_parser = StrategyArg::parse)]
+    #[arg(long, value_name = "sasi|spi|plan|achieve[:progress|permissive]", value_parser = StrategyArg::parse)]
     strategy: Option<StrategyArg>,
+
+    /// Objective that `--strategy achieve` achieves, and that `plan` pursues where it is a most
+    /// preferred one
+    #[arg(long, value_name = "NAME", requires = "strategy")]
+    objective: Option<String>,
 
     /// Write also `values.csv`: bounds of the probabilities and costs of improvements, each of which
     /// `verify` confirms by one step
@@ -136,10 +141,10 @@ impl ExportArgs {
 /// The input is wrong, a limit is hit, or the directory cannot be written.
 pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
     if let Some(format) = args.files()? {
-        let ExportArgs { model, preferences, out, limit, strategy, shown, .. } = args;
+        let ExportArgs { model, preferences, out, limit, strategy, objective, shown, .. } = args;
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
         return export_explicit::run(
-            export_explicit::Wanted { model, preferences, out, format, limit, strategy },
+            export_explicit::Wanted { model, preferences, out, format, limit, strategy, objective },
             &shown,
         );
     }

@@ -10,7 +10,7 @@ use meliora::export::explicit::{Graph, action_table, drn, explored, induced, pri
 use meliora::model::Program;
 use meliora::output::{ExplicitReport, Header};
 use meliora::planning::induced_model::Scheduler;
-use meliora::planning::{Analysis, Kind, Phase};
+use meliora::planning::{Analysis, Phase, StrategyKind};
 
 use super::exit::Status;
 use super::folder::Folder;
@@ -22,7 +22,7 @@ use super::{load, plan};
 /// `--strategy`: the strategy whose induced model is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct StrategyArg {
-    kind: Kind,
+    kind: StrategyKind,
     scheduler: Scheduler,
 }
 
@@ -32,7 +32,10 @@ impl StrategyArg {
         let (kind, scheduler) = text.split_once(':').unwrap_or((text, "permissive"));
         match (kind.parse(), scheduler.parse()) {
             (Ok(kind), Ok(scheduler)) => Ok(StrategyArg { kind, scheduler }),
-            _ => Err("expected a strategy such as sasi, spi, sasi:progress or spi:permissive".to_owned()),
+            _ => {
+                Err("expected sasi, spi, plan or achieve, and then :progress or :permissive if wanted"
+                    .to_owned())
+            }
         }
     }
 
@@ -61,6 +64,7 @@ pub(super) struct Wanted {
     pub(super) format: Files,
     pub(super) limit: usize,
     pub(super) strategy: Option<StrategyArg>,
+    pub(super) objective: Option<String>,
 }
 
 /// Runs the command.
@@ -102,7 +106,9 @@ fn listed<E: Engine>(
     program: &Arc<Program>,
 ) -> Result<Graph, Error> {
     let Some(strategy) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
-    let mut book = plan::finite_memory(analysis, program, strategy.kind)?;
+    let objective = strategy.kind.objective(analysis.preferences(), wanted.objective.as_deref())?;
+    let mut book =
+        plan::finite_memory(analysis, program, (strategy.kind, strategy.kind.levels()), objective)?;
     induced(analysis, program, &mut book, strategy.scheduler, wanted.limit)
 }
 

@@ -6,7 +6,7 @@ use meliora::engine::{Engine, Scope};
 use meliora::error::{Diagnostic, Error, SourceFile};
 use meliora::lang;
 use meliora::model::{Program, State};
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Phase};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
 
 use super::load::Question;
 use super::options::{ModelArgs, PreferenceArgs};
@@ -73,15 +73,16 @@ pub(super) fn analysis<E: Engine>(
     Ok(analysis)
 }
 
-/// Returns the strategies of an analysis whose levels are known.
+/// Returns the strategy of an analysis whose levels are known.
 ///
 /// # Errors
-/// [`Error::Usage`] if the levels are not known.
+/// [`Error::Usage`] if the levels are not known; a limit is hit.
 pub(super) fn finite_memory<E: Engine>(
     analysis: &Analysis<E>,
     program: &Arc<Program>,
-    kind: Kind,
+    (kind, levels): (StrategyKind, Kind),
+    objective: Option<usize>,
 ) -> Result<FiniteMemoryStrategy<E>, Error> {
-    let missing = || Error::Usage(format!("the levels of {kind} are not known"));
-    FiniteMemoryStrategy::new(analysis, program, kind).ok_or_else(missing)
+    let missing = || Error::Usage(format!("the levels of {levels} are not known"));
+    FiniteMemoryStrategy::of_kind(analysis, program, kind, levels, objective)?.ok_or_else(missing)
 }

@@ -10,7 +10,7 @@ use meliora::output::page::{Content, MOST_STATES, Outlook, Picture, Play, Writte
 use meliora::output::report::Report;
 use meliora::output::simulate::TraceReport;
 use meliora::output::{CheckReport, PageReport};
-use meliora::planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation};
+use meliora::planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation, StrategyKind};
 use meliora::projections::{self, Plane, Projections};
 use meliora::quantities::Choose;
 use meliora::supervise::memory;
@@ -63,9 +63,15 @@ pub(super) struct ReportArgs {
     #[arg(long, value_name = "STATE", allow_hyphen_values = true)]
     at: Option<String>,
 
-    /// Improvements that the run aims for [default: sasi if its rank is positive, else spi]
+    /// What the strategy of the run does; where no improvement is guaranteed, a plan makes possible ones
+    /// [default: plan]
     #[arg(long, value_enum)]
-    kind: Option<Kind>,
+    kind: Option<StrategyKind>,
+
+    /// Objective that `--kind achieve` achieves, and that `--kind plan` pursues where it is a most
+    /// preferred one
+    #[arg(long, value_name = "NAME")]
+    objective: Option<String>,
 
     /// Strategy of the run
     #[arg(long, value_enum, default_value_t = Scheduler::Progress)]
@@ -128,7 +134,7 @@ impl ReportArgs {
             return Err(Error::Usage(message.to_owned()));
         }
         if let (Some(choose), Some(kind)) = (self.choose, self.kind)
-            && choose.kind().is_some_and(|fits| fits != kind)
+            && !choose.fits(kind)
         {
             let (choose, kind) = (choose.name(), kind.name());
             return Err(Error::Usage(format!("`--choose {choose}` cannot be used with `--kind {kind}`")));
@@ -267,31 +273,41 @@ impl Run<'_> {
         }
     }
 
-    /// Simulates a run from a state; returns `None` if nothing can be improved.
-    fn play(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<Play>, Error> {
+    /// Returns the kind of strategy of the run, and of its improvements: the possible ones where none is
+    /// guaranteed.
+    fn kind(&self, start: &State) -> Result<(StrategyKind, Kind), Error> {
         let engine = self.analysis.engine();
         let improves =
             |kind| Ok::<_, Error>(self.analysis.levels(kind).rank(engine, start)? != Rank::Finite(0));
-        let kind = match self.args.kind.or(self.args.choose.and_then(Choose::kind)) {
-            Some(kind) => kind,
-            None if improves(Kind::Sasi)? => Kind::Sasi,
-            None => Kind::Spi,
+        let kind = self.args.kind.unwrap_or(StrategyKind::Plan);
+        let levels = match self.args.choose.and_then(Choose::kind) {
+            Some(levels) => levels,
+            None if kind == StrategyKind::Plan && !improves(Kind::Sasi)? && improves(Kind::Spi)? => Kind::Spi,
+            None => kind.levels(),
         };
-        if !improves(kind)? {
-            return Ok(None);
-        }
+        Ok((kind, levels))
+    }
+
+    /// Simulates a run from a state; returns `None` if the strategy does nothing there.
+    fn play(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<Play>, Error> {
+        let (kind, levels) = self.kind(start)?;
         let program = &self.question.program;
-        let by_value = self.args.choose != Some(Choose::First) && self.args.strategy == Scheduler::Progress;
         if outlook.is_none() && self.args.choose.is_some_and(|choose| choose != Choose::First) {
             let message = format!(
                 "`--choose` needs values, which a page has for complete levels of at most {MOST_STATES} states"
             );
             return Err(Error::Usage(message));
         }
-        let chosen = outlook.filter(|_| by_value).and_then(|o| o.strategy(self.analysis, program, kind));
-        let (mut book, choose) = match chosen {
-            Some(chosen) => chosen,
-            None => (plan::finite_memory(self.analysis, program, kind)?, Choose::First),
+        let objective = kind.objective(self.analysis.preferences(), self.args.objective.as_deref())?;
+        let mut book = plan::finite_memory(self.analysis, program, (kind, levels), objective)?;
+        let improves = book.rank(start)? != Rank::Finite(0) && kind != StrategyKind::Achieve;
+        if !improves && book.start(start)?.pursuit.is_none() {
+            return Ok(None);
+        }
+        let by_value = self.args.choose != Some(Choose::First) && self.args.strategy == Scheduler::Progress;
+        let choose = match outlook.filter(|_| by_value && improves) {
+            Some(outlook) => outlook.attach(&mut book),
+            None => Choose::First,
         };
         let (scheduler, seed) = (self.args.strategy, self.args.seed);
         let setup = Setup { scheduler, runs: PLAYS, steps: STEPS, seed };

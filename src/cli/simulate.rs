@@ -8,7 +8,7 @@ use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::SimulateReport;
 use meliora::output::simulate::PlaysReport;
-use meliora::planning::{Kind, Phase, Scheduler, Setup, Simulation};
+use meliora::planning::{Phase, Scheduler, Setup, Simulation, StrategyKind};
 use meliora::quantities::Choose;
 
 use super::choose::{ChooseArgs, Costs};
@@ -21,21 +21,17 @@ use super::supervise::{Job, supervise};
 /// Maximum number of initial states in which runs start.
 const STARTS: usize = 16;
 
-/// Simulate random runs under a strategy and count improvements and weakenings
+/// Simulate random runs under a strategy and count improvements, achievements and weakenings
 ///
 /// The strategy chooses the actions, and the probabilities of the model choose the successors.
-/// After each improvement a run continues at the level of the new state.
+/// After each improvement a run continues at the level of the new state. The default, a plan, makes
+/// all guaranteed improvements and then achieves a most preferred objective.
 #[derive(Debug, Clone, Args)]
 pub(super) struct SimulateArgs {
     #[command(flatten)]
     model: ModelArgs,
     #[command(flatten)]
     preferences: PreferenceArgs,
-
-    /// Kind of improvements: almost sure (sasi) or possible (spi) [default: sasi; with `--choose
-    /// likely`: spi]
-    #[arg(long, value_enum)]
-    kind: Option<Kind>,
 
     #[command(flatten)]
     choose: ChooseArgs,
@@ -84,17 +80,18 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     args.choose.validate()?;
     args.choose.validate_scheduler(args.strategy)?;
-    let kind = args.choose.kind(args.kind)?;
+    let kind = args.choose.kind(StrategyKind::Plan)?;
     let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
     let report = SimulateReport::of_setup(header, (kind, args.choose.shown()), args.setup());
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args, kind))
 }
 
-fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: Kind) -> Result<(), Error> {
+fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<(), Error> {
     let read = || {
         let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
+        args.choose.objective(kind, &question.preferences)?;
         let costs = args.choose.costs(&mut question.program)?;
         Ok((question, states, costs))
     };
@@ -108,7 +105,7 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: Kind) -> Result<()
 fn play<E: Engine>(
     job: &Job<SimulateReport>,
     engine: &Arc<E>,
-    (question, kind, costs): (&Question, Kind, Costs),
+    (question, kind, costs): (&Question, StrategyKind, Costs),
     args: &SimulateArgs,
     given: Vec<State>,
 ) -> Result<(), Error> {
@@ -118,12 +115,12 @@ fn play<E: Engine>(
         false => given,
     };
     let asked: &[Phase] = match args.choose.choose {
-        Choose::First => &[Phase::levels(kind)],
+        Choose::First => &[Phase::levels(args.choose.choose.levels(kind))],
         Choose::Likely | Choose::Cheap => &[Phase::Sasi, Phase::Spi],
     };
     let levels = || plan::analysis(engine, question, &args.preferences, asked, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
-    let mut book = plan::finite_memory(&analysis, &question.program, kind)?;
+    let mut book = args.choose.strategy(&analysis, &question.program, kind)?;
     let attach = || args.choose.attach((&analysis, costs), &question.program, &starts, &mut book);
     let chooser = job.timed("values", attach, |r, s| r.time.add("values", s))?;
     let mut simulation = Simulation::new(&mut book, args.setup());

@@ -10,7 +10,9 @@ use meliora::output::choose::Attains;
 use meliora::output::reason::Words;
 use meliora::output::state::StateReport;
 use meliora::output::{Number, StrategyReport, strategy_table};
-use meliora::planning::{Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler};
+use meliora::planning::{
+    Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler, StrategyKind,
+};
 use meliora::quantities::Chooser;
 
 use super::choose::{ChooseArgs, Costs};
@@ -34,11 +36,6 @@ pub(super) struct StrategyArgs {
     model: ModelArgs,
     #[command(flatten)]
     preferences: PreferenceArgs,
-
-    /// Kind of improvements: almost sure (sasi) or possible (spi) [default: sasi; with `--choose
-    /// likely`: spi]
-    #[arg(long, value_enum)]
-    kind: Option<Kind>,
 
     #[command(flatten)]
     choose: ChooseArgs,
@@ -91,17 +88,18 @@ fn rank(text: &str) -> Result<Asked, String> {
 pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     args.choose.validate()?;
-    let kind = args.choose.kind(args.kind)?;
+    let kind = args.choose.kind(StrategyKind::Sasi)?;
     let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
     let report = StrategyReport::of_kind(header, kind, args.choose.shown());
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args, kind))
 }
 
-fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: Kind) -> Result<(), Error> {
+fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> Result<(), Error> {
     let read = || {
         let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
+        args.choose.objective(kind, &question.preferences)?;
         let costs = args.choose.costs(&mut question.program)?;
         Ok((question, states, costs))
     };
@@ -115,7 +113,7 @@ fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: Kind) -> Result<()
 fn answer<E: Engine>(
     job: &Job<StrategyReport>,
     engine: &Arc<E>,
-    (question, kind, costs): (&Question, Kind, Costs),
+    (question, kind, costs): (&Question, StrategyKind, Costs),
     args: &StrategyArgs,
     states: Vec<State>,
 ) -> Result<(), Error> {
@@ -123,7 +121,7 @@ fn answer<E: Engine>(
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
-    let book = plan::finite_memory(&analysis, &question.program, kind)?;
+    let book = args.choose.strategy(&analysis, &question.program, kind)?;
     let mut run = Run { job, question, args, analysis: &analysis, book, costs, chooser: None };
     job.timed("answer", || run.answer(states), |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
@@ -190,7 +188,7 @@ impl<'a, E: Engine> Run<'a, E> {
     /// Returns the texts of the model and the preferences.
     fn words(&self) -> Words<'a> {
         let (program, preferences) = (&*self.question.program, &*self.question.preferences);
-        Words { program, preferences, kind: self.book.kind() }
+        Words { program, preferences, kind: self.book.kind(), levels: self.book.levels() }
     }
 
     fn state(&mut self, state: &[i64]) -> Result<StateReport<'a>, Error> {
@@ -200,7 +198,10 @@ impl<'a, E: Engine> Run<'a, E> {
         let at = self.book.explain(state, memory)?;
         // In a list of states, the induced model is left out.
         let mut course = None;
-        if self.args.rank.is_none() && !self.args.csv && memory.level != Rank::Finite(0) {
+        if self.args.rank.is_none()
+            && !self.args.csv
+            && (memory.level != Rank::Finite(0) || memory.pursuit.is_some())
+        {
             let (starts, scheduler) = ([state.to_vec()], Scheduler::Progress);
             course = Some(InducedModel::unfold(&mut self.book, &starts, scheduler, COURSE)?);
         }

@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use super::{Exploration, States};
+use crate::Choose;
 use crate::engine::AnyEngine;
 use crate::error::{Error, Result};
 use crate::model::Program;
 use crate::planning::regions::regions;
-use crate::planning::{Analysis, FiniteMemoryStrategy, Kind};
+use crate::planning::{Analysis, FiniteMemoryStrategy, Kind, StrategyKind};
 
 impl Analysis {
     /// Returns the states that are analysed: the explored ones, or with `history = play` those of
@@ -46,5 +47,24 @@ impl Analysis {
     pub fn strategy(&self, kind: Kind) -> Result<FiniteMemoryStrategy> {
         let missing = || Error::Usage("strategies need the levels; run the analysis first".to_owned());
         FiniteMemoryStrategy::new(self, self.program(), kind).ok_or_else(missing)
+    }
+
+    /// Returns the strategy of a kind, before values are attached to it. [`StrategyKind::Achieve`] needs the name of an objective, and
+    /// [`StrategyKind::Plan`] takes one. Cost: one pre-image per objective; for a temporal one also
+    /// that of the winning region of its negation.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the objective does not fit, or before the levels of this kind were computed;
+    /// a limit is reached.
+    pub fn strategy_of(
+        &self,
+        kind: StrategyKind,
+        choose: Choose,
+        objective: Option<&str>,
+    ) -> Result<FiniteMemoryStrategy> {
+        let objective = kind.objective(self.preferences(), objective)?;
+        let missing = || Error::Usage("strategies need the levels; run the analysis first".to_owned());
+        let levels = choose.levels(kind);
+        FiniteMemoryStrategy::of_kind(self, self.program(), kind, levels, objective)?.ok_or_else(missing)
     }
 }

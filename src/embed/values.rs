@@ -38,24 +38,24 @@ impl Analysis<AnyEngine> {
         Ok(values)
     }
 
-    /// Returns the strategies that choose by value, for paths from some states. Without an aim, this
-    /// is the first action that makes progress, and the kind is SASI.
+    /// Lets a strategy choose by value, for paths from some states. Without an aim, it takes the first
+    /// action that makes progress.
     ///
     /// # Errors
     /// The errors of [`Analysis::values`].
-    pub fn strategy_by(
+    pub fn choose_by(
         &self,
+        strategy: &mut FiniteMemoryStrategy,
         choose: Choose,
         states: &[State],
         wanted: &Wanted,
-    ) -> Result<(FiniteMemoryStrategy, Option<Arc<Chooser>>)> {
-        let mut strategy = self.strategy(choose.kind().unwrap_or(crate::Kind::Sasi))?;
-        let Some(aim) = choose.aim() else { return Ok((strategy, None)) };
+    ) -> Result<Option<Arc<Chooser>>> {
+        let Some(aim) = choose.aim() else { return Ok(None) };
         let costs = self.cost(wanted.reward.as_deref())?;
         let chooser = Chooser::compute(self, self.program(), states, (aim, wanted.levels), &*costs)?;
         let chooser = Arc::new(chooser);
         strategy.choose_by(Arc::clone(&chooser) as _);
-        Ok((strategy, Some(chooser)))
+        Ok(Some(chooser))
     }
 
     /// Returns the cost with a name, after checking it in all states of the scope.

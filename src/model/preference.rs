@@ -221,7 +221,7 @@ impl Preferences {
 }
 
 /// A set of objectives, by their positions; any number of them.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct ObjectiveSet {
     /// Bit i % 64 of block i / 64 stands for objective i. The last block is not 0, so that equal
     /// sets are equal vectors.

@@ -8,7 +8,7 @@ use super::envelope::{Envelope, Findings};
 use super::number::grouped;
 use super::text::{self, Grid};
 use super::{Style, ranks, unsafe_start};
-use crate::planning::result::{LevelCounts, Plan, Prospects};
+use crate::planning::result::{ClassCount, LevelCounts, Plan, Prospects};
 use crate::planning::{AnalysisResult, Rank};
 
 /// The results of `check`, in the order of the JSON fields.
@@ -68,9 +68,28 @@ fn classes(result: &AnalysisResult, style: Style) -> String {
     let Some(classes) = &result.classes else { return String::new() };
     let mut grid = Grid::new(&["", "states"], style);
     for class in classes {
-        grid.row(vec![text::names(&class.most_preferred), grouped(&class.states)]);
+        grid.row(vec![text::either(&class.most_preferred), grouped(&class.states)]);
     }
     grid.titled("Classes: number of states by most preferred almost-sure objectives", style)
+        + &jointly(classes, style)
+}
+
+/// Lists the objectives that can be achieved together.
+fn jointly(classes: &[ClassCount], style: Style) -> String {
+    if classes.iter().all(|class| class.jointly.is_none()) {
+        return String::new();
+    }
+    let mut grid = Grid::new(&["class", "together", "states"], style);
+    let mut some = false;
+    for class in classes {
+        for joint in class.jointly.iter().flatten() {
+            let together = joint.objectives.join(" and ");
+            grid.row(vec![text::either(&class.most_preferred), together, grouped(&joint.states)]);
+            some = true;
+        }
+    }
+    let heading = "Jointly: number of states of a class that achieve several objectives in one path";
+    if some { grid.titled(heading, style) } else { format!("\n{}\n  nowhere\n", style.bold(heading)) }
 }
 
 fn improvement(result: &AnalysisResult, style: Style) -> String {
@@ -114,7 +133,12 @@ fn initial(report: &CheckFindings, style: Style) -> String {
             let _ = writeln!(out, "  {}", style.bad("unsafe: no strategy keeps the requirements"));
             continue;
         }
-        let _ = writeln!(out, "  sure: {}", text::names(&initial.most_preferred));
+        let _ = writeln!(out, "  sure: {}", text::either(&initial.most_preferred));
+        let several = initial.jointly.iter().flatten().filter(|set| set.len() > 1);
+        let several: Vec<String> = several.map(|set| set.join(" and ")).collect();
+        if !several.is_empty() {
+            let _ = writeln!(out, "  jointly: {}", several.join("; or "));
+        }
         out += &prospect("SASI", "guaranteed", initial.sasi.as_ref(), style);
         out += &prospect("SPI ", "possible", initial.spi.as_ref(), style);
     }

@@ -4,7 +4,7 @@ use super::{ranks, text};
 use crate::model::Program;
 use crate::model::preference::{ObjectiveSet, Preferences};
 use crate::planning::explain::{Action, Explanation, Successor, Verdict};
-use crate::planning::{Kind, Rank};
+use crate::planning::{Kind, Rank, StrategyKind};
 
 /// The program, the preferences and the kind that a text refers to.
 #[derive(Clone, Copy)]
@@ -13,8 +13,10 @@ pub struct Words<'a> {
     pub program: &'a Program,
     /// The preferences, which have the names of objectives.
     pub preferences: &'a Preferences,
-    /// The kind of improvements.
-    pub kind: Kind,
+    /// The kind of the strategy.
+    pub kind: StrategyKind,
+    /// The kind of improvements that it makes.
+    pub levels: Kind,
 }
 
 impl Words<'_> {
@@ -25,12 +27,17 @@ impl Words<'_> {
 
     /// Formats the most preferred objectives of a state, or `unsafe`.
     pub(super) fn sure(&self, is_unsafe: bool, most_preferred: &ObjectiveSet) -> String {
-        if is_unsafe { "unsafe".to_owned() } else { format!("sure: {}", self.list(most_preferred)) }
+        if is_unsafe { "unsafe".to_owned() } else { format!("sure: {}", self.either(most_preferred)) }
     }
 
     /// Formats a set as `A, B`, or `nothing`.
     pub(super) fn list(&self, set: &ObjectiveSet) -> String {
         text::names(&self.names(set))
+    }
+
+    /// Formats most preferred objectives as `A or B`, or `nothing`.
+    pub(super) fn either(&self, set: &ObjectiveSet) -> String {
+        text::either(&self.names(set))
     }
 
     /// Formats the values that differ: `r=3,b=7`, or `no change`.
@@ -60,7 +67,7 @@ impl Words<'_> {
             },
             Verdict::Unsafe(index) => {
                 let place = index.and_then(to).map_or_else(|| "this action".to_owned(), place);
-                let kept = self.list(&at.reference);
+                let kept = self.either(&at.reference);
                 format!("not kept: after {place}, a weakening of {kept} cannot be ruled out")
             }
             Verdict::Violates(None) => "no action keeps the requirements here".to_owned(),
@@ -78,8 +85,32 @@ impl Words<'_> {
                 level => format!("safe, but {} cannot follow", ranks::improvements(level)),
             },
             Verdict::NothingAhead => {
-                format!("safe, but no improvement is {} from here", ranks::how(self.kind))
+                format!("safe, but no improvement is {} from here", ranks::how(self.levels))
             }
+            _ => self.achieving(at, action),
+        }
+    }
+
+    /// Returns the name of the pursued objective.
+    pub(super) fn pursued(&self, at: &Explanation) -> Option<&str> {
+        Some(self.preferences.objectives.get(at.pursued()?)?.name.as_str())
+    }
+
+    /// Returns the reason why an action is permitted or not while an objective is pursued.
+    fn achieving(&self, at: &Explanation, action: &Action) -> String {
+        let name = self.pursued(at).unwrap_or("the objective");
+        match action.verdict {
+            _ if action.permitted && at.is_achieved() => format!("{name} is achieved"),
+            Verdict::Achieves => format!("achieves {name}"),
+            Verdict::MayAchieve => format!("may achieve {name}, which remains sure"),
+            Verdict::Nears => format!("comes closer to {name}"),
+            Verdict::Forfeits(index) => {
+                let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
+                let place = action.successors.get(index).map(|s| self.changed(&at.state, &s.state));
+                format!("{how} to {}, where {name} is not sure", place.unwrap_or_default())
+            }
+            Verdict::Unachievable => "no strategy achieves the objective almost surely from here".to_owned(),
+            _ => format!("keeps {name} sure, but comes no closer to it"),
         }
     }
 
@@ -87,7 +118,7 @@ impl Words<'_> {
     fn gains(&self, action: &Action) -> String {
         let mut gains: Vec<String> = Vec::new();
         for successor in action.successors.iter().filter(|s| s.goal) {
-            let gain = self.list(&successor.gained);
+            let gain = self.either(&successor.gained);
             if !gains.contains(&gain) {
                 gains.push(gain);
             }
@@ -99,14 +130,14 @@ impl Words<'_> {
         let how = if action.successors.len() == 1 { "weakens" } else { "may weaken" };
         let instead = match to.most_preferred.is_empty() {
             true => String::new(),
-            false => format!(" ({} instead)", self.list(&to.most_preferred)),
+            false => format!(" ({} instead)", self.either(&to.most_preferred)),
         };
         format!("{how}: {} lost in {place}{instead}", self.list(&to.lost))
     }
 
     fn strays(&self, at: &Explanation, to: &Successor, action: &Action, place: &str) -> String {
         let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
-        let (sure, level) = (ranks::how(self.kind), at.memory.level);
+        let (sure, level) = (ranks::how(self.levels), at.memory.level);
         if to.improves {
             return format!(
                 "{how} to {place}, which improves, but the next improvements are not {sure} there"

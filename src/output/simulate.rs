@@ -11,15 +11,15 @@ use super::reason::Words;
 use crate::model::Program;
 use crate::model::preference::Preferences;
 use crate::model::valuation::Valuation;
-use crate::planning::simulate::{Tally, Trace, Turn, Wait};
-use crate::planning::{Kind, Rank, Scheduler, Setup};
+use crate::planning::tally::{Tally, Trace, Turn, Wait};
+use crate::planning::{Kind, Rank, Scheduler, Setup, StrategyKind};
 use crate::quantities::choose::Attained;
 
 /// The results of the runs, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct SimulateFindings {
-    /// `sasi` or `spi`.
-    pub kind: Kind,
+    /// `sasi`, `spi`, `plan` or `achieve`.
+    pub kind: StrategyKind,
     /// The choice among permitted actions.
     #[serde(flatten)]
     pub choosing: Choosing,
@@ -47,8 +47,40 @@ pub struct PlaysReport {
     pub tally: Tally,
     /// The value that the strategy attains, next to what was measured.
     pub value: Option<Comparison>,
+    /// The objectives that runs achieved, in the order of declaration; `None` if the strategy achieves
+    /// none.
+    pub achieved: Option<Vec<AchievedReport>>,
     /// The first run that weakened, or else the first run.
     pub trace: TraceReport,
+}
+
+/// An objective that runs achieved.
+#[derive(Debug, Clone, Serialize)]
+pub struct AchievedReport {
+    /// Its name.
+    pub objective: String,
+    /// The number of steps until then.
+    #[serde(flatten)]
+    pub wait: WaitReport,
+}
+
+/// The number of steps until an event, over the runs with this event.
+#[derive(Debug, Clone, Serialize)]
+pub struct WaitReport {
+    /// The number of runs.
+    pub plays: u64,
+    /// The smallest number of steps.
+    pub least: u64,
+    /// The mean.
+    pub mean: f64,
+    /// The largest number of steps.
+    pub most: u64,
+}
+
+impl From<&Wait> for WaitReport {
+    fn from(wait: &Wait) -> Self {
+        WaitReport { plays: wait.plays, least: wait.least, mean: wait.mean(), most: wait.most }
+    }
 }
 
 /// One run in full.
@@ -56,6 +88,9 @@ pub struct PlaysReport {
 pub struct TraceReport {
     /// The number of the run, from 1.
     pub play: u64,
+    /// The objectives that are achieved in its start state.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub achieved: Vec<String>,
     /// Its steps.
     pub turns: Vec<TurnReport>,
 }
@@ -85,6 +120,9 @@ pub struct TurnReport {
     pub weakens_step: bool,
     /// True if the state entered weakens the start.
     pub weakens_start: bool,
+    /// The objectives that are achieved for the first time in the state entered.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub achieved: Vec<String>,
     /// The values that change, for the text output.
     #[serde(skip)]
     pub changed: String,
@@ -95,7 +133,12 @@ impl PlaysReport {
     pub fn new(program: &Program, preferences: &Preferences, tally: Tally) -> Self {
         let state = Valuation::of(program, &tally.start);
         let trace = TraceReport::new(program, preferences, &tally.start, &tally.trace);
-        PlaysReport { state, tally, value: None, trace }
+        let name = |objective: usize| preferences.objectives[objective].name.clone();
+        let achieved = tally.achieved.as_ref().map(|achieved| {
+            let entry = |(&o, wait)| AchievedReport { objective: name(o), wait: WaitReport::from(wait) };
+            achieved.waits.iter().map(entry).collect()
+        });
+        PlaysReport { state, tally, value: None, achieved, trace }
     }
 
     /// Adds the value that the strategy attains, if it is known.
@@ -111,8 +154,7 @@ impl Serialize for PlaysReport {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let tally = &self.tally;
         let often = |(times, plays): (&usize, &u64)| json!({"times": times, "plays": plays});
-        let wait = |w: &Wait| json!({"plays": w.plays, "least": w.least, "mean": w.mean(), "most": w.most});
-        let mut fields = serializer.serialize_struct("PlaysReport", 13)?;
+        let mut fields = serializer.serialize_struct("PlaysReport", 15)?;
         fields.serialize_field("state", &self.state)?;
         match tally.is_unsafe {
             true => fields.serialize_field("unsafe", &true)?,
@@ -120,7 +162,17 @@ impl Serialize for PlaysReport {
         }
         fields.serialize_field("rank", &tally.rank)?;
         fields.serialize_field("improvements", &tally.improvements.iter().map(often).collect::<Vec<_>>())?;
-        fields.serialize_field("steps_to", &tally.waits.iter().map(wait).collect::<Vec<_>>())?;
+        fields.serialize_field("steps_to", &tally.waits.iter().map(WaitReport::from).collect::<Vec<_>>())?;
+        match (&self.achieved, &tally.achieved) {
+            (Some(objectives), Some(achieved)) => {
+                fields.serialize_field("achieved", objectives)?;
+                fields.serialize_field("achieved_runs", &achieved.runs)?;
+            }
+            _ => {
+                fields.skip_field("achieved")?;
+                fields.skip_field("achieved_runs")?;
+            }
+        }
         fields.serialize_field("settled", &tally.settled)?;
         fields.serialize_field("given_up", &tally.given_up)?;
         fields.serialize_field("undecided", &tally.undecided)?;
@@ -138,14 +190,14 @@ impl TraceReport {
     /// Creates the report of a run from a state.
     pub fn new(program: &Program, preferences: &Preferences, start: &[i64], trace: &Trace) -> Self {
         // The kind does not occur in these texts.
-        let words = Words { program, preferences, kind: Kind::Sasi };
+        let words = Words { program, preferences, kind: StrategyKind::Sasi, levels: Kind::Sasi };
         let mut before = start;
         let mut turns = Vec::with_capacity(trace.turns.len());
         for t in &trace.turns {
             turns.push(turn(words, before, t));
             before = &t.state;
         }
-        TraceReport { play: trace.play, turns }
+        TraceReport { play: trace.play, achieved: words.names(&trace.achieved), turns }
     }
 }
 
@@ -162,13 +214,14 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
         lost: words.names(&turn.lost),
         weakens_step: turn.weakens_step,
         weakens_start: turn.weakens_start,
+        achieved: words.names(&turn.achieved),
         changed: words.changed(before, &turn.state),
     }
 }
 
 impl SimulateReport {
     /// Creates a report without results.
-    pub fn of_setup(header: Header, (kind, choosing): (Kind, Choosing), setup: Setup) -> Self {
+    pub fn of_setup(header: Header, (kind, choosing): (StrategyKind, Choosing), setup: Setup) -> Self {
         let Setup { scheduler: strategy, runs, steps, seed } = setup;
         Envelope::of(
             header,

@@ -4,10 +4,10 @@ use std::fmt::Write;
 
 use super::envelope::Findings;
 use super::number::grouped;
-use super::simulate::{PlaysReport, SimulateFindings, SimulateReport, TurnReport};
+use super::simulate::{AchievedReport, PlaysReport, SimulateFindings, SimulateReport, TurnReport};
 use super::text::{self, Grid, Probability};
 use super::{Style, ranks};
-use crate::planning::{Kind, Rank};
+use crate::planning::{Kind, Rank, StrategyKind};
 
 /// Maximum number of steps of the trace that are shown.
 const SHOWN: usize = 60;
@@ -43,11 +43,17 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
     let runs = grouped(report.runs);
     let title = format!("{runs} runs from {}", plays.state);
     let mut out = format!("\n{}\n", style.bold(&title));
-    out.push_str(&promise(report, plays, style));
+    if report.kind != StrategyKind::Achieve {
+        out.push_str(&promise(report, plays, style));
+    }
+    if let Some(achieved) = &plays.tally.achieved {
+        out.push_str(&pursued(report, achieved.runs, style));
+    }
     if let Some(value) = &plays.value {
         out.push_str(&value.text(report.choosing.cost()));
     }
     out.push_str(&distribution(report, plays, style));
+    out.push_str(&achieved(report, plays, style));
     out.push_str(&weakening(report, plays, style));
     if plays.tally.given_up > 0 {
         let (given_up, steps) = (plural_runs(plays.tally.given_up), grouped(report.steps));
@@ -59,10 +65,15 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
 
 /// States the rank, and how many runs made that number of improvements.
 fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
-    let how = ranks::how(report.kind);
+    let kind = report.choosing.choose.levels(report.kind);
+    let how = ranks::how(kind);
     if plays.tally.rank == Rank::Finite(0) {
-        let advice = if report.kind == Kind::Sasi { "; try `--kind spi`" } else { "" };
-        return format!("  No improvement is {how} here ({}){advice}.\n", report.kind);
+        let advice = match (report.kind, kind) {
+            (StrategyKind::Sasi, _) => "; try `--kind spi`",
+            (StrategyKind::Plan, Kind::Sasi) => "; `--choose likely` tries possible ones",
+            _ => "",
+        };
+        return format!("  No improvement is {how} here ({kind}){advice}.\n");
     }
     let fewer = plays.tally.fewer_than_rank().unwrap_or(plays.tally.undecided);
     let (kept, failed) = (report.runs - fewer, fewer - plays.tally.undecided);
@@ -75,7 +86,7 @@ fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String
     }
     if failed > 0 {
         let text = format!("{} did not", plural_runs(failed));
-        parts.push(if report.kind == Kind::Sasi { style.warn(&text) } else { text });
+        parts.push(if kind == Kind::Sasi { style.warn(&text) } else { text });
     }
     if plays.tally.undecided > 0 {
         let steps = grouped(report.steps);
@@ -83,7 +94,39 @@ fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String
     }
     let claim = ranks::capitalised(&ranks::claim(Some(plays.tally.rank), how));
     let parts = if parts.is_empty() { String::new() } else { format!("  {}.\n", parts.join(", ")) };
-    format!("  {claim} ({}).\n{parts}", report.kind)
+    format!("  {claim} ({kind}).\n{parts}")
+}
+
+/// States how many runs achieved the objective that they pursued.
+fn pursued(report: &SimulateReport, runs: u64, style: Style) -> String {
+    let which = match report.kind {
+        StrategyKind::Achieve => "the objective",
+        _ => "a most preferred objective of their last state",
+    };
+    match report.runs - runs {
+        0 => format!("  {} achieved {which}.\n", style.good("All runs")),
+        open => {
+            format!("  {} achieved {which}, {} did not.\n", plural_runs(runs), style.warn(&plural_runs(open)))
+        }
+    }
+}
+
+/// Lists the achieved objectives, with the number of steps until then.
+fn achieved(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+    let Some(all) = plays.achieved.as_ref().filter(|all| !all.is_empty()) else { return String::new() };
+    let mut grid = Grid::new(&["achieved", "runs", "share", "min steps", "mean", "max"], style);
+    for AchievedReport { objective, wait } in all {
+        let share = 100.0 * wait.plays as f64 / report.runs as f64;
+        grid.row(vec![
+            objective.clone(),
+            grouped(wait.plays),
+            format!("{share:.1} %"),
+            wait.least.to_string(),
+            format!("{:.2}", wait.mean),
+            wait.most.to_string(),
+        ]);
+    }
+    format!("{}\n", grid.text(style))
 }
 
 fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
@@ -143,7 +186,7 @@ fn trace(plays: &PlaysReport, style: Style) -> String {
             turn.action.clone(),
             turn.changed.clone(),
             Probability(turn.probability).to_string(),
-            text::names(&turn.most_preferred),
+            text::either(&turn.most_preferred),
             ranks::cell(turn.rank),
             remark(turn),
         ]);
@@ -159,11 +202,14 @@ fn trace(plays: &PlaysReport, style: Style) -> String {
 fn remark(turn: &TurnReport) -> String {
     let mut remarks = Vec::new();
     if turn.improves {
-        remarks.push(format!("improves: {} gained", text::names(&turn.gained)));
+        remarks.push(format!("improves: {} gained", text::either(&turn.gained)));
     }
     if !turn.improves && turn.change == "improving" {
-        let gained = text::names(&turn.gained);
+        let gained = text::either(&turn.gained);
         remarks.push(format!("{gained} gained, but not counted: too few improvements can follow"));
+    }
+    if !turn.achieved.is_empty() {
+        remarks.push(format!("achieves {}", text::names(&turn.achieved)));
     }
     if turn.weakens_step {
         remarks.push(format!("weakens: {} lost", text::names(&turn.lost)));

@@ -38,7 +38,7 @@ impl StateReport<'_> {
     /// Returns the JSON object of the state.
     pub fn json(&self) -> Json {
         let (words, at, [sasi, spi]) = (self.words, &self.at, self.ranks);
-        let json = json!({
+        let mut json = json!({
             "state": Valuation::of(words.program, &at.state),
             "most_preferred": words.names(&at.most_preferred),
             "sasi_rank": sasi,
@@ -49,6 +49,10 @@ impl StateReport<'_> {
             "actions": at.actions.iter().map(|action| self.action(action)).collect::<Vec<_>>(),
             "longest_play": self.course.as_ref().and_then(InducedModel::longest_play),
         });
+        if words.kind.achieves() {
+            json["pursues"] = json!(words.pursued(at));
+            json["achieved"] = json!(words.names(&at.achieved));
+        }
         marked(json, at.is_unsafe)
     }
 

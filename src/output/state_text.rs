@@ -21,8 +21,12 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     if at.is_unsafe {
         let _ = writeln!(out, "  {}", style.bad("Unsafe: no strategy keeps the requirements"));
     } else {
-        let _ = writeln!(out, "  Sure: {}", words.list(&at.most_preferred));
+        let _ = writeln!(out, "  Sure: {}", words.either(&at.most_preferred));
         let _ = writeln!(out, "  {}", ranks::both(sasi, spi));
+        if let Some(name) = words.pursued(at) {
+            let text = if at.is_achieved() { "Achieved" } else { "Achieves almost surely" };
+            let _ = writeln!(out, "  {text}: {name}");
+        }
         if let Some(attains) = &state.attains {
             let _ = writeln!(out, "  Attains: {}", attains.line(state.choosing.cost()));
         }
@@ -55,7 +59,7 @@ fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String
             words.changed(&state.at.state, &s.state),
             words.sure(s.is_unsafe, &s.most_preferred),
             change(words, s),
-            format!("{} rank {}", words.kind, ranks::cell(s.rank)),
+            format!("{} rank {}", words.levels, ranks::cell(s.rank)),
         ]
     };
     let rows: Vec<Vec<String>> = action.successors.iter().map(row).collect();
@@ -98,7 +102,7 @@ fn then(words: Words<'_>, node: &Node) -> String {
         for (successor, to) in action.successors.iter().zip(next) {
             let Some(to) = to else { continue };
             let note = match (successor.improves, successor.dropped) {
-                (true, _) => format!(" ({} gained)", words.list(&successor.gained)),
+                (true, _) => format!(" ({} gained)", words.either(&successor.gained)),
                 (_, true) => format!(" ({} lost)", words.list(&successor.lost)),
                 _ => String::new(),
             };
@@ -111,8 +115,17 @@ fn then(words: Words<'_>, node: &Node) -> String {
     }
     match (played.is_empty(), node.at.pick) {
         (false, _) => played.join("; "),
+        (true, None) if node.at.is_achieved() => "achieved".to_owned(),
         (true, None) => "end".to_owned(),
         (true, Some(_)) => "…".to_owned(),
+    }
+}
+
+/// Formats the level, or the pursued objective as `to A`.
+fn level(words: Words<'_>, node: &Node) -> String {
+    match words.pursued(&node.at) {
+        Some(name) => format!("to {name}"),
+        None => ranks::cell(node.at.memory.level),
     }
 }
 
@@ -126,12 +139,13 @@ fn course_text((words, choose): (Words<'_>, Choose), course: &InducedModel, styl
                 0 => "start".to_owned(),
                 _ => words.changed(&course.nodes[0].at.state, &node.at.state),
             },
-            words.list(&node.at.most_preferred),
-            ranks::cell(node.at.memory.level),
+            words.either(&node.at.most_preferred),
+            level(words, node),
             then(words, node),
         ]);
     }
     let name = match choose {
+        Choose::First if words.kind.achieves() => words.kind.name(),
         Choose::First => "progress strategy",
         Choose::Likely => "strategy that is most likely to improve",
         Choose::Cheap => "cheapest strategy",

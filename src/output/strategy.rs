@@ -9,13 +9,13 @@ use super::header::Header;
 use super::number::Number;
 use super::state::StateReport;
 use super::{Style, ranks, state_text};
-use crate::planning::Kind;
+use crate::planning::StrategyKind;
 
 /// The results of `strategy`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
 pub struct StrategyFindings {
-    /// `sasi` or `spi`.
-    pub kind: Kind,
+    /// `sasi`, `spi`, `plan` or `achieve`.
+    pub kind: StrategyKind,
     /// The choice among permitted actions.
     #[serde(flatten)]
     pub choosing: Choosing,
@@ -47,7 +47,7 @@ pub enum Shown {
 
 impl StrategyReport {
     /// Creates a report without results.
-    pub fn of_kind(header: Header, kind: Kind, choosing: Choosing) -> Self {
+    pub fn of_kind(header: Header, kind: StrategyKind, choosing: Choosing) -> Self {
         let (asked, states, drawing) = (None, Vec::new(), None);
         Envelope::of(header, StrategyFindings { kind, choosing, asked, states, drawing, streamed: false })
     }
@@ -67,11 +67,12 @@ impl StrategyFindings {
     fn legend(&self, style: Style) -> String {
         let lines = [
             "Sure: the objectives that some strategy achieves almost surely, without those",
-            "to which another sure objective is preferred. A step improves if an objective",
-            "that becomes sure is preferred to one that was sure before, and weakens in the",
-            "opposite case. Rank: the number of",
+            "to which another sure objective is preferred. `A or B`: each of them, but not",
+            "always both. A step improves if an objective that becomes sure is preferred to",
+            "one that was sure before, and weakens in the opposite case. Rank: the number of",
         ];
-        style.dim(&format!("\n{} {} improvements.\n", lines.join("\n"), ranks::how(self.kind)))
+        let how = ranks::how(self.choosing.choose.levels(self.kind));
+        style.dim(&format!("\n{}\n{how} improvements.\n", lines.join("\n")))
     }
 }
 

@@ -57,11 +57,13 @@ pub fn dot(words: Words<'_>, course: &InducedModel, starts: usize) -> String {
     out.push_str("  edge [fontname=\"sans-serif\"];\n");
     for (index, node) in course.nodes.iter().enumerate() {
         let label = format!(
-            "{}\n{}\n{} {}",
+            "{}\n{}\n{}",
             words.program.show_state(&node.at.state).replace(',', ", "),
-            words.list(&node.at.most_preferred),
-            words.kind,
-            ranks::cell(node.at.memory.level)
+            words.either(&node.at.most_preferred),
+            match words.pursued(&node.at) {
+                Some(name) => format!("to {name}"),
+                None => format!("{} {}", words.levels, ranks::cell(node.at.memory.level)),
+            }
         );
         let double = if index < starts { ", peripheries=2" } else { "" };
         let _ = writeln!(out, "  s{index} [label={}{double}];", quote(&label));
@@ -85,7 +87,7 @@ fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
             let mut label = Probability(successor.probability).to_string();
             let mut color = "";
             if successor.improves {
-                let _ = write!(label, "\n{} gained", words.list(&successor.gained));
+                let _ = write!(label, "\n{} gained", words.either(&successor.gained));
                 color = ", color=darkgreen, fontcolor=darkgreen";
             } else if !successor.lost.is_empty() {
                 let _ = write!(label, "\n{} lost", words.list(&successor.lost));

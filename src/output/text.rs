@@ -83,6 +83,16 @@ pub(super) fn names(names: &[String]) -> String {
     }
 }
 
+/// Formats most preferred objectives: `A or B`, because each of them is sure, but not all together;
+/// `nothing` if there are none.
+pub(super) fn either(names: &[String]) -> String {
+    match names {
+        [] => "nothing".to_owned(),
+        [one] => one.clone(),
+        [names @ .., last] => format!("{} or {last}", names.join(", ")),
+    }
+}
+
 /// Formats seconds with the digits that matter.
 pub(super) fn seconds(seconds: f64) -> String {
     if seconds < 0.000_95 {

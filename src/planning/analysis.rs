@@ -3,15 +3,18 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::achieve::Achieving;
 use super::classes::Classes;
-use super::finite_memory::FiniteMemoryStrategy;
+use super::finite_memory::{FiniteMemoryStrategy, StrategyKind};
 use super::improvement::{Improvement, Safety};
+use super::joint::Joint;
 use super::level_search;
 use super::levels::{End, Kind, Level, Levels, Rank};
 pub use super::phases::{Event, Phase};
 use super::requirements::Requirements;
 use super::result::{
-    AnalysisResult, ClassCount, Escape, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
+    AnalysisResult, ClassCount, Escape, JointCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts,
+    Plan, Prospects,
 };
 use super::temporal::AcceptingRegion;
 use super::winning_regions::{RegionCounts, WinningRegions};
@@ -46,6 +49,7 @@ pub struct Analysis<E: Engine = AnyEngine> {
     // Shared with the strategies that are created from them.
     classes: Option<Arc<Classes<E>>>,
     improvement: Option<Arc<Improvement<E>>>,
+    joint: Option<Joint<E>>,
     sasi: Arc<Levels<E>>,
     spi: Arc<Levels<E>>,
     /// The sizes of levels, SASI and SPI, that were computed next to each other.
@@ -66,6 +70,7 @@ impl<E: Engine> Analysis<E> {
             accepting: Vec::new(),
             classes: None,
             improvement: None,
+            joint: None,
             sasi: Arc::new(Levels::new(Kind::Sasi)),
             spi: Arc::new(Levels::new(Kind::Spi)),
             counted: Default::default(),
@@ -181,7 +186,8 @@ impl<E: Engine> Analysis<E> {
         let classes = Classes::new(&*self.engine, &self.preferences, &almost_sure)?;
         let count = |c: &super::Class<E>| {
             let states = self.engine.count(&c.states)?;
-            Ok(ClassCount { most_preferred: self.preferences.owned_names(&c.most_preferred), states })
+            let most_preferred = self.preferences.owned_names(&c.most_preferred);
+            Ok(ClassCount { most_preferred, states, jointly: None })
         };
         self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
         self.classes = Some(Arc::new(classes));
@@ -262,6 +268,25 @@ impl<E: Engine> Analysis<E> {
         Ok(())
     }
 
+    /// Computes which most preferred objectives can be achieved together, and adds them to the result.
+    /// Needs the classes. Cost: see [`Joint::new`].
+    ///
+    /// # Errors
+    /// The errors of [`Joint::new`].
+    pub fn run_jointly(&mut self) -> Result<()> {
+        let joint = Joint::new(self)?;
+        let classes = self.classes.iter().flat_map(|classes| &classes.list);
+        for (class, count) in classes.zip(self.result.classes.iter_mut().flatten()) {
+            let found = joint.of_class(&*self.engine, class)?.into_iter().map(|(set, states)| {
+                let objectives = self.preferences.owned_names(&set);
+                Ok(JointCount { objectives, states: self.engine.count(&states)? })
+            });
+            count.jointly = Some(found.collect::<Result<_>>()?);
+        }
+        self.joint = Some(joint);
+        Ok(())
+    }
+
     /// Returns an analysis of the same model and preferences under other options, without results.
     pub fn with_options(&self, options: Options) -> Self {
         Analysis {
@@ -307,11 +332,16 @@ impl<E: Engine> Analysis<E> {
     pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
         let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
         let most_preferred = self.most_preferred(state)?;
+        let names = |set: &_| self.preferences.owned_names(set);
         Ok(Prospects {
             state: state.to_vec(),
             values: Valuation::of(program, state),
             escape: self.escape(program, state)?,
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
+            jointly: match &self.joint {
+                Some(joint) => Some(joint.of_state(self, state)?.iter().map(names).collect()),
+                None => None,
+            },
             sasi: self.plan(&self.sasi, state, &choices)?,
             spi: self.plan(&self.spi, state, &choices)?,
         })
@@ -441,7 +471,28 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             levels: Arc::clone(levels),
             strategies: BTreeMap::new(),
             rule: None,
+            kind: kind.into(),
+            achieving: None,
+            objective: None,
         })
+    }
+
+    /// Creates the strategy of a kind that makes improvements of the kind `levels`, with the objective
+    /// that it achieves: needed for [`StrategyKind::Achieve`], optional for [`StrategyKind::Plan`].
+    /// Returns `None` before the results that it needs are known. Cost: see [`Achieving::new`].
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    pub fn of_kind(
+        analysis: &Analysis<E>,
+        program: &Arc<Program>,
+        kind: StrategyKind,
+        levels: Kind,
+        objective: Option<usize>,
+    ) -> Result<Option<Self>> {
+        let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
+        let achieving = if kind.achieves() { Achieving::new(analysis)? } else { None };
+        Ok(Some(FiniteMemoryStrategy { kind, achieving, objective, ..strategy }))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Explanations why an action is permitted or not permitted in a state.
 
-use super::finite_memory::{FiniteMemoryStrategy, Memory};
+use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::improvement::Safety;
 use super::levels::{Kind, Rank};
 use crate::engine::{Engine, position};
@@ -34,6 +34,18 @@ pub enum Verdict {
     Hopeless,
     /// Kept, but the state has rank 0: no improvement is possible.
     NothingAhead,
+    /// Permitted: every successor achieves the pursued objective.
+    Achieves,
+    /// Permitted: some successor achieves the pursued objective.
+    MayAchieve,
+    /// Permitted: some successor is closer to the pursued objective.
+    Nears,
+    /// Permitted: the pursued objective remains certain, but comes no closer.
+    Keeps,
+    /// Not permitted: after this successor the pursued objective is no longer certain.
+    Forfeits(usize),
+    /// Not permitted: no strategy achieves the objective almost surely from here.
+    Unachievable,
 }
 
 impl Verdict {
@@ -50,6 +62,12 @@ impl Verdict {
             Verdict::Strays(_) => "strays",
             Verdict::Hopeless => "hopeless",
             Verdict::NothingAhead => "nothing-ahead",
+            Verdict::Achieves => "achieves",
+            Verdict::MayAchieve => "may-achieve",
+            Verdict::Nears => "nears",
+            Verdict::Keeps => "keeps",
+            Verdict::Forfeits(_) => "forfeits",
+            Verdict::Unachievable => "unachievable",
         }
     }
 }
@@ -68,11 +86,25 @@ pub struct Explanation {
     /// The objectives that steps are compared with: MP(s), or MP of the reference class under
     /// `prefix`.
     pub reference: ObjectiveSet,
+    /// The objectives that are achieved in the state; empty if the strategy achieves none.
+    pub achieved: ObjectiveSet,
     /// All enabled actions in the order of the program.
     pub actions: Vec<Action>,
     /// The position of the action that a deterministic strategy takes: the first one that makes
-    /// progress, or that of the decision rule; `None` at level 0.
+    /// progress, or that of the decision rule; `None` where the strategy ends.
     pub pick: Option<usize>,
+}
+
+impl Explanation {
+    /// Returns the objective that the strategy pursues.
+    pub fn pursued(&self) -> Option<usize> {
+        self.memory.pursuit.map(|pursuit| pursuit.objective)
+    }
+
+    /// Returns whether the pursued objective is achieved; a run ends here.
+    pub fn is_achieved(&self) -> bool {
+        self.pursued().is_some_and(|objective| self.achieved.contains(objective))
+    }
 }
 
 /// An action that is enabled.
@@ -113,10 +145,10 @@ pub struct Successor {
     pub lost: ObjectiveSet,
     /// True if the improvement MDP drops this branch; the real system may still take it.
     pub dropped: bool,
-    /// True if the step is a goal edge of the level.
+    /// True if the step is a goal edge of the level, or achieves the pursued objective.
     pub goal: bool,
-    /// True if the successor is a winning state of the level, so that the strategy can continue
-    /// there.
+    /// True if the successor is a winning state of the level or stage, so that the strategy can
+    /// continue there.
     pub stays: bool,
     /// The memory after the step.
     pub next: Memory,
@@ -141,18 +173,22 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         for step in steps {
             actions.push(self.action(state, memory, &reference, step)?);
         }
-        Ok(Explanation {
+        let mut at = Explanation {
             is_unsafe,
             most_preferred: self.most_preferred(state)?,
-            pick: match &self.rule {
-                Some(rule) => rule.pick(memory, state),
-                None => actions.iter().position(|a| a.progress),
-            },
+            achieved: self.achieved(state)?,
+            pick: None,
             state: state.to_vec(),
             memory,
             reference,
             actions,
-        })
+        };
+        at.pick = match &self.rule {
+            _ if at.is_achieved() => None,
+            Some(rule) if memory.pursuit.is_none() => rule.pick(memory, state),
+            _ => at.actions.iter().position(|a| a.progress),
+        };
+        Ok(at)
     }
 
     fn action(
@@ -163,7 +199,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         step: Step,
     ) -> Result<Action> {
         let Step { choice, name, successors } = step;
-        let (engine, kind) = (self.engine.clone(), self.kind());
+        let (engine, kind) = (self.engine.clone(), self.levels.kind);
         let one = |(to, p)| self.successor(state, memory, reference, to, p);
         let successors: Vec<Successor> = successors.into_iter().map(one).collect::<Result<_>>()?;
         let has = |set: &E::Choices| engine.contains_choice(set, state, &choice);
@@ -174,6 +210,8 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         };
         let (permitted, progress) = level.unwrap_or((false, false));
         let verdict = match level {
+            Some(_) if memory.pursuit.is_some() => self.achieving(permitted, progress, state, &successors)?,
+            None if self.kind == StrategyKind::Achieve && !self.is_unsafe(state)? => Verdict::Unachievable,
             _ if !kept => self.refused(state, memory, &successors)?,
             None => Verdict::NothingAhead,
             Some((true, _)) => allowed(&successors, progress),
@@ -200,12 +238,16 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             false => self.preferences.change(reference, &most_preferred),
         };
         let (next, improves) = self.after(memory, from, &to)?;
-        let (goal, stays) = match self.game(memory) {
-            Some(game) => (
+        let (goal, stays) = match (self.game(memory), memory.pursuit, &self.achieving) {
+            (_, Some(pursuit), Some(achieving)) => (
+                achieving.achieved(&self.engine, &to)?.contains(pursuit.objective),
+                achieving.is_sure(&self.engine, pursuit, &to)?,
+            ),
+            (Some(game), ..) => (
                 super::strategy::is_goal(&*self.engine, game, from, &to)?,
                 self.engine.contains(&game.states, &to)?,
             ),
-            None => (false, false),
+            (None, ..) => (false, false),
         };
         Ok(Successor {
             probability: p,
@@ -221,6 +263,32 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             stays,
             next,
             improves,
+        })
+    }
+
+    /// Returns the reason why a choice is permitted or not while an objective is pursued.
+    fn achieving(
+        &self,
+        permitted: bool,
+        progress: bool,
+        state: &[i64],
+        successors: &[Successor],
+    ) -> Result<Verdict> {
+        if !permitted {
+            let lost = successors.iter().position(|s| !s.stays);
+            return match (self.is_unsafe(state)?, successors.iter().position(|s| s.is_unsafe), lost) {
+                (true, ..) => Ok(Verdict::Violates(None)),
+                (_, Some(index), _) => Ok(Verdict::Violates(Some(index))),
+                (_, None, Some(index)) => Ok(Verdict::Forfeits(index)),
+                (_, None, None) => Ok(Verdict::Unachievable),
+            };
+        }
+        let goals = successors.iter().filter(|s| s.goal).count();
+        Ok(match (goals, progress) {
+            (0, true) => Verdict::Nears,
+            (0, false) => Verdict::Keeps,
+            (n, _) if n == successors.len() => Verdict::Achieves,
+            _ => Verdict::MayAchieve,
         })
     }
 
@@ -304,7 +372,7 @@ mod tests {
             dropped,
             goal,
             stays,
-            next: Memory { level: Rank::Finite(0), arena: None },
+            next: Memory { level: Rank::Finite(0), arena: None, pursuit: None },
             improves: false,
         }
     }

@@ -16,12 +16,23 @@
 //!
 //! Level 0 has nothing to improve: a run ends there.
 //!
+//! A *plan* goes on at level 0: it achieves a most preferred objective of the state, with the
+//! strategies of [`super::achieve`]. It stays with this objective, even where more improvements
+//! become possible, because it could otherwise alternate between objectives forever. When an
+//! objective that is preferred to it becomes certain, the plan pursues that one. A strategy of the
+//! kind `achieve` does nothing else from the beginning.
+//!
 //! With a [`DecisionRule`], the rule takes the choices. The level is the number of improvements that
 //! it still aims at. After the last of them, planning starts again. A lost step ends the run.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
+use serde::Serialize;
+use strum::{EnumString, IntoStaticStr, VariantArray};
+
+use super::achieve::{Achieving, Pursuit};
 use super::classes::Classes;
 use super::decision_rule::DecisionRule;
 use super::improvement::{Arena, Improvement};
@@ -40,6 +51,89 @@ pub struct Memory {
     /// The current arena, by its position in [`Improvement::arenas`]; `None` if the class has no
     /// safe state.
     pub arena: Option<usize>,
+    /// The objective that is pursued at level 0, if the strategy achieves objectives.
+    pub pursuit: Option<Pursuit>,
+}
+
+/// The kind of a strategy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, EnumString, IntoStaticStr, VariantArray)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[strum(serialize_all = "lowercase")]
+#[serde(rename_all = "lowercase")]
+pub enum StrategyKind {
+    /// Make improvements that are almost sure.
+    Sasi,
+    /// Make improvements that are possible.
+    Spi,
+    /// Make the improvements that are almost sure (with `--choose likely`: possible), then achieve a
+    /// most preferred objective.
+    Plan,
+    /// Achieve one objective almost surely.
+    Achieve,
+}
+
+impl StrategyKind {
+    /// All kinds.
+    pub const ALL: &[StrategyKind] = StrategyKind::VARIANTS;
+
+    /// Returns the name in reports and options.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+
+    /// Returns the kind of the improvements that ranks count, unless a plan chooses by value.
+    pub fn levels(self) -> Kind {
+        match self {
+            StrategyKind::Spi => Kind::Spi,
+            StrategyKind::Sasi | StrategyKind::Plan | StrategyKind::Achieve => Kind::Sasi,
+        }
+    }
+
+    /// Returns whether strategies of this kind achieve objectives.
+    pub fn achieves(self) -> bool {
+        matches!(self, StrategyKind::Plan | StrategyKind::Achieve)
+    }
+
+    /// Returns the position of the objective that a strategy of this kind is to achieve, by its name.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if there is no such objective, if the kind needs one, or if it achieves none.
+    pub fn objective(self, preferences: &Preferences, name: Option<&str>) -> Result<Option<usize>> {
+        let objectives = &preferences.objectives;
+        let known = || objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>().join(", ");
+        let wrong = match (self, name) {
+            (StrategyKind::Achieve, None) => {
+                format!("the kind `achieve` needs an objective; there are {}", known())
+            }
+            (StrategyKind::Sasi | StrategyKind::Spi, Some(_)) => {
+                format!("the kind `{}` takes no objective; `plan` and `achieve` do", self.name())
+            }
+            (_, None) => return Ok(None),
+            (_, Some(name)) => match objectives.iter().position(|o| o.name == name) {
+                Some(position) => return Ok(Some(position)),
+                None => format!("no objective is called `{name}`; there are {}", known()),
+            },
+        };
+        Err(Error::Usage(wrong))
+    }
+}
+
+impl From<Kind> for StrategyKind {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::Sasi => StrategyKind::Sasi,
+            Kind::Spi => StrategyKind::Spi,
+        }
+    }
+}
+
+impl fmt::Display for StrategyKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            StrategyKind::Sasi | StrategyKind::Spi => self.levels().fmt(f),
+            StrategyKind::Plan | StrategyKind::Achieve => f.write_str(self.name()),
+        }
+    }
 }
 
 /// The strategies of one kind, computed on demand.
@@ -56,6 +150,11 @@ pub struct FiniteMemoryStrategy<E: Engine = AnyEngine> {
     pub(super) strategies: BTreeMap<(usize, usize), Strategy<E>>,
     /// The rule that takes the choices; without one, the first that makes progress is taken.
     pub(super) rule: Option<Arc<dyn DecisionRule>>,
+    pub(super) kind: StrategyKind,
+    /// The strategies that achieve objectives, if this one does.
+    pub(super) achieving: Option<Achieving<E>>,
+    /// The objective to achieve; a plan pursues it where it is a most preferred one.
+    pub(super) objective: Option<usize>,
 }
 
 impl<E: Engine> FiniteMemoryStrategy<E> {
@@ -64,9 +163,19 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         self.rule = Some(rule);
     }
 
-    /// Returns the kind of strategies.
-    pub fn kind(&self) -> Kind {
+    /// Returns the kind of the strategy.
+    pub fn kind(&self) -> StrategyKind {
+        self.kind
+    }
+
+    /// Returns the kind of improvements that the strategy makes.
+    pub fn levels(&self) -> Kind {
         self.levels.kind
+    }
+
+    /// Returns the objective that was named, if one was.
+    pub fn objective(&self) -> Option<usize> {
+        self.objective
     }
 
     /// Returns the preferences.
@@ -130,19 +239,79 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     }
 
     /// Returns the memory with which planning starts in a state: its own rank and, under `prefix`,
-    /// its own class as the reference. With a decision rule, the level is that of the rule.
+    /// its own class as the reference. With a decision rule, the level is that of the rule. At level 0,
+    /// a strategy that achieves objectives begins to pursue one.
     ///
     /// # Errors
     /// The errors of [`Engine::contains`]; [`Error::Usage`] if the rule does not know the state.
     pub fn start(&self, state: &[i64]) -> Result<Memory> {
+        let memory = match self.kind {
+            StrategyKind::Achieve => self.at_rest(state)?,
+            StrategyKind::Sasi | StrategyKind::Spi | StrategyKind::Plan => self.improving(state)?,
+        };
+        self.pursuing(memory, state)
+    }
+
+    /// Lets the memory of a strategy that achieves objectives pursue one, once nothing can be improved.
+    fn pursuing(&self, memory: Memory, state: &[i64]) -> Result<Memory> {
+        let Some(achieving) = self.achieving.as_ref().filter(|_| memory.level == Rank::Finite(0)) else {
+            return Ok(memory);
+        };
+        let objective = match self.kind {
+            StrategyKind::Achieve => self.objective,
+            _ => self.preferred(&self.most_preferred(state)?, |_| true),
+        };
+        let enter = |objective| achieving.enter(&self.engine, objective, state);
+        Ok(Memory { pursuit: objective.map(enter).transpose()?.flatten(), ..memory })
+    }
+
+    /// Returns the named objective if it is in the set and acceptable, else the first acceptable one.
+    fn preferred(&self, set: &ObjectiveSet, accept: impl Fn(usize) -> bool) -> Option<usize> {
+        let named = self.objective.filter(|&objective| set.contains(objective) && accept(objective));
+        named.or_else(|| set.iter().find(|&objective| accept(objective)))
+    }
+
+    /// Returns the pursuit after a step. A plan goes over to an objective that is preferred to the
+    /// present one, once the present one is no longer most preferred.
+    fn pursued(&self, pursuit: Pursuit, from: &[i64], to: &[i64]) -> Result<Option<Pursuit>> {
+        let Some(achieving) = &self.achieving else { return Ok(None) };
+        if self.kind == StrategyKind::Plan {
+            let most_preferred = self.most_preferred(to)?;
+            let better = |other| self.preferences.order.strictly(other, pursuit.objective);
+            if !most_preferred.contains(pursuit.objective)
+                && let Some(objective) = self.preferred(&most_preferred, better)
+            {
+                return achieving.enter(&self.engine, objective, to);
+            }
+        }
+        achieving.after(&self.engine, pursuit, (from, to))
+    }
+
+    /// Returns the objectives that are achieved in a state; empty if the strategy achieves none.
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn achieved(&self, state: &[i64]) -> Result<ObjectiveSet> {
+        let achieved = |achieving: &Achieving<E>| achieving.achieved(&self.engine, state);
+        self.achieving.as_ref().map_or_else(|| Ok(ObjectiveSet::new()), achieved)
+    }
+
+    /// Returns the memory at level 0 with a state as the reference.
+    fn at_rest(&self, state: &[i64]) -> Result<Memory> {
         let class = self.classes.of(&*self.engine, state)?;
         let starts_in = |arena: &Arena<E>| arena.reference.is_none() || arena.reference == class;
         let arena = self.improvement.arenas.iter().position(starts_in);
+        Ok(Memory { level: Rank::Finite(0), arena, pursuit: None })
+    }
+
+    /// Returns the memory with which improving starts in a state.
+    fn improving(&self, state: &[i64]) -> Result<Memory> {
+        let Memory { arena, .. } = self.at_rest(state)?;
         let level = match &self.rule {
             None => self.rank(state)?,
             Some(rule) => Rank::Finite(rule.level(arena, state).ok_or_else(|| self.unknown(state))?),
         };
-        Ok(Memory { level, arena })
+        Ok(Memory { level, arena, pursuit: None })
     }
 
     fn unknown(&self, state: &[i64]) -> Error {
@@ -157,14 +326,29 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// The errors of [`Engine::contains`].
     pub fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<(Memory, bool)> {
         let improves = self.change(memory, from, to)? == Change::Improving;
+        if let Some(pursuit) = memory.pursuit {
+            let pursuit = self.pursued(pursuit, from, to)?;
+            return Ok((Memory { pursuit, ..self.at_rest(to)? }, improves));
+        }
+        let (memory, counted) = self.after_improving(memory, (from, to), improves)?;
+        Ok((self.pursuing(memory, to)?, counted))
+    }
+
+    /// Returns what [`FiniteMemoryStrategy::after`] returns while improvements are left.
+    fn after_improving(
+        &self,
+        memory: Memory,
+        (from, to): (&[i64], &[i64]),
+        improves: bool,
+    ) -> Result<(Memory, bool)> {
         if let Some(rule) = &self.rule {
             return self.after_by(&**rule, memory, (from, to), improves);
         }
-        let Some(game) = self.game(memory) else { return Ok((self.start(to)?, improves)) };
+        let Some(game) = self.game(memory) else { return Ok((self.improving(to)?, improves)) };
         let stays = self.engine.contains(&game.states, to)?;
         let goal = improves && strategy::is_goal(&*self.engine, game, from, to)?;
         Ok(match (goal, stays, improves) {
-            (true, _, _) | (_, false, true) => (self.start(to)?, true),
+            (true, _, _) | (_, false, true) => (self.improving(to)?, true),
             (false, true, _) => (memory, false),
             (false, false, false) => (self.resume(memory, to)?, false),
         })
@@ -180,8 +364,12 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     ) -> Result<(Memory, bool)> {
         Ok(match rule.after(memory, from, to) {
             None => (Memory { level: Rank::Finite(0), ..memory }, improves),
-            Some((0, true)) => (self.start(to)?, true),
-            Some((level, true)) => (Memory { level: Rank::Finite(level), ..self.start(to)? }, true),
+            // A plan for possible improvements ends with those that it aimed at: there may be more forever.
+            Some((0, true)) if self.kind == StrategyKind::Plan && self.levels.kind == Kind::Spi => {
+                (self.at_rest(to)?, true)
+            }
+            Some((0, true)) => (self.improving(to)?, true),
+            Some((level, true)) => (Memory { level: Rank::Finite(level), ..self.at_rest(to)? }, true),
             Some((level, false)) => (Memory { level: Rank::Finite(level), ..memory }, false),
         })
     }
@@ -189,7 +377,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Returns the memory with the greatest level that still contains a state, with the old
     /// reference.
     fn resume(&self, memory: Memory, state: &[i64]) -> Result<Memory> {
-        let Some(arena) = memory.arena else { return self.start(state) };
+        let Some(arena) = memory.arena else { return self.improving(state) };
         let lacks = |level: &Level<E>| match level.games.get(arena) {
             Some(game) => Ok(!self.engine.contains(&game.states, state)?),
             None => Ok(true),
@@ -198,7 +386,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         // some level.
         let found = &self.levels.found;
         let level = Rank::Finite(position(found, lacks)?.unwrap_or(found.len()));
-        Ok(Memory { level, arena: Some(arena) })
+        Ok(Memory { level, arena: Some(arena), pursuit: None })
     }
 
     /// Returns the objectives that steps are compared with: MP of the reference class under
@@ -228,6 +416,9 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
     /// Returns whether [`FiniteMemoryStrategy::strategy`] needs no computation for a memory.
     pub fn knows(&self, memory: Memory) -> bool {
+        if let (Some(pursuit), Some(achieving)) = (memory.pursuit, &self.achieving) {
+            return achieving.knows(pursuit);
+        }
         let Some(index) = memory.arena else { return true };
         self.game(memory).is_none() || self.strategies.contains_key(&(key(memory.level), index))
     }
@@ -242,12 +433,18 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         Ok(actions.into_iter().filter(|action| action.permitted).map(|action| action.name).collect())
     }
 
-    /// Returns the strategies of a memory; `None` if nothing can be improved. Cost: that of
-    /// [`strategy::strategy`], once per level and arena.
+    /// Returns the strategies of a memory; `None` if nothing can be improved and no objective is
+    /// pursued. Cost: that of [`strategy::strategy`], once per level and arena or per stage.
     ///
     /// # Errors
     /// A limit of the engine is reached.
     pub fn strategy(&mut self, memory: Memory) -> Result<Option<&Strategy<E>>> {
+        if let Some(pursuit) = memory.pursuit {
+            return match &mut self.achieving {
+                Some(achieving) => achieving.strategy(&*self.engine, pursuit),
+                None => Ok(None),
+            };
+        }
         let (Some(arena), Some(game), Some(index)) = (self.arena(memory), self.game(memory), memory.arena)
         else {
             return Ok(None);

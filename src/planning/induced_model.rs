@@ -36,7 +36,9 @@ impl Scheduler {
     /// Returns whether this scheduler may take the action at this position.
     pub fn plays(self, at: &Explanation, action: usize) -> bool {
         match self {
-            Scheduler::Permissive => at.actions.get(action).is_some_and(|a: &Action| a.permitted),
+            Scheduler::Permissive => {
+                !at.is_achieved() && at.actions.get(action).is_some_and(|a: &Action| a.permitted)
+            }
             Scheduler::Progress => at.pick == Some(action),
         }
     }

@@ -12,6 +12,7 @@
 //! [`explain`] says why an action is permitted, [`induced_model`] computes the states that a
 //! strategy may visit, and [`simulate`] draws random runs.
 
+pub mod achieve;
 pub mod analysis;
 pub mod classes;
 pub mod decision_rule;
@@ -20,6 +21,7 @@ pub mod explain;
 pub mod finite_memory;
 pub mod improvement;
 pub mod induced_model;
+pub mod joint;
 mod level_search;
 pub mod levels;
 mod phases;
@@ -28,17 +30,20 @@ pub mod requirements;
 pub mod result;
 pub mod simulate;
 pub mod strategy;
+pub mod tally;
 pub mod temporal;
 pub mod winning_regions;
 
+pub use achieve::Pursuit;
 pub use analysis::{Analysis, Event, Options, Phase};
 pub use classes::{Class, Classes};
 pub use decision_rule::DecisionRule;
 pub use estimate::Sample;
 pub use explain::Explanation;
-pub use finite_memory::{FiniteMemoryStrategy, Memory};
+pub use finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 pub use improvement::{Improvement, Safety};
 pub use induced_model::{InducedModel, Scheduler};
+pub use joint::Joint;
 pub use levels::{Kind, Levels, Rank};
 pub use requirements::Requirements;
 pub use result::AnalysisResult;

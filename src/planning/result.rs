@@ -119,6 +119,20 @@ pub struct ClassCount {
     /// The number of states.
     #[serde(serialize_with = "decimal")]
     pub states: Count,
+    /// The sets of at least two of these objectives that can be achieved together, if they were
+    /// computed; larger sets first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jointly: Option<Vec<JointCount>>,
+}
+
+/// Objectives that one strategy achieves together, almost surely.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct JointCount {
+    /// The objectives, by name and in the order of declaration.
+    pub objectives: Vec<String>,
+    /// The number of states of the class from which they are achieved together.
+    #[serde(serialize_with = "decimal")]
+    pub states: Count,
 }
 
 /// The sizes of the levels of one kind.
@@ -199,6 +213,8 @@ pub struct Prospects {
     pub escape: Option<Escape>,
     /// MP of the state, by name and in the order of declaration.
     pub most_preferred: Vec<String>,
+    /// The greatest sets of these objectives that can be achieved together, if they were computed.
+    pub jointly: Option<Vec<Vec<String>>>,
     /// The plan under SASI; `None` if no levels were computed.
     pub sasi: Option<Plan>,
     /// The plan under SPI; `None` if no levels were computed.
@@ -218,13 +234,17 @@ pub struct Plan {
 impl Serialize for Prospects {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         let (sasi, spi) = (self.sasi.as_ref(), self.spi.as_ref());
-        let mut fields = serializer.serialize_struct("Prospects", 7)?;
+        let mut fields = serializer.serialize_struct("Prospects", 8)?;
         fields.serialize_field("state", &self.values)?;
         match &self.escape {
             Some(escape) => fields.serialize_field("unsafe", escape)?,
             None => fields.skip_field("unsafe")?,
         }
         fields.serialize_field("most_preferred", &self.most_preferred)?;
+        match &self.jointly {
+            Some(jointly) => fields.serialize_field("jointly", jointly)?,
+            None => fields.skip_field("jointly")?,
+        }
         fields.serialize_field("sasi_rank", &sasi.map(|plan| plan.rank))?;
         fields.serialize_field("spi_rank", &spi.map(|plan| plan.rank))?;
         fields.serialize_field("sasi_actions", &sasi.map(|plan| &plan.actions))?;

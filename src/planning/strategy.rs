@@ -9,7 +9,7 @@ use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level};
 use crate::engine::edge_labels::{keeping, winning};
-use crate::engine::{EdgeLabels, Engine, position};
+use crate::engine::{EdgeLabels, Engine, Region, position};
 use crate::error::Result;
 
 /// The two strategies of one level in one arena.
@@ -75,6 +75,32 @@ pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game
     }
     let states = game.states.clone();
     Ok(Strategy { reference: arena.reference, states, permissive, layers, progress })
+}
+
+/// Computes the strategy that approaches a goal within a region whose choices stay in it. `first` are
+/// the progress choices of the goal itself. Cost: one pre-image per layer.
+///
+/// # Errors
+/// A limit of the engine is reached.
+pub(super) fn approach<E: Engine>(
+    engine: &E,
+    region: &Region<E::States, E::Choices>,
+    goal: &E::States,
+    first: E::Choices,
+) -> Result<Strategy<E>> {
+    let mut progress = first;
+    let mut layer = engine.intersection(goal, &region.states)?;
+    let mut open = engine.difference(&region.states, &layer)?;
+    let mut layers = Vec::new();
+    while !engine.is_empty(&layer)? {
+        let closer = engine.choices_in(&engine.entering(&region.choices, &layer)?, &open)?;
+        progress = engine.union(&progress, &closer)?;
+        layers.push(layer);
+        layer = engine.sources(&closer)?;
+        open = engine.difference(&open, &layer)?;
+    }
+    let (states, permissive) = (region.states.clone(), region.choices.clone());
+    Ok(Strategy { reference: None, states, permissive, layers, progress })
 }
 
 /// Computes the strategies of all arenas of a level, in the order of [`Improvement::arenas`]. Cost:

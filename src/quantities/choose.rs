@@ -12,7 +12,7 @@ use super::values::{Aim, Node, Setup, Values};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::{Program, State};
-use crate::planning::{Analysis, DecisionRule, Kind, Memory, Rank};
+use crate::planning::{Analysis, DecisionRule, Kind, Memory, Rank, StrategyKind};
 
 /// The default of the greatest number of improvements with values.
 pub const LEVELS: usize = 10;
@@ -50,6 +50,22 @@ impl Choose {
             Choose::Likely => Some(Aim::Likely),
             Choose::Cheap => Some(Aim::Cheap),
         }
+    }
+
+    /// Returns whether strategies of a kind can choose this way.
+    pub fn fits(self, kind: StrategyKind) -> bool {
+        match (self, kind) {
+            (Choose::First, _) | (_, StrategyKind::Plan) => true,
+            (_, StrategyKind::Achieve) => false,
+            (Choose::Likely, kind) => kind == StrategyKind::Spi,
+            (Choose::Cheap, kind) => kind == StrategyKind::Sasi,
+        }
+    }
+
+    /// Returns the kind of improvements that a strategy makes: a plan makes those of its values, else
+    /// the guaranteed ones.
+    pub fn levels(self, kind: StrategyKind) -> Kind {
+        self.kind().unwrap_or(kind.levels())
     }
 
     /// Returns the kind of improvements that the values are about; `None` for both.

@@ -47,7 +47,7 @@ fn program(
 }
 
 /// For each node the nodes it may lead to, each with whether the step is an improvement.
-fn edges(course: &InducedModel) -> Vec<Vec<(usize, bool)>> {
+pub(crate) fn edges(course: &InducedModel) -> Vec<Vec<(usize, bool)>> {
     let of = |node: &meliora::planning::induced_model::Node| {
         let pairs = node.at.actions.iter().zip(&node.next);
         pairs
@@ -141,7 +141,7 @@ fn check_plays(
     if bound.is_some() {
         assert_eq!(tally.given_up, 0);
     }
-    if let (Kind::Sasi, Some(_), Rank::Finite(k)) = (book.kind(), bound, tally.rank) {
+    if let (Kind::Sasi, Some(_), Rank::Finite(k)) = (book.kind().levels(), bound, tally.rank) {
         assert_eq!(tally.fewer_than(k), 0);
     }
 }

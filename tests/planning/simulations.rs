@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use meliora::planning::simulate::{PlayEnd, Trace, Wait};
+use meliora::planning::tally::{PlayEnd, Trace, Wait};
 use meliora::planning::{FiniteMemoryStrategy, Kind, Rank, Safety, Scheduler, Setup, Simulation};
 
 use crate::loaded::{Loaded, ladder};

@@ -39,6 +39,7 @@ _Scope: TypeAlias = Literal["reachable", "all"]
 _Engine: TypeAlias = Literal["symbolic", "explicit"]
 _Safety: TypeAlias = Literal["action", "transition", "prefix"]
 _Kind: TypeAlias = Literal["sasi", "spi"]
+_StrategyKind: TypeAlias = Literal["sasi", "spi", "plan", "achieve"]
 _Order: TypeAlias = Literal["auto", "declared"] | Sequence[str]
 _Choose: TypeAlias = Literal["first", "likely", "cheap"]
 _Which: TypeAlias = Literal["permitted", "progress", "chosen", "kept"]
@@ -506,17 +507,22 @@ class Analysis:
         """
     def strategy(
         self,
-        kind: _Kind | None = None,
+        kind: _StrategyKind | None = None,
         *,
+        objective: str | None = None,
         choose: _Choose = "first",
         states: Sequence[_State] | None = None,
         levels: int | None = None,
         reward: str = "steps",
     ) -> Strategy:
-        """Returns the strategies of one kind, "sasi" or "spi".
+        """Returns a strategy.
 
         Args:
-            kind: "sasi" or "spi"; None for "spi" with `choose="likely"`, else "sasi".
+            kind: "sasi" or "spi" improves; "plan" makes all guaranteed improvements and then achieves a
+                most preferred objective; "achieve" achieves one objective. None for "spi" with
+                `choose="likely"`, else "sasi".
+            objective: The objective that "achieve" achieves, and that "plan" pursues where it is a most
+                preferred one; None for the first of these.
             choose: The permitted action that the strategy takes: "first" that makes progress;
                 "likely" attains the greatest probability of all possible improvements (SPI); "cheap"
                 the least expected cost until the last certain one (SASI).
@@ -691,14 +697,15 @@ class RegionIterator(Iterator[dict[str, Any]]):
 
 @final
 class Strategy:
-    """The strategies of all levels of one kind.
+    """A strategy: the strategies of all levels of one kind, a plan, or a strategy that achieves one
+    objective.
 
     Actions are named by their labels. An unlabelled command is `module#k`. If a label has several
     choices in a state, the names distinguish them: `label(m1#2,m2#1)`.
     """
     @property
-    def kind(self) -> _Kind:
-        """`"sasi"` or `"spi"`."""
+    def kind(self) -> _StrategyKind:
+        """`"sasi"`, `"spi"`, `"plan"` or `"achieve"`."""
     @property
     def choose(self) -> _Choose:
         """`"first"`, `"likely"` or `"cheap"`: how the strategy chooses among the permitted actions."""
@@ -784,7 +791,14 @@ class Play:
         """The number of improvements so far."""
     @property
     def over(self) -> bool:
-        """True if no improvement is left; then no action is permitted."""
+        """True if no improvement is left and no objective is pursued, or if the pursued objective is
+        achieved.
+        """
+    @property
+    def pursues(self) -> str | None:
+        """The objective that the run pursues, once no improvement is left; None for strategies that
+        achieve none.
+        """
     def actions(self, which: _Which = "permitted") -> list[str]:
         """Returns the actions of the present state, as `Strategy.actions`."""
     def mask(self, actions: Sequence[str] | None = None, which: _Which = "permitted") -> NDArray[np.bool_]:
@@ -815,8 +829,16 @@ class Explanation:
     def rank(self) -> _Rank:
         """The rank of the state: an int, or `math.inf`."""
     @property
+    def pursues(self) -> str | None:
+        """The objective that the strategy pursues; None while it improves, and for strategies that
+        achieve none.
+        """
+    @property
+    def achieved(self) -> tuple[str, ...]:
+        """The objectives that are achieved in the state; empty for strategies that achieve none."""
+    @property
     def progress_action(self) -> str | None:
-        """The action of the progress strategy; None if no improvement is left."""
+        """The action of the progress strategy; None where the strategy ends."""
     @property
     def actions(self) -> tuple[Action, ...]:
         """All enabled actions, in the order of the program."""
@@ -835,11 +857,15 @@ class Action:
         """True if the strategy permits it."""
     @property
     def progress(self) -> bool:
-        """True if it comes closer to an improvement with positive probability."""
+        """True if it comes closer to an improvement, or to the pursued objective, with positive
+        probability.
+        """
     @property
     def verdict(self) -> str:
         """The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
-        `"weakens"`, `"unsafe"`, `"violates"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`.
+        `"weakens"`, `"unsafe"`, `"violates"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`; while an
+        objective is pursued `"achieves"`, `"may-achieve"`, `"nears"`, `"keeps"`, `"forfeits"` or
+        `"unachievable"`.
         """
     @property
     def reason(self) -> str:
@@ -884,7 +910,7 @@ class Successor:
         """True if `safety="transition"` ignores this branch."""
     @property
     def goal(self) -> bool:
-        """True if it is an improvement that the strategy counts."""
+        """True if it is an improvement that the strategy counts, or achieves the pursued objective."""
 
 @final
 class Simulation:
@@ -915,6 +941,11 @@ class Simulation:
         `agrees`. None with `choose="first"`.
         """
     @property
+    def achieved_runs(self) -> int | None:
+        """The number of runs that ended because they had achieved the objective that they pursued; None
+        for strategies that achieve none.
+        """
+    @property
     def variables(self) -> list[str]:
         """The names of the variables, in the order of the last axis of `states`."""
     @property
@@ -937,6 +968,11 @@ class Simulation:
     def improves(self) -> NDArray[np.bool_]:
         """The steps that are improvements: Booleans of shape (runs, longest), False after the end of a
         run.
+        """
+    @property
+    def achieved(self) -> dict[str, NDArray[np.int64]]:
+        """For each objective that some run achieved, the number of steps of each run until then: integers
+        of shape (runs,), -1 for runs that did not achieve it. Empty for strategies that achieve none.
         """
 
 @final

@@ -1,7 +1,8 @@
 //! The model induced by a strategy.
 //!
 //! A state is a state of the model, with the memory of the strategy and whether the step into it
-//! improved. A path ends where no improvement is left: the state has a self-loop.
+//! improved. A path ends where no improvement is left or the pursued objective is achieved: the state
+//! has a self-loop.
 
 use ahash::AHashMap;
 
@@ -21,8 +22,9 @@ type Key = (usize, bool);
 
 /// Builds the model that a strategy induces from the initial states: a Markov chain for
 /// [`Scheduler::Progress`], a sub-MDP of the model for [`Scheduler::Permissive`]. The labels are
-/// "improved" (the last step was an improvement), "settled" (the path ends there), and the regions
-/// and ranks of the states.
+/// "improved" (the last step was an improvement), "settled" (the path ends there), "achieved" (the
+/// pursued objective is achieved, for strategies that achieve objectives), and the regions and ranks
+/// of the states.
 ///
 /// # Errors
 /// There are more than `limit` states; the errors of [`InducedModel::unfold`].
@@ -48,9 +50,10 @@ pub fn induced<E: Engine>(
         rows.push(choices(&course, key, rows.len(), &mut found));
     }
     let keys = found.keys;
-    let labels = labels(analysis, &course, &keys)?;
-    let states = keys.iter().map(|key| values(&course, *key)).collect();
-    let (is_dtmc, columns) = (scheduler == Scheduler::Progress, columns(program));
+    let achieves = book.kind().achieves();
+    let labels = labels(analysis, &course, &keys, achieves)?;
+    let states = keys.iter().map(|key| values(&course, *key, achieves)).collect();
+    let (is_dtmc, columns) = (scheduler == Scheduler::Progress, columns(program, achieves));
     Ok(Graph { is_dtmc, columns, states, rows, initial: (0..starts.len()).collect(), labels })
 }
 
@@ -98,10 +101,13 @@ fn choices(course: &InducedModel, (node, _): Key, number: usize, found: &mut Fou
 }
 
 /// Returns the variables of the model, then the level (-1 if unbounded), the reference arena (-1 if
-/// none), and whether the last step improved.
-fn columns(program: &Program) -> Vec<Column> {
+/// none), and whether the last step improved; for strategies that achieve objectives, then the pursued
+/// objective (-1 if none) and its stage.
+fn columns(program: &Program, achieves: bool) -> Vec<Column> {
     let mut columns: Vec<Column> = program.variables.iter().map(column).collect();
-    for (name, is_bool) in [("level", false), ("reference", false), ("improved", true)] {
+    let pursuit: &[_] = if achieves { &[("pursued", false), ("stage", false)] } else { &[] };
+    for &(name, is_bool) in [("level", false), ("reference", false), ("improved", true)].iter().chain(pursuit)
+    {
         let mut name = name.to_owned();
         while columns.iter().any(|c| c.name == name) {
             name.insert(0, '_');
@@ -111,16 +117,19 @@ fn columns(program: &Program) -> Vec<Column> {
     columns
 }
 
-fn values(course: &InducedModel, (node, improved): Key) -> State {
+fn values(course: &InducedModel, (node, improved): Key, achieves: bool) -> State {
     let at = &course.nodes[node].at;
-    let Memory { level, arena } = at.memory;
+    let Memory { level, arena, pursuit } = at.memory;
+    let number = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
     let level = match level {
-        Rank::Finite(k) | Rank::AtLeast(k) => i64::try_from(k).unwrap_or(i64::MAX),
+        Rank::Finite(k) | Rank::AtLeast(k) => number(k),
         Rank::Unbounded => -1,
     };
-    let reference = arena.and_then(|a| i64::try_from(a).ok()).unwrap_or(-1);
     let mut values = at.state.clone();
-    values.extend([level, reference, i64::from(improved)]);
+    values.extend([level, arena.map_or(-1, number), i64::from(improved)]);
+    if achieves {
+        values.extend(pursuit.map_or([-1, 0], |p| [number(p.objective), number(p.stage)]));
+    }
     values
 }
 
@@ -128,6 +137,7 @@ fn labels<E: Engine>(
     analysis: &Analysis<E>,
     course: &InducedModel,
     keys: &[Key],
+    achieves: bool,
 ) -> Result<Vec<(String, Vec<usize>)>> {
     let numbered = |holds: &dyn Fn(&Key) -> bool| -> Vec<usize> {
         keys.iter().enumerate().filter(|(_, key)| holds(key)).map(|(number, _)| number).collect()
@@ -135,6 +145,9 @@ fn labels<E: Engine>(
     let settled = |key: &Key| course.nodes[key.0].next.iter().flatten().all(Option::is_none);
     let mut labels =
         vec![("improved".to_owned(), numbered(&|key| key.1)), ("settled".to_owned(), numbered(&settled))];
+    if achieves {
+        labels.push(("achieved".to_owned(), numbered(&|key| course.nodes[key.0].at.is_achieved())));
+    }
     let states: Vec<State> = keys.iter().map(|key| course.nodes[key.0].at.state.clone()).collect();
     labels.extend(Regions::of(analysis).all(&states)?);
     Ok(distinct(labels))

@@ -48,7 +48,7 @@ pub(super) fn classes(result: &AnalysisResult) -> Markup {
         table {
             thead { tr { th { "sure" } th colspan="2" { "states" } } }
             tbody { @for class in result.classes.iter().flatten() { tr {
-                th { (text::names(&class.most_preferred)) }
+                th { (text::either(&class.most_preferred)) }
                 (cell(&class.states, &whole, "plain"))
             } } }
         }

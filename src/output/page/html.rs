@@ -12,8 +12,8 @@ use super::{Content, Picture, Play, bars, data, hasse, map, paint, words};
 use crate::model::Variable;
 use crate::model::preference::Empty;
 use crate::model::value::Type;
-use crate::planning::Scheduler;
 use crate::planning::result::{Plan, Prospects};
+use crate::planning::{Scheduler, StrategyKind};
 use crate::projections::Projections;
 use crate::quantities::Choose;
 
@@ -108,7 +108,7 @@ fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
                 (figure("possible", "possible", initial.spi.as_ref()))
                 div.figure {
                     span.number.text {
-                        @if initial.escape.is_some() { "unsafe" } @else { (text::names(&initial.most_preferred)) }
+                        @if initial.escape.is_some() { "unsafe" } @else { (text::either(&initial.most_preferred)) }
                     }
                     span.label { "sure in the initial state" }
                 }
@@ -273,10 +273,10 @@ fn played(play: &Play) -> Markup {
             h2 { "A run" }
             p.hint {
                 "Run " (play.trace.play) " with seed " (play.seed) " under the " (play.scheduler.name()) " "
-                (play.kind) " strategy, which selects "
+                (strategy_name(play.kind)) ", which selects "
                 @match (play.scheduler, play.choose) {
                     (Scheduler::Permissive, _) => "each permitted action with the same probability. ",
-                    (_, Choose::First) => "the first permitted action that comes closer to an improvement. ",
+                    (_, Choose::First) => "the first permitted action that comes closer to its goal. ",
                     (_, Choose::Likely) => "the permitted action with the greatest probability of success. ",
                     (_, Choose::Cheap) => "the permitted action with the fewest expected steps. ",
                 }
@@ -295,9 +295,19 @@ fn played(play: &Play) -> Markup {
     }
 }
 
+/// Returns the name of a strategy in a sentence.
+fn strategy_name(kind: StrategyKind) -> &'static str {
+    match kind {
+        StrategyKind::Sasi => "SASI strategy",
+        StrategyKind::Spi => "SPI strategy",
+        StrategyKind::Plan => "plan (first improve, then achieve a most preferred objective)",
+        StrategyKind::Achieve => "strategy that achieves one objective",
+    }
+}
+
 fn turn_row(step: usize, turn: &TurnReport) -> Markup {
     let note = match (turn.improves, turn.weakens_step) {
-        (true, _) => Some(("good", format!("improves: {} gained", text::names(&turn.gained)))),
+        (true, _) => Some(("good", format!("improves: {} gained", text::either(&turn.gained)))),
         (_, true) => Some(("bad", format!("weakens: {} lost", text::names(&turn.lost)))),
         _ => None,
     };
@@ -305,7 +315,7 @@ fn turn_row(step: usize, turn: &TurnReport) -> Markup {
         tr data-turn=(step) {
             td.n { (step) } td { b { (turn.action) } } td { (values(&turn.changed)) }
             td.n { (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.')) }
-            td { (text::names(&turn.most_preferred)) } td { (ranks::mark(Some(turn.rank))) }
+            td { (text::either(&turn.most_preferred)) } td { (ranks::mark(Some(turn.rank))) }
             td { @if let Some((class, note)) = note { span class=(class) { (note) } } }
         }
     }

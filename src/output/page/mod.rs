@@ -27,8 +27,8 @@ use super::CheckReport;
 use super::simulate::TraceReport;
 use crate::model::preference::{Outline, Preferences};
 use crate::model::{Program, State};
-use crate::planning::simulate::PlayEnd;
-use crate::planning::{Kind, Scheduler};
+use crate::planning::tally::PlayEnd;
+use crate::planning::{Scheduler, StrategyKind};
 use crate::projections::Projections;
 use crate::quantities::Choose;
 
@@ -42,7 +42,7 @@ pub struct Content<'a> {
     pub preferences: &'a Preferences,
     /// The regions over a plane, if one was selected or guessed.
     pub projections: Option<&'a Projections>,
-    /// A run; `None` if nothing can be improved.
+    /// A run; `None` if nothing can be improved or achieved.
     pub play: Option<&'a Play>,
     /// The values of all states; `None` if there are too many.
     pub outlook: Option<&'a Outlook>,
@@ -51,8 +51,8 @@ pub struct Content<'a> {
 /// A simulated run.
 #[derive(Debug, Clone)]
 pub struct Play {
-    /// The kind of improvements.
-    pub kind: Kind,
+    /// The kind of the strategy.
+    pub kind: StrategyKind,
     /// The strategy of that kind.
     pub scheduler: Scheduler,
     /// The action that the progress strategy takes.

@@ -10,6 +10,7 @@ use super::words;
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::{Program, State};
+use crate::output::text;
 use crate::planning::{Analysis, FiniteMemoryStrategy, Kind, Memory};
 use crate::quantities::{Aim, Choose, Chooser};
 
@@ -59,22 +60,14 @@ impl Outlook {
         Ok(Some(Outlook { heat, promises }))
     }
 
-    /// Returns the strategies of a kind that choose by value: `cheap` for SASI, `likely` for SPI.
-    ///
-    /// Returns `None` before the levels are known.
-    pub fn strategy<E: Engine>(
-        &self,
-        analysis: &Analysis<E>,
-        program: &Arc<Program>,
-        kind: Kind,
-    ) -> Option<(FiniteMemoryStrategy<E>, Choose)> {
-        let (aim, choose) = match kind {
+    /// Lets a strategy choose by value while it improves: `cheap` for SASI, `likely` for SPI.
+    pub fn attach<E: Engine>(&self, strategy: &mut FiniteMemoryStrategy<E>) -> Choose {
+        let (aim, choose) = match strategy.levels() {
             Kind::Sasi => (Aim::Cheap, Choose::Cheap),
             Kind::Spi => (Aim::Likely, Choose::Likely),
         };
-        let mut book = FiniteMemoryStrategy::new(analysis, program, kind)?;
-        book.choose_by(Arc::new(Chooser::new(Arc::clone(&self.heat.values), aim)));
-        Some((book, choose))
+        strategy.choose_by(Arc::new(Chooser::new(Arc::clone(&self.heat.values), aim)));
+        choose
     }
 }
 
@@ -108,7 +101,7 @@ impl Promise {
     /// Returns the sentence: `From nothing to D, then to F: guaranteed, 11.4 steps on average; a third
     /// improvement with probability 0.41.`
     pub(super) fn sentence(&self) -> String {
-        let from = words::all_of(&self.from);
+        let from = text::either(&self.from);
         let next = match self.next > 0.0 {
             true => {
                 let which = words::ordinal(self.certain + 1);
@@ -186,7 +179,7 @@ mod tests {
         );
         assert_eq!(
             sentence(&[&["A", "B"]], 1, 0.0),
-            "From nothing to A and B: guaranteed, 11.4 steps on average."
+            "From nothing to A or B: guaranteed, 11.4 steps on average."
         );
         assert_eq!(
             sentence(&[], 0, 0.26),

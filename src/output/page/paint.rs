@@ -69,7 +69,7 @@ impl Look {
 
 impl<'a> Paint<'a> {
     pub(super) fn new(content: &Content<'_>, projections: &'a Projections) -> Self {
-        let name = |class: &_| text::names(&content.preferences.owned_names(class));
+        let name = |class: &_| text::either(&content.preferences.owned_names(class));
         // The fixpoint has its own colour.
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
         let opening = projections.opening();

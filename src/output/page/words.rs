@@ -7,9 +7,9 @@ use super::super::text::{self, grouped};
 use super::Play;
 use super::heat::digits;
 use crate::engine::Count;
-use crate::planning::Kind;
+use crate::planning::StrategyKind;
 use crate::planning::result::Prospects;
-use crate::planning::simulate::PlayEnd;
+use crate::planning::tally::PlayEnd;
 
 /// Maximum number of alternatives that are named.
 const MOST_WAYS: usize = 4;
@@ -72,13 +72,13 @@ pub(super) fn all_of(names: &[String]) -> String {
     }
 }
 
-/// Joins alternatives: `A`, `A or B`, `A and B, or C`; only their number if they are many.
+/// Joins alternatives: `A`, `A or B`, `A or B, or C`; only their number if they are many.
 pub(super) fn one_of(ways: &BTreeSet<Vec<String>>) -> String {
     if ways.len() > MOST_WAYS {
         return format!("one of {} better classes", ways.len());
     }
     let plain = ways.iter().all(|names| names.len() == 1);
-    let ways: Vec<String> = ways.iter().map(|names| all_of(names)).collect();
+    let ways: Vec<String> = ways.iter().map(|names| text::either(names)).collect();
     match ways.as_slice() {
         [] => "a better class".to_owned(),
         [one] => one.clone(),
@@ -96,12 +96,16 @@ pub(super) fn outcome(play: &Play) -> String {
     let improved = play.trace.turns.iter().filter(|turn| turn.improves).count();
     let often = text::plural(improved, "improvement");
     let steps = text::plural(play.trace.turns.len(), "step");
+    let last = play.trace.turns.last().map_or(play.trace.achieved.as_slice(), |turn| &turn.achieved);
     match (play.end, play.kind) {
-        (PlayEnd::Kept, Kind::Sasi) => format!("All guaranteed improvements happen: {often}."),
-        (PlayEnd::Kept, Kind::Spi) => {
+        (PlayEnd::CutOff, _) => format!("The run is cut off after {steps}, with {often} so far."),
+        (PlayEnd::Kept, StrategyKind::Plan | StrategyKind::Achieve) if !last.is_empty() => {
+            format!("The run makes {often}, and achieves {} after {steps}.", all_of(last))
+        }
+        (PlayEnd::Kept, StrategyKind::Spi) => {
             format!("A lucky run: every possible improvement happens ({often}).")
         }
-        (PlayEnd::CutOff, _) => format!("The run is cut off after {steps}, with {often} so far."),
+        (PlayEnd::Kept, _) => format!("All guaranteed improvements happen: {often}."),
         (PlayEnd::Failed, _) => {
             format!("No simulated run made all possible improvements; this one has {often}.")
         }
@@ -110,5 +114,5 @@ pub(super) fn outcome(play: &Play) -> String {
 
 /// Formats the sure objectives: `sure: A, B`.
 pub(super) fn sure(initial: &Prospects) -> String {
-    format!("sure: {}", text::names(&initial.most_preferred))
+    format!("sure: {}", text::either(&initial.most_preferred))
 }
