@@ -1,4 +1,4 @@
-//! Reading of text files.
+//! Reading of files.
 
 use std::fs::File;
 use std::path::Path;
@@ -15,8 +15,18 @@ use crate::errors::Failure;
 /// # Errors
 /// The `OSError` that Python's `open` raises; the text is too large or not UTF-8.
 pub(crate) fn open(py: Python<'_>, path: &Path) -> PyResult<Arc<SourceFile>> {
+    let file = opened(py, path)?;
     let name = path.display().to_string();
-    let file = File::open(path).map_err(|e| match e.raw_os_error() {
+    py.detach(|| SourceFile::read(name, file)).map_err(|error| Failure::of(error).raise(py))
+}
+
+/// Opens a file.
+///
+/// # Errors
+/// The `OSError` that Python's `open` raises.
+pub(crate) fn opened(py: Python<'_>, path: &Path) -> PyResult<File> {
+    let name = path.display().to_string();
+    File::open(path).map_err(|e| match e.raw_os_error() {
         // Python finds the class of the number: FileNotFoundError, PermissionError, …
         Some(number) => {
             let text = py.import("os").and_then(|os| os.call_method1("strerror", (number,)));
@@ -26,6 +36,5 @@ pub(crate) fn open(py: Python<'_>, path: &Path) -> PyResult<Arc<SourceFile>> {
             }
         }
         None => PyOSError::new_err(format!("{name}: {e}")),
-    })?;
-    py.detach(|| SourceFile::read(name, file)).map_err(|error| Failure::of(error).raise(py))
+    })
 }

@@ -1,19 +1,20 @@
 //! Models.
 
+use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use meliora::SourceFile;
 use meliora::error::render;
-use meliora::lang::Given;
+use meliora::lang::{Document, Given};
 use meliora::model::ModelKind;
 use meliora::model::value::Type;
 use meliora::supervise::{Reporter, memory};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
 use crate::analysis::Analysis;
-use crate::errors::usage;
+use crate::errors::{Failure, usage};
 use crate::exploration::{Exploration, Reachability};
 use crate::options::{self, Asked};
 use crate::preferences::{self, Preferences};
@@ -22,7 +23,8 @@ use crate::values::{self, Names};
 use crate::worker::{Call, Worker};
 use crate::{display, files};
 
-/// A model in PRISM's language or in JANI: read, checked and flat, but not explored.
+/// A model in PRISM's language or in JANI, or a list of its states: read, checked and flat, but not
+/// explored.
 ///
 /// Models are immutable values: they can be pickled, and used by several threads.
 #[pyclass(frozen, module = "meliora")]
@@ -31,6 +33,8 @@ pub(crate) struct Model {
     names: Arc<Names>,
     constants: String,
     bounds: String,
+    /// The bytes of an archive.
+    archive: Option<Vec<u8>>,
 }
 
 /// A variable of a model.
@@ -62,10 +66,23 @@ impl Variable {
 
 impl Model {
     /// Reads a text on a worker thread.
-    fn read(
+    fn read(py: Python<'_>, source: Arc<SourceFile>, given: (String, String), call: &Call) -> PyResult<Self> {
+        Model::load(py, Document::of(source), given, None, call)
+    }
+
+    /// Reads the bytes of an archive or a text.
+    fn from_bytes(py: Python<'_>, name: &str, bytes: Vec<u8>, call: &Call) -> PyResult<Self> {
+        let document =
+            Document::read(name, bytes.as_slice()).map_err(|error| Failure::of(error).raise(py))?;
+        Model::load(py, document, (String::new(), String::new()), Some(bytes), call)
+    }
+
+    /// Reads a document on a worker thread.
+    fn load(
         py: Python<'_>,
-        source: Arc<SourceFile>,
+        document: Document,
         (constants, bounds): (String, String),
+        archive: Option<Vec<u8>>,
         call: &Call,
     ) -> PyResult<Self> {
         let given = Given {
@@ -76,11 +93,11 @@ impl Model {
         let supervisor = Arc::clone(&worker.supervisor);
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("model", String::new());
-            meliora::Model::given(&source, &given, &*supervisor)
+            meliora::Model::loaded(&document, &given, &*supervisor)
         };
         let inner = worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
         let names = Names::new(py, inner.program());
-        Ok(Model { inner, names, constants, bounds })
+        Ok(Model { inner, names, constants, bounds, archive })
     }
 
     fn name(&self) -> &str {
@@ -140,21 +157,96 @@ impl Model {
         Model::read(py, SourceFile::new(name, text), given, &Call::new(timeout, progress)?)
     }
 
+    /// Reads a model from an archive in the unified Markov binary format (UMB).
+    ///
+    /// Args:
+    ///     source: The path of the archive, or its bytes.
+    ///     timeout, progress: As in `from_file`.
+    ///
+    /// Raises:
+    ///     InputError: The archive has an invalid model, or something that is not supported.
+    ///     OSError: The file cannot be read, or is not an archive.
     #[staticmethod]
+    #[pyo3(signature = (source, *, timeout=None, progress=None))]
+    fn from_umb(
+        py: Python<'_>,
+        source: &Bound<'_, PyAny>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let call = Call::new(timeout, progress)?;
+        if let Ok(bytes) = source.cast::<PyBytes>() {
+            return Model::from_bytes(py, "model", bytes.as_bytes().to_vec(), &call);
+        }
+        let path: PathBuf = source.extract()?;
+        let (mut file, mut bytes) = (files::opened(py, &path)?, Vec::new());
+        file.read_to_end(&mut bytes)?;
+        Model::from_bytes(py, &path.display().to_string(), bytes, &call)
+    }
+
+    /// Reads a model from a table of transitions. The only variable is `state`, the number of the
+    /// state.
+    ///
+    /// Args:
+    ///     transitions: Gymnasium's `env.unwrapped.P`, a dictionary `P[state][action]` of lists of
+    ///         tuples (probability, next state, reward, terminated); or a NumPy array of the shape
+    ///         (states, actions, states); or one matrix (states, states) per action, of NumPy or
+    ///         scipy, as a list, or as a dictionary by the name of the action. An action whose row
+    ///         has only zeros is not available in that state. A state that a terminated transition
+    ///         enters is absorbing: each of its actions stays there; the label "done" marks these
+    ///         states, unless `labels` has it. The rewards of tuples are not used.
+    ///     rewards: Reward structures: for each name an array (states) or (states, actions).
+    ///     labels: For each name the states that have it: numbers, or a Boolean for each state.
+    ///         Preferences use them as `F "goal"`.
+    ///     start: The initial states: a number, numbers, a Boolean for each state, or a distribution
+    ///         such as `env.unwrapped.initial_state_distrib`; None for all states.
+    ///     actions: The names of the actions; None for `a0`, `a1`, …, or the keys if they are names.
+    ///     timeout, progress: As in `from_file`.
+    ///
+    /// Raises:
+    ///     UsageError: A table has the wrong shape, probabilities do not sum to 1, or a state or
+    ///         a name is not one.
+    #[staticmethod]
+    #[pyo3(signature = (transitions, rewards=None, labels=None, start=None, *, actions=None, timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn from_transitions(
+        py: Python<'_>,
+        transitions: &Bound<'_, PyAny>,
+        rewards: Option<&Bound<'_, PyAny>>,
+        labels: Option<&Bound<'_, PyAny>>,
+        start: Option<&Bound<'_, PyAny>>,
+        actions: Option<&Bound<'_, PyAny>>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let call = Call::new(timeout, progress)?;
+        let tables = py.import("meliora._tables")?;
+        let text = tables.call_method1("drn", (transitions, rewards, labels, start, actions))?;
+        let source = SourceFile::new("transitions", text.extract::<String>()?);
+        Model::read(py, source, (String::new(), String::new()), &call)
+    }
+
+    #[staticmethod]
+    #[pyo3(signature = (name, text, constants, bounds, archive=None))]
     fn _restore(
         py: Python<'_>,
         name: &str,
         text: String,
         constants: String,
         bounds: String,
+        archive: Option<Vec<u8>>,
     ) -> PyResult<Self> {
+        if let Some(bytes) = archive {
+            return Model::from_bytes(py, name, bytes, &Call::plain());
+        }
         Model::read(py, SourceFile::new(name, text), (constants, bounds), &Call::plain())
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let restore = py.get_type::<Model>().getattr("_restore")?;
         let source = &self.inner.program().source;
-        let arguments = (&source.name, source.original(), &self.constants, &self.bounds);
+        let archive = self.archive.as_ref().map(|bytes| PyBytes::new(py, bytes));
+        let arguments = (&source.name, source.original(), &self.constants, &self.bounds, archive);
         (restore, arguments).into_pyobject(py)
     }
 

@@ -51,7 +51,12 @@ impl Model {
         Self::loaded(&Document::of(Arc::clone(source)), given, sink)
     }
 
-    fn loaded(document: &Document, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
+    /// Reads a document with values for its constants and bounds for its variables, as
+    /// [`Model::given`] reads a text.
+    ///
+    /// # Errors
+    /// See [`Model::given`].
+    pub fn loaded(document: &Document, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
         let checked = document.load(given, sink)?;
         Ok(Model { program: Arc::new(checked.program), warnings: checked.warnings })
     }

@@ -1,6 +1,6 @@
 """Types and docstrings of the compiled part. `python/stub_docs.py` writes the docstrings."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from typing import Any, Literal, final, overload
 
@@ -43,6 +43,9 @@ _StrategyKind: TypeAlias = Literal["sasi", "spi", "plan", "achieve"]
 _Order: TypeAlias = Literal["auto", "declared"] | Sequence[str]
 _Choose: TypeAlias = Literal["first", "likely", "cheap"]
 _Which: TypeAlias = Literal["permitted", "progress", "chosen", "kept"]
+#: A dictionary as Gymnasium's `P`, an array, or one matrix per action; scipy has no types.
+_Transitions: TypeAlias = Any
+_States: TypeAlias = Iterable[int] | Iterable[bool] | NDArray[Any]
 _Progress: TypeAlias = Callable[[Progress], object]
 
 @final
@@ -69,7 +72,8 @@ class Variable:
 
 @final
 class Model:
-    """A model in PRISM's language or in JANI: read, checked and flat, but not explored.
+    """A model in PRISM's language or in JANI, or a list of its states: read, checked and flat, but not
+    explored.
 
     Models are immutable values: they can be pickled, and used by several threads.
     """
@@ -109,7 +113,55 @@ class Model:
         `name`.
         """
     @staticmethod
-    def _restore(name: str, text: str, constants: str, bounds: str) -> Model: ...
+    def from_umb(
+        source: _Path | bytes, *, timeout: _Timeout | None = None, progress: _Progress | None = None
+    ) -> Model:
+        """Reads a model from an archive in the unified Markov binary format (UMB).
+
+        Args:
+            source: The path of the archive, or its bytes.
+            timeout, progress: As in `from_file`.
+
+        Raises:
+            InputError: The archive has an invalid model, or something that is not supported.
+            OSError: The file cannot be read, or is not an archive.
+        """
+    @staticmethod
+    def from_transitions(
+        transitions: _Transitions,
+        rewards: Mapping[str, Any] | None = None,
+        labels: Mapping[str, _States] | None = None,
+        start: int | _States | None = None,
+        *,
+        actions: Sequence[str] | None = None,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> Model:
+        """Reads a model from a table of transitions. The only variable is `state`, the number of the
+        state.
+
+        Args:
+            transitions: Gymnasium's `env.unwrapped.P`, a dictionary `P[state][action]` of lists of
+                tuples (probability, next state, reward, terminated); or a NumPy array of the shape
+                (states, actions, states); or one matrix (states, states) per action, of NumPy or
+                scipy, as a list, or as a dictionary by the name of the action. An action whose row
+                has only zeros is not available in that state. A state that a terminated transition
+                enters is absorbing: each of its actions stays there; the label "done" marks these
+                states, unless `labels` has it. The rewards of tuples are not used.
+            rewards: Reward structures: for each name an array (states) or (states, actions).
+            labels: For each name the states that have it: numbers, or a Boolean for each state.
+                Preferences use them as `F "goal"`.
+            start: The initial states: a number, numbers, a Boolean for each state, or a distribution
+                such as `env.unwrapped.initial_state_distrib`; None for all states.
+            actions: The names of the actions; None for `a0`, `a1`, …, or the keys if they are names.
+            timeout, progress: As in `from_file`.
+
+        Raises:
+            UsageError: A table has the wrong shape, probabilities do not sum to 1, or a state or
+                a name is not one.
+        """
+    @staticmethod
+    def _restore(name: str, text: str, constants: str, bounds: str, archive: bytes | None = None) -> Model: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @property
     def name(self) -> str:

@@ -1,0 +1,147 @@
+"""Models from tables of transitions and from archives."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import pickle
+import struct
+import tarfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meliora
+
+#: The first action of state 0 leads to 1 or 2, the second to 3; the third state ends the episode.
+P: dict[int, dict[int, list[tuple[float, int, float, bool]]]] = {
+    0: {0: [(0.5, 1, 0.0, False), (0.5, 2, 0.0, True)], 1: [(1.0, 3, 0.0, False)]},
+    1: {0: [(1.0, 1, 0.0, False)]},
+    2: {0: [(1.0, 0, 0.0, False)]},
+    3: {0: [(1.0, 3, 0.0, False)], 1: [(1.0, 3, 0.0, False)]},
+}
+LABELS: dict[str, Any] = {"one": [1], "two": np.array([False, False, True, False]), "three": [3]}
+WISHES = meliora.Preferences(
+    {"One": 'F "one"', "Two": 'F "two"', "Three": 'F "three"'}, ["One > Three", "Two > Three"]
+)
+
+
+def array() -> Any:
+    table = np.zeros((4, 2, 4))
+    table[0, 0, [1, 2]], table[0, 1, 3] = 0.5, 1.0
+    table[1, 0, 1] = table[2, 0, 2] = table[3, 0, 3] = table[3, 1, 3] = 1.0
+    return table
+
+
+def permitted(model: meliora.Model) -> tuple[list[int], list[bool]]:
+    found = model.check(WISHES)
+    return [int(n) for n in found.sasi.counts], [bool(b) for b in found.strategy("sasi").mask({"state": 0})]
+
+
+def test_all_kinds_of_tables_are_one_model() -> None:
+    tables = [P, array(), [array()[:, a, :] for a in range(2)], {"left": array()[:, 0, :], "right": array()[:, 1, :]}]
+    models = [meliora.Model.from_transitions(table, labels=LABELS, start=0) for table in tables]
+    assert [permitted(model) for model in models] == [([1], [True, False])] * 4
+    assert [model.actions for model in models] == [["a0", "a1"]] * 3 + [["left", "right"]]
+    assert models[0].variables["state"].high == 3
+    # A terminated transition enters state 2, so it is absorbing and has the label.
+    assert set(models[0].labels) == {"one", "two", "three", "done"}
+    assert set(models[1].labels) == {"one", "two", "three"}
+    assert models[0].reach('"one"').pmax_positive.count() == 2
+
+
+def test_scipy_matrices_are_read() -> None:
+    sparse = pytest.importorskip("scipy.sparse", reason="needs scipy")
+    for kind in (sparse.csr_matrix, sparse.coo_array):
+        matrices = [kind(array()[:, a, :]) for a in range(2)]
+        assert permitted(meliora.Model.from_transitions(matrices, labels=LABELS, start=0)) == ([1], [True, False])
+
+
+def test_starts_are_numbers_booleans_or_a_distribution() -> None:
+    starts: list[Any] = [None, 0, [0, 3], np.array([True, False, False, True]), [0.25, 0.0, 0.5, 0.25]]
+    assert [meliora.Model.from_transitions(P, start=start).explore().initial.count() for start in starts] == [4, 1, 2, 2, 3]
+
+
+def test_rewards_are_costs_of_states_or_actions() -> None:
+    costs = {"time": [1, 1, 1, 1], "energy": [[3, 5], [0, 0], [0, 0], [0, 0]]}
+    model = meliora.Model.from_transitions(P, costs, LABELS, 0, actions=["try", "give_up"])
+    assert model.actions == ["try", "give_up"]
+    cost = model.check(WISHES).values(reward="energy")[0]["levels"][0]["cost"]
+    assert cost["lower"] == pytest.approx(3) and cost["upper"] == pytest.approx(3)
+
+
+@pytest.mark.parametrize(
+    ("table", "options", "message"),
+    [
+        ({0: {0: [(0.5, 0, 0, False)]}}, {}, "state 0, action a0: the probabilities sum to 0.5, not to 1"),
+        ({0: {0: [(1.5, 0, 0, False), (-0.5, 0, 0, False)]}}, {}, "state 0, action a0: 1.5 is not a probability"),
+        ({0: {0: [(1.0, 7, 0, False)]}}, {}, "state 0, action 0: 7 is not a state; states are the numbers from 0 to 0"),
+        ({0: {0: [(1.0,)]}}, {}, "is not (probability, next state, reward, terminated)"),
+        ({1: {0: [(1.0, 0, 0, False)]}}, {}, "the numbers from 0 to 0"),
+        ({}, {}, "there is no state"),
+        (np.zeros((2, 3)), {}, "has the shape (S, A, S), not (2, 3)"),
+        ([np.eye(2), np.eye(3)], {}, "action a1: expected a matrix of the shape (2, 2), not (3, 3)"),
+        ("text", {}, "not str"),
+        (P, {"labels": {"goal": [4]}}, "label 'goal': 4 is not a state"),
+        (P, {"labels": {"goal": [True]}}, "label 'goal': 1 values for 4 states"),
+        (P, {"labels": {"a goal": [1]}}, "'a goal' cannot be the name of a label"),
+        (P, {"start": []}, "start: there is no state in it"),
+        (P, {"start": 9}, "start: 9 is not a state"),
+        (P, {"actions": ["go"]}, "expected 2 action names, found go"),
+        (P, {"rewards": {"time": [1]}}, "reward 'time': 1 values for 4 states"),
+        (P, {"rewards": {"time": [[1], [1], [1], [1]]}}, "reward 'time': 1 values in state 0, for 2 actions"),
+    ],
+)
+def test_a_wrong_table_is_refused_by_name(table: Any, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(meliora.UsageError) as raised:
+        meliora.Model.from_transitions(table, **options)
+    assert message in str(raised.value)
+
+
+def test_a_model_of_a_table_can_be_pickled() -> None:
+    model = meliora.Model.from_transitions(P, labels=LABELS, start=0)
+    assert permitted(pickle.loads(pickle.dumps(model))) == ([1], [True, False])
+
+
+def archive() -> bytes:
+    """Returns a UMB archive of two states in a row."""
+    system: dict[str, Any] = {"time": "discrete", "#players": 1, "#states": 2, "#initial-states": 1, "#choices": 2}
+    system.update({"#choice-actions": 0, "#branches": 2, "#branch-actions": 0, "#observations": 0})
+    index = {"format-version": 1, "format-revision": 0, "transition-system": system}
+    files = {
+        "index.json": json.dumps(index).encode(),
+        "state-is-initial.bin": struct.pack("<Q", 1),
+        "branch-to-target.bin": struct.pack("<2Q", 1, 1),
+    }
+    out = io.BytesIO()
+    with tarfile.open(fileobj=out, mode="w") as tar:
+        for name, content in files.items():
+            entry = tarfile.TarInfo(name)
+            entry.size = len(content)
+            tar.addfile(entry, io.BytesIO(content))
+    return out.getvalue()
+
+
+def test_an_archive_is_read_from_a_path_or_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "two.umb"
+    path.write_bytes(gzip.compress(archive()))
+    read = [meliora.Model.from_umb(path), meliora.Model.from_umb(archive())]
+    read += [pickle.loads(pickle.dumps(model)) for model in read]
+    explored = [model.explore() for model in read]
+    assert [found.states.count() for found in explored] == [2] * 4
+    assert [found.reach("state = 1").pmax_one.count() for found in explored] == [2] * 4
+    assert [model.name for model in read] == [str(path), "model"] * 2
+
+
+def test_what_is_no_archive_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        meliora.Model.from_umb(tmp_path / "missing.umb")
+    with pytest.raises(OSError, match="not a valid archive"):
+        meliora.Model.from_umb(gzip.compress(b"not an archive"))
+    with pytest.raises(OSError, match="not UTF-8"):
+        meliora.Model.from_umb(b"\xff")
+    with pytest.raises(TypeError):
+        meliora.Model.from_umb(3)  # type: ignore[arg-type]
