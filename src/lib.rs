@@ -130,7 +130,7 @@ pub use model::{Program, State};
 #[doc(inline)]
 pub use planning::{
     Analysis, AnalysisResult, Event, Explanation, FiniteMemoryStrategy as Strategy, Kind, Options, Phase,
-    Rank, Safety, Scheduler, Setup, StrategyKind,
+    Rank, Safety, Scheduler, Setup, Shield, StrategyKind,
 };
 #[doc(inline)]
 pub use progress::{NoProgress, ProgressSink};

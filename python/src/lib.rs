@@ -8,7 +8,7 @@
 //! - `arrays`, `display`, `errors`, `progress`, `region_export`
 //! - `files`, `values`, `worker`
 //! - `options`, `preferences`, `region`
-//! - `explanation`, `handle`, `simulation`
+//! - `explanation`, `handle`, `shield`, `simulation`
 //! - `strategy`, `levels`, `analysis`, `exploration`, `model`, each of which may use those before it
 
 mod analysis;
@@ -26,6 +26,7 @@ mod preferences;
 mod progress;
 mod region;
 mod region_export;
+mod shield;
 mod simulation;
 mod strategy;
 mod values;
@@ -45,6 +46,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<levels::Levels>()?;
     module.add_class::<region::Region>()?;
     module.add_class::<region::RegionIterator>()?;
+    module.add_class::<shield::Shield>()?;
     module.add_class::<strategy::Strategy>()?;
     module.add_class::<strategy::Play>()?;
     module.add_class::<explanation::Explanation>()?;

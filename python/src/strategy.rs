@@ -17,6 +17,7 @@ use crate::errors::{unpicklable, usage};
 use crate::explanation::Explanation;
 use crate::handle::Handle;
 use crate::region::Space;
+use crate::shield::Shield;
 use crate::simulation::{Recorder, Simulation};
 use crate::values::{plain, rank_of};
 use crate::worker::Call;
@@ -140,7 +141,13 @@ impl SharedStrategy {
         let strategy = lock(&self.inner);
         let (program, preferences) = (&*self.space.names.program, strategy.preferences());
         let levels = strategy.levels();
-        Explanation::new(py, &self.space.names, at, rank, Words { program, preferences, kind: self.kind, levels })
+        Explanation::new(
+            py,
+            &self.space.names,
+            at,
+            rank,
+            Words { program, preferences, kind: self.kind, levels },
+        )
     }
 }
 
@@ -263,6 +270,34 @@ impl Strategy {
         let state = self.shared.state(py, state)?;
         let at = self.shared.explain(py, state, None)?;
         self.shared.mask(py, &at, actions, which)
+    }
+
+    /// Returns a shield: a table of the permitted actions of all states of the scope, with the
+    /// memory of the strategy. It needs no model, and answers in microseconds.
+    ///
+    /// Args:
+    ///     limit: Maximum number of states with memory.
+    ///     timeout, progress: As in `Model.explore`.
+    ///
+    /// Raises:
+    ///     UsageError: The strategy is a plan, achieves an objective or chooses by value, or the safety
+    ///         mode is "transition", which promises nothing about single steps.
+    ///     TooLarge: There are more than `limit` states with memory.
+    #[pyo3(signature = (*, limit=1_000_000, timeout=None, progress=None))]
+    fn shield(
+        &self,
+        py: Python<'_>,
+        limit: usize,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Shield> {
+        let (call, inner) = (Call::new(timeout, progress)?, Arc::clone(&self.shared.inner));
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("shield", String::new());
+            meliora::Shield::new(&mut lock(&inner), limit)
+        };
+        let found = self.shared.space.worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
+        Shield::new(py, found)
     }
 
     /// Starts a run in a state; it keeps the memory of the strategy.

@@ -11,7 +11,16 @@ import pytest
 
 from conftest import EXAMPLES
 
-NEEDS = {"heat_map.py": ["numpy", "matplotlib"], "masked_environment.py": ["numpy"]}
+NEEDS = {
+    "heat_map.py": ["numpy", "matplotlib"],
+    "masked_environment.py": ["numpy"],
+    **dict.fromkeys(["frozen_lake.py", "taxi.py", "cliff_walking.py"], ["numpy", "gymnasium"]),
+}
+MASKS = {
+    "frozen_lake.py": "[False  True False False]",
+    "cliff_walking.py": "[ True False False False]",
+    "taxi.py": "[ True  True  True  True  True False]",
+}
 
 
 @pytest.mark.parametrize("example", sorted(path.name for path in EXAMPLES.glob("*.py")))
@@ -26,5 +35,11 @@ def test_example(example: str, tmp_path: Path) -> None:
         assert done.stdout.split("\n")[:2] == ["768 98", "1946 1477 1165 1010 1004"]
     elif example == "heat_map.py":
         assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+    elif example in MASKS:
+        assert done.stdout.strip() == MASKS[example]
+    elif example == "minigrid_shield.py":
+        without, shielded = done.stdout.strip().split("\n")
+        assert shielded.startswith("with shield: 0 of 20000 steps weaken, ") and " 0 improve" not in shielded
+        assert not without.startswith("without shield: 0 ")
     else:
         assert "2 improvements or more in all of 200 plays" in done.stdout

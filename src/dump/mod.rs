@@ -15,6 +15,7 @@ pub mod dot;
 pub mod manifest;
 mod members;
 mod place;
+mod shield;
 mod streams;
 pub mod values;
 
@@ -22,3 +23,4 @@ pub use diagram::{Diagram, Edge, Node};
 pub use directory::{Dump, read_directory, write_directory};
 pub use manifest::Manifest;
 pub use members::Members;
+pub use shield::{read_shield, write_shield};

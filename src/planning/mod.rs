@@ -10,7 +10,8 @@
 //!
 //! [`Analysis`] runs them one after the other and keeps its results when a limit is reached.
 //! [`explain`] says why an action is permitted, [`induced_model`] computes the states that a
-//! strategy may visit, and [`simulate`] draws random runs.
+//! strategy may visit, [`simulate`] draws random runs, and [`shield`] makes a table of permitted
+//! actions.
 
 pub mod achieve;
 pub mod analysis;
@@ -28,6 +29,7 @@ mod phases;
 pub mod regions;
 pub mod requirements;
 pub mod result;
+pub mod shield;
 pub mod simulate;
 pub mod strategy;
 pub mod tally;
@@ -47,5 +49,6 @@ pub use joint::Joint;
 pub use levels::{Kind, Levels, Rank};
 pub use requirements::Requirements;
 pub use result::AnalysisResult;
+pub use shield::{Shield, ShieldAction, ShieldNode, ShieldVariable};
 pub use simulate::{Setup, Simulation};
 pub use winning_regions::WinningRegions;

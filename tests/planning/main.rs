@@ -26,6 +26,7 @@ mod reasons;
 mod regions;
 mod requirements;
 mod robot;
+mod shields;
 mod simulations;
 mod strategies;
 mod threads;

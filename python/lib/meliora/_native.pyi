@@ -19,6 +19,7 @@ __all__ = [
     "Levels",
     "Region",
     "RegionIterator",
+    "Shield",
     "Strategy",
     "Play",
     "Explanation",
@@ -32,6 +33,7 @@ __version__: str
 
 _Value: TypeAlias = bool | int | str
 _State: TypeAlias = Mapping[str, _Value]
+_ShieldState: TypeAlias = Mapping[str, _Value] | Sequence[_Value] | NDArray[Any] | int
 _Path: TypeAlias = str | PathLike[str]
 _Rank: TypeAlias = int | float
 _Timeout: TypeAlias = float | str
@@ -797,6 +799,21 @@ class Strategy:
 
         This is for start states; use `play` to follow a run.
         """
+    def shield(
+        self, *, limit: int = 1000000, timeout: _Timeout | None = None, progress: _Progress | None = None
+    ) -> Shield:
+        """Returns a shield: a table of the permitted actions of all states of the scope, with the
+        memory of the strategy. It needs no model, and answers in microseconds.
+
+        Args:
+            limit: Maximum number of states with memory.
+            timeout, progress: As in `Model.explore`.
+
+        Raises:
+            UsageError: The strategy is a plan, achieves an objective or chooses by value, or the safety
+                mode is "transition", which promises nothing about single steps.
+            TooLarge: There are more than `limit` states with memory.
+        """
     def play(self, state: _State) -> Play:
         """Starts a run in a state; it keeps the memory of the strategy."""
     def simulate(
@@ -822,6 +839,97 @@ class Strategy:
                 uniformly from the permitted actions, which is for `choose="first"` only.
             timeout, progress: As in `Model.explore`.
         """
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Shield:
+    """The permitted actions of all states, for an agent that acts step by step. A shield needs no
+    model, and follows levels, references and monitors.
+
+    Promise: where `secure` is True, no step that follows the shield ever weakens, from there on,
+    whatever the environment does, as long as it behaves as the model says. While `ahead` is
+    greater than 0, the permitted actions are those of the permissive strategy of the level: for
+    "sasi", an agent that takes each of them again and again improves almost surely. Where `secure` is
+    False, the permitted actions are those of the strategy or those that the safety mode keeps; all, if
+    there are none. Steps are compared as the safety mode says: with "action", with the state before
+    the step; with "prefix", with the reference.
+
+    An episode starts with `reset`, or with the first state. A call with another state than the
+    present one is a step; a call with the present state is a step only after `correct`, or after
+    `step`. A state is a dictionary, or a sequence of values in the order of the variables (without
+    those of monitors), or a number if there is one variable.
+
+    Must not be used by several threads at once.
+    """
+    @property
+    def kind(self) -> _Kind:
+        """`"sasi"` or `"spi"`."""
+    @property
+    def safety(self) -> Literal["action", "prefix"]:
+        """`"action"` or `"prefix"`."""
+    @property
+    def actions(self) -> list[str]:
+        """The names of the actions, in the order of masks: the labels of the model, then unlabelled
+        commands, and `deadlock` if the model has deadlocks.
+        """
+    def reset(self, state: _ShieldState) -> None:
+        """Starts an episode in a state, with fresh monitors.
+
+        Raises:
+            UsageError: No episode may start in this state: it is not in the scope.
+        """
+    def step(self, state: _ShieldState) -> None:
+        """Moves to the state that a step led to, also if it is the present state.
+
+        Raises:
+            UsageError: No action leads there from the present state.
+        """
+    def mask(self, state: _ShieldState) -> NDArray[np.bool_]:
+        """Returns for each of `actions` if it is permitted: a Boolean array that cannot be written, or a
+        list if NumPy is not installed.
+
+        Raises:
+            UsageError: The state does not follow the present one.
+        """
+    def allowed(self, state: _ShieldState) -> tuple[str, ...]:
+        """Returns the names of the permitted actions."""
+    @overload
+    def correct(self, state: _ShieldState, action: str) -> str:
+        """Returns the action if it is permitted, else a permitted one that makes progress where there is
+        one; a name for a name and a number for a number. The next state is the one that this action
+        led to.
+        """
+    @overload
+    def correct(self, state: _ShieldState, action: int) -> int:
+        """Returns the action if it is permitted, else a permitted one that makes progress where there is
+        one; a name for a name and a number for a number. The next state is the one that this action
+        led to.
+        """
+    def secure(self, state: _ShieldState) -> bool:
+        """Returns True if no permitted step ever weakens from this state on."""
+    def ahead(self, state: _ShieldState) -> _Rank:
+        """Returns the number of improvements that the shield still aims for in this state: an int, or
+        `math.inf`.
+        """
+    def most_preferred(self, state: _ShieldState) -> tuple[str, ...]:
+        """Returns the most preferred objectives of the present state."""
+    def save(self, folder: _Path) -> None:
+        """Writes the shield into a folder: its table, and a manifest with the hash of the table. An older
+        shield there is replaced.
+
+        Raises:
+            OSError: The folder contains something else, or cannot be written.
+        """
+    @staticmethod
+    def load(folder: _Path) -> Shield:
+        """Reads a shield from a folder. Checks the hash, and that the promise follows from the table:
+        permitted steps of secure states stay in secure states, and weaken nothing.
+
+        Raises:
+            Error: The table has changed, or the promise does not follow from it.
+            OSError: A file cannot be read.
+        """
+    def __len__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final

@@ -1,0 +1,197 @@
+"""Shields: they follow a strategy, keep their promise, and need no model."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+from pathlib import Path
+from typing import Any, Literal
+
+import pytest
+from conftest import MODELS
+
+import meliora
+
+#: A die decides between `second` and `third`; `risk` weakens, `wait` counts steps of the monitor.
+WORLD = """mdp
+module world
+  s : [0..4] init 0;
+  on : bool init false;
+  [roll] s=0 -> 0.5: (s'=1) + 0.5: (s'=2);
+  [risk] s<3 -> 0.9: (s'=3) + 0.1: (s'=4);
+  [wait] s<3 -> (on'=!on);
+  [stay] s>=3 -> true;
+endmodule
+"""
+WISHES = "objective One = F s=1; objective Two = F s=2; objective Low = F s=3; prefer One, Two > Low;"
+
+
+def world(wishes: str = WISHES, **options: Any) -> meliora.Analysis:
+    return meliora.Model.from_string(WORLD).check(meliora.Preferences.from_string(wishes), **options)
+
+
+def test_a_shield_permits_what_the_strategy_permits() -> None:
+    cases: list[tuple[str, Literal["action", "prefix"]]] = [("robot5x5", "action"), ("robot5x5", "prefix"), ("drone", "action"), ("drone", "prefix")]
+    for name, safety in cases:
+        model = meliora.Model.from_file(MODELS / f"{name}.prism")
+        found = model.check(MODELS / f"{name}.pref", safety=safety)
+        kinds: tuple[Literal["sasi", "spi"], ...] = ("sasi", "spi")
+        for kind in kinds:
+            strategy = found.strategy(kind)
+            shield, draw = strategy.shield(), random.Random(1)
+            assert shield.actions == model.actions
+            assert (shield.kind, shield.safety) == (kind, safety)
+            improvements = 0
+            for _ in range(20):
+                state = draw.choice(found.exploration.states.states(500))
+                play = strategy.play(state)
+                shield.reset(state)
+                while not play.over and improvements < 200:
+                    assert shield.ahead(play.state) == play.ahead
+                    assert set(shield.allowed(play.state)) == set(play.actions())
+                    assert list(shield.mask(play.state)) == list(play.mask())
+                    action = shield.correct(play.state, draw.choice(shield.allowed(play.state)))
+                    after = draw.choice([s.state for a in play.explain().actions if a.name == action for s in a.successors])
+                    improvements += play.step(after)
+            assert kind == "sasi" or improvements
+
+
+def test_no_step_of_a_secure_state_weakens() -> None:
+    found = meliora.Model.from_file(MODELS / "robot5x5.prism").check(MODELS / "robot5x5.pref")
+    strategy, draw, secure = found.strategy("sasi"), random.Random(2), 0
+    shield = strategy.shield()
+    better = {"A": {"D", "E"}, "B": {"D", "E"}, "C": {"E", "F"}}
+    for state in found.exploration.states.sample(100, seed=3):
+        shield.reset(state)
+        promised = False
+        for _ in range(50):
+            # A promise holds from then on.
+            assert shield.secure(state) or not promised
+            promised = shield.secure(state)
+            action = shield.correct(state, draw.choice(shield.actions))
+            before = found.most_preferred(state)
+            state = draw.choice(strategy.successors(state)[action])[1]
+            after = found.most_preferred(state)
+            # The file says `empty = gain`: to lose the last objective does not weaken.
+            worse = any(new in lesser(better, old) for old in before for new in after)
+            assert not (promised and worse)
+            secure += promised
+    assert secure > 1000
+
+
+def lesser(better: dict[str, set[str]], name: str) -> set[str]:
+    return {low for low, high in better.items() if name in high}
+
+
+def test_an_action_that_is_not_permitted_is_corrected() -> None:
+    shield = world().strategy("sasi").shield()
+    start = {"s": 0, "on": False}
+    assert (shield.allowed(start), shield.ahead(start), shield.secure(start)) == (("roll", "wait"), 1, True)
+    assert shield.most_preferred(start) == ()
+    assert shield.mask(start).tolist() == [True, False, True, False]
+    with pytest.raises(ValueError, match="read-only"):
+        shield.mask(start)[0] = False
+    assert shield.correct(start, "wait") == "wait"
+    assert shield.correct((0, True), 1) == 0
+    assert shield.ahead({"s": 2, "on": True}) == 0
+    assert (shield.allowed((2, True)), shield.most_preferred((2, True))) == (("wait",), ("Two",))
+    with pytest.raises(meliora.UsageError, match="cannot follow"):
+        shield.mask((1, True))
+    with pytest.raises(meliora.UsageError, match="there is no action fly"):
+        shield.correct((2, True), "fly")
+    with pytest.raises(meliora.UsageError, match="no state in which an episode may start"):
+        shield.reset((9, True))
+    with pytest.raises(meliora.UsageError, match="expected 2 values"):
+        shield.reset((1,))
+    with pytest.raises(meliora.UsageError, match="no value for `on`"):
+        shield.reset({"s": 1})
+    with pytest.raises(meliora.UsageError, match="`on` cannot have the value 7"):
+        shield.reset((1, 7))
+
+
+def test_a_shield_follows_monitors() -> None:
+    wishes = "objective Soon = F<=2 s=3; objective Late = F s=3; prefer Soon > Late;"
+    found = world(wishes)
+    play, shield = found.strategy("spi").play({"s": 0, "on": False}), found.strategy("spi").shield()
+    for on in (True, False, True, False):
+        assert shield.most_preferred((0, not on)) == found.most_preferred(play.state)
+        shield.step((0, on))
+        play.step(next(t.state for a in play.explain().actions if a.name == "wait" for t in a.successors))
+    assert shield.most_preferred((0, False)) == found.most_preferred(play.state)
+
+
+def test_what_promises_nothing_has_no_shield() -> None:
+    with pytest.raises(meliora.UsageError, match="there is no shield"):
+        world(safety="transition").strategy("sasi").shield()
+    with pytest.raises(meliora.UsageError, match="shields are for"):
+        world().strategy("plan").shield()
+    with pytest.raises(meliora.UsageError, match="does not choose by value"):
+        world().strategy(choose="cheap").shield()
+    with pytest.raises(meliora.TooLarge, match="more than 3 states"):
+        world().strategy("sasi").shield(limit=3)
+
+
+def test_a_shield_is_saved_and_loaded_without_the_model(tmp_path: Path) -> None:
+    shield = world().strategy("sasi").shield()
+    shield.save(tmp_path / "shield")
+    shield.save(tmp_path / "shield")
+    loaded = meliora.Shield.load(tmp_path / "shield")
+    assert (len(loaded), loaded.actions, loaded.kind) == (len(shield), shield.actions, "sasi")
+    assert loaded.allowed((0, False)) == ("roll", "wait")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "letter.txt").write_text("mine")
+    with pytest.raises(OSError, match="letter.txt"):
+        shield.save(tmp_path / "other")
+
+
+def test_a_shield_that_was_changed_is_refused(tmp_path: Path) -> None:
+    world().strategy("sasi").shield().save(tmp_path)
+    nodes, manifest = tmp_path / "nodes.json", tmp_path / "shield.json"
+    table = json.loads(nodes.read_text())
+    # In s=1, `risk` weakens, so a table that permits it does not keep the promise.
+    node = next(node for node in table["nodes"] if node["state"][0] == 1)
+    assert node["secure"] and [action["permitted"] for action in node["actions"]] == [False, True]
+    node["actions"][0]["permitted"] = True
+    nodes.write_text(json.dumps(table))
+    with pytest.raises(meliora.Error, match="the file has changed"):
+        meliora.Shield.load(tmp_path)
+    said = json.loads(manifest.read_text())
+    said["sha256"] = hashlib.sha256(nodes.read_bytes()).hexdigest()
+    manifest.write_text(json.dumps(said))
+    with pytest.raises(meliora.Error, match="a permitted step weakens"):
+        meliora.Shield.load(tmp_path)
+
+
+def test_the_wrapper_of_gymnasium_corrects_actions() -> None:
+    pytest.importorskip("gymnasium", reason="needs gymnasium")
+    import gymnasium
+
+    from meliora.gym import ShieldedEnv
+
+    class World(gymnasium.Env[Any, Any]):
+        action_space: Any = gymnasium.spaces.Discrete(4)
+        observation_space: Any = gymnasium.spaces.Discrete(10)
+
+        def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+            super().reset(seed=seed)
+            self.s, self.on = 0, False
+            return 0, {"seen": True}
+
+        def step(self, action: int) -> Any:
+            if action == 2:
+                self.on = not self.on
+            else:
+                assert action == 0
+                self.s = int(self.np_random.integers(1, 3))
+            return 2 * self.s + self.on, 0.0, self.s > 0, False, {}
+
+    shield = world().strategy("sasi").shield()
+    env = ShieldedEnv(World(), shield, lambda observed: (observed // 2, observed % 2 == 1))
+    _, info = env.reset(seed=1)
+    assert info["seen"] and info["action_mask"].tolist() == [True, False, True, False]
+    _, _, over, _, info = env.step(2)
+    assert (over, info["corrected"]) == (False, False)
+    _, _, over, _, info = env.step(1)
+    assert (over, info["corrected"]) == (True, True)
+    assert info["action_mask"].tolist() == [False, False, True, False]

@@ -1,0 +1,88 @@
+//! Shields in a directory: the table, and a manifest with its hash, which is written last.
+
+use std::fs;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::directory::sha256;
+use crate::error::{Error, Result, ensure};
+use crate::planning::Shield;
+use crate::reading;
+
+const MANIFEST: &str = "shield.json";
+const NODES: &str = "nodes.json";
+const FORMAT: &str = "meliora shield 1";
+
+/// The manifest of a shield.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Manifest {
+    format: String,
+    /// The SHA-256 of the table.
+    sha256: String,
+    nodes: usize,
+}
+
+/// Writes a shield into a directory, which is created if it does not exist. An older shield in it is
+/// replaced.
+///
+/// # Errors
+/// The directory contains something else than a shield, or cannot be written.
+pub fn write_shield(shield: &Shield, directory: &Path) -> Result<()> {
+    let failed = |e| Error::writing(directory, &e);
+    fs::create_dir_all(directory).map_err(failed)?;
+    for entry in fs::read_dir(directory).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name();
+        ensure(name == MANIFEST || name == NODES, || Error::Io {
+            path: directory.display().to_string(),
+            message: format!("the directory contains `{}`; choose another one", name.display()),
+        })?;
+    }
+    let text = |found: serde_json::Result<String>| found.map_err(|e| Error::writing(directory, &e.into()));
+    let nodes = text(serde_json::to_string(shield))?;
+    let manifest =
+        Manifest { format: FORMAT.to_owned(), sha256: sha256(nodes.as_bytes()), nodes: shield.nodes.len() };
+    let manifest = text(serde_json::to_string_pretty(&manifest))?;
+    match fs::remove_file(directory.join(MANIFEST)) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(failed(e)),
+        _ => {}
+    }
+    fs::write(directory.join(NODES), nodes).map_err(failed)?;
+    fs::write(directory.join(MANIFEST), manifest + "\n").map_err(failed)
+}
+
+/// Reads a shield, and checks its hash, its numbers and its promise: see [`Shield::fault`].
+///
+/// # Errors
+/// A file cannot be read, is malformed, or has changed; the promise does not follow from the table.
+pub fn read_shield(directory: &Path) -> Result<Shield> {
+    let read = |name: &str| {
+        let path = directory.join(name);
+        let file = fs::File::open(&path).map_err(|e| Error::reading(&path, &e))?;
+        reading::bytes(&path.display().to_string(), file)
+    };
+    let wrong = |name: &str, message: String| {
+        let file = directory.join(name).display().to_string();
+        Error::Dump { file, line: 0, message }
+    };
+    let manifest: Manifest =
+        serde_json::from_slice(&read(MANIFEST)?).map_err(|e| wrong(MANIFEST, e.to_string()))?;
+    ensure(manifest.format == FORMAT, || {
+        wrong(MANIFEST, format!("the format is `{}`, not `{FORMAT}`", manifest.format.escape_debug()))
+    })?;
+    let nodes = read(NODES)?;
+    let found = sha256(&nodes);
+    ensure(found == manifest.sha256, || {
+        let said = &manifest.sha256;
+        wrong(NODES, format!("the file has changed: its SHA-256 is {found}, the manifest says {said}"))
+    })?;
+    let shield: Shield = serde_json::from_slice(&nodes).map_err(|e| wrong(NODES, e.to_string()))?;
+    match shield.fault() {
+        _ if shield.nodes.len() != manifest.nodes => {
+            Err(wrong(NODES, format!("{} nodes, the manifest says {}", shield.nodes.len(), manifest.nodes)))
+        }
+        Some(fault) => Err(wrong(NODES, fault)),
+        None => Ok(shield),
+    }
+}
