@@ -12,6 +12,44 @@ fn hard() -> Scratch {
     Scratch::new(&[("m.prism", &LONG.replace("const int N;", "const int N=4000;")), ("m.pref", LONG_PREFS)])
 }
 
+/// A model with as many brackets and operators as expressions may nest, with its preferences.
+fn nested() -> Scratch {
+    let brackets = |inside: &str, n: usize| format!("{}{inside}{}", "(".repeat(n), ")".repeat(n));
+    let sum = format!("{}x{}", "(1+".repeat(1900), ")".repeat(1900));
+    let model = format!(
+        "mdp module m x : [0..4] init 0; [a] {} -> 0.5: (x'={}) + 0.5: (x'=2); [b] {}(x=1) & {sum}>0 -> (x'=3);
+         [c] x<3 -> (x'=4); endmodule rewards \"r\" true : {}; endrewards",
+        brackets("x=0", 10_000),
+        brackets("1", 10_000),
+        "!".repeat(1000),
+        brackets("x", 10_000),
+    );
+    let prefs = format!("objective A = F {}; objective B = F x=4; prefer A > B;", brackets("x=3", 9_990));
+    Scratch::new(&[("m.prism", &model), ("m.pref", &prefs)])
+}
+
+#[test]
+fn every_command_reads_deeply_nested_expressions() {
+    let scratch = nested();
+    for command in [
+        "info MODEL --flat",
+        "check MODEL PREFS",
+        "check MODEL PREFS --engine explicit",
+        "reach MODEL --target x=3",
+        "values MODEL PREFS --reward r",
+        "strategy MODEL PREFS",
+        "export MODEL PREFS --out OUT",
+        "verify OUT MODEL PREFS",
+    ] {
+        run(&filled(&scratch, command)).expect(0);
+    }
+    let deeper = scratch.path("deeper.prism");
+    let text = std::fs::read_to_string(scratch.path("m.prism")).unwrap();
+    std::fs::write(&deeper, text.replacen("((x=0))", "(((x=0)))", 1)).unwrap();
+    let found = run(&format!("info {}", deeper.display())).expect(3);
+    assert!(found.stderr.contains("nested more than 10000 levels deep"), "{}", found.stderr);
+}
+
 /// A started run with its output on stderr.
 struct Running {
     child: Child,

@@ -368,14 +368,35 @@ fn nesting() {
     for (open, close) in [("(", ")"), ("!", ""), ("-", ""), ("max(1,", ")"), ("true ? 1 : (", ")")] {
         let text = format!("{}1{}", open.repeat(100_000), close.repeat(100_000));
         let shown = rendered(parse_expression(&SourceFile::new("--target", text)));
-        assert!(shown.contains("nested more than 200 levels deep"), "{open}");
+        assert!(shown.contains("nested more than 10000 levels deep"), "{open}");
     }
-    // As deep as is allowed, with every level of precedence in between, on a small stack.
+    // With every level of precedence in between, on a small stack.
     let (open, close) = ("(true=>true<=>true|true&!1=-1+1*(true?1:", "))");
     let deep = format!("mdp formula f = {}1{};\nmodule m endmodule", open.repeat(45), close.repeat(45));
     assert!(model(&deep).contains("type error"), "{}", model(&deep));
     let text = format!("mdp system {}a{} endsystem", "(".repeat(100_000), ")".repeat(100_000));
     assert!(model(&text).contains("nested more than 200 levels deep"));
+}
+
+/// Reads a model with a guard, on a thread with a small stack; returns the error or the empty text.
+fn on_a_small_stack(guard: String) -> String {
+    let read = move || {
+        let text = format!("mdp module m x : [0..9]; [] {guard} -> (x'=1); endmodule");
+        let none = SourceFile::new("constants", "");
+        meliora::lang::load(&SourceFile::new("model", text), &none)
+            .map_or_else(|e| e.to_string(), |_| String::new())
+    };
+    std::thread::Builder::new().stack_size(256 << 10).spawn(read).unwrap().join().unwrap()
+}
+
+#[test]
+fn brackets_nest_up_to_the_limit_on_a_small_stack() {
+    let brackets = |n: usize| format!("{}x=0{}", "(".repeat(n), ")".repeat(n));
+    assert_eq!(on_a_small_stack(brackets(10_000)), "");
+    assert!(on_a_small_stack(brackets(10_001)).contains("nested more than 10000 levels deep"));
+    let sums = |n: usize| format!("{}x{}>0", "(1+".repeat(n), ")".repeat(n));
+    assert_eq!(on_a_small_stack(sums(1_990)), "");
+    assert!(on_a_small_stack(sums(5_000)).contains("nests more than 2000 operators"));
 }
 
 #[test]

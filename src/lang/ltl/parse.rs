@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::formula::{Formula, FormulaKind, Steps};
 use crate::error::{Result, SourceFile};
 use crate::lang::ast::{BinaryOp, NOT_LEVEL, Span};
-use crate::lang::parse::{Failed, Parsed, Parser, operator};
+use crate::lang::parse::{Failed, MAX_TREE_NESTING, Parsed, Parser, operator};
 use crate::lang::token::Token;
 
 /// Maximum number of operators of a formula outside of its state formulas.
@@ -56,7 +56,7 @@ impl Parser<'_> {
 
     /// Parses `φ U ψ`, or anything that binds tighter.
     fn unbounded_formula(&mut self) -> Parsed<Formula> {
-        self.nested(|p| {
+        self.nested_to(MAX_TREE_NESTING, |p| {
             let start = p.here();
             let left = p.unary(true)?;
             let Some(word) = p.infix() else { return Ok(left) };
@@ -115,7 +115,7 @@ impl Parser<'_> {
             self.report(diagnostic.label("expected a condition").help(format!("write `{text} (condition)`")));
             return Err(Failed);
         }
-        let operand = Box::new(self.nested(operand)?);
+        let operand = Box::new(self.nested_to(MAX_TREE_NESTING, operand)?);
         let span = start.to(self.before());
         let kind = match word {
             "X" => FormulaKind::Next(operand),

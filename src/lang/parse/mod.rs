@@ -1,5 +1,6 @@
 //! A recursive-descent parser over tokens. It reports several errors per run, never recurses deeper
-//! than [`MAX_NESTING`] and reads every token a bounded number of times. Tokens are made on demand.
+//! than a maximum, grows the stack as it needs, and reads every token a bounded number of times.
+//! Tokens are made on demand.
 
 mod expr;
 mod item;
@@ -10,7 +11,7 @@ mod system;
 use std::sync::Arc;
 
 pub(crate) use expr::operator;
-pub(crate) use parser::{Failed, Parsed, Parser};
+pub(crate) use parser::{Failed, MAX_TREE_NESTING, Parsed, Parser};
 
 use super::ast::{Command, Expr, Item, Model, Span};
 use super::token::Token;

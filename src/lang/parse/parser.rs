@@ -8,8 +8,17 @@ use crate::lang::slip::is_slip;
 use crate::lang::token::{Token, Tokens, is_identifier, is_keyword, is_property_operator};
 use crate::progress::{NoProgress, Poll, ProgressSink};
 
-/// Maximum nesting of brackets, conditionals and signs.
-pub(super) const MAX_NESTING: usize = 200;
+/// Maximum nesting of brackets, conditionals and signs in expressions.
+const MAX_NESTING: usize = 10_000;
+
+/// Maximum nesting of temporal formulas and of compositions of modules, whose trees are read by
+/// recursion.
+pub(crate) const MAX_TREE_NESTING: usize = 200;
+
+/// The stack that a level of nesting may need, in bytes; if less is left, the stack grows.
+const STACK_LEFT: usize = 128 << 10;
+/// The size by which the stack grows, in bytes.
+const STACK_MORE: usize = 4 << 20;
 
 /// Maximum number of errors reported.
 const MAX_ERRORS: usize = 20;
@@ -322,18 +331,27 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Runs `read` one level deeper, unless that exceeds the maximum.
+    /// Runs `read` one level deeper in an expression, unless that exceeds the maximum.
     pub(crate) fn nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
+        self.nested_to(MAX_NESTING, read)
+    }
+
+    /// Runs `read` one level deeper, unless that exceeds a maximum.
+    pub(crate) fn nested_to<T>(
+        &mut self,
+        most: usize,
+        read: impl FnOnce(&mut Self) -> Parsed<T>,
+    ) -> Parsed<T> {
         // The whole expression is a level, too.
-        if self.depth > MAX_NESTING {
+        if self.depth > most {
             let span = self.here();
-            let message = format!("nested more than {MAX_NESTING} levels deep");
+            let message = format!("nested more than {most} levels deep");
             let help = "give parts of the expression names with `formula`";
             self.report(self.wrong(span, message).label("too deep").help(help));
             return Err(Failed);
         }
         self.depth += 1;
-        let result = read(self);
+        let result = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || read(self));
         self.depth -= 1;
         result
     }

@@ -1,6 +1,6 @@
 //! Compositions of modules: `system … endsystem`.
 
-use super::parser::{Failed, MAX_NESTING, Parsed, Parser};
+use super::parser::{Failed, MAX_TREE_NESTING, Parsed, Parser};
 use crate::lang::ast::{Ident, Span, System, SystemKind};
 use crate::lang::token::Token;
 
@@ -27,7 +27,7 @@ impl Parser<'_> {
     }
 
     fn composition(&mut self) -> Parsed<System> {
-        self.nested(Self::composition_inner)
+        self.nested_to(MAX_TREE_NESTING, Self::composition_inner)
     }
 
     /// Parses operands joined by one operator; different operators need brackets.
@@ -89,7 +89,7 @@ impl Parser<'_> {
             if !matches!(self.peek(), Token::Slash | Token::LeftBrace) {
                 break;
             }
-            if suffix == MAX_NESTING {
+            if suffix == MAX_TREE_NESTING {
                 self.report(self.wrong(self.here(), "too many hidings and renamings in a row"));
                 return Err(Failed);
             }
