@@ -6,13 +6,12 @@ use std::sync::Arc;
 use clap::Args;
 use meliora::engine::Engine;
 use meliora::error::{Error, Result};
-use meliora::model::expr::ExprId;
 use meliora::model::preference::Preferences;
 use meliora::model::{Program, State};
 use meliora::output::choose::Choosing;
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};
-use meliora::quantities::cost::check_rewards;
-use meliora::quantities::{Choose, Chooser, Cost, Earned, Steps};
+use meliora::quantities::cost::Costs;
+use meliora::quantities::{Choose, Chooser, Steps};
 
 use super::plan;
 
@@ -134,7 +133,7 @@ impl ChooseArgs {
     /// # Errors
     /// There is no such reward structure.
     pub(super) fn costs(&self, program: &mut Arc<Program>) -> Result<Costs> {
-        Costs::named(program, self.reward())
+        costs(program, self.reward())
     }
 
     fn reward(&self) -> &str {
@@ -162,42 +161,14 @@ impl ChooseArgs {
     }
 }
 
-/// The cost of a step, by the name of a reward structure.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Costs {
-    /// The position of the structure, and the states with wrong rewards; `None` for steps.
-    structure: Option<(usize, ExprId)>,
-}
-
-impl Costs {
-    /// Finds a reward structure, or the number of steps. Called before the engine is built, because
-    /// a predicate is added to the program.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] with the known names.
-    pub(super) fn named(program: &mut Arc<Program>, name: &str) -> Result<Self> {
-        if let Some(at) = program.reward_structure(Some(name)) {
-            let wrong = Arc::make_mut(program).wrong_rewards(at);
-            return Ok(Costs { structure: Some((at, wrong)) });
-        }
-        if name == Steps::NAME {
-            return Ok(Costs { structure: None });
-        }
-        let known = program.rewards.iter().filter_map(|r| r.name.as_deref());
-        let known = std::iter::once(Steps::NAME).chain(known).collect::<Vec<_>>().join(", ");
-        Err(Error::Usage(format!(
-            "`--reward {name}`: the model has no such reward structure; there are {known}"
-        )))
-    }
-
-    /// Returns the cost, after checking it in all states of the scope.
-    ///
-    /// # Errors
-    /// A reward is negative or has no value in some state; a limit is hit.
-    pub(super) fn check<'p, E: Engine>(self, engine: &E, program: &'p Program) -> Result<Box<dyn Cost + 'p>> {
-        let Some((at, wrong)) = self.structure else { return Ok(Box::new(Steps)) };
-        let structure = &program.rewards[at];
-        check_rewards(engine, program, structure, wrong)?;
-        Ok(Box::new(Earned { program, structure }))
-    }
+/// Finds the cost of a step by its name. Called before the engine is built, because a predicate is
+/// added to the program.
+///
+/// # Errors
+/// [`Error::Usage`] with the known names.
+pub(super) fn costs(program: &mut Arc<Program>, name: &str) -> Result<Costs> {
+    Costs::named(Arc::make_mut(program), name).ok_or_else(|| {
+        let known = Costs::names(program).collect::<Vec<_>>().join(", ");
+        Error::Usage(format!("`--reward {name}`: the model has no such reward structure; there are {known}"))
+    })
 }

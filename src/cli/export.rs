@@ -13,7 +13,7 @@ use meliora::planning::{Analysis, Phase};
 use meliora::quantities::choose::LEVELS;
 use meliora::quantities::{Steps, Values};
 
-use super::choose::Costs;
+use super::choose::costs;
 use super::exit::Status;
 use super::export_explicit::{self, Files, StrategyArg};
 use super::load;
@@ -179,7 +179,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     check_directory(&args.out)?;
     let read = || {
         let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
-        let costs = Costs::named(&mut question.program, args.reward())?;
+        let costs = costs(&mut question.program, args.reward())?;
         Ok((question, costs))
     };
     let (question, costs) = job.timed("parse", read, |_, _| ())?;

@@ -10,8 +10,9 @@ use meliora::output::SimulateReport;
 use meliora::output::simulate::PlaysReport;
 use meliora::planning::{Phase, Scheduler, Setup, Simulation, StrategyKind};
 use meliora::quantities::Choose;
+use meliora::quantities::cost::Costs;
 
-use super::choose::{ChooseArgs, Costs};
+use super::choose::ChooseArgs;
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};

@@ -14,8 +14,9 @@ use meliora::planning::{
     Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler, StrategyKind,
 };
 use meliora::quantities::Chooser;
+use meliora::quantities::cost::Costs;
 
-use super::choose::{ChooseArgs, Costs};
+use super::choose::ChooseArgs;
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};

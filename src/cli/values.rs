@@ -11,9 +11,10 @@ use meliora::output::values::StateValues;
 use meliora::output::{Number, ValuesReport};
 use meliora::planning::{Analysis, Phase};
 use meliora::quantities::choose::LEVELS;
+use meliora::quantities::cost::Costs;
 use meliora::quantities::{Setup, Steps, Values};
 
-use super::choose::Costs;
+use super::choose::costs;
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Question};
@@ -98,7 +99,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let read = || {
         let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
-        let costs = Costs::named(&mut question.program, &args.reward)?;
+        let costs = costs(&mut question.program, &args.reward)?;
         Ok((question, states, costs))
     };
     let (question, given, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
@@ -176,10 +177,7 @@ fn fill(
     values: &Values,
     states: &[State],
 ) -> Result<f64> {
-    let mut found = Vec::new();
-    for state in states {
-        found.extend(StateValues::of(analysis, program, values, state)?);
-    }
+    let found = StateValues::all(analysis, program, values, states)?;
     let mut widest = 0.0;
     job.update(|r| {
         r.states = found;

@@ -7,8 +7,8 @@ use crate::error::{Error, Result};
 use crate::model::{Program, State};
 use crate::planning::{Analysis, FiniteMemoryStrategy};
 use crate::quantities::choose::LEVELS;
-use crate::quantities::cost::check_rewards;
-use crate::quantities::{Choose, Chooser, Cost, Earned, Setup, Steps, Values};
+use crate::quantities::cost::Costs;
+use crate::quantities::{Choose, Chooser, Cost, Setup, Steps, Values};
 
 /// The quantities that are wanted.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -24,18 +24,15 @@ pub struct Wanted {
 }
 
 impl Analysis<AnyEngine> {
-    /// Computes the quantities of some states of the scope. Cost: see [`Values::explore`] and
-    /// [`Values::solve`].
+    /// Computes the quantities of some states of the scope. Cost: see [`Values::compute`].
     ///
     /// # Errors
     /// [`Error::Usage`] if the analysis is not complete, or for an unknown reward structure; a reward
     /// is negative or has no value in some state of the scope; a limit is reached.
     pub fn values(&self, states: &[State], wanted: &Wanted) -> Result<Values> {
         let levels = wanted.levels.unwrap_or_else(|| Values::levels_found(self, LEVELS));
-        let mut values = Values::new(Setup { levels, exact: wanted.exact, within: wanted.within });
-        values.explore(self, self.program(), states, &*self.cost(wanted.reward.as_deref())?)?;
-        values.solve(self.engine())?;
-        Ok(values)
+        let setup = Setup { levels, exact: wanted.exact, within: wanted.within };
+        Values::compute(setup, self, self.program(), states, &*self.cost(wanted.reward.as_deref())?)
     }
 
     /// Lets a strategy choose by value, for paths from some states. Without an aim, it takes the first
@@ -60,18 +57,15 @@ impl Analysis<AnyEngine> {
 
     /// Returns the cost with a name, after checking it in all states of the scope.
     fn cost(&self, name: Option<&str>) -> Result<Box<dyn Cost + '_>> {
-        let program = self.program();
-        let Some(at) = name.and_then(|name| program.reward_structure(Some(name))) else {
-            return match name {
-                None | Some(Steps::NAME) => Ok(Box::new(Steps)),
-                Some(name) => Err(Error::Usage(format!("the model has no reward structure `{name}`"))),
-            };
-        };
+        let (program, name) = (self.program(), name.unwrap_or(Steps::NAME));
         let mut extended = Program::clone(program);
-        let wrong = extended.wrong_rewards(at);
-        let structure = &program.rewards[at];
-        check_rewards(&self.engine().reading(Arc::new(extended))?, program, structure, wrong)?;
-        Ok(Box::new(Earned { program, structure }))
+        let Some(costs) = Costs::named(&mut extended, name) else {
+            return Err(Error::Usage(format!("the model has no reward structure `{name}`")));
+        };
+        match costs {
+            Costs::Steps => Ok(Box::new(Steps)),
+            Costs::Rewards { .. } => costs.check(&self.engine().reading(Arc::new(extended))?, program),
+        }
     }
 }
 
@@ -88,10 +82,6 @@ impl Analysis<AnyEngine> {
         wanted: &Wanted,
     ) -> Result<Vec<crate::output::values::StateValues>> {
         let values = self.values(states, wanted)?;
-        let mut found = Vec::new();
-        for state in states {
-            found.extend(crate::output::values::StateValues::of(self, self.program(), &values, state)?);
-        }
-        Ok(found)
+        crate::output::values::StateValues::all(self, self.program(), &values, states)
     }
 }

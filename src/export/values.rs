@@ -26,7 +26,7 @@ pub struct Wanted<'a> {
 }
 
 /// Adds the bounds of P_k and C_k to a dump, for all states from which an improvement is possible.
-/// Returns the greatest width of a bound. Cost: see [`Values::solve`] and [`Values::confirmed`].
+/// Returns the greatest width of a bound. Cost: see [`Values::compute`] and [`Values::confirmed`].
 ///
 /// # Errors
 /// There are too many states, a limit is reached, or no levels are wanted.
@@ -46,9 +46,8 @@ pub fn add(dump: &mut Dump, analysis: &Analysis<SymbolicEngine>, wanted: &Wanted
         return Err(Limit::Size { what }.into());
     }
     let starts = engine.list_states(&possible, wanted.limit)?;
-    let mut values = Values::new(Setup { levels: wanted.levels, exact: false, within: None });
-    values.explore(analysis, engine.program(), &starts, wanted.costs)?;
-    values.solve(engine)?;
+    let setup = Setup { levels: wanted.levels, exact: false, within: None };
+    let values = Values::compute(setup, analysis, engine.program(), &starts, wanted.costs)?;
     let shows_ones = analysis.options().safety == Safety::Transition;
     // The bounds of both sides and of all levels add up.
     let near = wanted.precision / (4.0 * wanted.levels as f64);

@@ -8,10 +8,11 @@ use super::envelope::Envelope;
 use super::header::Header;
 use super::ranks;
 use crate::csv;
-use crate::engine::Engine;
+use crate::engine::explicit::weighted::Walker;
+use crate::engine::{Engine, NoProgress};
 use crate::error::Result;
 use crate::model::valuation::Valuation;
-use crate::model::{Program, State, fault};
+use crate::model::{Program, State};
 use crate::planning::result::ModelCounts;
 use crate::planning::{Analysis, Kind, Rank};
 use crate::quantities::{Aim, Bounds, ChoiceValues, Node, Values};
@@ -194,13 +195,43 @@ impl StateValues {
         values: &Values,
         state: &State,
     ) -> Result<Option<Self>> {
-        let Some(node) = values.start(state) else { return Ok(None) };
-        let names = program.choices(state).map_err(|f| fault::error(program, &f, state))?;
-        let names: Vec<&str> = names.iter().map(|(_, name)| name.as_str()).collect();
+        Ok(StateValues::all(analysis, program, values, std::slice::from_ref(state))?.pop())
+    }
+
+    /// Collects the values of some states of the scope, except for those that were not reached before
+    /// a limit.
+    ///
+    /// # Errors
+    /// A command has no meaning in a state.
+    pub fn all<E: Engine>(
+        analysis: &Analysis<E>,
+        program: &Program,
+        values: &Values,
+        states: &[State],
+    ) -> Result<Vec<Self>> {
+        let mut walker = Walker::new(program, &NoProgress)?;
+        let codec = walker.codec().clone();
+        let mut walk = walker.walk();
+        let mut found = Vec::with_capacity(states.len());
+        for state in states {
+            if let (Some(node), Some(code)) = (values.start(state), codec.encode(state)) {
+                found.push(StateValues::at(analysis, program, (values, node), state, &walk.names(&code)?)?);
+            }
+        }
+        Ok(found)
+    }
+
+    fn at<E: Engine>(
+        analysis: &Analysis<E>,
+        program: &Program,
+        (values, node): (&Values, Node),
+        state: &State,
+        names: &[String],
+    ) -> Result<Self> {
         let setup = values.setup();
-        let levels = (1..=setup.levels).map(|k| level(values, node, k, &names)).collect();
+        let levels = (1..=setup.levels).map(|k| level(values, node, k, names)).collect();
         let most_preferred = analysis.most_preferred(state)?;
-        Ok(Some(StateValues {
+        Ok(StateValues {
             state: Valuation::of(program, state),
             is_unsafe: analysis.is_unsafe(state)?,
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
@@ -209,15 +240,15 @@ impl StateValues {
             levels,
             number: Bound::new(&values.number(node), setup.exact),
             within: values.within(node, 1).map(<[f64]>::to_vec),
-        }))
+        })
     }
 }
 
-fn level(values: &Values, node: Node, k: usize, names: &[&str]) -> LevelValues {
+fn level(values: &Values, node: Node, k: usize, names: &[String]) -> LevelValues {
     let exact = values.setup().exact;
     let bound = |b: &Bounds| Bound::new(b, exact);
     let action = |choice: &ChoiceValues| ActionValues {
-        action: names.get(choice.position).copied().unwrap_or_default().to_owned(),
+        action: names.get(choice.position).cloned().unwrap_or_default(),
         probability: bound(&choice.probability),
         cost: choice.cost.as_ref().map(bound),
     };

@@ -112,7 +112,7 @@ impl Chooser {
     /// [`Aim::Cheap`], and those that are possible, but at most [`LEVELS`], for [`Aim::Likely`].
     ///
     /// # Errors
-    /// The errors of [`Values::explore`] and [`Values::solve`].
+    /// The errors of [`Values::compute`].
     pub fn compute<E: Engine>(
         analysis: &Analysis<E>,
         program: &Program,
@@ -125,9 +125,8 @@ impl Chooser {
             Aim::Cheap => analysis.levels(Kind::Sasi).found.len(),
         };
         let levels = levels.unwrap_or_else(found);
-        let mut values = Values::new(Setup { levels, exact: false, within: None });
-        values.explore(analysis, program, states, costs)?;
-        values.solve(analysis.engine())?;
+        let setup = Setup { levels, exact: false, within: None };
+        let values = Values::compute(setup, analysis, program, states, costs)?;
         Ok(Chooser::new(Arc::new(values), aim))
     }
 

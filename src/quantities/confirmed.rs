@@ -81,7 +81,7 @@ impl Values {
             };
             let mut row = Row {
                 arena: arena(number as usize),
-                state: self.places.states[node].clone(),
+                state: self.places.state(node as u32),
                 probabilities: confirmed.probabilities.iter().map(|pair| bounds(pair, 0)).collect(),
                 costs: Vec::with_capacity(confirmed.costs.len()),
             };

@@ -20,6 +20,11 @@ pub trait Cost {
     /// # Errors
     /// The cost is negative or has no value in this state.
     fn of(&self, state: &State, choice: &Choice) -> Result<Ratio>;
+
+    /// Returns the cost of every step, if all have the same.
+    fn constant(&self) -> Option<Ratio> {
+        None
+    }
 }
 
 /// The number of steps: every step costs 1.
@@ -34,6 +39,10 @@ impl Steps {
 impl Cost for Steps {
     fn of(&self, _: &State, _: &Choice) -> Result<Ratio> {
         Ok(Ratio::one())
+    }
+
+    fn constant(&self) -> Option<Ratio> {
+        Some(Ratio::one())
     }
 }
 
@@ -66,5 +75,46 @@ pub struct Earned<'p> {
 impl Cost for Earned<'_> {
     fn of(&self, state: &State, choice: &Choice) -> Result<Ratio> {
         self.program.reward(self.structure, state, choice)
+    }
+}
+
+/// The cost of a step, by its name.
+#[derive(Debug, Clone, Copy)]
+pub enum Costs {
+    /// Every step costs 1.
+    Steps,
+    /// A reward structure of the model.
+    Rewards {
+        /// Its position.
+        structure: usize,
+        /// The predicate of the states with wrong rewards; see [`Program::wrong_rewards`].
+        wrong: ExprId,
+    },
+}
+
+impl Costs {
+    /// Finds a reward structure, or the number of steps; `None` if there is no such name. Adds a
+    /// predicate to the program, so the engine must read the program after this.
+    pub fn named(program: &mut Program, name: &str) -> Option<Self> {
+        match program.reward_structure(Some(name)) {
+            Some(structure) => Some(Costs::Rewards { structure, wrong: program.wrong_rewards(structure) }),
+            None => (name == Steps::NAME).then_some(Costs::Steps),
+        }
+    }
+
+    /// Returns all names for a model.
+    pub fn names(program: &Program) -> impl Iterator<Item = &str> {
+        std::iter::once(Steps::NAME).chain(program.rewards.iter().filter_map(|r| r.name.as_deref()))
+    }
+
+    /// Returns the cost, after checking it in all states of the scope.
+    ///
+    /// # Errors
+    /// A reward is negative or has no value in some state; a limit is reached.
+    pub fn check<'p, E: Engine>(self, engine: &E, program: &'p Program) -> Result<Box<dyn Cost + 'p>> {
+        let Costs::Rewards { structure, wrong } = self else { return Ok(Box::new(Steps)) };
+        let structure = &program.rewards[structure];
+        check_rewards(engine, program, structure, wrong)?;
+        Ok(Box::new(Earned { program, structure }))
     }
 }

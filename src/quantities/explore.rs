@@ -13,7 +13,7 @@ use super::cost::Cost;
 use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use crate::engine::Engine;
-use crate::engine::explicit::weighted::{Walk, Walker, Weighted};
+use crate::engine::explicit::weighted::{Code, Codec, Walk, Walker, Weighted};
 use crate::error::{Error, Result};
 use crate::model::exact::Ratio;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
@@ -139,8 +139,10 @@ fn changes<E: Engine>(preferences: &Preferences, classes: &Classes<E>) -> Vec<Ve
 pub(super) struct Places {
     numbers: HashTable<u32>,
     hasher: RandomState,
+    /// The codes of states; none before the first exploration.
+    codec: Option<Codec>,
     /// The state of each node.
-    pub(super) states: Vec<State>,
+    states: Vec<Code>,
     /// The arena of each node and whether it is a junction; see [`key`].
     keys: Vec<u32>,
     /// The class of each node's state.
@@ -160,9 +162,24 @@ fn key(arena: Option<u32>, junction: bool) -> u32 {
 impl Places {
     /// Returns the node of a state in an arena.
     pub(super) fn find(&self, arena: Option<u32>, junction: bool, state: &[i64]) -> Option<u32> {
+        self.find_code(arena, junction, &self.codec.as_ref()?.encode(state)?)
+    }
+
+    /// Returns the state of a node.
+    pub(super) fn state(&self, node: u32) -> State {
+        self.codec.as_ref().map_or_else(State::new, |codec| codec.decode(&self.states[node as usize]))
+    }
+
+    /// Returns whether a node is that of a state.
+    pub(super) fn is_at(&self, node: u32, state: &[i64]) -> bool {
+        let code = self.codec.as_ref().and_then(|codec| codec.encode(state));
+        code.is_some_and(|code| self.states[node as usize] == code)
+    }
+
+    fn find_code(&self, arena: Option<u32>, junction: bool, state: &Code) -> Option<u32> {
         let key = key(arena, junction);
-        let same = |&node: &u32| self.keys[node as usize] == key && self.states[node as usize] == state;
-        self.numbers.find(self.hasher.hash_one((key, state)), same).copied()
+        let same = |&node: &u32| self.keys[node as usize] == key && self.states[node as usize] == *state;
+        self.numbers.find(self.hasher.hash_one((key, &state[..])), same).copied()
     }
 
     /// Returns the arena of a node.
@@ -170,7 +187,7 @@ impl Places {
         (self.keys[node as usize] / 2).checked_sub(1)
     }
 
-    fn add(&mut self, node: u32, (arena, junction): (Option<u32>, bool), state: State, class: Option<u32>) {
+    fn add(&mut self, node: u32, (arena, junction): (Option<u32>, bool), state: Code, class: Option<u32>) {
         let key = key(arena, junction);
         let hash = self.hasher.hash_one((key, &state[..]));
         self.states.push(state);
@@ -189,16 +206,38 @@ pub(super) struct Explorer<'a, 'm, E: Engine> {
     pub(super) graph: &'a mut Graph,
     pub(super) places: &'a mut Places,
     pub(super) meter: &'a mut Meter<'m>,
+    pub(super) codec: Codec,
+    /// The number of the cost of every step, if all have the same.
+    cost: Option<u32>,
 }
 
-impl<E: Engine> Explorer<'_, '_, E> {
+impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
+    /// Starts to explore a graph.
+    ///
+    /// # Errors
+    /// The states need more than 2048 bits.
+    pub(super) fn new(
+        facts: &'a Facts<'a, E>,
+        costs: &'a dyn Cost,
+        graph: &'a mut Graph,
+        places: &'a mut Places,
+        meter: &'a mut Meter<'m>,
+    ) -> Result<Self> {
+        let codec = Codec::new(facts.program)?;
+        places.codec = Some(codec.clone());
+        places.arenas = facts.improvement.arenas.len() as u32;
+        let cost = costs.constant().map(|cost| graph.fraction(cost));
+        Ok(Explorer { facts, costs, graph, places, meter, codec, cost })
+    }
+
     /// Adds the node of a state of the scope in its own arena.
     ///
     /// # Errors
     /// A limit is reached.
     pub(super) fn start(&mut self, state: &State) -> Result<u32> {
         let class = self.facts.class(state)?;
-        self.node((self.facts.arena_of(class), false), state.clone(), class)
+        let code = self.codec.known(state)?;
+        self.node((self.facts.arena_of(class), false), &code, class)
     }
 
     /// Explores all nodes that the nodes so far reach.
@@ -206,29 +245,29 @@ impl<E: Engine> Explorer<'_, '_, E> {
     /// # Errors
     /// A limit is reached, or a command or a cost has no meaning in some state.
     pub(super) fn run(&mut self) -> Result<()> {
-        self.places.arenas = self.facts.improvement.arenas.len() as u32;
         let mut walker = Walker::new(self.facts.program, &*self.facts.engine.settings().sink)?;
         let mut walk = walker.walk();
         while let Some(node) = self.places.queue.pop_front() {
             let nodes = self.graph.nodes();
             self.meter.step()?;
             self.meter.progress(&|| format!("{nodes} states"));
-            let state = self.places.states[node as usize].clone();
+            let code = self.places.states[node as usize].clone();
             let arena = self.places.arena(node);
             let choices = match self.graph.junction[node as usize] {
-                true => self.junction(node, arena, &state)?,
-                false => self.choices(node, arena, &state, &mut *walk)?,
+                true => self.junction(node, arena, &code)?,
+                false => self.choices(node, arena, &code, &mut *walk)?,
             };
             self.graph.close(node, choices, self.meter)?;
         }
         Ok(())
     }
 
-    fn node(&mut self, place: (Option<u32>, bool), state: State, class: Option<u32>) -> Result<u32> {
+    fn node(&mut self, place: (Option<u32>, bool), code: &Code, class: Option<u32>) -> Result<u32> {
         let (arena, junction) = place;
-        if let Some(known) = self.places.find(arena, junction, &state) {
+        if let Some(known) = self.places.find_code(arena, junction, code) {
             return Ok(known);
         }
+        let state = self.codec.decode(code);
         let own = self.facts.arena_of(class);
         let mut rank = self.facts.rank(arena, &state)?;
         if junction {
@@ -237,9 +276,9 @@ impl<E: Engine> Explorer<'_, '_, E> {
             let positive = rank.positive.max(more(counted.positive));
             rank = Rank { positive, sure: rank.sure.max(more(counted.sure)) };
         }
-        self.meter.take(size_of::<State>() + 8 * state.len() + 48)?;
+        self.meter.take(size_of::<Code>() + 8 * code.len() + 24)?;
         let node = self.graph.add_node(rank, junction, self.meter)?;
-        self.places.add(node, place, state, class);
+        self.places.add(node, place, code.clone(), class);
         self.places.own.push(arena == own);
         if rank.positive > 0 {
             self.places.queue.push_back(node);
@@ -248,12 +287,12 @@ impl<E: Engine> Explorer<'_, '_, E> {
     }
 
     /// Returns the choices after an improving step: to count it, or to go on in the old arena.
-    fn junction(&mut self, node: u32, arena: Option<u32>, state: &State) -> Result<Vec<Closed>> {
+    fn junction(&mut self, node: u32, arena: Option<u32>, code: &Code) -> Result<Vec<Closed>> {
         let class = self.places.classes[node as usize];
         let own = self.facts.arena_of(class);
         let mut choices = Vec::new();
         for (position, (arena, counts)) in [(own, true), (arena, false)].into_iter().enumerate() {
-            let to = self.node((arena, false), state.clone(), class)?;
+            let to = self.node((arena, false), code, class)?;
             let probability = self.graph.fraction(Ratio::one());
             let free = self.graph.fraction(Ratio::zero());
             choices.push((position as u32, free, vec![Edge { to, probability, counts }]));
@@ -266,7 +305,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
         &mut self,
         node: u32,
         number: Option<u32>,
-        state: &State,
+        code: &Code,
         walk: &mut dyn Walk,
     ) -> Result<Vec<Closed>> {
         let facts = self.facts;
@@ -276,11 +315,13 @@ impl<E: Engine> Explorer<'_, '_, E> {
             Some(class) => Some(class as u32),
             None => self.places.classes[node as usize],
         };
-        let mut choices = Vec::new();
-        for (position, step) in (0u32..).zip(walk.choices(state, &mut self.graph.known)?) {
-            if facts.engine.contains_choice(&arena.choices, state, &step.choice)? {
-                let cost = self.costs.of(state, &step.choice)?;
-                let cost = self.graph.fraction(cost);
+        let (state, mut choices) = (self.codec.decode(code), Vec::new());
+        for (position, step) in (0u32..).zip(walk.choices(code, &mut self.graph.known)?) {
+            if facts.engine.contains_choice(&arena.choices, &state, &step.choice)? {
+                let cost = match self.cost {
+                    Some(cost) => cost,
+                    None => self.graph.fraction(self.costs.of(&state, &step.choice)?),
+                };
                 choices.push((position, cost, self.edges(number, reference, step)?));
             }
         }
@@ -290,18 +331,18 @@ impl<E: Engine> Explorer<'_, '_, E> {
     fn edges(&mut self, arena: Option<u32>, reference: Option<u32>, step: Weighted) -> Result<Vec<Edge>> {
         let mut edges = Vec::with_capacity(step.successors.len());
         let prefix = self.facts.improvement.safety == Safety::Prefix;
-        for (state, probability) in step.successors {
-            let known = self.places.find(arena, false, &state);
+        for (code, probability) in step.successors {
+            let known = self.places.find_code(arena, false, &code);
             let class = match known {
                 Some(node) => self.places.classes[node as usize],
-                None => self.facts.class(&state)?,
+                None => self.facts.class(&self.codec.decode(&code))?,
             };
             let change = self.facts.change(reference, class);
             let improves = change == Change::Improving;
             let to = match (change, known) {
                 (Change::Weakening, _) => LOST,
                 (_, Some(node)) if !(prefix && improves) => node,
-                _ => self.node((arena, prefix && improves), state, class)?,
+                _ => self.node((arena, prefix && improves), &code, class)?,
             };
             edges.push(Edge { to, probability, counts: improves && !prefix });
         }

@@ -16,7 +16,7 @@ use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
 use super::solve::{Quantity, SMALL, System};
-use crate::engine::explicit::weighted::{Walk, Walker, Weighted};
+use crate::engine::explicit::weighted::{Code, Codec, Walk, Walker, Weighted};
 use crate::engine::regions::Regions;
 use crate::engine::{Engine, position as position_of};
 use crate::error::Result;
@@ -120,8 +120,8 @@ struct Search<'a, E: Engine> {
 /// The states found so far.
 #[derive(Default)]
 struct Found {
-    index: AHashMap<State, u32>,
-    queue: VecDeque<(u32, State)>,
+    index: AHashMap<Code, u32>,
+    queue: VecDeque<(u32, Code)>,
 }
 
 impl<E: Engine> Search<'_, E> {
@@ -131,15 +131,17 @@ impl<E: Engine> Search<'_, E> {
         let (mut graph, mut found) = (Graph::default(), Found::default());
         graph.add_node(Rank::default(), false, &mut meter)?;
         let mut starts = Vec::with_capacity(states.len());
-        for state in states {
-            starts.push(self.node(state, &mut graph, &mut found, &mut meter)?);
-        }
         let mut walker = Walker::new(self.program, &*self.engine.settings().sink)?;
+        let codec = walker.codec().clone();
+        for state in states {
+            let code = codec.known(state)?;
+            starts.push(self.node(state, code, &mut graph, &mut found, &mut meter)?);
+        }
         let mut walk = walker.walk();
-        while let Some((node, state)) = found.queue.pop_front() {
+        while let Some((node, code)) = found.queue.pop_front() {
             meter.step()?;
             meter.progress(&|| format!("{} states", graph.nodes()));
-            let choices = self.choices(&state, &mut *walk, &mut graph, &mut found, &mut meter)?;
+            let choices = self.choices((&codec, &code), &mut *walk, &mut graph, &mut found, &mut meter)?;
             graph.close(node, choices, &mut meter)?;
         }
         let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
@@ -167,11 +169,12 @@ impl<E: Engine> Search<'_, E> {
     fn node(
         &self,
         state: &State,
+        code: Code,
         graph: &mut Graph,
         found: &mut Found,
         meter: &mut Meter<'_>,
     ) -> Result<u32> {
-        if let Some(&known) = found.index.get(state) {
+        if let Some(&known) = found.index.get(&code) {
             return Ok(known);
         }
         let node = match () {
@@ -180,40 +183,47 @@ impl<E: Engine> Search<'_, E> {
             () => {
                 let sure = if self.cost.is_some() { EVERY } else { 0 };
                 let node = graph.add_node(Rank { positive: EVERY, sure }, false, meter)?;
-                found.queue.push_back((node, state.clone()));
+                found.queue.push_back((node, code.clone()));
                 node
             }
         };
-        meter.take(2 * (size_of::<State>() + 8 * state.len()) + 8)?;
-        found.index.insert(state.clone(), node);
+        meter.take(2 * size_of::<(Code, u32)>() + 16 * code.len())?;
+        found.index.insert(code, node);
         Ok(node)
     }
 
     /// Returns all choices of a state that stay in the states of the engine.
     fn choices(
         &self,
-        state: &State,
+        (codec, code): (&Codec, &Code),
         walk: &mut dyn Walk,
         graph: &mut Graph,
         found: &mut Found,
         meter: &mut Meter<'_>,
     ) -> Result<Vec<Closed>> {
-        let listed = walk.choices(state, &mut graph.known)?;
+        let state = codec.decode(code);
+        let listed = walk.choices(code, &mut graph.known)?;
         let all = self.engine.all_states();
         let mut choices = Vec::with_capacity(listed.len());
         for (position, Weighted { choice, successors }) in (0u32..).zip(listed) {
-            let leaves = |(next, _): &(State, u32)| Ok(!self.engine.contains(&all, next)?);
+            // Known states are in the engine.
+            let leaves = |(next, _): &(Code, u32)| {
+                Ok(!found.index.contains_key(next) && !self.engine.contains(&all, &codec.decode(next))?)
+            };
             if position_of(&successors, leaves)?.is_some() {
                 continue;
             }
             let cost = match &self.cost {
-                Some(cost) => cost.of(state, &choice)?,
+                Some(cost) => cost.of(&state, &choice)?,
                 None => Ratio::zero(),
             };
             let cost = graph.fraction(cost);
             let mut edges = Vec::with_capacity(successors.len());
             for (next, probability) in successors {
-                let to = self.node(&next, graph, found, meter)?;
+                let to = match found.index.get(&next) {
+                    Some(&known) => known,
+                    None => self.node(&codec.decode(&next), next, graph, found, meter)?,
+                };
                 edges.push(Edge { to, probability, counts: to == END });
             }
             choices.push((position, cost, edges));

@@ -89,6 +89,24 @@ impl Values {
         Values { setup, graph, places, starts: Vec::new(), numbers, horizon: None }
     }
 
+    /// Computes the quantities of some states of the scope. Cost: see [`Values::explore`] and
+    /// [`Values::solve`].
+    ///
+    /// # Errors
+    /// The errors of both.
+    pub fn compute<E: Engine>(
+        setup: Setup,
+        analysis: &Analysis<E>,
+        program: &Program,
+        states: &[State],
+        costs: &dyn Cost,
+    ) -> Result<Self> {
+        let mut values = Values::new(setup);
+        values.explore(analysis, program, states, costs)?;
+        values.solve(analysis.engine())?;
+        Ok(values)
+    }
+
     /// Returns the options.
     pub fn setup(&self) -> Setup {
         self.setup
@@ -122,7 +140,7 @@ impl Values {
         let facts = Facts::new(analysis, program, self.setup.levels)?;
         let mut meter = Meter::new(analysis.engine());
         let (graph, places) = (&mut self.graph, &mut self.places);
-        let mut explorer = Explorer { facts: &facts, costs, graph, places, meter: &mut meter };
+        let mut explorer = Explorer::new(&facts, costs, graph, places, &mut meter)?;
         for start in starts {
             self.starts.push(explorer.start(start)?);
         }
@@ -164,8 +182,8 @@ impl Values {
     }
 
     /// Returns the state of a node.
-    pub fn state(&self, node: Node) -> &State {
-        &self.places.states[node.0 as usize]
+    pub fn state(&self, node: Node) -> State {
+        self.places.state(node.0)
     }
 
     /// Returns P_k, the greatest probability of k improvements.
@@ -277,8 +295,7 @@ impl Values {
     /// Returns the node and the number of improvements still wanted after a step to a state; `None` if
     /// the step is lost, or not by a kept choice.
     pub fn successor(&self, node: Node, k: usize, aim: Aim, to: &[i64]) -> Option<(Node, usize)> {
-        let is_there =
-            |edge: &&super::graph::Edge| edge.to != LOST && self.places.states[edge.to as usize] == to;
+        let is_there = |edge: &&super::graph::Edge| edge.to != LOST && self.places.is_at(edge.to, to);
         // The choice does not matter: the states decide whether a step improves.
         let mut edges = self.graph.choices(node.0).flat_map(|choice| self.graph.edges(choice));
         let edge = *edges.find(is_there)?;

@@ -129,6 +129,26 @@ fn the_cheapest_way_depends_on_the_reward_structure() {
 }
 
 #[test]
+fn the_choice_keeps_requirements() {
+    let scratch = scratch();
+    let wishes = "objective One = F x=3; objective Other = F x=4; require G !(x=1);";
+    std::fs::write(scratch.path("ways.pref"), wishes).unwrap();
+    std::fs::write(scratch.path("worse.pref"), "objective Goal = F x=1; require G !(x=3);").unwrap();
+    // The cheaper way is forbidden.
+    let arguments = format!("{} --choose cheap --reward fuel", files(&scratch, "ways"));
+    for engine in ["symbolic", "explicit"] {
+        let report = run(&format!("strategy {arguments} --json --engine {engine}")).expect(0).json();
+        assert_eq!(report["states"][0]["chosen_action"], "fast");
+    }
+    let play = simulated(&arguments);
+    assert!(is(&play["value"]["cost"], 9.0) && agrees(&play), "{play}");
+    // Both actions may violate the requirement: nothing is left to choose.
+    let unsafe_start = run(&format!("values {} --json", files(&scratch, "worse"))).expect(0).json();
+    assert_eq!(unsafe_start["states"][0]["unsafe"], true, "{unsafe_start}");
+    assert_eq!(unsafe_start["states"][0]["levels"], json!([]));
+}
+
+#[test]
 fn a_wrong_reward_in_any_state_of_the_scope_is_an_error() {
     let scratch = scratch();
     for command in ["values", "strategy --choose cheap", "simulate --choose cheap"] {

@@ -345,7 +345,7 @@ fn no_false_bound_gets_past_verify() {
     for safety in SAFETIES {
         for reward in ["steps", "fuel"] {
             let case = Case::of([TRAPS, WISHES], Scope::All, safety, reward);
-            for _ in 0..400 {
+            for _ in 0..120 {
                 let mut dump = case.dump.clone();
                 (0..random.random_range(1..=3)).for_each(|_| edited(&mut dump, &mut random));
                 match case.violated(&dump) {
@@ -359,5 +359,5 @@ fn no_false_bound_gets_past_verify() {
         }
     }
     println!("{refused} edited dumps refused, {accepted} are true");
-    assert!(refused > 1000 && accepted > 50);
+    assert!(refused > 300 && accepted > 20);
 }

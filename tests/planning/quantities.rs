@@ -183,7 +183,7 @@ impl<'a, E: Engine> Check<'a, E> {
             if left > 0
                 && let Some(position) = self.values.best_choice(node, left, aim)
             {
-                let state = self.values.state(node);
+                let state = &self.values.state(node);
                 let step = self.world.program.exact_steps(state).unwrap().swap_remove(position);
                 for (to, p) in step.successors {
                     if let Some(next) = self.values.successor(node, left, aim, &to) {

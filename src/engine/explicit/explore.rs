@@ -194,10 +194,7 @@ impl Task<'_> {
     }
 
     fn broken(&self, broken: Broken, code: &[u64]) -> Error {
-        match broken {
-            Broken::Fault => self.fault(code),
-            Broken::Limit(limit) => limit.into(),
-        }
+        broken.error(self.program, &self.values(code))
     }
 
     fn fault(&self, code: &[u64]) -> Error {

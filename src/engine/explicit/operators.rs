@@ -378,10 +378,7 @@ impl ExplicitEngine {
         if self.prepared.uniform || wanted >= self.prepared.synchronisations.len() {
             return Ok(None);
         }
-        let broken = |broken| match broken {
-            Broken::Fault => fault::in_state(&self.program, &self.values(state)),
-            Broken::Limit(limit) => limit.into(),
-        };
+        let broken = |broken: Broken| broken.error(&self.program, &self.values(state));
         let mut stepper = Stepper::<1>::new(&self.prepared);
         self.with_code(state, |code| stepper.enter(&self.layout, code));
         let mut before = 0;

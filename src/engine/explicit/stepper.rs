@@ -6,9 +6,10 @@ use super::guard_index::Rows;
 use super::layout::Layout;
 use super::machine::Machine;
 use super::program::{Chances, Prepared, Ready, Update};
-use crate::error::Limit;
+use crate::error::{Error, Limit};
 use crate::model::rounding::Sum;
 use crate::model::value::{EvalError, Type};
+use crate::model::{Program, fault};
 
 /// Maximum number of successors of a state, counted with every combination.
 const MOST_SUCCESSORS: usize = 1 << 22;
@@ -20,6 +21,16 @@ pub(super) enum Broken {
     Fault,
     /// The state has too many choices or successors.
     Limit(Limit),
+}
+
+impl Broken {
+    /// Returns the error for the state.
+    pub(super) fn error(self, program: &Program, state: &[i64]) -> Error {
+        match self {
+            Broken::Fault => fault::in_state(program, state),
+            Broken::Limit(limit) => limit.into(),
+        }
+    }
 }
 
 impl From<EvalError> for Broken {
@@ -84,15 +95,6 @@ impl<'a, const W: usize> Stepper<'a, W> {
         self.enabled.clear();
         self.effects.clear();
         layout.decode(code, &mut self.machine.regs);
-    }
-
-    /// Moves to a state with these values and discards the results for the last one.
-    pub(super) fn enter_values(&mut self, values: &[i64]) {
-        self.machine.next_state();
-        self.now += 1;
-        self.enabled.clear();
-        self.effects.clear();
-        self.machine.regs[..values.len()].copy_from_slice(values);
     }
 
     /// Returns whether the current state is an initial state.

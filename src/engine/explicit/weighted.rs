@@ -6,14 +6,15 @@
 
 use ahash::AHashMap;
 use num_traits::One;
+use smallvec::SmallVec;
 
 use super::layout::Layout;
 use super::program::{Chances, Prepared};
-use super::stepper::{Broken, Stepper};
+use super::stepper::Stepper;
 use crate::error::{Error, Result};
 use crate::model::exact::Ratio;
-use crate::model::step::{Choice, StepError};
-use crate::model::{CommandId, ModelKind, Program, fault};
+use crate::model::step::Choice;
+use crate::model::{CommandId, ModelKind, Program, State, fault};
 use crate::progress::ProgressSink;
 
 /// Fractions, each stored once.
@@ -59,19 +60,60 @@ impl Fractions {
     }
 }
 
+/// A state in few bytes. Codes compare as the values do.
+pub(crate) type Code = SmallVec<[u64; 2]>;
+
+/// The codes of the states of a program.
+#[derive(Debug, Clone)]
+pub(crate) struct Codec {
+    layout: Layout,
+    variables: usize,
+}
+
+impl Codec {
+    /// Creates the codes of a program.
+    ///
+    /// # Errors
+    /// The states need more than 2048 bits.
+    pub(crate) fn new(program: &Program) -> Result<Self> {
+        Ok(Codec { layout: Layout::packed(program)?, variables: program.variables.len() })
+    }
+
+    /// Returns the code of a state; `None` if a value is out of range.
+    pub(crate) fn encode(&self, state: &[i64]) -> Option<Code> {
+        self.layout.encode(state).map(Code::from_vec)
+    }
+
+    /// Returns the code of a state.
+    ///
+    /// # Errors
+    /// A value is out of range.
+    pub(crate) fn known(&self, state: &[i64]) -> Result<Code> {
+        let wrong = || Error::Usage("a value of a state is out of range".to_owned());
+        self.encode(state).ok_or_else(wrong)
+    }
+
+    /// Returns the state of a code.
+    pub(crate) fn decode(&self, code: &[u64]) -> State {
+        let mut state = vec![0; self.variables];
+        self.layout.decode(code, &mut state);
+        state
+    }
+}
+
 /// A choice with its successors.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Weighted {
     /// The choice.
     pub(crate) choice: Choice,
     /// Each successor once, with the number of its probability; ordered by values.
-    pub(crate) successors: Vec<(Vec<i64>, u32)>,
+    pub(crate) successors: Vec<(Code, u32)>,
 }
 
 /// Lists the choices of states, as [`Program::exact_steps`] does, without their names.
 pub(crate) struct Walker<'p> {
     program: &'p Program,
-    layout: Layout,
+    codec: Codec,
     prepared: Prepared,
     /// The probabilities of the branches of each command, if they do not depend on the state.
     constant: Vec<Option<Vec<u32>>>,
@@ -83,23 +125,28 @@ impl<'p> Walker<'p> {
     /// # Errors
     /// The states need more than 2048 bits, or the work is cancelled.
     pub(crate) fn new(program: &'p Program, sink: &dyn ProgressSink) -> Result<Self> {
-        let layout = Layout::packed(program)?;
-        let prepared = Prepared::new(program, &layout, sink)?;
+        let codec = Codec::new(program)?;
+        let prepared = Prepared::new(program, &codec.layout, sink)?;
         let constant = vec![None; program.commands.len()];
-        Ok(Walker { program, layout, prepared, constant })
+        Ok(Walker { program, codec, prepared, constant })
+    }
+
+    /// Returns the codes of the states.
+    pub(crate) fn codec(&self) -> &Codec {
+        &self.codec
     }
 
     /// Creates the walk, which keeps work between states.
     pub(crate) fn walk(&mut self) -> Box<dyn Walk + '_> {
-        let Walker { program, layout, prepared, constant } = self;
-        match layout.words() {
-            1 => Run::<1>::boxed(program, layout, prepared, constant),
-            2 => Run::<2>::boxed(program, layout, prepared, constant),
-            3 => Run::<3>::boxed(program, layout, prepared, constant),
-            4 => Run::<4>::boxed(program, layout, prepared, constant),
-            5..=8 => Run::<8>::boxed(program, layout, prepared, constant),
-            9..=16 => Run::<16>::boxed(program, layout, prepared, constant),
-            _ => Run::<32>::boxed(program, layout, prepared, constant),
+        let Walker { program, codec, prepared, constant } = self;
+        match codec.layout.words() {
+            1 => Run::<1>::boxed(program, codec, prepared, constant),
+            2 => Run::<2>::boxed(program, codec, prepared, constant),
+            3 => Run::<3>::boxed(program, codec, prepared, constant),
+            4 => Run::<4>::boxed(program, codec, prepared, constant),
+            5..=8 => Run::<8>::boxed(program, codec, prepared, constant),
+            9..=16 => Run::<16>::boxed(program, codec, prepared, constant),
+            _ => Run::<32>::boxed(program, codec, prepared, constant),
         }
     }
 }
@@ -110,25 +157,29 @@ pub(crate) trait Walk {
     ///
     /// # Errors
     /// A command has no meaning in the state, or there are too many choices.
-    fn choices(&mut self, state: &[i64], fractions: &mut Fractions) -> Result<Vec<Weighted>>;
+    fn choices(&mut self, state: &[u64], fractions: &mut Fractions) -> Result<Vec<Weighted>>;
+
+    /// Returns the names of the choices of a state, as [`Program::choices`] does.
+    ///
+    /// # Errors
+    /// A command has no meaning in the state, or there are too many choices.
+    fn names(&mut self, state: &[u64]) -> Result<Vec<String>>;
 }
 
 struct Run<'w, const W: usize> {
     program: &'w Program,
-    layout: &'w Layout,
+    codec: &'w Codec,
     stepper: Stepper<'w, W>,
     prepared: &'w Prepared,
     constant: &'w mut [Option<Vec<u32>>],
 }
 
 impl<const W: usize> Walk for Run<'_, W> {
-    fn choices(&mut self, state: &[i64], fractions: &mut Fractions) -> Result<Vec<Weighted>> {
-        let Some(code) = self.layout.encode(state) else { return Ok(Vec::new()) };
-        self.stepper.enter_values(state);
-        self.stepper.expand().map_err(|broken| self.error(broken, state))?;
+    fn choices(&mut self, state: &[u64], fractions: &mut Fractions) -> Result<Vec<Weighted>> {
+        self.expand(state)?;
         if self.stepper.ends.is_empty() {
             let one = fractions.number(Ratio::one());
-            return Ok(vec![Weighted { choice: Choice::Deadlock, successors: vec![(state.to_vec(), one)] }]);
+            return Ok(vec![Weighted { choice: Choice::Deadlock, successors: vec![(state.into(), one)] }]);
         }
         let (mut found, mut at) = (Vec::new(), 0);
         for synchronisation in 0..self.prepared.synchronisations.len() {
@@ -138,11 +189,8 @@ impl<const W: usize> Walk for Run<'_, W> {
                 let steps = &self.stepper.steps[at..at + weights.len()];
                 at += weights.len();
                 let target = |(step, weight): (&[u64; W], u32)| {
-                    let mut to = [0; W];
-                    to.iter_mut().zip(&code).zip(step).for_each(|((to, a), b)| *to = a.wrapping_add(*b));
-                    let mut values = vec![0; state.len()];
-                    self.layout.decode(&to, &mut values);
-                    (values, weight)
+                    let sums = state.iter().zip(step).map(|(a, b)| a.wrapping_add(*b));
+                    (sums.collect(), weight)
                 };
                 let successors = steps.iter().zip(weights).map(target).collect();
                 let commands = commands.iter().map(|&c| CommandId(c)).collect();
@@ -156,21 +204,43 @@ impl<const W: usize> Walk for Run<'_, W> {
         found.iter_mut().for_each(|choice| merge(&mut choice.successors, fractions));
         Ok(found)
     }
+
+    fn names(&mut self, state: &[u64]) -> Result<Vec<String>> {
+        self.expand(state)?;
+        if self.stepper.ends.is_empty() {
+            return Ok(vec!["deadlock".to_owned()]);
+        }
+        let mut all = Vec::new();
+        for synchronisation in 0..self.prepared.synchronisations.len() {
+            for number in 0..self.stepper.combinations(synchronisation) {
+                let commands = self.stepper.combination(synchronisation, number);
+                all.push((synchronisation, commands.iter().map(|&c| CommandId(c)).collect()));
+            }
+        }
+        let names = self.program.names(&all);
+        Ok(if self.program.kind == ModelKind::Dtmc { vec![names.join("+")] } else { names })
+    }
 }
 
 impl<'w, const W: usize> Run<'w, W> {
     fn boxed(
         program: &'w Program,
-        layout: &'w Layout,
+        codec: &'w Codec,
         prepared: &'w Prepared,
         constant: &'w mut [Option<Vec<u32>>],
     ) -> Box<dyn Walk + 'w> {
-        Box::new(Run::<W> { program, layout, stepper: Stepper::new(prepared), prepared, constant })
+        Box::new(Run::<W> { program, codec, stepper: Stepper::new(prepared), prepared, constant })
+    }
+
+    /// Lists the commands that are enabled in a state, and their effects.
+    fn expand(&mut self, state: &[u64]) -> Result<()> {
+        self.stepper.enter(&self.codec.layout, state);
+        self.stepper.expand().map_err(|broken| broken.error(self.program, &self.codec.decode(state)))
     }
 
     /// Returns the probabilities of all ways to take a branch of each command, in the order of the
     /// stepper.
-    fn weights(&mut self, commands: &[u32], state: &[i64], fractions: &mut Fractions) -> Result<Vec<u32>> {
+    fn weights(&mut self, commands: &[u32], state: &[u64], fractions: &mut Fractions) -> Result<Vec<u32>> {
         if let &[command] = commands {
             return self.branches(command, state, fractions);
         }
@@ -190,27 +260,19 @@ impl<'w, const W: usize> Run<'w, W> {
     }
 
     /// Returns the probabilities of the branches of a command that are positive.
-    fn branches(&mut self, command: u32, state: &[i64], fractions: &mut Fractions) -> Result<Vec<u32>> {
+    fn branches(&mut self, command: u32, state: &[u64], fractions: &mut Fractions) -> Result<Vec<u32>> {
         let index = command as usize;
         if let Some(known) = &self.constant[index] {
             return Ok(known.clone());
         }
-        let exact = self.program.exact_branches(CommandId(command), state);
-        let exact = exact.map_err(|fault| fault::error(self.program, &fault, state))?;
+        let state = self.codec.decode(state);
+        let exact = self.program.exact_branches(CommandId(command), &state);
+        let exact = exact.map_err(|fault| fault::error(self.program, &fault, &state))?;
         let numbers: Vec<u32> = exact.into_iter().map(|p| fractions.number(p)).collect();
         if self.prepared.commands[index].chances != Chances::Vary {
             self.constant[index] = Some(numbers.clone());
         }
         Ok(numbers)
-    }
-
-    /// Returns the error of a state that cannot be expanded.
-    fn error(&self, broken: Broken, state: &[i64]) -> Error {
-        match (broken, self.program.steps(state)) {
-            (Broken::Limit(limit), _) => limit.into(),
-            (Broken::Fault, Err(fault)) => fault::error(self.program, &fault, state),
-            (Broken::Fault, Ok(_)) => fault::error(self.program, &StepError::TooMany, state),
-        }
     }
 }
 
@@ -223,7 +285,7 @@ fn uniform(choices: Vec<Weighted>, fractions: &mut Fractions) -> Weighted {
 }
 
 /// Sorts the successors and adds up the probabilities of equal ones.
-fn merge(successors: &mut Vec<(Vec<i64>, u32)>, fractions: &mut Fractions) {
+fn merge(successors: &mut Vec<(Code, u32)>, fractions: &mut Fractions) {
     if successors.len() < 2 {
         return;
     }
@@ -248,16 +310,21 @@ mod tests {
         let read = |name, text: &str| SourceFile::new(name, text);
         let program = lang::load(&read("model", model), &read("constants", "")).unwrap().program;
         let (mut fractions, mut walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
+        let codec = walker.codec().clone();
         let mut walk = walker.walk();
         let (mut states, mut next) = (vec![vec![0; program.variables.len()]], 0);
         while next < states.len() {
             let state = states[next].clone();
-            let found = walk.choices(&state, &mut fractions).unwrap();
+            let code = codec.encode(&state).unwrap();
+            assert_eq!(codec.decode(&code), state);
+            let found = walk.choices(&code, &mut fractions).unwrap();
+            let names: Vec<_> = program.choices(&state).unwrap().into_iter().map(|(_, name)| name).collect();
+            assert_eq!(walk.names(&code).unwrap(), names, "{state:?}");
             let expected = program.exact_steps(&state).unwrap();
             assert_eq!(found.len(), expected.len(), "{state:?}");
             for (found, expected) in found.iter().zip(expected) {
                 assert_eq!(found.choice, expected.choice, "{state:?}");
-                let exact = |(to, p): &(Vec<i64>, u32)| (to.clone(), fractions.list()[*p as usize].clone());
+                let exact = |(to, p): &(Code, u32)| (codec.decode(to), fractions.list()[*p as usize].clone());
                 let successors: Vec<_> = found.successors.iter().map(exact).collect();
                 assert_eq!(successors, expected.successors, "{state:?}");
                 for (to, _) in successors {

@@ -52,8 +52,6 @@ mod workers;
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use oxidd::BooleanFunction;
-
 pub use dump::Set;
 pub use encoding::{Bit, Encoding};
 pub use order::Order;
@@ -236,8 +234,8 @@ impl SymbolicEngine {
 
     /// Returns whether a state satisfies a function of the present bits.
     fn satisfies(&self, f: &Bdd, state: &[i64]) -> bool {
-        let pattern = (0..self.encoding.width()).map(|p| (2 * p as u32, self.encoding.bit_of(state, p)));
-        self.encoding.is_valid(state) && f.eval(pattern)
+        self.encoding.is_valid(state)
+            && self.store.holds(f, |level| self.encoding.bit_of(state, level as usize / 2))
     }
 
     /// Returns the number of triples of one piece with the source in C and the target in X (`None`:

@@ -18,7 +18,7 @@ use ahash::AHashSet;
 use num_bigint::BigUint;
 use oxidd::bdd::BDDManagerRef;
 use oxidd::util::num::Natural;
-use oxidd::{BooleanFunction, Function, InnerNode, Manager, ManagerRef, Node};
+use oxidd::{BooleanFunction, Function, HasLevel, InnerNode, LevelNo, Manager, ManagerRef, Node};
 
 use super::charge::{Charge, Charges};
 use super::diagram::{Bdd, Diagram, ManagerOf};
@@ -225,6 +225,17 @@ impl Store {
     /// A limit.
     pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> Result<bool> {
         Ok(!self.has_nodes(f, self.visit(g, usize::MAX)?)?)
+    }
+
+    /// Returns the value of f for the bits of a state by level. Cost: the length of one path.
+    pub(super) fn holds(&self, f: &Bdd, bit: impl Fn(LevelNo) -> bool) -> bool {
+        self.shared(|m| {
+            let mut e = f.as_edge(m);
+            while let Node::Inner(n) = m.get_node(e) {
+                e = n.child(usize::from(!bit(n.level())));
+            }
+            m.value_of(e) == Some(true)
+        })
     }
 
     /// Visits the nodes of f, constants included, until `most` have been met. Returns their number.

@@ -45,7 +45,7 @@ pub struct Heat {
 
 impl Heat {
     /// Computes the values of all states; returns `None` if there are more than [`MOST_STATES`].
-    /// Cost: see [`Values::explore`] and [`Values::solve`].
+    /// Cost: see [`Values::compute`].
     ///
     /// # Errors
     /// The levels are not known; a limit is reached.
@@ -56,9 +56,8 @@ impl Heat {
             return Ok(None);
         }
         let levels = Values::levels_found(analysis, LEVELS);
-        let mut values = Values::new(Setup { levels, exact: false, within: None });
-        values.explore(analysis, program, &states, &Steps)?;
-        values.solve(engine)?;
+        let setup = Setup { levels, exact: false, within: None };
+        let values = Values::compute(setup, analysis, program, &states, &Steps)?;
         let (mut probabilities, mut costs) = (Vec::new(), Vec::new());
         for state in &states {
             let node = values.start(state);
