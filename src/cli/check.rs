@@ -11,7 +11,6 @@ use meliora::planning::{Analysis, Event, Phase};
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::phases;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -112,10 +111,16 @@ pub(super) fn analyse<E: Engine, R: Checked>(
     run.warn_of_empty_targets();
     run.initial()?;
     run.phase(Phase::Improvement)?;
-    run.phase(Phase::Sasi)?;
-    run.initial()?;
-    run.phase(Phase::Spi)?;
-    run.initial()?;
+    // With workers, the levels of both kinds are computed next to each other.
+    let one_by_one: &[&[Phase]] = &[&[Phase::Sasi], &[Phase::Spi]];
+    let together: &[&[Phase]] = &[&[Phase::Sasi, Phase::Spi]];
+    let alone = run.analysis.engine().workers().is_empty();
+    for phases in if alone { one_by_one } else { together } {
+        let end = run.phases(phases);
+        // What is known at a limit is shown, if it can be computed.
+        let shown = run.initial();
+        end.and(shown)?;
+    }
     Ok(analysis)
 }
 
@@ -128,15 +133,19 @@ struct Run<'a, E: Engine, R: Checked> {
 
 impl<E: Engine, R: Checked> Run<'_, E, R> {
     fn phase(&mut self, phase: Phase) -> Result<(), Error> {
+        self.phases(&[phase])
+    }
+
+    fn phases(&mut self, phases: &[Phase]) -> Result<(), Error> {
         let job = self.job;
         let mut hear = |event: Event<'_>| {
             job.update(|r| {
                 let r = r.check();
                 r.result.add(event);
-                phases::note(&mut r.time, event);
+                super::phases::note(&mut r.time, event);
             });
         };
-        let result = phases::run(self.analysis, &[phase], &job.sink, &mut hear);
+        let result = super::phases::run(self.analysis, phases, &job.sink, &mut hear);
         let usage = self.analysis.engine().usage();
         job.update(|r| {
             let r = r.check();
