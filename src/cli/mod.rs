@@ -36,6 +36,7 @@ mod simulate;
 mod strategy;
 mod values;
 mod verify;
+mod version;
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -61,7 +62,7 @@ const EXIT_STATUS: &str = "Exit status:
 /// Computes from which states, and how many times in a row, a strategy can improve the most
 /// preferred objectives: almost surely (SASI) or with positive probability (SPI).
 #[derive(Debug, Parser)]
-#[command(name = "meliora", version, propagate_version = true, arg_required_else_help = true)]
+#[command(name = "meliora", version, long_version = version::long(), propagate_version = true, arg_required_else_help = true)]
 #[command(after_help = EXIT_STATUS)]
 struct Cli {
     #[command(subcommand)]

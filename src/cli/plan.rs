@@ -5,7 +5,8 @@ use std::sync::Arc;
 use meliora::engine::{Engine, Scope};
 use meliora::error::{Diagnostic, Error, SourceFile};
 use meliora::lang;
-use meliora::model::{Program, State};
+
+use meliora::model::{Program, State, VarId};
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
 
 use super::load::Question;
@@ -35,6 +36,7 @@ pub(super) fn states(program: &Program, texts: &[String]) -> Result<Vec<State>, 
 /// A state is not in the scope.
 pub(super) fn in_scope<E: Engine>(
     engine: &E,
+    program: &Program,
     args: &ModelArgs,
     texts: &[String],
     states: &[State],
@@ -46,14 +48,21 @@ pub(super) fn in_scope<E: Engine>(
             continue;
         }
         let source = SourceFile::new("--at", text.as_str());
-        let message = "this state cannot be reached from the initial states";
-        let diagnostic = Diagnostic::new(&source, 0..text.len(), message);
-        wrong.push(match args.scope {
-            Scope::Reachable => diagnostic.help("`--scope all` accepts every valuation as a state"),
-            Scope::All => diagnostic,
+        let diagnostic = Diagnostic::new(&source, 0..text.len(), "no path reaches this state");
+        wrong.push(match (&program.monitors, args.scope) {
+            (Some(monitors), _) => diagnostic.help(at_the_start(program, &monitors.variables)),
+            (None, Scope::Reachable) => diagnostic.help("`--scope all` accepts every valuation as a state"),
+            (None, Scope::All) => diagnostic,
         });
     }
     if wrong.is_empty() { Ok(()) } else { Err(Error::Input(wrong)) }
+}
+
+/// Returns the advice for a state that no path reaches with these values of the monitors.
+fn at_the_start(program: &Program, monitors: &[VarId]) -> String {
+    let names =
+        monitors.iter().map(|at| format!("`{}`", program.variables[at.index()].name)).collect::<Vec<_>>();
+    format!("leave out {}: their values are then those at the start of a path", names.join(", "))
 }
 
 /// Runs the analysis with these phases for the levels.

@@ -182,7 +182,13 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
     if let (Some(text), Some(start)) = (&args.at, &start) {
-        plan::in_scope(&*engine, &args.model, std::slice::from_ref(text), std::slice::from_ref(start))?;
+        plan::in_scope(
+            &*engine,
+            &question.program,
+            &args.model,
+            std::slice::from_ref(text),
+            std::slice::from_ref(start),
+        )?;
     }
     let analysis = check::analyse(job, &engine, &question, &args.preferences)?;
     let start = match start {

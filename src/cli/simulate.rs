@@ -110,7 +110,7 @@ fn play<E: Engine>(
     args: &SimulateArgs,
     given: Vec<State>,
 ) -> Result<(), Error> {
-    plan::in_scope(&**engine, &args.model, &args.at, &given)?;
+    plan::in_scope(&**engine, &question.program, &args.model, &args.at, &given)?;
     let starts = match given.is_empty() {
         true => engine.list_states(&engine.initial_states(), STARTS)?,
         false => given,

@@ -118,7 +118,7 @@ fn answer<E: Engine>(
     args: &StrategyArgs,
     states: Vec<State>,
 ) -> Result<(), Error> {
-    plan::in_scope(&**engine, &args.model, &args.at, &states)?;
+    plan::in_scope(&**engine, &question.program, &args.model, &args.at, &states)?;
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;

@@ -109,7 +109,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     });
     let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    plan::in_scope(&*engine, &args.model, &args.at, &given)?;
+    plan::in_scope(&*engine, &question.program, &args.model, &args.at, &given)?;
     let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(&engine, &question, &args.preferences, &phases, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;

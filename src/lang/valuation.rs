@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::ast::{Ident, Span};
-use super::parse::{Parsed, Parser};
+use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
 use crate::model::value::{Type, Value};
-use crate::model::{Program, State};
+use crate::model::{Program, State, Variable};
 
 /// Values that the user gives in addition to a model.
 #[derive(Debug, Clone)]
@@ -29,8 +29,8 @@ pub struct Binding {
     pub span: Span,
 }
 
-/// Maps a variable and the name of a value to the value.
-type NamedValues<'n> = dyn Fn(&str, &str) -> Option<Value> + 'n;
+/// Returns the variable with a name.
+type Variables<'n> = dyn Fn(&str) -> Option<&'n Variable> + 'n;
 
 /// Parses values for constants, such as `K=4,p=0.5,fast=true`; an empty text gives no values.
 ///
@@ -38,7 +38,7 @@ type NamedValues<'n> = dyn Fn(&str, &str) -> Option<Value> + 'n;
 /// A syntax error, or a name that occurs twice.
 pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
     let mut parser = Parser::new(source);
-    let parsed = parser.bindings(&|_, _| None);
+    let parsed = parser.bindings(&|_| None);
     parser.finish_parsed(parsed)
 }
 
@@ -61,12 +61,8 @@ pub fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[A
 /// variable left out that has no single initial value.
 pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State> {
     let mut parser = Parser::new(source);
-    let named = |variable: &str, value: &str| {
-        let variable = program.variables.iter().find(|v| v.name == variable)?;
-        let index = variable.values.iter().position(|v| v == value)?;
-        Some(Value::Int(variable.low + i64::try_from(index).ok()?))
-    };
-    let bindings = match parser.bindings(&named) {
+    let variables = |name: &str| program.variables.iter().find(|v| v.name == name);
+    let bindings = match parser.bindings(&variables) {
         Ok(bindings) => bindings,
         parsed @ Err(_) => return parser.finish_parsed(parsed).map(|_| State::new()),
     };
@@ -91,8 +87,8 @@ pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State>
 }
 
 impl Parser<'_> {
-    /// Parses `name=value,…`; `named` resolves values that have names.
-    fn bindings(&mut self, named: &NamedValues<'_>) -> Parsed<Vec<Binding>> {
+    /// Parses `name=value,…`; the variables give the names that values have.
+    fn bindings(&mut self, variables: &Variables<'_>) -> Parsed<Vec<Binding>> {
         let mut bindings: Vec<Binding> = Vec::new();
         while self.peek() != Token::End {
             if !bindings.is_empty() {
@@ -100,7 +96,7 @@ impl Parser<'_> {
             }
             let name = self.ident("a name")?;
             self.expect(Token::Eq)?;
-            let binding = self.binding(name, named)?;
+            let binding = self.binding(name, variables)?;
             if let Some(first) = bindings.iter().find(|b| b.name == binding.name) {
                 let diagnostic =
                     self.wrong(binding.name.span, format!("`{}` is given twice", first.name.name));
@@ -112,16 +108,18 @@ impl Parser<'_> {
         Ok(bindings)
     }
 
-    fn binding(&mut self, name: Ident, named: &NamedValues<'_>) -> Parsed<Binding> {
+    fn binding(&mut self, name: Ident, variables: &Variables<'_>) -> Parsed<Binding> {
         let start = self.here();
+        let names = variables(&name.name).filter(|variable| !variable.values.is_empty());
+        if let Some(value) = names.and_then(|variable| self.named_value(variable)) {
+            return Ok(Binding { name, value, span: start.to(self.before()) });
+        }
         let negative = self.eat(Token::Minus);
         let span = self.here();
         let text = self.text(span);
         let value = match (self.peek(), text) {
             (Token::Word, "true") if !negative => Some(Value::Bool(true)),
             (Token::Word, "false") if !negative => Some(Value::Bool(false)),
-            (Token::Word, word) if !negative => named(&name.name, word),
-            (Token::Quoted, quoted) if !negative => named(&name.name, quoted.trim_matches('"')),
             (Token::Int, _) => text.parse().ok().map(|i: i64| Value::Int(if negative { -i } else { i })),
             (Token::Real, _) => {
                 let x = self.finite(span)?;
@@ -129,9 +127,42 @@ impl Parser<'_> {
             }
             _ => None,
         };
-        let Some(value) = value else { return Err(self.expected("a number, `true` or `false`")) };
+        let Some(value) = value else {
+            return Err(match names {
+                Some(variable) => self.no_such_value(variable),
+                None => self.expected("a number, `true` or `false`"),
+            });
+        };
         self.advance();
         Ok(Binding { name, value, span: start.to(span) })
+    }
+
+    /// Takes the name of a value, as it is printed or in quotes, if the next tokens are one.
+    fn named_value(&mut self, variable: &Variable) -> Option<Value> {
+        let text = self.rest_of_text();
+        let length = |name: &str| {
+            let quoted = text.strip_prefix('"').and_then(|t| t.strip_prefix(name)?.strip_prefix('"'));
+            let after = quoted.or_else(|| text.strip_prefix(name))?.trim_start();
+            (after.is_empty() || after.starts_with(',')).then(|| text.len() - after.len())
+        };
+        let lengths = (0i64..).zip(&variable.values).filter_map(|(at, name)| Some((length(name)?, at)));
+        let (length, at) = lengths.max()?;
+        let end = self.here().start() + length;
+        while self.peek() != Token::End && self.here().start() < end {
+            self.advance();
+        }
+        Some(Value::Int(variable.low + at))
+    }
+
+    /// Reports that a value is none of those that have names.
+    fn no_such_value(&mut self, variable: &Variable) -> Failed {
+        let span = self.here();
+        let given = self.text(span).trim_matches('"');
+        let message = format!("`{}` has no value `{given}`", variable.name);
+        let names = variable.values.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>();
+        let diagnostic = self.wrong(span, message).label("no such value");
+        self.report(diagnostic.help(format!("its values are {}", names.join(", "))));
+        Failed
     }
 
     /// Returns the index and the value of the variable of a binding; reports one that does not fit.

@@ -128,7 +128,7 @@ fn levels(result: &AnalysisResult, style: Style) -> String {
 fn initial(report: &CheckFindings, style: Style) -> String {
     let mut out = String::new();
     for initial in &report.initial {
-        let _ = write!(out, "\n{}\n", style.bold(&format!("Initial state {}", initial.values)));
+        let _ = write!(out, "\n{}", text::state_heading("Initial state", &initial.values, style));
         if initial.escape.is_some() {
             let _ = writeln!(out, "  {}", style.bad("unsafe: no strategy keeps the requirements"));
             continue;

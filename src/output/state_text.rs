@@ -16,8 +16,8 @@ use crate::quantities::Choose;
 /// Renders a state.
 pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     let (words, at, [sasi, spi]) = (state.words, &state.at, state.ranks);
-    let title = format!("State {}", Valuation::of(words.program, &at.state));
-    let mut out = format!("\n{}\n", style.bold(&title));
+    let valuation = Valuation::of(words.program, &at.state);
+    let mut out = format!("\n{}", text::state_heading("State", &valuation, style));
     if at.is_unsafe {
         let _ = writeln!(out, "  {}", style.bad("Unsafe: no strategy keeps the requirements"));
     } else {

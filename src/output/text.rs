@@ -56,6 +56,27 @@ impl Grid {
     }
 }
 
+/// Renders a heading with a state. A line that is too long for the terminal is broken after commas,
+/// and goes on two columns further in.
+pub(super) fn state_heading(heading: &str, state: &impl fmt::Display, style: Style) -> String {
+    let text = state.to_string();
+    let width = style.width.map_or(usize::MAX, usize::from);
+    let (mut lines, mut line, mut columns) =
+        (String::new(), format!("{heading} "), heading.chars().count() + 1);
+    let mut is_first = true;
+    for part in text.split_inclusive(',') {
+        let more = part.chars().count();
+        if columns + more > width && !is_first {
+            let _ = writeln!(lines, "{}", style.bold(&line));
+            (line, columns) = ("  ".to_owned(), 2);
+        }
+        line += part;
+        columns += more;
+        is_first = false;
+    }
+    lines + &style.bold(&line) + "\n"
+}
+
 /// Renders names and numbers, the numbers aligned on the right.
 pub(super) fn aligned(numbers: &[(&str, &Count)]) -> String {
     let texts: Vec<String> = numbers.iter().map(|(_, n)| grouped(n)).collect();
@@ -162,6 +183,15 @@ mod tests {
         for (s, text) in [(0.000_012, "12 µs"), (0.25, "250 ms"), (1.5, "1.50 s"), (125.0, "2 min 05 s")] {
             assert_eq!(seconds(s), text);
         }
+    }
+
+    #[test]
+    fn states_are_broken_after_commas_at_the_width() {
+        let state = "place=3,wind=3,battery=3,carries=3";
+        let at = |width| state_heading("State", &state, Style { color: false, width });
+        assert_eq!(at(None), "State place=3,wind=3,battery=3,carries=3\n");
+        assert_eq!(at(Some(24)), "State place=3,wind=3,\n  battery=3,carries=3\n");
+        assert_eq!(at(Some(5)), "State place=3,\n  wind=3,\n  battery=3,\n  carries=3\n");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::envelope::Findings;
-use super::text::{Grid, names, plural};
+use super::text::{Grid, names, plural, state_heading};
 use super::values::{Bound, LevelValues, StateValues, ValuesFindings, ValuesReport};
 use super::{Style, ranks};
 use crate::planning::Safety;
@@ -35,7 +35,7 @@ impl Findings for ValuesFindings {
 }
 
 fn one(state: &StateValues, reward: &str, style: Style) -> String {
-    let mut text = format!("\n{}\n", style.bold(&format!("State {}", state.state)));
+    let mut text = format!("\n{}", state_heading("State", &state.state, style));
     if state.is_unsafe {
         let _ = writeln!(text, "  {}", style.bad("Unsafe: no strategy keeps the requirements"));
         return text;

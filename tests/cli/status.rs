@@ -14,7 +14,12 @@ fn work_that_is_done_ends_with_0() {
 fn help_and_version_go_to_stdout_with_0() {
     assert!(run("--help").expect(0).stdout.contains("Usage"));
     assert!(run("check --help").expect(0).stdout.contains("--safety"));
-    assert!(run("--version").expect(0).stdout.starts_with("meliora "));
+    let version = run("--version").expect(0).stdout;
+    assert!(version.starts_with("meliora "), "{version}");
+    for part in ["\ncommit ", "\nfeatures cli, output, supervise\n", "\noxidd 0."] {
+        assert!(version.contains(part), "{version}");
+    }
+    assert_eq!(run("-V").expect(0).stdout.lines().count(), 1);
 }
 
 #[test]

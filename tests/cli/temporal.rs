@@ -232,3 +232,29 @@ fn a_dump_of_whole_plays_is_verified() {
     assert!(verified.stdout.contains("secured:Clean:1"), "{}", verified.stdout);
     Finished::of(meliora().args(["verify", &dump, files[0], &scratch.show("other.pref")])).expect(1);
 }
+
+#[test]
+fn states_are_read_as_they_are_printed() {
+    let strategy = ["strategy", "models/courier.prism", "models/courier.pref", "--kind", "spi", "--at"];
+    let shown = Finished::of(meliora().args(strategy).arg("place=0,Deliver=waiting for door")).expect(0);
+    let line = shown.stdout.lines().find_map(|line| line.strip_prefix("State ")).expect("a state is shown");
+    assert!(line.contains("Deliver=waiting for door,Clean=kept so far"), "{line}");
+    let again = Finished::of(meliora().args(strategy).arg(line)).expect(0);
+    assert!(again.stdout.contains(line), "{}", again.stdout);
+    let error = Finished::of(meliora().args(strategy).arg("Deliver=\"finished\"")).expect(3).stderr;
+    assert!(error.contains("`Deliver` has no value `finished`"), "{error}");
+    assert!(error.contains("its values are \"waiting for key\", \"waiting for door\""), "{error}");
+}
+
+#[test]
+fn a_state_that_no_path_reaches_is_refused_with_advice_on_monitors() {
+    for scope in ["reachable", "all"] {
+        let at = "place=2,Deliver=done,Clean=kept so far";
+        let arguments =
+            ["strategy", "models/courier.prism", "models/courier.pref", "--scope", scope, "--at", at];
+        let error = Finished::of(meliora().args(arguments)).expect(3).stderr;
+        assert!(error.contains("no path reaches this state"), "{error}");
+        assert!(error.contains("leave out `Deliver`, `Clean`"), "{error}");
+        assert!(!error.contains("--scope all"), "{error}");
+    }
+}

@@ -129,6 +129,11 @@ impl<'a> Parser<'a> {
         self.source.text.get(span.range()).unwrap_or("")
     }
 
+    /// Returns the text from the next token on.
+    pub(crate) fn rest_of_text(&self) -> &'a str {
+        self.source.text.get(self.here().start()..).unwrap_or("")
+    }
+
     /// Takes the next token and returns its place. At the end of the text, and after cancellation,
     /// the next token is [`Token::End`].
     pub(crate) fn advance(&mut self) -> Span {
