@@ -163,6 +163,7 @@ pub(crate) trait Walk {
     ///
     /// # Errors
     /// A command has no meaning in the state, or there are too many choices.
+    #[cfg(any(feature = "output", test))]
     fn names(&mut self, state: &[u64]) -> Result<Vec<String>>;
 }
 
@@ -205,6 +206,7 @@ impl<const W: usize> Walk for Run<'_, W> {
         Ok(found)
     }
 
+    #[cfg(any(feature = "output", test))]
     fn names(&mut self, state: &[u64]) -> Result<Vec<String>> {
         self.expand(state)?;
         if self.stepper.ends.is_empty() {
