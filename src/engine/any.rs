@@ -283,6 +283,10 @@ impl Engine for AnyEngine {
         count_transitions(c: AnyChoices, x: AnyStates) -> Count;
     }
 
+    fn is_markov_chain(&self) -> bool {
+        on!(self, e => e.is_markov_chain())
+    }
+
     fn rounded_state(&self) -> Option<&State> {
         on!(self, e => e.rounded_state())
     }

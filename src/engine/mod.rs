@@ -203,6 +203,10 @@ pub trait Engine:
     /// Returns the states in which no command of the model is enabled; the only choice of each is a
     /// self-loop.
     fn deadlock_states(&self) -> Self::States;
+    /// Returns true if each state has exactly one choice, as in a dtmc: then all strategies coincide.
+    fn is_markov_chain(&self) -> bool {
+        false
+    }
     /// Returns a state of the scope in which the probabilities of an enabled command sum to 1 only
     /// after rounding, or `None` if all sums are exact. [`crate::model::Program::rounded_in`] finds
     /// the command.

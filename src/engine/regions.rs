@@ -118,7 +118,7 @@ pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::S
 }
 
 /// Computes all four regions; `by` calls the function that finds each region. The region Pmin > 0
-/// is computed once and used twice.
+/// is computed once and used twice. In a Markov chain, Pmin = Pmax, so two regions are computed.
 ///
 /// # Errors
 /// The errors of [`regions`] and of `by`.
@@ -129,7 +129,24 @@ pub fn regions_by<E: Engine>(
 ) -> Result<Regions<E::States>> {
     let pmax_positive = by(Which::PmaxPositive, &mut || pmax_positive(engine, target))?;
     let pmax_one = by(Which::PmaxOne, &mut || pmax_one(engine, target))?;
+    if engine.is_markov_chain() {
+        return of_markov_chain(pmax_positive, pmax_one, by);
+    }
     let pmin_positive = by(Which::PminPositive, &mut || pmin_positive(engine, target))?;
     let pmin_one = by(Which::PminOne, &mut || pmin_one(engine, target, &pmin_positive))?;
     Ok(Regions { pmax_one, pmax_positive, pmin_one, pmin_positive })
+}
+
+/// Returns the four regions of a Markov chain: those of Pmin are those of Pmax. Cost: no image.
+///
+/// # Errors
+/// The errors of `by`.
+pub(crate) fn of_markov_chain<S: Clone>(
+    positive: S,
+    one: S,
+    mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<S>) -> Result<S>,
+) -> Result<Regions<S>> {
+    let pmin_positive = by(Which::PminPositive, &mut || Ok(positive.clone()))?;
+    let pmin_one = by(Which::PminOne, &mut || Ok(one.clone()))?;
+    Ok(Regions { pmax_one: one, pmax_positive: positive, pmin_one, pmin_positive })
 }

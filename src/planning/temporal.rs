@@ -5,7 +5,7 @@
 //! reaches one of these sets (L. de Alfaro, *Formal verification of probabilistic systems*, 1997).
 
 use super::winning_regions::almost_sure_within;
-use crate::engine::regions::{Regions, Which, pmax_positive};
+use crate::engine::regions::{Regions, Which, of_markov_chain, pmax_positive};
 use crate::engine::{Engine, Region};
 use crate::error::Result;
 use crate::model::expr::ExprId;
@@ -119,6 +119,9 @@ pub fn regions_by<E: Engine>(
         pmax_positive(engine, &own)
     })?;
     let pmax_one = by(Which::PmaxOne, &mut || almost_sure_within(engine, &own, &positive))?;
+    if engine.is_markov_chain() {
+        return of_markov_chain(positive, pmax_one, by);
+    }
     let (mut against, mut threatened) = (engine.no_states(), engine.no_states());
     let pmin_one = by(Which::PminOne, &mut || {
         against = secured(engine, &accepting_regions(engine, &condition.negated())?)?;

@@ -12,7 +12,7 @@ use crate::engine::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, 
 use crate::error::{Error, Result};
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
-use crate::model::{Program, State, fault};
+use crate::model::{ModelKind, Program, State, fault};
 use crate::progress::Poll;
 
 macro_rules! algebra_of {
@@ -69,6 +69,10 @@ impl Engine for ExplicitEngine {
 
     fn deadlock_states(&self) -> StateSet {
         StateSet(self.deadlocks.clone())
+    }
+
+    fn is_markov_chain(&self) -> bool {
+        self.program.kind == ModelKind::Dtmc
     }
 
     fn rounded_state(&self) -> Option<&State> {

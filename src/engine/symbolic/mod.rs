@@ -63,7 +63,7 @@ use super::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Usage, e
 use crate::error::Result;
 use crate::model::expr::ExprId;
 use crate::model::step::Choice;
-use crate::model::{Program, State, fault};
+use crate::model::{ModelKind, Program, State, fault};
 use clusters::Clusters;
 use diagram::Bdd;
 use partial_relation::PartialRelation;
@@ -268,6 +268,10 @@ impl Engine for SymbolicEngine {
 
     fn deadlock_states(&self) -> StateSet {
         self.deadlocks.clone()
+    }
+
+    fn is_markov_chain(&self) -> bool {
+        self.program.kind == ModelKind::Dtmc
     }
 
     fn rounded_state(&self) -> Option<&State> {
