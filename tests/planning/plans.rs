@@ -192,5 +192,20 @@ fn what_is_sure_is_achieved() {
         Ok(())
     });
     outcome.unwrap_or_else(|e| panic!("{e}"));
-    assert!(seen.achieved > 1000 && seen.kept > 1000 && seen.improved > 20, "{seen:?}");
+    assert!(seen.achieved > 1000 && seen.kept > 1000, "{seen:?}");
+}
+
+// Few random models have guaranteed improvements.
+#[test]
+fn plans_improve_and_then_achieve() {
+    // From 0, chance decides between 1 and 2, where different objectives are sure.
+    let choices = vec![vec![vec![1, 2]], vec![vec![1]], vec![vec![2]], vec![]];
+    for (history, formulas) in [(false, vec![0, 1]), (true, vec![0, 1, 7])] {
+        for storage in [Storage::Symbolic, Storage::Explicit] {
+            let mut seen = Seen::default();
+            let drawn = (choices.clone(), formulas.clone(), vec![], history, None);
+            check(&drawn, storage, &mut seen);
+            assert!(seen.achieved > 0 && seen.improved > 0, "{drawn:?}: {seen:?}");
+        }
+    }
 }
