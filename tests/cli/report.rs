@@ -30,7 +30,7 @@ fn a_page_is_one_file_that_loads_nothing() {
         assert!(!page.contains(loading), "{loading}");
     }
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count());
-    assert!(page.contains("<p class=\"headline\">From nothing to "), "{page}");
+    assert!(page.contains("<p class=\"headline\">Can improve from nothing to "), "{page}");
     // Without a script, too: the cell where planning starts is there with its rank.
     assert!(page.contains("data-row=\"2\" data-col=\"2\" data-value=\"2\""));
     assert_eq!(data(&page)["play"][0], serde_json::json!([2, 2, 8, 0, 0, 0, 0]));
@@ -151,8 +151,8 @@ fn the_state_shown_first_can_be_chosen() {
 #[test]
 fn values_have_maps_a_sentence_and_the_run() {
     let page = run("report models/drone.prism models/drone.pref").expect(0).stdout;
-    let sentence = "From Shore to Ridge or Wreck: guaranteed, 1 step on average; \
-                    a second improvement with probability 0.17.";
+    let sentence = "Can improve from Shore to Ridge or Wreck with probability one, in 1 step on average; \
+                    a second time, to Cabin, with probability 0.17.";
     assert!(page.contains(sentence), "{page}");
     for (map, text) in [("p2", "0.17"), ("c1", "1")] {
         let figure = &page[page.find(&format!("id=\"map-{map}\"")).unwrap()..];

@@ -2,6 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
+use super::heat::Heat;
 use super::paint::{Paint, arrow};
 use super::{Content, Picture, palette};
 use crate::dump::Edge;
@@ -37,7 +38,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "targets": edges(&projections.targets),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": play,
-        "heat": content.outlook.map(|outlook| outlook.heat.data()),
+        "heat": content.heat().map(Heat::data),
     });
     // A `<` in a text must not end the script element.
     data.to_string().replace('<', "\\u003c")

@@ -85,7 +85,7 @@ fn verdict(content: &Content<'_>) -> Markup {
     html! {
         section.verdict #verdict {
             @for (index, state) in initial.iter().enumerate() {
-                @if index < LISTED { (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)))) }
+                @if index < LISTED { (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)?.as_ref()))) }
             }
             @if initial.len() > LISTED { p.hint { "… " (more) " initial states in total." } }
         }
@@ -164,9 +164,9 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
             p #view.hint aria-live="polite" data-open=(open) { (view_sentence(paint)) }
             div.maps.strip[projections.plane.row.is_none()] style=(format!("--least:{}rem", least_width(projections))) {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
-                @if let Some(outlook) = content.outlook { (map::values(content, paint, &outlook.heat)) }
+                @if let Some(heat) = content.heat() { (map::values(content, paint, heat)) }
             }
-            @if content.outlook.is_none() {
+            @if content.heat().is_none() {
                 p.hint { "Values are left out: the model has more than " (text::grouped(MOST_STATES)) " states. "
                     code { "meliora values" } " computes them." }
             }
