@@ -3,7 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::heat::Heat;
-use super::paint::{Paint, arrow};
+use super::paint::{Paint, arrow, longest};
 use super::{Content, Picture, palette};
 use crate::dump::Edge;
 use crate::model::value::Type;
@@ -27,6 +27,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "columns": projections.columns(),
         "at": projections.at,
         "opening": paint.opening,
+        "longest": longest(projections),
         "projected": projections.projected,
         "width": projections.diagram.variables.len(),
         "nodes": nodes(projections),
