@@ -270,8 +270,10 @@ mod tests {
     fn an_error_of_a_worker_is_the_error_of_the_run_and_results_before_it_remain() {
         let (engine, end, found) = failing(|| Limit::Interrupted.into());
         assert!(matches!(end, Err(Error::Limit(Limit::Interrupted))));
-        // The job of the thread that called.
-        assert_eq!(found.iter().flatten().count(), 1);
+        // The thread that called completes its first job, and others until a worker has failed.
+        // No worker completes any.
+        let complete = found.iter().flatten().count();
+        assert!((1..=6).contains(&complete), "{complete} jobs");
         assert_eq!(engine.workers().len(), 2);
     }
 }
