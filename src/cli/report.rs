@@ -271,11 +271,11 @@ impl Run<'_> {
         }
     }
 
-    /// Computes the values of all states for a page, if all levels are known.
+    /// Computes the outlook for a page, if all levels are known.
     fn outlook(&self) -> Result<Option<Outlook>, Error> {
         let cut = self.args.preferences.options().max_level.is_some();
         match self.args.format {
-            Format::Html if !cut => Outlook::of(self.analysis, &self.question.program),
+            Format::Html if !cut => Outlook::of(self.analysis, &self.question.program).map(Some),
             _ => Ok(None),
         }
     }
@@ -299,7 +299,9 @@ impl Run<'_> {
     fn play(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<Play>, Error> {
         let (kind, levels) = self.kind(start)?;
         let program = &self.question.program;
-        if outlook.is_none() && self.args.choose.is_some_and(|choose| choose != Choose::First) {
+        if !outlook.is_some_and(Outlook::has_values)
+            && self.args.choose.is_some_and(|choose| choose != Choose::First)
+        {
             let message = format!(
                 "`--choose` needs values, which a page has for complete levels of at most {MOST_STATES} states"
             );

@@ -71,7 +71,7 @@ impl Analysis {
         let preferences = self.preferences();
         let complete = Phase::ALL.iter().all(|&phase| self.is_done(phase));
         let wanted = complete && drawing == Drawing::Html;
-        let outlook = if wanted { Outlook::of(self, program)? } else { None };
+        let outlook = if wanted { Some(Outlook::of(self, program)?) } else { None };
         let content = Content {
             check: &check,
             program,

@@ -86,12 +86,71 @@ fn computed(values: &Value, others: &Value, k: usize, what: &str) -> BTreeMap<(i
     values["states"].as_array().unwrap().iter().filter(fits).map(cell).collect()
 }
 
+/// A script that notes where the maps end, how wide the page is, and how light a cell without improvements.
+const PROBE: &str = "<script>const box = (map) => document.querySelector('#map-' + map + ' svg').getBoundingClientRect();\
+    const nothing = getComputedStyle(document.querySelector('#map-sasi rect[fill^=\"var(--none\"]')).fill;\
+    const light = nothing.match(/\\d+/g).map(Number).reduce((a, b) => a + b);\
+    const low = Math.max(...['sasi', 'spi', 'classes'].map((map) => box(map).bottom));\
+    parent.document.body.dataset.probe = [low, document.documentElement.scrollWidth, light].join(' ');</script>";
+
+/// Returns the numbers of the probe.
+fn probed(dom: &str) -> [f64; 3] {
+    let text = dom.split("data-probe=\"").nth(1).unwrap().split('"').next().unwrap();
+    let numbers: Vec<f64> = text.split(' ').map(|number| number.parse().unwrap()).collect();
+    numbers.try_into().unwrap()
+}
+
+/// Writes a copy of a page with a script at its end.
+fn with_script(page: &str, script: &str, to: &str) {
+    let text = std::fs::read_to_string(page).unwrap().replace("</body>", &format!("{script}</body>"));
+    std::fs::write(to, text).unwrap();
+}
+
+/// Returns the browser, or prints that the test is skipped.
+fn browser() -> Option<PathBuf> {
+    let found = chromium();
+    if found.is_none() {
+        eprintln!("skipped: there is no Chromium here to open the page (set CHROMIUM to its path)");
+    }
+    found
+}
+
+#[test]
+fn maps_fit_the_window_narrow_pages_and_dark_themes() {
+    let Some(browser) = browser() else { return };
+    let scratch = Scratch::new(&[]);
+    let (page, probe, narrow) =
+        (scratch.show("page.html"), scratch.show("probe.html"), scratch.show("narrow.html"));
+    let tall = "generate gridworld --rows 30 --cols 12 --battery none --items 4 --seed 2 --force";
+    run(&format!("{tall} --out {}", scratch.show("tall"))).expect(0);
+    let tall = format!("{} {}", scratch.show("tall.prism"), scratch.show("tall.pref"));
+    for model in ["models/robot5x5.prism models/robot5x5.pref", &tall] {
+        run(&format!("report {model} --out {page}")).expect(0);
+        with_script(&page, PROBE, &probe);
+        let shown = |options: &[&str], file: &str| {
+            let file = format!("file://{file}");
+            probed(&browse(
+                &browser,
+                &scratch,
+                &[options, &["--window-size=1400,900", "--dump-dom", &file]].concat(),
+            ))
+        };
+        let [low, width, light] = shown(&[], &probe);
+        assert!(low <= 900.0 && width <= 1400.0 && light > 600.0, "{model}: {low} {width} {light}");
+        let [_, _, dark] = shown(&["--blink-settings=preferredColorScheme=0"], &probe);
+        assert!(dark < 200.0, "{model}: {dark}");
+        let inner = std::fs::read_to_string(&probe).unwrap().replace('&', "&amp;").replace('"', "&quot;");
+        let frame =
+            format!("<!doctype html><body><iframe width=420 height=900 srcdoc=\"{inner}\"></iframe></body>");
+        std::fs::write(&narrow, frame).unwrap();
+        let [_, width, _] = shown(&[], &narrow);
+        assert!(width <= 420.0, "{model}: {width}");
+    }
+}
+
 #[test]
 fn a_page_shows_in_a_browser_what_query_says() {
-    let Some(browser) = chromium() else {
-        eprintln!("skipped: there is no Chromium here to open the page (set CHROMIUM to its path)");
-        return;
-    };
+    let Some(browser) = browser() else { return };
     let scratch = Scratch::new(&[]);
     let (page, dump) = (scratch.show("page.html"), scratch.show("dump"));
     let robot = "models/robot5x5.prism models/robot5x5.pref --scope all --safety transition";
@@ -125,14 +184,19 @@ fn a_page_shows_in_a_browser_what_query_says() {
                  slider.dispatchEvent(new Event('input', { bubbles: true }));\
                  document.querySelector('#map-sasi .cell[data-row=\"2\"][data-col=\"1\"] rect')\
                  .dispatchEvent(new Event('click', { bubbles: true }));</script>";
-    let text = std::fs::read_to_string(&page).unwrap().replace("</body>", &format!("{mover}</body>"));
-    std::fs::write(&moved, text).unwrap();
+    with_script(&page, mover, &moved);
     let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{moved}")]);
     let condition = "b=3 & !d & !e & !f & !ch";
     let sasi = cells(&dom, "sasi");
     assert_eq!(sasi, queried(&dump, "sasi", 2, condition));
     assert_ne!(sasi, cells(&linked, "sasi"), "the slider changes the picture");
     assert!(dom.contains("r=2,c=1,b=3"), "a click describes the cell");
+
+    // A cell that stands for states of several classes names them, and so does its description.
+    let open =
+        browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#b=any&d=any&e=any&cell=2,1")]);
+    assert!(open.contains("<title>r=2, c=1: sure: B; D; nothing</title>"), "{open}");
+    assert!(open.contains("<dd>B; D; nothing (depends on the other values)</dd>"), "{open}");
 
     // The run, at its second step.
     let play = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#step=2")]);

@@ -30,7 +30,7 @@ fn a_page_is_one_file_that_loads_nothing() {
         assert!(!page.contains(loading), "{loading}");
     }
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count());
-    assert!(page.contains("<p class=\"headline\">From nothing to "), "{page}");
+    assert!(page.contains("<p class=\"headline\">Can improve from nothing to "), "{page}");
     // Without a script, too: the cell where planning starts is there with its rank.
     assert!(page.contains("data-row=\"2\" data-col=\"2\" data-value=\"2\""));
     assert_eq!(data(&page)["play"][0], serde_json::json!([2, 2, 8, 0, 0, 0, 0]));
@@ -151,8 +151,8 @@ fn the_state_shown_first_can_be_chosen() {
 #[test]
 fn values_have_maps_a_sentence_and_the_run() {
     let page = run("report models/drone.prism models/drone.pref").expect(0).stdout;
-    let sentence = "From Shore to Ridge or Wreck: guaranteed, 1 step on average; \
-                    a second improvement with probability 0.17.";
+    let sentence = "Can improve from Shore to Ridge or Wreck with probability one, in 1 step on average; \
+                    a second time, to Cabin, with probability 0.17.";
     assert!(page.contains(sentence), "{page}");
     for (map, text) in [("p2", "0.17"), ("c1", "1")] {
         let figure = &page[page.find(&format!("id=\"map-{map}\"")).unwrap()..];
@@ -166,6 +166,75 @@ fn values_have_maps_a_sentence_and_the_run() {
 }
 
 #[test]
+fn cells_and_legends_name_the_classes() {
+    let page = run(ROBOT).expect(0).stdout;
+    // A cell that stands for states of several classes shows what fits, and names all.
+    assert!(
+        page.contains("data-row=\"3\" data-col=\"1\" data-value=\"\"><title>B or C; B or F; nothing</title>")
+    );
+    assert!(page.contains(">B/C|…</text>"), "{page}");
+    // The legend of many classes is grouped by the first of their objectives.
+    let group = &page[page.find("<li class=\"group\"><b>A</b>").unwrap()..];
+    let group = &group[..group.find("</ul>").unwrap()];
+    assert_eq!(group.matches("</span>").count(), 3);
+    assert!(group.contains("</span>A</li>") && group.contains("</span>A/B/F · A, B or F</li>"), "{group}");
+    assert_eq!(page.matches("<li class=\"group\">").count(), 3);
+}
+
+#[test]
+fn sliders_of_many_variables_are_folded() {
+    let page = |count: usize| {
+        let variables: String = (0..count).map(|i| format!(" f{i} : bool;")).collect();
+        let model = format!(
+            "mdp\nmodule m\n x : [0..2] init 0;{variables}\n [] x<2 -> (x'=x+1) & (f0'=!f0);\nendmodule\n"
+        );
+        let scratch = Scratch::new(&[("m.prism", &model), ("p.pref", "objective A = F x=2;\n")]);
+        run(&format!("report {} {} --grid x", scratch.show("m.prism"), scratch.show("p.pref")))
+            .expect(0)
+            .stdout
+    };
+    assert!(page(6).contains("<details class=\"others\" open>"));
+    assert!(page(7).contains("<details class=\"others\"><summary>"));
+}
+
+#[test]
+fn monitors_show_words_at_sliders_and_axes() {
+    let courier = "report models/courier.prism models/courier.pref";
+    let page = run(courier).expect(0).stdout;
+    assert!(page.contains("<option value=\"0\" selected>waiting for key</option>"), "{page}");
+    for grid in ["Deliver,place", "place,Deliver", "Deliver"] {
+        let page = run(&format!("{courier} --grid {grid}")).expect(0).stdout;
+        assert!(page.contains(">waiting for key</text>"), "{grid}: {page}");
+    }
+}
+
+#[test]
+fn targets_have_letters_in_maps_of_any_size() {
+    let rescue = run("report models/rescue.prism models/rescue.pref -c H=2").expect(0).stdout;
+    assert!(rescue.contains("letters mark targets (Ch = Child"), "{rescue}");
+    let scratch = Scratch::new(&[]);
+    let large = "generate gridworld --rows 26 --cols 26 --battery none --items 4 --seed 5 --out";
+    run(&format!("{large} {}", scratch.show("large"))).expect(0);
+    let page = run(&format!("report {} {}", scratch.show("large.prism"), scratch.show("large.pref")));
+    let page = page.expect(0).stdout;
+    let spots: Vec<_> =
+        page.split("<text class=\"spot\"").skip(1).map(|t| t.split(['>', '<']).nth(1)).collect();
+    assert_eq!(spots.len() % 4, 0);
+    assert!(["A", "B", "C", "D"].iter().all(|name| spots.contains(&Some(name))), "{spots:?}");
+}
+
+#[test]
+fn the_headline_of_a_large_model_names_what_improves() {
+    let scratch = Scratch::new(&[]);
+    let large = "generate gridworld --rows 12 --cols 12 --items 4 --seed 1 --out";
+    run(&format!("{large} {}", scratch.show("large"))).expect(0);
+    let page = run(&format!("report {} {}", scratch.show("large.prism"), scratch.show("large.pref")));
+    let page = page.expect(0).stdout;
+    assert!(page.contains("Values are left out"));
+    assert!(page.contains("Can improve from B to C or D with probability one."), "{page}");
+}
+
+#[test]
 fn values_are_left_out_of_large_pages() {
     let large = "report models/scramble.prism models/scramble.pref -c cells=5003";
     let page = run(large).expect(0).stdout;
@@ -173,6 +242,7 @@ fn values_are_left_out_of_large_pages() {
         page.contains("Values are left out: the model has more than 4,096 states.")
             && !page.contains("map-p")
     );
+    assert!(page.contains("Can improve from Cellar to RedVault or BlueVault with probability one."));
     let refused = run(&format!("{large} --choose likely")).expect(2).stderr;
     assert!(refused.contains("at most 4096 states"), "{refused}");
     let drone = "report models/drone.prism models/drone.pref --choose cheap";

@@ -2,7 +2,8 @@
 
 use serde_json::{Value as Json, json};
 
-use super::paint::{Paint, arrow};
+use super::heat::Heat;
+use super::paint::{Paint, arrow, longest};
 use super::{Content, Picture, palette};
 use crate::dump::Edge;
 use crate::model::value::Type;
@@ -26,6 +27,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "columns": projections.columns(),
         "at": projections.at,
         "opening": paint.opening,
+        "longest": longest(projections),
         "projected": projections.projected,
         "width": projections.diagram.variables.len(),
         "nodes": nodes(projections),
@@ -37,7 +39,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "targets": edges(&projections.targets),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": play,
-        "heat": content.outlook.map(|outlook| outlook.heat.data()),
+        "heat": content.heat().map(Heat::data),
     });
     // A `<` in a text must not end the script element.
     data.to_string().replace('<', "\\u003c")

@@ -176,8 +176,8 @@ impl Measure {
 
     pub(super) fn hint(self) -> &'static str {
         match self {
-            Measure::Probability(_) => "the greatest over all strategies of the safety mode",
-            Measure::Steps(_) => "the least expected number, where the improvements are certain",
+            Measure::Probability(_) => "at best",
+            Measure::Steps(_) => "expected, if certain",
         }
     }
 

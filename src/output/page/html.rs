@@ -13,8 +13,7 @@ use crate::model::Variable;
 use crate::model::preference::Empty;
 use crate::model::value::Type;
 use crate::planning::result::{Plan, Prospects};
-use crate::planning::{Scheduler, StrategyKind};
-use crate::projections::Projections;
+use crate::planning::{Rank, Scheduler, StrategyKind};
 use crate::quantities::Choose;
 
 /// Controls of more variables than this are folded at first.
@@ -70,9 +69,9 @@ fn header(content: &Content<'_>) -> Markup {
             h1 { (file_name(check.header.path())) span { " with " (file_name(preferences)) } }
             p.hint {
                 @if !constants.is_empty() { (constants) " · " }
+                @if let Some(counts) = &check.result.counts { (text::grouped(&counts.states)) " states · " }
                 (settings.collect::<Vec<_>>().join(" · "))
                 @if let Some(engine) = check.header.engine { " · engine " (engine) }
-                @if let Some(counts) = &check.result.counts { " · " (text::grouped(&counts.states)) " states" }
             }
         }
     }
@@ -85,7 +84,7 @@ fn verdict(content: &Content<'_>) -> Markup {
     html! {
         section.verdict #verdict {
             @for (index, state) in initial.iter().enumerate() {
-                @if index < LISTED { (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)))) }
+                @if index < LISTED { (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)?.as_ref()))) }
             }
             @if initial.len() > LISTED { p.hint { "… " (more) " initial states in total." } }
         }
@@ -101,19 +100,18 @@ fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
                 @else { (headline) }
             }
             div.figures {
-                @if let Some(action) = promise.and_then(|promise| promise.first.as_ref()) {
-                    div.figure { span.number.text { (action) } span.label { "the best first action" } }
-                }
-                (figure("guaranteed", "sure", initial.sasi.as_ref()))
-                (figure("possible", "possible", initial.spi.as_ref()))
                 div.figure {
                     span.number.text {
                         @if initial.escape.is_some() { "unsafe" } @else { (text::either(&initial.most_preferred)) }
                     }
-                    span.label { "sure in the initial state" }
+                    span.label { @if initial.escape.is_none() { "is sure " } "in the initial state" span.begin { (values(&initial.values.to_string())) } }
                 }
+                @if let Some(action) = promise.and_then(|promise| promise.first.as_ref()) {
+                    div.figure { span.number.text { (action) } span.label { "is the best first action" } }
+                }
+                (figure("guaranteed", "sure", initial.sasi.as_ref()))
+                (figure("possible", "possible", initial.spi.as_ref()))
             }
-            p.hint { "In the initial state " (values(&initial.values.to_string())) }
         }
     }
 }
@@ -127,11 +125,15 @@ fn values(text: &str) -> Markup {
 
 fn figure(label: &str, class: &str, plan: Option<&Plan>) -> Markup {
     let actions = plan.map(|plan| plan.actions.join(", ")).unwrap_or_default();
+    let noun =
+        if plan.is_some_and(|plan| plan.rank == Rank::Finite(1)) { "improvement" } else { "improvements" };
     html! {
         div.figure {
             span.number.(class) { (ranks::mark(plan.map(|plan| plan.rank))) }
-            span.label { "improvements " (label) }
-            @if !actions.is_empty() { span.begin { "permitted: " b { (actions) } } }
+            span.label {
+                (noun) " " (label)
+                @if !actions.is_empty() { span.begin { "permitted: " b { (actions) } } }
+            }
         }
     }
 }
@@ -145,28 +147,31 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
     let others =
         projections.variables.iter().enumerate().filter(|(index, v)| !inside(*index) && v.low < v.high);
     let others: Vec<(usize, &Variable)> = others.collect();
+    let controlled = !others.is_empty() && !projections.projected;
+    let sentence = html! { span #view.hint aria-live="polite" data-open=(open) { (view_sentence(paint)) } };
     html! {
         section #maps {
-            h2 { "Maps" }
-            @if !others.is_empty() && !projections.projected {
-                details.others open[others.len() <= FOLDED] {
-                    summary { "Values of the other variables" }
-                    form.controls autocomplete="off" {
-                        @for (index, variable) in &others { (control(variable, opening[*index], projections.at[*index])) }
-                        div.buttons {
-                            button #to-start type="button" { "values of the start" }
-                            button #to-any type="button" { "any values" }
-                        }
-                    }
+            div.tools {
+                h2 { "Maps" }
+                @if content.play.is_some() { (stepper()) }
+                @if controlled {
+                    button #to-start type="button" { "start values" }
+                    button #to-any type="button" { "any values" }
                 }
             }
-            @if content.play.is_some() { (stepper()) }
-            p #view.hint aria-live="polite" data-open=(open) { (view_sentence(paint)) }
-            div.maps.strip[projections.plane.row.is_none()] style=(format!("--least:{}rem", least_width(projections))) {
+            @if controlled {
+                details.others open[others.len() <= FOLDED] {
+                    summary { b { "Sliders" } " " (sentence) }
+                    form.controls autocomplete="off" {
+                        @for (index, variable) in &others { (control(variable, opening[*index], projections.at[*index])) }
+                    }
+                }
+            } @else { p.others { (sentence) } }
+            div.maps style=(format!("--least:{}rem", map::least_width(projections))) {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
-                @if let Some(outlook) = content.outlook { (map::values(content, paint, &outlook.heat)) }
+                @if let Some(heat) = content.heat() { (map::values(content, paint, heat)) }
             }
-            @if content.outlook.is_none() {
+            @if content.heat().is_none() {
                 p.hint { "Values are left out: the model has more than " (text::grouped(MOST_STATES)) " states. "
                     code { "meliora values" } " computes them." }
             }
@@ -174,11 +179,6 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
             div #cell.card.detail aria-live="polite" { "Select a cell with the mouse or the arrow keys to see its results." }
         }
     }
-}
-
-/// Returns the minimum width of a map: many columns need more room for readable numbers.
-fn least_width(projections: &Projections) -> usize {
-    (projections.columns().len() * 3 / 2).clamp(19, 36)
 }
 
 /// Explains the signs in the maps.
@@ -189,9 +189,9 @@ fn key(content: &Content<'_>, paint: &Paint<'_>) -> String {
     let names = content.preferences.objectives.iter().map(|o| o.name.as_str());
     let letters = paint::letters(content).unwrap_or_default();
     let long = names.zip(&letters).enumerate().filter(|(i, (name, l))| shown.contains(i) && name != l);
-    let long: Vec<String> = long.map(|(_, (name, letter))| format!("{letter} {name}")).collect();
+    let long: Vec<String> = long.map(|(_, (name, letter))| format!("{letter} = {name}")).collect();
     if paint.cells.iter().flatten().any(|found| found.letters.iter().any(|l| l != "◆")) {
-        key.push_str("; letters in corners mark targets");
+        key.push_str("; letters mark targets");
         if !long.is_empty() {
             key = format!("{key} ({})", long.join(", "));
         }
@@ -226,7 +226,7 @@ fn control(variable: &Variable, value: Option<i64>, at: i64) -> Markup {
     let any = format!("any value of {}", variable.name);
     html! {
         div.control data-variable=(variable.name) {
-            label for=(id) { (variable.name) }
+            label for=(id) title=(variable.name) { (variable.name) }
             @if variable.ty == Type::Bool || !variable.values.is_empty() {
                 select id=(id) {
                     @for option in variable.low..=variable.high {
@@ -254,7 +254,7 @@ fn no_maps() -> Markup {
 /// Renders buttons to step through the run; the script shows them.
 fn stepper() -> Markup {
     html! {
-            div.stepper hidden {
+        div.stepper hidden {
             b { "Run" }
             button type="button" data-step="first" title="to the start" aria-label="to the start of the run" { "start" }
             button type="button" data-step="back" title="one step back" aria-label="one step back" { "←" }
@@ -282,9 +282,9 @@ fn played(play: &Play) -> Markup {
                 }
                 b { (words::outcome(play)) }
             }
-            div.scroll.tall { table.turns {
+            div.scroll { table.turns {
                 thead { tr {
-                    th.n { "step" } th { "action" } th { "to" } th { "chance" } th { "sure" } th { "rank" } th {}
+                    th.n { "step" } th { "action" } th { "to" } th.n { "chance" } th { "sure" } th { "rank" } th {}
                 } }
                 tbody {
                     tr data-turn="0" { td.n { "0" } td { "start" } td {} td {} td {} td {} td {} }
@@ -313,9 +313,12 @@ fn turn_row(step: usize, turn: &TurnReport) -> Markup {
     };
     html! {
         tr data-turn=(step) {
-            td.n { (step) } td { b { (turn.action) } } td { (values(&turn.changed)) }
-            td.n { (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.')) }
-            td { (text::either(&turn.most_preferred)) } td { (ranks::mark(Some(turn.rank))) }
+            td.n { (step) } td { b { (turn.action) } } td data-name="to" { (values(&turn.changed)) }
+            td.n data-name="chance" {
+                (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.'))
+            }
+            td data-name="sure" { (text::either(&turn.most_preferred)) }
+            td data-name="rank" { (ranks::mark(Some(turn.rank))) }
             td { @if let Some((class, note)) = note { span class=(class) { (note) } } }
         }
     }

@@ -6,20 +6,22 @@ use std::collections::BTreeMap;
 use maud::{Markup, PreEscaped, html};
 
 use super::heat::Heat;
-use super::paint::{Found, Look, Paint, SIDE};
+use super::letters::{shortened, width as text_width};
+use super::paint::{Found, Look, Paint, ROOMY, SIDE};
 use super::palette::Rgb;
 use super::{Content, Picture, palette};
 use crate::engine::Scope;
+use crate::model::VarId;
 use crate::projections::{Projections, View};
 
 /// Maximum number of columns for readable numbers and arrows in the cells.
 const READABLE: usize = 24;
-/// Maximum number of columns for letters of targets next to numbers of the usual size.
-const ROOMY: usize = 12;
 /// Maximum number of classes whose legend is not grouped.
 const UNGROUPED: usize = 8;
 /// Maximum number of targets that are marked among many small cells.
 const MOST_SPOTS: usize = 200;
+/// Maximum number of them that are marked by letters.
+const MOST_LETTERS: usize = 20;
 
 /// Returns the style of a separate drawing, so that it looks as in the page.
 pub(super) fn style() -> Markup {
@@ -85,7 +87,7 @@ enum Layer<'a> {
 pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup {
     let words =
         Words { id: picture.name().to_owned(), title: picture.title().to_owned(), hint: hint(picture) };
-    let legend = legend(paint, picture);
+    let legend = legend(content, paint, picture);
     figure(content, paint, Layer::Ranks(picture), &words, &legend)
 }
 
@@ -117,19 +119,25 @@ fn plain_legend(entries: &[(Rgb, String)]) -> Markup {
 }
 
 /// Renders the colours of a map; many classes are grouped by their first most preferred objective.
-fn legend(paint: &Paint<'_>, picture: Picture) -> Markup {
+fn legend(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup {
     let entries = paint.legend(picture);
     if picture != Picture::Classes || entries.len() <= UNGROUPED {
         return plain_legend(&entries);
     }
-    let first = |name: &String| name.split(',').next().unwrap_or_default().to_owned();
-    let mut groups: BTreeMap<String, Vec<(Rgb, String)>> = BTreeMap::new();
-    for (entry, name) in entries.into_iter().zip(&paint.names) {
-        groups.entry(first(name)).or_default().push(entry);
+    let mut groups: BTreeMap<Option<usize>, Vec<(Rgb, String)>> = BTreeMap::new();
+    for (entry, (class, _)) in entries.into_iter().zip(&paint.projections.classes) {
+        groups.entry(class.iter().next()).or_default().push(entry);
     }
+    let name = |first: &Option<usize>| {
+        first.map(|objective| content.preferences.objectives[objective].name.as_str())
+    };
     html! {
-        @for (name, entries) in &groups {
-            li.group { b { (name) } ul.legend { (plain_legend(entries)) } }
+        @for (first, entries) in &groups {
+            @if let (Some(name), true) = (name(first), entries.len() > 1) {
+                li.group { b { (name) } ul.legend { (plain_legend(entries)) } }
+            } @else {
+                (plain_legend(entries))
+            }
         }
     }
 }
@@ -143,8 +151,8 @@ fn figure(
 ) -> Markup {
     let projections = paint.projections;
     let (width, height) = size(projections);
-    let pale = paint.cells.iter().flatten().any(|found| found.elsewhere);
-    let widest = if projections.plane.row.is_some() { (width * 8 / 5).clamp(200, 720) } else { width };
+    let most = if projections.plane.row.is_some() { (width * 8 / 5).clamp(200, 720) } else { width };
+    let several = paint.cells.iter().flatten().any(Found::is_several);
     html! {
         figure.map id=(format!("map-{}", words.id)) {
             figcaption {
@@ -152,16 +160,17 @@ fn figure(
                 span.hint { (words.hint) }
             }
             svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}")) role="img"
-                aria-label=(words.title) style=(format!("max-width:{widest}px")) {
+                preserveAspectRatio="xMinYMin" aria-label=(words.title) style=(format!("max-width:{most}px")) {
                 (cells(layer, paint))
             }
             ul.legend {
                 (legend)
                 @if content.check.header.scope == Some(Scope::Reachable) {
                     li.wall-key { span.swatch.wall {} "unreachable" }
-                    @if !projections.projected { li.pale hidden[!pale] { span.swatch.pale {} "faded: unreachable with these values" } }
                 }
-                @if matches!(layer, Layer::Ranks(Picture::Classes)) { li.several { span.swatch.several {} "several classes" } }
+                @if matches!(layer, Layer::Ranks(Picture::Classes)) {
+                    li.several hidden[!several] { span.swatch.several {} "several classes: select a cell to see all" }
+                }
             }
         }
     }
@@ -169,15 +178,23 @@ fn figure(
 
 fn hint(picture: Picture) -> &'static str {
     match picture {
-        Picture::Sasi => "SASI rank: number of guaranteed improvements",
-        Picture::Spi => "SPI rank: number of possible improvements",
-        Picture::Classes | Picture::Hasse => "the most preferred objectives that are almost sure",
+        Picture::Sasi => "SASI rank",
+        Picture::Spi => "SPI rank",
+        Picture::Classes | Picture::Hasse => "almost sure",
     }
 }
 
 fn size(projections: &Projections) -> (usize, usize) {
-    let below = 5 * letters(projections) / 2 + 6;
+    let below = under(projections) + 3 * letters(projections) / 2;
     (left(projections) + SIDE * projections.columns().len() + 4, SIDE * projections.rows().len() + below)
+}
+
+/// Returns the minimum width of a map on the page in rem, so that three maps fit next to each other.
+pub(super) fn least_width(projections: &Projections) -> usize {
+    match projections.plane.row {
+        Some(_) => (projections.columns().len() * 3 / 2).clamp(20, 25),
+        None => (size(projections).0 / 16).max(20),
+    }
 }
 
 fn is_large(projections: &Projections) -> bool {
@@ -186,15 +203,42 @@ fn is_large(projections: &Projections) -> bool {
 
 /// Returns the font size of row and column numbers: pictures with many cells are shown smaller.
 fn letters(projections: &Projections) -> usize {
-    let cells = if projections.plane.row.is_some() { projections.columns().len() } else { 0 };
-    (13 * cells / 10).max(16)
+    match projections.plane.row {
+        Some(_) => (13 * projections.columns().len() / 10).max(12),
+        None => 14,
+    }
+}
+
+/// Returns the width of the longest value of a variable at an axis.
+fn widest(projections: &Projections, variable: VarId, values: &[i64]) -> usize {
+    let width = |&value: &i64| text_width(&shown(projections, variable, value));
+    (values.iter().map(width).fold(0.0, f64::max) * letters(projections) as f64) as usize
+}
+
+/// Returns the text of a value at an axis.
+fn shown(projections: &Projections, variable: VarId, value: i64) -> String {
+    shortened(&projections.variables[variable.index()].show(value))
 }
 
 /// Returns the width of the row numbers, or of the names of values.
 fn left(projections: &Projections) -> usize {
-    let named =
-        projections.plane.row.is_some_and(|row| !projections.variables[row.index()].values.is_empty());
-    letters(projections) * if named { 4 } else { 2 } + 12
+    let row = projections.plane.row.map_or(0, |row| widest(projections, row, &projections.rows()));
+    // Slanted names reach to the left of their columns.
+    let column = if slanted(projections) { under(projections) - SIDE / 2 } else { 0 };
+    row.max(letters(projections)).max(column) + 14
+}
+
+/// Returns whether the values of the columns are words, which are written at an angle.
+fn slanted(projections: &Projections) -> bool {
+    !projections.variables[projections.plane.column.index()].values.is_empty()
+}
+
+/// Returns the height of the values of the columns.
+fn under(projections: &Projections) -> usize {
+    match slanted(projections) {
+        true => widest(projections, projections.plane.column, &projections.columns()) * 7 / 10 + SIDE / 2,
+        false => letters(projections) + 6,
+    }
 }
 
 /// Formats a view: `b=8, d=false`, or `any b, any d`.
@@ -228,10 +272,12 @@ fn cells(layer: Layer<'_>, paint: &Paint<'_>) -> Markup {
             line.wall x1="0" y1="0" x2="0" y2="6" {}
         } }
         (axes(projections, &projections.rows(), &projections.columns()))
-        @for (i, row) in paint.cells.iter().enumerate() {
-            @for (j, found) in row.iter().enumerate() {
-                @let number = i * row.len() + j;
-                (cell(layer, paint, number, (left(projections) + SIDE * j, SIDE * i), found))
+        g.dense[projections.columns().len() > ROOMY] {
+            @for (i, row) in paint.cells.iter().enumerate() {
+                @for (j, found) in row.iter().enumerate() {
+                    @let number = i * row.len() + j;
+                    (cell(layer, paint, number, (left(projections) + SIDE * j, SIDE * i), found))
+                }
             }
         }
         @if is_large(projections) { (spots(paint)) }
@@ -251,16 +297,22 @@ fn spots(paint: &Paint<'_>) -> Markup {
         let targets = row.iter().enumerate().filter(|(_, found)| !found.targets.is_empty());
         targets.map(move |(j, found)| (left + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2, &found.letters))
     });
+    let places: Vec<_> = places.take(MOST_SPOTS).collect();
+    let size = letters(paint.projections) * 3 / 2;
     html! {
-        @for (x, y, letters) in places.take(MOST_SPOTS) {
-            path.spot d=(format!("M{x} {}l45 45l-45 45l-45 -45z", y as i64 - 45)) { title { "target " (letters.join(", ")) } }
+        @for (x, y, letters) in &places {
+            @if places.len() <= MOST_LETTERS {
+                text.spot x=(x) y=(y + size / 3) style=(format!("font-size:{size}px")) { (letters.join("")) }
+            } @else {
+                path.spot d=(format!("M{x} {}l45 45l-45 45l-45 -45z", *y as i64 - 45)) { title { "target " (letters.join(", ")) } }
+            }
         }
     }
 }
 
 /// Returns the cell of the state that is shown first.
 fn start(projections: &Projections) -> Option<(usize, usize)> {
-    let value = |variable: crate::model::VarId| projections.at[variable.index()];
+    let value = |variable: VarId| projections.at[variable.index()];
     let row = projections.plane.row.map_or(0, value);
     let i = projections.rows().iter().position(|&r| r == row)?;
     Some((i, projections.columns().iter().position(|&c| c == value(projections.plane.column))?))
@@ -268,9 +320,9 @@ fn start(projections: &Projections) -> Option<(usize, usize)> {
 
 fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
     let (left, size, bottom) = (left(projections), letters(projections), SIDE * rows.len());
-    let (first, second) = (bottom + size + 3, bottom + 9 * size / 4 + 3);
-    let name = |v: crate::model::VarId| projections.variables[v.index()].name.as_str();
-    let shown = |v: crate::model::VarId, value: i64| short(&projections.variables[v.index()].show(value));
+    let (first, second) = (bottom + size + 3, bottom + under(projections) + size);
+    let name = |v: VarId| projections.variables[v.index()].name.as_str();
+    let shown = |v, value| shown(projections, v, value);
     let font = format!("font-size:{size}px");
     let anchored = |anchor: &str| format!("{font};text-anchor:{anchor}");
     // About twelve numbers per axis are enough.
@@ -287,14 +339,14 @@ fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
             text.axis x="2" y=(second) style=(anchored("start")) { (name(projections.plane.column)) " →" }
         }
         @for (j, value) in columns.iter().enumerate().step_by(along) {
-            text.axis x=(left + SIDE * j + SIDE / 2) y=(first) style=(font) { (shown(projections.plane.column, *value)) }
+            @let (x, text) = (left + SIDE * j + SIDE / 2, shown(projections.plane.column, *value));
+            @if slanted(projections) {
+                text.axis transform=(format!("translate({} {first}) rotate(-45)", x + size / 2)) style=(anchored("end")) { (text) }
+            } @else {
+                text.axis x=(x) y=(first) style=(font) { (text) }
+            }
         }
     }
-}
-
-/// Shortens the name of a value at an axis.
-fn short(name: &str) -> String {
-    if name.chars().count() <= 6 { name.to_owned() } else { name.chars().take(5).chain(['…']).collect() }
 }
 
 fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usize), found: &Found) -> Markup {
@@ -310,6 +362,7 @@ fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usiz
     html! {
         g.cell.elsewhere[found.elsewhere].place[place] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
             data-value=(if found.elsewhere { "" } else { &look.text }) {
+            @if matches!(layer, Layer::Ranks(Picture::Classes)) { title { (paint.named(found)) } }
             rect width=(SIDE) height=(SIDE) fill=(look.fill) {}
             @if !is_large(paint.projections) {
                 text class=(size_class(&look.text)) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
@@ -329,7 +382,8 @@ fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usiz
 /// Renders a letter in a corner, away from the arrows.
 fn corner_letter(corner: usize, letter: &str, top: usize) -> Markup {
     let (class, x) = match corner % 2 {
-        _ if letter == "◆" => ("target sign", 2),
+        0 if letter == "◆" || letter.chars().count() > 1 => ("target sign", 2),
+        _ if letter.chars().count() > 1 => ("target sign end", SIDE - 2),
         0 => ("target", 2),
         _ => ("target end", SIDE - 2),
     };
@@ -340,7 +394,8 @@ fn corner_letter(corner: usize, letter: &str, top: usize) -> Markup {
 /// Returns the class for the font size: long texts are smaller.
 fn size_class(text: &str) -> &'static str {
     match text.chars().count() {
-        0..=3 => "value",
+        0..=2 => "value short",
+        3 => "value",
         4..=5 => "value long",
         _ => "value longer",
     }

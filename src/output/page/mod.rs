@@ -44,7 +44,7 @@ pub struct Content<'a> {
     pub projections: Option<&'a Projections>,
     /// A run; `None` if nothing can be improved or achieved.
     pub play: Option<&'a Play>,
-    /// The values of all states; `None` if there are too many.
+    /// The values of all states, and the outlook of the initial ones; `None` if some levels are unknown.
     pub outlook: Option<&'a Outlook>,
 }
 
@@ -122,6 +122,11 @@ impl Content<'_> {
     /// Renders the preference order in the DOT language.
     pub fn dot(&self) -> String {
         hasse::dot(&self.order())
+    }
+
+    /// Returns the values of all states, if they are known.
+    fn heat(&self) -> Option<&Heat> {
+        self.outlook?.heat.as_ref()
     }
 
     /// Returns the preference order with the names and sizes in its picture.

@@ -28,8 +28,16 @@
   function classOf(pattern) {
     const found = classes.filter((c) => diagram.meets(c.edge, pattern));
     if (found.length === 1) return { text: found[0].mark, color: found[0], found };
-    const marks = found.map((c) => c.mark).join('|');
-    return { text: marks.length <= 8 ? marks : found.length + ' classes', color: { fill: 'var(--several)', ink: 'var(--ink)' }, found };
+    return { text: several(found.map((c) => c.mark)), color: { fill: 'var(--several)', ink: 'var(--ink)' }, found };
+  }
+
+  /** Returns as many of the marks of classes as fit a cell. */
+  function several(marks) {
+    for (let n = marks.length; n > 0; n -= 1) {
+      const text = marks.slice(0, n).join('|') + (n < marks.length ? '|…' : '');
+      if (text.length <= data.longest) return text;
+    }
+    return '…';
   }
 
   function placed(row, column) {
@@ -113,6 +121,7 @@
     const open = isOpen();
     for (const place of places) {
       const here = diagram.pattern(variables, placed(place.row, place.column));
+      place.several = false;
       // If no state has these values, the cell is faded and shows the best over all others.
       const elsewhere = !diagram.meets(data.scope, here);
       const pattern = elsewhere ? place.anywhere : here;
@@ -123,7 +132,9 @@
       const still = open || elsewhere;
       paint(place, 0, rank(sasi, pattern), still ? '' : arrows(sasi, pattern), elsewhere);
       paint(place, 1, rank(spi, pattern), still ? '' : arrows(spi, pattern), elsewhere);
-      paint(place, 2, classOf(pattern), '', elsewhere);
+      const sure = classOf(pattern);
+      place.several = sure.found.length > 1;
+      paint(place, 2, sure, '', elsewhere);
       const others = elsewhere ? view.map(() => null) : view;
       measures.forEach((m, i) => paint(place, 3 + i, best(m, place.row, place.column, others), '', elsewhere));
     }
@@ -140,6 +151,10 @@
     cell.classList.toggle('elsewhere', elsewhere);
     cell.setAttribute('aria-label', spoken(place, map, found, elsewhere));
     for (const part of cell.children) {
+      if (part.localName === 'title') {
+        part.textContent = cell.getAttribute('aria-label');
+        continue;
+      }
       if (part.localName === 'rect') {
         part.setAttribute('fill', found.color.fill);
         continue;
@@ -148,16 +163,19 @@
       if (part.localName === 'path') part.setAttribute('d', path);
       if (!part.classList.contains('value')) continue;
       part.textContent = found.text;
+      part.classList.toggle('short', found.text.length <= 2);
       part.classList.toggle('long', [4, 5].includes(found.text.length));
       part.classList.toggle('longer', found.text.length > 5);
     }
   }
 
+  const named = ({ found }) => found.map((c) => c.name).join('; ');
+
   /** Returns the text of a cell for screen readers. */
   function spoken({ row, column }, map, found, elsewhere) {
     const place = (data.row === null ? '' : variables[data.row].name + '=' + show(variables[data.row], row) + ', ') + variables[data.column].name + '=' + show(variables[data.column], column);
     if (found.text === '') return place + ': unreachable';
-    const what = map > 2 ? measures[map - 3].title + ': ' + found.text : map === 2 ? 'sure: ' + found.found.map((c) => c.name).join(' or ') : found.text + (map === 0 ? ' guaranteed' : ' possible');
+    const what = map > 2 ? measures[map - 3].title + ': ' + found.text : map === 2 ? 'sure: ' + named(found) : found.text + (map === 0 ? ' guaranteed' : ' possible');
     return place + ': ' + what + (elsewhere ? ' at best, with other values' : '');
   }
 
@@ -184,7 +202,7 @@
     const line = document.getElementById('view');
     const all = others.every(([, i]) => view[i] === null) && variables.length > 3;
     const pale = places.some((place) => place.parts[0].classList.contains('elsewhere'));
-    document.querySelectorAll('.legend .pale').forEach((key) => { key.hidden = !pale; });
+    document.querySelector('.legend .several').hidden = !places.some((place) => place.several);
     line.textContent = 'For ' + (all ? 'any values of the other variables' : texts.join(', ')) + (open ? ': each cell shows the best of these.' : '.')
       + (pale ? ' Faded cells are unreachable with these values; they show the best over all others.' : '');
     line.dataset.open = open;
@@ -210,16 +228,17 @@
     const beyond = anywhere(chosen.row, chosen.column);
     if (!diagram.meets(data.scope, beyond)) {
       line('state', 'unreachable');
-    } else if (!diagram.meets(data.scope, pattern)) {
-      line('state', 'unreachable with these values');
-      line('other values', 'at best ' + rank(sasi, beyond).text + ' guaranteed and ' + rank(spi, beyond).text + ' possible');
     } else {
-      const sure = classOf(pattern);
-      line('sure', sure.found.map((c) => c.name).join(' / '));
-      describeRank(line, 'guaranteed', sasi, pattern, open);
-      describeRank(line, 'possible', spi, pattern, open);
-      const here = data.objectives.filter((_, i) => diagram.meets(data.targets[i], pattern));
-      for (const measure of measures) line(measure.title.toLowerCase(), best(measure, chosen.row, chosen.column, view).text);
+      const elsewhere = !diagram.meets(data.scope, pattern);
+      const there = elsewhere ? beyond : pattern;
+      if (elsewhere) line('state', 'unreachable with these values; with others:');
+      const sure = classOf(there);
+      line('sure', named(sure) + (sure.found.length > 1 ? ' (depends on the other values)' : ''));
+      describeRank(line, 'guaranteed', sasi, there, open || elsewhere);
+      describeRank(line, 'possible', spi, there, open || elsewhere);
+      const here = data.objectives.filter((_, i) => diagram.meets(data.targets[i], there));
+      const others = elsewhere ? view.map(() => null) : view;
+      for (const measure of measures) line(measure.title.toLowerCase(), best(measure, chosen.row, chosen.column, others).text);
       if (here.length) line('target of', here.join(', '));
     }
     box.append(list);
@@ -325,8 +344,6 @@
     for (const row of rows) {
       const now = Number(row.dataset.turn) === step;
       row.classList.toggle('now', now);
-      const box = row.closest('.scroll');
-      if (now) box.scrollTop = row.offsetTop - box.clientHeight / 2;
     }
     const label = document.getElementById('step');
     if (label) label.textContent = step === null ? 'not started' : step === 0 ? 'start' : 'step ' + step + ' of ' + last;

@@ -9,8 +9,8 @@ use crate::projections::{Cell, Direction, Ladder, Projections, View};
 
 /// The side of a cell.
 pub(super) const SIDE: usize = 40;
-/// Maximum number of characters of a text in a cell.
-const LONGEST: usize = 8;
+/// Maximum number of columns for texts of several words or letters of targets next to numbers.
+pub(super) const ROOMY: usize = 12;
 
 /// The opening view of projections with its colours and texts.
 pub(super) struct Paint<'a> {
@@ -41,6 +41,13 @@ pub(super) struct Found {
     pub(super) targets: Vec<usize>,
     /// Their letters, one per corner.
     pub(super) letters: Vec<String>,
+}
+
+impl Found {
+    /// Returns whether the cell stands for states of several classes.
+    pub(super) fn is_several(&self) -> bool {
+        self.cell.as_ref().is_some_and(|cell| cell.classes.len() > 1)
+    }
 }
 
 /// The colours and the text of a cell.
@@ -112,10 +119,18 @@ impl<'a> Paint<'a> {
         Look::colored(palette::rank(rank, self.most(picture)), ranks::mark(Some(rank)))
     }
 
-    /// Returns the text for a cell with states of several classes: their marks, or how many.
+    /// Returns the text for a cell with states of several classes: as many of their marks as fit.
     fn several(&self, classes: &[usize]) -> String {
-        let marks = classes.iter().map(|&class| self.marks[class].as_str()).collect::<Vec<_>>().join("|");
-        if marks.chars().count() <= LONGEST { marks } else { format!("{} classes", classes.len()) }
+        let marks: Vec<&str> = classes.iter().map(|&class| self.marks[class].as_str()).collect();
+        let text = |n: usize| marks[..n].join("|") + if n < marks.len() { "|…" } else { "" };
+        let fits = |text: &String| text.chars().count() <= longest(self.projections);
+        (1..=marks.len()).rev().map(text).find(fits).unwrap_or_else(|| "…".to_owned())
+    }
+
+    /// Returns the names of the classes of a cell: `A or B; C`.
+    pub(super) fn named(&self, found: &Found) -> String {
+        let Some(cell) = &found.cell else { return "unreachable".to_owned() };
+        cell.classes.iter().map(|&class| self.names[class].as_str()).collect::<Vec<_>>().join("; ")
     }
 
     /// Returns the views of the cells of the opening view; `None` where no state is.
@@ -148,9 +163,9 @@ impl<'a> Paint<'a> {
     /// Returns the meaning of the colours that occur.
     pub(super) fn legend(&self, picture: Picture) -> Vec<(Rgb, String)> {
         if picture == Picture::Classes {
-            let label = |index: usize| match self.marks[index].parse::<usize>() {
-                Ok(_) => format!("{} · {}", self.marks[index], self.names[index]),
-                Err(_) => self.names[index].clone(),
+            let label = |index: usize| match (&self.marks[index], &self.names[index]) {
+                (mark, name) if mark == name => name.clone(),
+                (mark, name) => format!("{mark} · {name}"),
             };
             let one = |index| (self.class(index).0, label(index));
             return (0..self.names.len()).map(one).collect();
@@ -204,12 +219,12 @@ fn found(content: &Content<'_>, projections: &Projections, view: &View) -> Vec<V
         .collect()
 }
 
-/// Returns the first letter of each objective; `None` if two objectives share it.
+/// Returns the first letter or the first two letters of each objective; `None` if two objectives share them.
 pub(super) fn letters(content: &Content<'_>) -> Option<Vec<String>> {
-    let first = |name: &String| name.chars().next().map(String::from).unwrap_or_default();
-    let letters: Vec<String> = content.preferences.objectives.iter().map(|o| first(&o.name)).collect();
-    let distinct = letters.iter().enumerate().all(|(i, letter)| !letters[..i].contains(letter));
-    distinct.then_some(letters)
+    let objectives = &content.preferences.objectives;
+    let first = |n| objectives.iter().map(|o| o.name.chars().take(n).collect()).collect();
+    let distinct = |letters: &Vec<String>| !(1..letters.len()).any(|i| letters[..i].contains(&letters[i]));
+    (1..=2).map(first).find(distinct)
 }
 
 /// Returns the letters of at most four targets, else one sign for all.
@@ -221,14 +236,19 @@ fn corner_letters(letters: &Option<Vec<String>>, targets: &[usize]) -> Vec<Strin
     }
 }
 
+/// Returns the maximum number of characters of a text in a cell.
+pub(super) fn longest(projections: &Projections) -> usize {
+    if projections.columns().len() > ROOMY { 4 } else { 8 }
+}
+
 /// Returns the texts of the classes in cells: their names or, if one is too long, numbers.
 fn marks(content: &Content<'_>, projections: &Projections) -> Vec<String> {
     let name = |class: &ObjectiveSet| match class.is_empty() {
         true => "–".to_owned(),
-        false => content.preferences.names(class).join(","),
+        false => content.preferences.names(class).join("/"),
     };
     let names: Vec<String> = projections.classes.iter().map(|(class, _)| name(class)).collect();
-    if names.iter().all(|name| name.chars().count() <= LONGEST) {
+    if names.iter().all(|name| name.chars().count() <= longest(projections)) {
         return names;
     }
     let number = |(index, name): (usize, &String)| match name.as_str() {

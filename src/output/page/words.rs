@@ -1,7 +1,5 @@
 //! Texts for verdicts and counts.
 
-use std::collections::BTreeSet;
-
 use super::super::ranks;
 use super::super::text::{self, grouped};
 use super::Play;
@@ -12,7 +10,7 @@ use crate::planning::result::Prospects;
 use crate::planning::tally::PlayEnd;
 
 /// Maximum number of alternatives that are named.
-const MOST_WAYS: usize = 4;
+const MOST_GOALS: usize = 5;
 
 /// Formats a count for a picture: `624`, `1.2 million`, `3.6e16`.
 pub(super) fn short(n: &Count) -> String {
@@ -72,17 +70,12 @@ pub(super) fn all_of(names: &[String]) -> String {
     }
 }
 
-/// Joins alternatives: `A`, `A or B`, `A or B, or C`; only their number if they are many.
-pub(super) fn one_of(ways: &BTreeSet<Vec<String>>) -> String {
-    if ways.len() > MOST_WAYS {
-        return format!("one of {} better classes", ways.len());
-    }
-    let plain = ways.iter().all(|names| names.len() == 1);
-    let ways: Vec<String> = ways.iter().map(|names| text::either(names)).collect();
-    match ways.as_slice() {
-        [] => "a better class".to_owned(),
-        [one] => one.clone(),
-        [ways @ .., last] => format!("{}{} or {last}", ways.join(", "), if plain { "" } else { "," }),
+/// Returns what an improvement leads to: `A`, `A or B`; only a number if they are many.
+pub(super) fn goal(names: &[String]) -> String {
+    match names.len() {
+        0 => "something better".to_owned(),
+        1..=MOST_GOALS => text::either(names),
+        many => format!("one of {many} objectives"),
     }
 }
 
