@@ -1,30 +1,29 @@
-//! `docs/json.md` names each field of each `--json` object with its type, and no field that does
-//! not occur.
+//! `docs/schema` describes each `--json` object as a JSON schema, and `docs/json.md` shows the same
+//! fields with their types. Every output fits its schema, and every field occurs in some output.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
 
-use serde_json::{Map, Value};
+use jsonschema::{Registry, Validator};
+use serde_json::{Map, Value, json};
 
 use crate::common::{Scratch, run};
 
-/// The section with the fields that most reports share.
+/// The section of the page with the fields that most reports share.
 const SHARED: &str = "every report";
+/// The schema of the parts that several reports have.
+const COMMON: &str = "common";
 
-/// A row of a table of fields.
-struct Row {
-    /// The type, such as `count`, `list of strings` or the section of an object.
-    ty: String,
-    /// The field is present and not null in every object.
-    always: bool,
-}
-
-/// The fields of each section of the page, by path.
-type Page = BTreeMap<String, BTreeMap<String, Row>>;
+/// A field: its type in the words of the page, and whether it is in every object and never null.
+type Field = (String, bool);
+/// The fields of each section of the page, or of each schema, by path.
+type Fields = BTreeMap<String, BTreeMap<String, Field>>;
 
 /// Reads the tables of the page that have fields.
-fn page() -> Page {
-    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/json.md")).unwrap();
-    let (mut page, mut section, mut fields) = (Page::new(), String::new(), false);
+fn page() -> Fields {
+    let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/json.md")).unwrap();
+    let (mut page, mut section, mut fields) = (Fields::new(), String::new(), false);
     for line in text.lines() {
         if let Some(heading) = line.strip_prefix('#') {
             section = heading.trim_start_matches('#').trim().to_lowercase();
@@ -35,107 +34,157 @@ fn page() -> Page {
             && let Some(path) = path.strip_prefix('`').and_then(|path| path.strip_suffix('`'))
         {
             let ty = ty.trim_start_matches('[').split(']').next().unwrap().to_owned();
-            let row = Row { ty, always: *absent == "–" };
-            let double = page.entry(section.clone()).or_default().insert(path.to_owned(), row);
+            let double =
+                page.entry(section.clone()).or_default().insert(path.to_owned(), (ty, *absent == "–"));
             assert!(double.is_none(), "{section}: `{path}` twice");
         }
     }
     page
 }
 
-/// The comparison of objects with the page.
-struct Audit {
-    page: Page,
-    seen: BTreeSet<(String, String)>,
-    faults: BTreeSet<String>,
+/// Reads the schemas, by name. They are made strict: a field that they do not name is an error.
+fn schemas() -> BTreeMap<String, Value> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/schema");
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let read = |path: std::path::PathBuf| {
+        let mut schema: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        forbid_others(&mut schema);
+        (path.file_stem().unwrap().to_str().unwrap().to_owned(), schema)
+    };
+    files.map(read).collect()
 }
 
-impl Audit {
-    /// Compares an object with the section that its schema names.
-    fn report(&mut self, report: &Value) {
-        let schema = report["schema"].as_str().unwrap_or_default();
-        let name = schema.strip_prefix("meliora.").and_then(|name| name.strip_suffix("/1"));
-        match (name.filter(|name| self.page.contains_key(*name)), report.as_object()) {
-            (Some(name), Some(object)) => self.object(name, "", object),
-            _ => self.fault(format!("no section for the schema `{schema}`")),
+fn forbid_others(schema: &mut Value) {
+    if let Value::Object(object) = schema {
+        let types = object.get("type");
+        let is_object = types.is_some_and(|ty| *ty == "object" || ty[0] == "object");
+        if is_object && object.contains_key("properties") {
+            object.entry("additionalProperties").or_insert(false.into());
+        }
+        object.values_mut().for_each(forbid_others);
+    } else if let Value::Array(items) = schema {
+        items.iter_mut().for_each(forbid_others);
+    }
+}
+
+fn address(name: &str) -> String {
+    format!("https://meliora.invalid/{name}.json")
+}
+
+/// Builds the validators of all reports, by name.
+fn validators(schemas: &BTreeMap<String, Value>) -> BTreeMap<String, Validator> {
+    let all = schemas.iter().fold(Registry::new(), |all, (name, schema)| {
+        all.add(address(name), schema.clone()).expect("an address")
+    });
+    let registry = all.prepare().expect("references that lead to a schema");
+    let reports = schemas.iter().filter(|(name, _)| *name != COMMON);
+    let build = |(name, schema): (&String, &Value)| {
+        let options = jsonschema::options().with_registry(&registry).with_base_uri(address(name));
+        (name.clone(), options.build(schema).unwrap_or_else(|e| panic!("{name}: {e}")))
+    };
+    reports.map(build).collect()
+}
+
+/// Returns the fields that the schemas name: those of each report, and of each common part.
+fn described(schemas: &BTreeMap<String, Value>) -> Fields {
+    let mut fields = Fields::new();
+    for (name, schema) in schemas.iter().filter(|(name, _)| *name != COMMON) {
+        add_fields(schema, "", fields.entry(name.clone()).or_default());
+    }
+    for (name, part) in schemas[COMMON]["$defs"].as_object().unwrap() {
+        if part.get("properties").is_some() {
+            add_fields(part, "", fields.entry(name.clone()).or_default());
         }
     }
+    fields
+}
 
-    fn fault(&mut self, fault: String) {
-        self.faults.insert(fault);
+fn add_fields(object: &Value, prefix: &str, fields: &mut BTreeMap<String, Field>) {
+    let required = |name: &str| object["required"].as_array().is_some_and(|all| all.contains(&json!(name)));
+    for (name, schema) in object["properties"].as_object().into_iter().flatten() {
+        let path = format!("{prefix}{name}");
+        let is_null = |schema: &Value| schema["type"] == "null" || schema["type"][1] == "null";
+        let null = is_null(schema) || schema["anyOf"].as_array().is_some_and(|all| all.iter().any(is_null));
+        fields.insert(path.clone(), (words(schema), required(name) && !null));
+        let (mut inner, mut path) = (schema, path);
+        while inner.get("items").is_some() {
+            (inner, path) = (&inner["items"], path + "[]");
+        }
+        add_fields(inner, &format!("{path}."), fields);
     }
+}
 
-    /// Compares the fields of an object with the rows of `section` that begin with `prefix`.
-    fn object(&mut self, section: &str, prefix: &str, object: &Map<String, Value>) {
+/// Returns the type of a field in the words of the page.
+fn words(schema: &Value) -> String {
+    let reference = schema["$ref"].as_str().or(schema["anyOf"][0]["$ref"].as_str());
+    if let Some(reference) = reference {
+        let name = reference.rsplit('/').next().unwrap();
+        return name.trim_end_matches(".json").to_owned();
+    }
+    let ty = schema["type"].as_str().or(schema["type"][0].as_str());
+    match ty {
+        Some("array") => {
+            let items = words(&schema["items"]);
+            if items.ends_with('s') { format!("list of {items}") } else { format!("list of {items}s") }
+        }
+        Some("object") if schema.get("properties").is_none() => "map".to_owned(),
+        Some(ty) => ty.to_owned(),
+        None if schema.get("const").is_some() => "string".to_owned(),
+        None => "report".to_owned(),
+    }
+}
+
+#[test]
+fn the_page_and_the_schemas_have_the_same_fields() {
+    let (page, described) = (page(), described(&schemas()));
+    for (section, rows) in page.iter().filter(|(section, _)| *section != SHARED) {
+        let own = &described[section];
+        for (path, row) in rows {
+            assert_eq!(own.get(path), Some(row), "{section}: `{path}` in the schema, and on the page");
+        }
+        for (path, (ty, _)) in own.iter().filter(|(path, _)| !rows.contains_key(*path)) {
+            let shared = page[SHARED].get(path).map(|(ty, _)| ty);
+            assert_eq!(shared, Some(ty), "{section}: `{path}` on the page, and in the schema");
+        }
+    }
+    assert!(described.keys().all(|name| page.contains_key(name)), "{:?}", described.keys());
+}
+
+/// The fields that occur in reports, by section and path.
+struct Seen<'f> {
+    fields: &'f Fields,
+    found: BTreeSet<(&'f str, String)>,
+}
+
+impl<'f> Seen<'f> {
+    /// Adds the fields of an object that lie under `prefix` in a section.
+    fn add(&mut self, section: &'f str, prefix: &str, object: &Map<String, Value>) {
         for (key, value) in object {
             let path = format!("{prefix}{key}");
-            let has = |name: &&str| self.page.get(*name).is_some_and(|rows| rows.contains_key(&path));
-            let Some(home) = [section, SHARED].into_iter().find(has) else {
-                self.fault(format!("{section}: no row for `{path}`"));
-                continue;
-            };
-            let row = &self.page[home][&path];
-            let (ty, always) = (row.ty.clone(), row.always);
-            self.seen.insert((home.to_owned(), path.clone()));
-            match value {
-                Value::Null if always => self.fault(format!("{section}: `{path}` can be null")),
-                Value::Null => (),
-                // Fields of an inner object can be in the section of the report itself.
-                Value::Object(inner) if ty == "object" => self.object(section, &format!("{path}."), inner),
-                _ => self.value(home, &path, &ty, value),
-            }
-        }
-        let parent = |path: &str| path.rfind('.').map_or("", |dot| &path[..=dot]) == prefix;
-        let rows = self.page.get(section).into_iter().flatten();
-        let absent = rows.filter(|(path, row)| row.always && parent(path));
-        let absent = absent.filter(|(path, _)| !object.contains_key(&path[prefix.len()..]));
-        let faults: Vec<_> = absent.map(|(path, _)| format!("{section}: `{path}` can be absent")).collect();
-        self.faults.extend(faults);
-    }
-
-    /// Compares a value with its type.
-    fn value(&mut self, section: &str, path: &str, ty: &str, value: &Value) {
-        if let Some(items) = ty.strip_prefix("list of ") {
-            let item = items.trim_end_matches('s');
-            let Some(values) = value.as_array() else {
-                return self.fault(format!("{section}: `{path}` is not a list: {value}"));
-            };
-            values.iter().for_each(|value| self.value(section, &format!("{path}[]"), item, value));
-            return;
-        }
-        match (ty, value) {
-            ("report", _) => return self.report(value),
-            ("object", Value::Object(object)) => return self.object(section, &format!("{path}."), object),
-            (name, Value::Object(object)) if self.page.contains_key(name) => {
-                return self.object(name, "", object);
-            }
-            _ => (),
-        }
-        let is_value = |v: &Value| v.is_boolean() || v.is_i64() || v.is_string();
-        let fits = match ty {
-            "string" => value.is_string(),
-            "count" => value.as_str().is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit())),
-            "integer" => value.is_i64() || value.is_u64(),
-            "number" => value.is_number(),
-            "bound" => value.is_number() || value == "inf",
-            "boolean" => value.is_boolean(),
-            "rank" => value.is_u64() || value == "unbounded",
-            "state" => value.as_object().is_some_and(|state| state.values().all(is_value)),
-            "map" => value.is_object(),
-            _ => false,
-        };
-        if !fits {
-            self.fault(format!("{section}: `{path}` is not of type {ty}: {value}"));
+            let Some((ty, _)) = self.fields[section].get(&path) else { continue };
+            self.found.insert((section, path.clone()));
+            self.inside(section, path, ty, value);
         }
     }
 
-    /// The rows whose field did not occur.
-    fn unseen(&self) -> Vec<String> {
-        let rows = self.page.iter().flat_map(|(section, rows)| rows.keys().map(move |path| (section, path)));
-        let unseen =
-            rows.filter(|(section, path)| !self.seen.contains(&((*section).clone(), (*path).clone())));
-        unseen.map(|(section, path)| format!("{section}: `{path}`")).collect()
+    fn inside(&mut self, section: &'f str, path: String, ty: &str, value: &Value) {
+        if let (Some(items), Some(values)) = (ty.strip_prefix("list of "), value.as_array()) {
+            let item = if items.starts_with("list") { items } else { items.trim_end_matches('s') };
+            values.iter().for_each(|value| self.inside(section, format!("{path}[]"), item, value));
+        } else if let Some(object) = value.as_object() {
+            let name = if ty == "report" { name_of(value) } else { ty };
+            match self.fields.get_key_value(name) {
+                Some((section, _)) => self.add(section, "", object),
+                None => self.add(section, &format!("{path}."), object),
+            }
+        }
     }
+}
+
+/// Returns the name of the schema of a report.
+fn name_of(report: &Value) -> &str {
+    let schema = report["schema"].as_str().unwrap_or_default();
+    schema.strip_prefix("meliora.").and_then(|name| name.strip_suffix("/1")).unwrap_or(schema)
 }
 
 /// Commands with their exit status. TOY and ROBOT are a model with its preferences, OUT is a new
@@ -203,9 +252,11 @@ const PAID: &str = "mdp module m x : [0..1] init 1; [] true -> true; endmodule\n
 const PROPERTIES: &str = "\"sure\": Pmax>=1 [ F s=3 ];\nP=? [ F s=3 ];\n";
 
 #[test]
-fn the_page_of_json_names_every_field_and_no_other() {
+fn every_output_fits_its_schema_and_every_field_occurs() {
     let scratch = Scratch::new(&[("some.props", PROPERTIES), ("paid.prism", PAID)]);
-    let mut audit = Audit { page: page(), seen: BTreeSet::new(), faults: BTreeSet::new() };
+    let schemas = schemas();
+    let (validators, fields) = (validators(&schemas), described(&schemas));
+    let mut seen = Seen { fields: &fields, found: BTreeSet::new() };
     for (status, command) in COMMANDS {
         let tiny = "models/scramble.prism -c cells=10007 --engine explicit --memory 1MiB";
         let command = command
@@ -214,31 +265,39 @@ fn the_page_of_json_names_every_field_and_no_other() {
             .replace("POND", "models/pond.prism models/pond.pref")
             .replace("TINY", tiny)
             .replace("OUT", &scratch.show(""));
-        audit.report(&run(&format!("{command} --json")).expect(*status).json());
+        let report = run(&format!("{command} --json")).expect(*status).json();
+        let faults = validators[name_of(&report)].iter_errors(&report);
+        let faults: Vec<_> = faults.map(|fault| format!("{}: {fault}", fault.instance_path())).collect();
+        assert!(faults.is_empty(), "{command}: {faults:#?}");
+        let (section, _) = fields.get_key_value(name_of(&report)).unwrap();
+        seen.add(section, "", report.as_object().unwrap());
     }
-    let faults: Vec<_> = audit.faults.iter().collect();
-    assert!(faults.is_empty(), "docs/json.md and the output differ:\n{faults:#?}");
-    let unseen = audit.unseen();
-    assert!(unseen.is_empty(), "docs/json.md has fields that no output has:\n{unseen:#?}");
+    // The fields of an incomplete report occur in some report, not in each kind.
+    let rows = fields.iter().flat_map(|(section, rows)| rows.keys().map(move |path| (section, path)));
+    let is_seen = |section: &str, path: &str| match path {
+        "complete" | "error" => seen.found.iter().any(|(_, own)| own == path),
+        _ => seen.found.contains(&(section, path.to_owned())),
+    };
+    let unseen: Vec<_> = rows.filter(|(section, path)| !is_seen(section, path)).collect();
+    assert!(unseen.is_empty(), "fields that no output has: {unseen:#?}");
 }
 
 #[test]
-fn an_object_that_the_page_does_not_describe_is_noticed() {
-    let faults = |report: Value| {
-        let mut audit = Audit { page: page(), seen: BTreeSet::new(), faults: BTreeSet::new() };
-        audit.report(&report);
-        audit.faults.into_iter().collect::<Vec<_>>().join("; ")
-    };
-    let error =
-        serde_json::json!({"schema": "meliora.error/1", "kind": "input", "message": "m", "file": null});
-    assert_eq!(faults(error.clone()), "");
-    let changed = |key: &str, value: Value| {
+fn an_object_that_does_not_fit_is_noticed() {
+    let validators = validators(&schemas());
+    let fits = |report: &Value| validators["error"].is_valid(report);
+    let error = json!({"schema": "meliora.error/1", "kind": "input", "message": "m", "file": null});
+    assert!(fits(&error));
+    let changes = [
+        ("hint", json!("h")),
+        ("kind", Value::Null),
+        ("kind", json!("other")),
+        ("line", json!("7")),
+        ("schema", json!("meliora.other/1")),
+    ];
+    for (key, value) in changes {
         let mut changed = error.clone();
         changed[key] = value;
-        faults(changed)
-    };
-    assert_eq!(changed("hint", "h".into()), "error: no row for `hint`");
-    assert_eq!(changed("kind", Value::Null), "error: `kind` can be null");
-    assert_eq!(changed("line", "7".into()), "error: `line` is not of type integer: \"7\"");
-    assert_eq!(changed("schema", "meliora.other/1".into()), "no section for the schema `meliora.other/1`");
+        assert!(!fits(&changed), "{changed}");
+    }
 }
