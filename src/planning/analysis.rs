@@ -9,12 +9,11 @@ use super::finite_memory::{FiniteMemoryStrategy, StrategyKind};
 use super::improvement::{Improvement, Safety};
 use super::joint::Joint;
 use super::level_search;
-use super::levels::{End, Kind, Level, Levels, Rank};
+use super::levels::{End, Kind, Levels, Rank};
 pub use super::phases::{Event, Phase};
 use super::requirements::Requirements;
 use super::result::{
-    AnalysisResult, ClassCount, Escape, JointCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts,
-    Plan, Prospects,
+    AnalysisResult, ClassCount, Escape, JointCount, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
 use super::temporal::AcceptingRegion;
 use super::winning_regions::{RegionCounts, WinningRegions};
@@ -252,17 +251,17 @@ impl<E: Engine> Analysis<E> {
         // Levels that strategies share are complete, but not always counted.
         if let (Ok(()), Some(levels)) = (&end, Arc::get_mut(levels)) {
             while levels.advance(engine, classes, improvement, max)? {
-                count_levels(engine, levels, counted, counts, listener)?;
+                level_search::count_levels(engine, levels, counted, counts, listener)?;
             }
         }
-        count_levels(engine, levels, counted, counts, listener)?;
+        level_search::count_levels(engine, levels, counted, counts, listener)?;
         end?;
         counts.end = match &levels.end {
             None => LevelsEnd::Open,
             Some(End::Cut) => LevelsEnd::Cut,
             Some(End::Empty) => LevelsEnd::Empty,
             Some(End::Unbounded(level)) => {
-                LevelsEnd::Unbounded(count_of(engine, level, levels.found.len(), counted)?)
+                LevelsEnd::Unbounded(level_search::count_of(engine, level, levels.found.len(), counted)?)
             }
         };
         Ok(())
@@ -495,25 +494,4 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let achieving = if kind.achieves() { Achieving::new(analysis)? } else { None };
         Ok(Some(FiniteMemoryStrategy { kind, achieving, objective, ..strategy }))
     }
-}
-
-/// Counts the new levels and reports them to the listener.
-fn count_levels<E: Engine>(
-    engine: &E,
-    levels: &Levels<E>,
-    counted: &[Count],
-    counts: &mut LevelCounts,
-    listener: &mut dyn FnMut(Event<'_>),
-) -> Result<()> {
-    for level in &levels.found[counts.levels.len()..] {
-        let count = count_of(engine, level, counts.levels.len(), counted)?;
-        listener(Event::Level(levels.kind, counts.levels.len() + 1, &count));
-        counts.levels.push(count);
-    }
-    Ok(())
-}
-
-/// Returns the number of states of a level, which may have been counted.
-fn count_of<E: Engine>(engine: &E, level: &Level<E>, at: usize, counted: &[Count]) -> Result<Count> {
-    counted.get(at).map_or_else(|| engine.count(&level.states), |count| Ok(count.clone()))
 }

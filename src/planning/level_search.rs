@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use super::classes::Classes;
 use super::improvement::Improvement;
-use super::levels::{End, Levels};
+use super::levels::{End, Level, Levels};
+use super::phases::Event;
+use super::result::LevelCounts;
 use crate::engine::parallel::{self, Port, Portable};
 use crate::engine::{Count, Engine};
 use crate::error::Result;
@@ -78,4 +80,30 @@ pub(super) fn search<E: Engine, const N: usize>(
         counts
     });
     (counts, end)
+}
+
+/// Counts the new levels and reports them to the listener.
+pub(super) fn count_levels<E: Engine>(
+    engine: &E,
+    levels: &Levels<E>,
+    counted: &[Count],
+    counts: &mut LevelCounts,
+    listener: &mut dyn FnMut(Event<'_>),
+) -> Result<()> {
+    for level in &levels.found[counts.levels.len()..] {
+        let count = count_of(engine, level, counts.levels.len(), counted)?;
+        listener(Event::Level(levels.kind, counts.levels.len() + 1, &count));
+        counts.levels.push(count);
+    }
+    Ok(())
+}
+
+/// Returns the number of states of a level, which may have been counted.
+pub(super) fn count_of<E: Engine>(
+    engine: &E,
+    level: &Level<E>,
+    at: usize,
+    counted: &[Count],
+) -> Result<Count> {
+    counted.get(at).map_or_else(|| engine.count(&level.states), |count| Ok(count.clone()))
 }
