@@ -4,6 +4,7 @@
 - The same model without the forbidden choices, written out state by state, has the same classes, levels, ranks and
   values as the model with `require`.
 - `reference.py` computes the same report, also for requirements that need a monitor.
+- `meliora reach --require` finds an objective sure in the same initial states as `reference.py`.
 
 The dumps of some models must be accepted by `meliora verify`.
 
@@ -20,7 +21,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import harness
-from reference_lang import read_model, read_preferences
+from reference_lang import read_model, read_preferences, target_of
 from reference_plan import Kept, Space, check
 from reference_quantities import Draw
 
@@ -103,6 +104,7 @@ class Case(Draw):
             return [
                 *self.against_reference(found, check(model, prefs, self.scope, self.safety)),
                 *self.against_kept(binary, folder, found, model, prefs),
+                *self.of_one_target(binary, folder, paths[0], model, prefs),
                 *self.verified(binary, folder, paths, settings),
             ]
 
@@ -138,6 +140,23 @@ class Case(Draw):
             theirs = report(binary, "values", *paths, "--scope", scope, "--safety", self.safety)["states"][0]
             wrong += differing("values", values(ours), values(theirs))
         return wrong
+
+    def of_one_target(self, binary, folder, path, model, prefs):
+        """Asks for one target alone. For `reach`, a requirement is about the path from each state on."""
+        _, formula = prefs.objectives[0]
+        target = target_of(formula)
+        if target is None:
+            return []
+        required = [text for r in self.required for text in ("--require", r)]
+        settings = ["--scope", self.scope, "--engine", self.engine]
+        found = report(binary, "reach", path, "--target", target, *settings, *required)
+        alone = Path(folder) / "alone.pref"
+        stated = [f"objective A = {formula};", *(f"require {r};" for r in self.required), "history = play;" if self.play else ""]
+        alone.write_text("\n".join([*stated, ""]))
+        starts = check(model, read_preferences(alone), self.scope, "action")["initial"]
+        sure = ["unsafe" not in s and s["most_preferred"] == ["A"] for s in starts]
+        expected = "all" if all(sure) else "some" if any(sure) else "none"
+        return differing("reach pmax_one", found["initial"]["pmax_one"], expected)
 
     def verified(self, binary, folder, paths, settings):
         if self.random.random() > 0.25:

@@ -10,45 +10,104 @@ use crate::lang::property::{Bound, Question, Strategies};
 use crate::lang::{lower_target, ltl, parse_expression, parse_property};
 use crate::model::Program;
 use crate::model::expr::ExprId;
+use crate::model::preference::Requirement;
 use crate::model::temporal::{Begin, Condition};
 use crate::planning::temporal;
 
-/// The goal of the paths.
-pub enum Goal {
-    /// To reach these states.
-    Target(ExprId),
-    /// To satisfy a temporal formula.
-    Formula(Watched),
+/// The name of the monitors of requirements.
+const REQUIREMENT: &str = "require";
+
+/// The goal of the paths, and what every strategy must keep.
+pub struct Goal {
+    /// The goal of the paths.
+    pub target: Target,
+    /// The requirements, as states of the model in which the question is answered.
+    pub requirements: Vec<Requirement>,
+    /// The model with monitors, if the goal or a requirement needs some.
+    pub watched: Option<Watched>,
 }
 
-/// A model with the monitors of one formula.
+/// What paths are to do.
+pub enum Target {
+    /// To reach these states.
+    States(ExprId),
+    /// To satisfy a temporal formula.
+    Formula(Condition),
+}
+
+/// A model with monitors.
 pub struct Watched {
     /// The model with its monitors.
     pub program: Arc<Program>,
-    /// The condition on the marks of the monitors.
-    pub condition: Condition,
     /// The states where the monitors are fresh.
     pub fresh: ExprId,
 }
+
+/// A safe formula that every strategy must keep, with its text.
+pub type Required = (Arc<SourceFile>, Formula);
 
 /// A quantifier over strategies, and a bound on the probability.
 pub type Comparison = (Strategies, Bound);
 
 impl Goal {
+    /// Returns the model in which the question is answered: `plain`, or that with monitors.
+    pub fn program<'a>(&'a self, plain: &'a Arc<Program>) -> &'a Arc<Program> {
+        self.watched.as_ref().map_or(plain, |watched| &watched.program)
+    }
+
     /// Turns a formula into a goal: a target, which is added to the program, or monitors next to
     /// the model.
     ///
     /// # Errors
-    /// The formula is wrong or not supported.
-    pub fn of(program: &mut Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Self> {
+    /// The formula is wrong or not supported, or a requirement is not a safe formula.
+    pub fn of(
+        program: &mut Program,
+        source: &Arc<SourceFile>,
+        formula: &Formula,
+        required: &[Required],
+    ) -> Result<Self> {
         if let Some(target) = formula.reachability() {
-            return Ok(Goal::Target(lower_target(program, source, target)?));
+            let target = lower_target(program, source, target)?;
+            return Goal::reach(program, target, required);
         }
-        let mut watched = program.clone();
-        let mut watching = Monitoring::new(&mut watched);
-        let condition = watching.watch(source, formula, "property")?;
-        let fresh = watching.finish(Begin::Everywhere)?;
-        Ok(Goal::Formula(Watched { program: Arc::new(watched), condition, fresh }))
+        let formula =
+            |watching: &mut Monitoring<'_>| Ok(Target::Formula(watching.watch(source, formula, "property")?));
+        Goal::watch(program, formula, required)
+    }
+
+    /// Makes a target of the program a goal.
+    ///
+    /// # Errors
+    /// A requirement is wrong, or not a safe formula.
+    pub fn reach(program: &mut Program, target: ExprId, required: &[Required]) -> Result<Self> {
+        if required.is_empty() {
+            return Ok(Goal { target: Target::States(target), requirements: Vec::new(), watched: None });
+        }
+        Goal::watch(program, |_| Ok(Target::States(target)), required)
+    }
+
+    /// Adds the monitors of a target and of the requirements to a copy of the program, if there are
+    /// any.
+    fn watch(
+        program: &mut Program,
+        target: impl FnOnce(&mut Monitoring<'_>) -> Result<Target>,
+        required: &[Required],
+    ) -> Result<Self> {
+        let mut copy = program.clone();
+        let mut watching = Monitoring::new(&mut copy);
+        let target = target(&mut watching)?;
+        let require = |(source, formula): &Required| watching.require(source, formula, REQUIREMENT);
+        let requirements = required.iter().map(require).collect::<Result<Vec<_>>>()?;
+        let is_plain =
+            matches!(target, Target::States(_)) && requirements.iter().all(|r| r.monitor.is_none());
+        let watched = if is_plain {
+            *program = copy;
+            None
+        } else {
+            let fresh = watching.finish(Begin::Everywhere)?;
+            Some(Watched { program: Arc::new(copy), fresh })
+        };
+        Ok(Goal { target, requirements, watched })
     }
 
     /// Reads a target such as `x = 3`, a formula such as `F x = 3`, or a property such as
@@ -58,17 +117,18 @@ impl Goal {
     /// The text is none of these, or not supported; each error has its place.
     pub fn parse(program: &mut Program, source: &Arc<SourceFile>) -> Result<(Self, Option<Question>)> {
         if let Ok(tree) = parse_expression(source) {
-            return Ok((Goal::Target(lower_target(program, source, &tree)?), None));
+            let target = lower_target(program, source, &tree)?;
+            return Ok((Goal::reach(program, target, &[])?, None));
         }
         let is_word = |c: char| c.is_alphanumeric() || c == '_';
         let first = source.text.trim_start().split(|c| !is_word(c)).next();
         if first.is_some_and(|word| ["P", "Pmin", "Pmax"].contains(&word)) {
             let property = parse_property(source)?;
             property.check(program, source)?;
-            let goal = Goal::of(program, source, &property.formula)?;
+            let goal = Goal::of(program, source, &property.formula, &[])?;
             return Ok((goal, Some(property.question)));
         }
-        Ok((Goal::of(program, source, &ltl::parse_formula(source)?)?, None))
+        Ok((Goal::of(program, source, &ltl::parse_formula(source)?, &[])?, None))
     }
 
     /// Returns the states whose paths are judged: with monitors, the states where these are fresh.
@@ -76,9 +136,9 @@ impl Goal {
     /// # Errors
     /// A limit is reached.
     pub fn judged<E: Engine>(&self, engine: &E) -> Result<E::States> {
-        match self {
-            Goal::Target(_) => Ok(engine.all_states()),
-            Goal::Formula(watched) => engine.states_where(watched.fresh),
+        match &self.watched {
+            None => Ok(engine.all_states()),
+            Some(watched) => engine.states_where(watched.fresh),
         }
     }
 
@@ -89,9 +149,9 @@ impl Goal {
     /// # Errors
     /// A limit is reached, or a state formula has no value in some state.
     pub fn regions<E: Engine>(&self, engine: &E) -> Result<Regions<E::States>> {
-        match self {
-            Goal::Target(target) => regions(engine, &engine.states_where(*target)?),
-            Goal::Formula(watched) => temporal::regions(engine, &watched.condition),
+        match &self.target {
+            Target::States(target) => regions(engine, &engine.states_where(*target)?),
+            Target::Formula(condition) => temporal::regions(engine, condition),
         }
     }
 
@@ -104,9 +164,9 @@ impl Goal {
         engine: &E,
         regions: Regions<E::States>,
     ) -> Result<Regions<E::States>> {
-        match self {
-            Goal::Target(_) => Ok(regions),
-            Goal::Formula(watched) => temporal::judged(engine, watched.fresh, regions),
+        match &self.watched {
+            None => Ok(regions),
+            Some(watched) => temporal::judged(engine, watched.fresh, regions),
         }
     }
 }

@@ -254,6 +254,26 @@ impl Analysis {
         Ok(all)
     }
 
+    /// Computes which most preferred objectives of each class one strategy achieves together, in the
+    /// same path, almost surely. The keys are those of `classes`; the values are dictionaries from
+    /// tuples of at least two objectives to the states of the class from which this is possible,
+    /// larger sets first.
+    ///
+    /// Raises:
+    ///     UsageError: A class has more than 10 most preferred objectives, or a limit ended the work
+    ///         before the classes were known.
+    fn jointly<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (objectives, sets) in self.handle.long(py, meliora::Analysis::jointly)? {
+            let of_class = PyDict::new(py);
+            for (set, states) in sets {
+                of_class.set_item(PyTuple::new(py, set)?, Py::new(py, self.handle.space.region(states))?)?;
+            }
+            all.set_item(PyTuple::new(py, objectives)?, of_class)?;
+        }
+        Ok(all)
+    }
+
     /// Returns the most preferred objectives of a state, in the order of declaration.
     fn most_preferred<'py>(
         &self,

@@ -46,6 +46,17 @@ def test_classes_divide_the_states(found: meliora.Analysis, robot: meliora.Model
     assert classes["B", "C"] <= found.almost_sure["B"] & found.almost_sure["C"]
 
 
+def test_objectives_achieved_together(found: meliora.Analysis) -> None:
+    joint, classes = found.jointly(), found.classes
+    assert list(joint) == list(classes) and joint["A",] == {} and any(joint.values())
+    for members, sets in joint.items():
+        for together, states in sets.items():
+            assert 2 <= len(together) <= len(members) and set(together) <= set(members)
+            assert states and states <= classes[members]
+    told = {tuple(c["most_preferred"]): c.get("jointly") for c in found.to_dict()["classes"]}
+    assert set(told) == set(joint) and not any(told.values())
+
+
 def test_regions_have_names(found: meliora.Analysis) -> None:
     assert found.region("sasi:1") == found.sasi.regions[0] and found.region("class:nothing") == found.classes[()]
     assert found.region("almost-sure:A") == found.almost_sure["A"] and "spi:unbounded" in found.region_names

@@ -54,7 +54,7 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     )? {
         return Ok(status);
     }
-    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let header = args.engine.header(args.preferences.header(&args.model));
     let report = CheckReport::new(header);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |job| work(job, &args))
@@ -75,11 +75,13 @@ impl Checked for CheckReport {
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     let read = || load::question(&args.model, &args.preferences, &job.sink);
     let question = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    let selected = args.engine.select([&*question.program], &args.model);
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
+        r.header.select(&selected);
         r.header.history = question.preferences.whole_plays();
     });
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
+    let build = || load::engine(&question.program, &args.model, selected.storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     let mut analysis = analyse(job, &engine, &question, &args.preferences)?;
     if args.jointly {

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use meliora::advanced::lang::Flat;
 use meliora::advanced::symbolic::order;
-use meliora::engine::Engine;
+use meliora::engine::{Engine, Storage};
 use meliora::error::Error;
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
+use meliora::output::InfoReport;
 use meliora::output::info::{FlatReport, Nodes, RewardSummary};
-use meliora::output::{Header, InfoReport};
 use meliora::planning::result::ModelCounts;
 
 use super::exit::Status;
@@ -46,11 +46,11 @@ pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
     if args.flat {
         return show_flat(&args);
     }
-    let scope = args.model.scope;
-    let header = Header::of_model(&args.model.path());
-    let report = InfoReport::with_settings(header, args.engine.engine.name(), scope);
+    let selected = args.engine.diagrams("sizes of diagrams");
+    let mut report = InfoReport::new(args.model.header());
+    report.header.select(&selected);
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    supervise(report, timeout, &shown, move |job| work(job, &args, selected.storage))
 }
 
 /// Prints the flat program, without an engine.
@@ -65,7 +65,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     })
 }
 
-fn work(job: &Job<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
+fn work(job: &Job<InfoReport>, args: &InfoArgs, storage: Storage) -> Result<(), Error> {
     let read = || match &args.preferences {
         None => load::program(&args.model, &job.sink),
         Some(file) => {
@@ -78,7 +78,7 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs) -> Result<(), Error> {
         r.header.read(&program);
         r.rewards = RewardSummary::all(&program);
     });
-    let build = || load::engine(&program, &args.model, args.engine.engine, &job.sink);
+    let build = || load::engine(&program, &args.model, storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     if let Some(engine) = engine.symbolic() {
         let sizes = engine.sizes()?;

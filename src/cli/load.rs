@@ -14,10 +14,10 @@ use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora::lang::{self, Document, Given};
 use meliora::model::expr::ExprId;
-use meliora::model::preference::{Empty, Preferences, Requirement};
+use meliora::model::preference::{Empty, Preferences};
 use meliora::model::{ModelKind, Program, fault};
 use meliora::output::Number;
-use meliora::reach::Goal;
+use meliora::reach::{Goal, Required};
 
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
@@ -46,8 +46,6 @@ pub(super) struct Asked {
     pub(super) program: Arc<Program>,
     /// The questions, in the order of the command line.
     pub(super) questions: Vec<Asking>,
-    /// The requirements, which bind every strategy.
-    pub(super) requirements: Vec<Requirement>,
     /// See [`Loaded::overlap`].
     pub(super) overlap: Option<ExprId>,
 }
@@ -195,46 +193,47 @@ pub(super) fn certified(
 pub(super) fn asked(
     args: &ModelArgs,
     target: Option<&str>,
-    (properties, required): (&[String], &[String]),
+    (properties, texts): (&[String], &[String]),
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
     let Loaded { mut program, named, overlap } = parsed(args, sink)?;
-    let requirements = requirements(&mut program, required)?;
+    let required = required(texts)?;
     let mut questions = Vec::new();
     if let Some(text) = target {
         let source = SourceFile::new("--target", text);
         let tree = lang::parse_expression(&source)?;
-        let goal = Goal::Target(lang::lower_target(&mut program, &source, &tree)?);
+        let target = lang::lower_target(&mut program, &source, &tree)?;
+        let goal = Goal::reach(&mut program, target, &required)?;
         questions.push(Asking { text: text.to_owned(), goal, property: None, wrong: None });
     }
     for text in properties {
         let (goal, property) = match named.iter().find(|p| p.name == *text) {
             Some(named) => {
                 let found = of_model(named)?;
-                (Goal::Target(found.target), Some(found.question))
+                (Goal::reach(&mut program, found.target, &required)?, Some(found.question))
             }
             None => {
                 let source = SourceFile::new("--property", text.as_str());
                 let property = lang::parse_property(&source)?;
                 property.check(&program, &source)?;
-                (Goal::of(&mut program, &source, &property.formula)?, Some(property.question))
+                (Goal::of(&mut program, &source, &property.formula, &required)?, Some(property.question))
             }
         };
         let wrong = property.as_ref().and_then(|asks| wrong_rewards(&mut program, asks));
         questions.push(Asking { text: text.clone(), goal, property, wrong });
     }
-    Ok(Asked { program: Arc::new(program), questions, requirements, overlap })
+    Ok(Asked { program: Arc::new(program), questions, overlap })
 }
 
 /// Reads `--require`.
 ///
 /// # Errors
-/// A formula is wrong, or not of the form `G condition`.
-pub(super) fn requirements(program: &mut Program, texts: &[String]) -> Result<Vec<Requirement>, Error> {
+/// The syntax of a formula is wrong.
+pub(super) fn required(texts: &[String]) -> Result<Vec<Required>, Error> {
     let each = |text: &String| {
         let source = SourceFile::new("--require", text.as_str());
         let formula = ltl::parse_formula(&source)?;
-        lang::invariant(program, &source, &formula)
+        Ok((source, formula))
     };
     texts.iter().map(each).collect()
 }

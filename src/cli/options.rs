@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use meliora::engine::{Scope, Storage};
+use meliora::engine::{Scope, Selection, Storage};
 use meliora::error::Error;
+use meliora::model::Program;
 use meliora::output::Header;
 use meliora::planning::{Options, Safety};
 use meliora::supervise::{memory, parse_duration};
@@ -111,7 +112,19 @@ impl ModelArgs {
 pub(super) struct EngineArgs {
     /// Representation of states: in decision diagrams or one by one
     #[arg(help_heading = LIMITS, long, value_enum, default_value_t)]
-    pub(super) engine: Storage,
+    pub(super) engine: EngineChoice,
+}
+
+/// The values of `--engine`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(super) enum EngineChoice {
+    /// Symbolic, unless the model is so small that explicit is faster
+    #[default]
+    Auto,
+    /// Sets of states are binary decision diagrams
+    Symbolic,
+    /// States are stored one by one; for small models and cross-checks
+    Explicit,
 }
 
 impl EngineArgs {
@@ -121,12 +134,45 @@ impl EngineArgs {
     /// [`Error::Usage`] for `--order` with the explicit engine.
     pub(super) fn validate(self, model: &ModelArgs) -> Result<(), Error> {
         match self.engine {
-            Storage::Explicit if model.order != "auto" => Err(Error::Usage(
+            EngineChoice::Explicit if model.order != "auto" => Err(Error::Usage(
                 "`--order` orders BDD variables; it cannot be used with `--engine explicit`, which has none"
                     .to_owned(),
             )),
             _ => Ok(()),
         }
+    }
+
+    /// Returns the engine that the user has named.
+    fn named(self) -> Option<Storage> {
+        match self.engine {
+            EngineChoice::Auto => None,
+            EngineChoice::Symbolic => Some(Storage::Symbolic),
+            EngineChoice::Explicit => Some(Storage::Explicit),
+        }
+    }
+
+    /// Adds the engine to a header, if the user has named it.
+    pub(super) fn header(self, header: Header) -> Header {
+        Header { engine: self.named().map(Storage::name), ..header }
+    }
+
+    /// Returns the engine that the user has named, or else the one that suits all these programs.
+    pub(super) fn select<'a>(
+        self,
+        programs: impl IntoIterator<Item = &'a Program>,
+        model: &ModelArgs,
+    ) -> Selection {
+        match self.named() {
+            Some(storage) => Selection { storage, reason: None },
+            None if model.order != "auto" => self.diagrams("`--order`"),
+            None => Selection::of(programs),
+        }
+    }
+
+    /// Returns the engine that the user has named, or else the symbolic one for this reason.
+    pub(super) fn diagrams(self, reason: &str) -> Selection {
+        let reason = self.named().is_none().then(|| reason.to_owned());
+        Selection { storage: self.named().unwrap_or(Storage::Symbolic), reason }
     }
 }
 

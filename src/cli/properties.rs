@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::engine::Engine;
+use meliora::engine::{Engine, Storage};
 use meliora::error::{Error, SourceFile};
 use meliora::lang::{open_constants, parse_properties, split_constants};
 use meliora::model::Program;
@@ -31,7 +31,7 @@ pub(super) struct Questions {
 }
 
 fn report(model: &ModelArgs, engine: EngineArgs) -> PropertiesReport {
-    PropertiesReport::new(model.header().with_engine(engine.engine.name()))
+    PropertiesReport::new(engine.header(model.header()))
 }
 
 /// Runs the command for a property file.
@@ -44,7 +44,7 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
     let shown = shown.of(&questions.model);
     supervise(report, questions.model.timeout, &shown, move |job| {
         let (asked, open) = job.timed("parse", || read(job, &questions), |_, _| ())?;
-        work(job, (&questions.model, &questions.engine), &asked, &open, questions.precision)
+        work(job, (&questions.model, questions.engine), &asked, &open, questions.precision)
     })
 }
 
@@ -68,7 +68,7 @@ pub(super) fn several(
             let entry = |q: &Asking| PropertyAnswer::open(None, q.text.clone(), None);
             r.properties = asked.questions.iter().map(entry).collect();
         });
-        work(job, (&model, &engine), &asked, &open, precision)
+        work(job, (&model, engine), &asked, &open, precision)
     })
 }
 
@@ -82,7 +82,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     let (program, overlap) = load::program(&model, &job.sink)?;
     let mut program = Arc::unwrap_or_clone(program);
     let mut stated = parse_properties(&source, &theirs, &mut program)?;
-    let requirements = load::requirements(&mut program, &questions.require)?;
+    let required = load::required(&questions.require)?;
     if let Some(only) = &questions.only {
         stated.retain(|s| s.name.as_ref() == Some(only));
         if stated.is_empty() {
@@ -95,31 +95,37 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
         let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
         job.update(|r| r.properties.push(entry));
         if let Ok(property) = stated.property {
-            let goal = Goal::of(&mut program, &stated.source, &property.formula)?;
+            let goal = Goal::of(&mut program, &stated.source, &property.formula, &required)?;
             let wrong = load::wrong_rewards(&mut program, &property.question);
             asking.push(Asking { text: stated.text, goal, property: Some(property.question), wrong });
             open.push(position);
         }
     }
-    Ok((Asked { program: Arc::new(program), questions: asking, requirements, overlap }, open))
+    Ok((Asked { program: Arc::new(program), questions: asking, overlap }, open))
 }
 
 /// Answers the reachability properties with one engine, then each formula with its own.
 fn work(
     job: &Job<PropertiesReport>,
-    args: (&ModelArgs, &EngineArgs),
+    (model, engine): (&ModelArgs, EngineArgs),
     asked: &Asked,
     open: &[usize],
     precision: f64,
 ) -> Result<(), Error> {
-    job.update(|r| r.header.read(&asked.program));
+    let watched = asked.questions.iter().map(|asking| asking.goal.program(&asked.program));
+    let selected = engine.select(watched.chain([&asked.program]).map(|program| &**program), model);
+    job.update(|r| {
+        r.header.read(&asked.program);
+        r.header.select(&selected);
+    });
+    let args = (model, selected.storage);
     let all = || asked.questions.iter().zip(open.iter().copied());
-    let plain: Vec<_> = all().filter(|(q, _)| matches!(q.goal, Goal::Target(_))).collect();
+    let plain: Vec<_> = all().filter(|(q, _)| q.goal.watched.is_none()).collect();
     if !plain.is_empty() || asked.questions.is_empty() {
         run_engine(job, args, asked, &asked.program, &plain, precision)?;
     }
     for question in all() {
-        if let Goal::Formula(watched) = &question.0.goal {
+        if let Some(watched) = &question.0.goal.watched {
             run_engine(job, args, asked, &watched.program, &[question], precision)?;
         }
     }
@@ -128,13 +134,13 @@ fn work(
 
 fn run_engine(
     job: &Job<PropertiesReport>,
-    (model, engine): (&ModelArgs, &EngineArgs),
+    (model, storage): (&ModelArgs, Storage),
     asked: &Asked,
     program: &Arc<Program>,
     questions: &[(&Asking, usize)],
     precision: f64,
 ) -> Result<(), Error> {
-    let build = || load::engine(program, model, engine.engine, &job.sink);
+    let build = || load::engine(program, model, storage, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     answer(job, &*engine, asked, questions, precision)
 }

@@ -2,6 +2,8 @@
 
 use std::cmp::Ordering;
 
+use std::sync::Arc;
+
 use meliora::advanced::lang::ast::BinaryOp;
 use meliora::advanced::lang::property::{Measure, Optimum, Quantity, Question};
 use meliora::engine::Engine;
@@ -12,7 +14,7 @@ use meliora::output::values::Bound;
 use meliora::quantities::cost::check_rewards;
 use meliora::quantities::reach::{self, Value, Wanted};
 use meliora::quantities::{Earned, Interval};
-use meliora::reach::{Goal, holds};
+use meliora::reach::{Target, holds};
 
 use super::load::Asking;
 
@@ -41,7 +43,7 @@ pub(super) fn precision(text: &str) -> std::result::Result<f64, String> {
 pub(super) fn answer<E: Engine>(
     engine: &E,
     asking: &Asking,
-    model: &Program,
+    model: &Arc<Program>,
     regions: &Regions<E::States>,
     precision: f64,
 ) -> Result<Answer> {
@@ -52,9 +54,10 @@ pub(super) fn answer<E: Engine>(
         }
         Some(Question::Quantity(quantity)) => quantity,
     };
-    let (program, target) = match &asking.goal {
-        Goal::Target(target) => (model, engine.states_where(*target)?),
-        Goal::Formula(watched) => (&*watched.program, engine.no_states()),
+    let program = &**asking.goal.program(model);
+    let target = match &asking.goal.target {
+        Target::States(target) => engine.states_where(*target)?,
+        Target::Formula(_) => engine.no_states(),
     };
     if let (Some(wrong), Measure::Reward(rewards)) = (asking.wrong, &quantity.measure)
         && let Some(structure) = rewards.find(program).and_then(|at| program.rewards.get(at))

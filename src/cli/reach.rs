@@ -10,7 +10,7 @@ use meliora::model::expr::ExprId;
 use meliora::output::ReachReport;
 use meliora::output::reach::Share;
 use meliora::planning::temporal;
-use meliora::reach::Goal;
+use meliora::reach::Target;
 
 use super::exit::Status;
 use super::load::{self, Asked, Asking};
@@ -81,7 +81,7 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
         return properties::several(model, engine, (property, require, precision), &shown);
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
-    let header = args.model.header().with_engine(args.engine.engine.name());
+    let header = args.engine.header(args.model.header());
     let report = ReachReport::of_expression(header, &asked);
     let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
     supervise(report, timeout, &shown, move |job| work(job, &args))
@@ -91,13 +91,14 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     let read =
         || load::asked(&args.model, args.target.as_deref(), (&args.property, &args.require), &job.sink);
     let asked = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    job.update(|r| r.header.read(&asked.program));
     let Some(asking) = asked.questions.first() else { return Ok(()) };
-    let program = match &asking.goal {
-        Goal::Target(_) => &asked.program,
-        Goal::Formula(watched) => &watched.program,
-    };
-    let build = || load::engine(program, &args.model, args.engine.engine, &job.sink);
+    let program = asking.goal.program(&asked.program);
+    let selected = args.engine.select([&**program], &args.model);
+    job.update(|r| {
+        r.header.read(&asked.program);
+        r.header.select(&selected);
+    });
+    let build = || load::engine(program, &args.model, selected.storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     answer(job, &*engine, &asked, asking, args.precision)
 }
@@ -119,13 +120,13 @@ fn answer<E: Engine>(
     let engine = under.engine();
     let judged = asking.goal.judged(engine)?;
     let search = Search { job, engine, judged };
-    let found = match &asking.goal {
-        Goal::Target(target) => {
+    let found = match &asking.goal.target {
+        Target::States(target) => {
             let states = search.target(*target)?;
             regions::regions_by(engine, &states, |which, find| search.region(which, find))?
         }
-        Goal::Formula(watched) => {
-            temporal::regions_by(engine, &watched.condition, |which, find| search.region(which, find))?
+        Target::Formula(condition) => {
+            temporal::regions_by(engine, condition, |which, find| search.region(which, find))?
         }
     };
     let answered = || under.answer(asking, &asked.program, &found, precision);

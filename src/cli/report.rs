@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use meliora::engine::{Engine, Storage, SymbolicEngine};
+use meliora::engine::{Engine, SymbolicEngine};
 use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::page::{Content, MOST_STATES, Outlook, Picture, Play, Written};
@@ -20,7 +20,7 @@ use super::check::{self, Checked};
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Question};
-use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::options::{EngineArgs, EngineChoice, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan;
 use super::supervise::{Job, supervise};
 
@@ -119,8 +119,9 @@ impl Checked for PageReport {
 /// The input is wrong, a limit is hit, or the file cannot be written.
 pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
     args.validate()?;
-    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
-    let report = PageReport::new(CheckReport::new(header));
+    let header = args.engine.header(args.preferences.header(&args.model));
+    let mut report = PageReport::new(CheckReport::new(header));
+    report.check.header.select(&args.engine.diagrams("maps are diagrams"));
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args))
 }
@@ -128,7 +129,7 @@ pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
 impl ReportArgs {
     fn validate(&self) -> Result<(), Error> {
         self.engine.validate(&self.model)?;
-        if self.engine.engine == Storage::Explicit {
+        if self.engine.engine == EngineChoice::Explicit {
             let message = "`report` draws its maps from decision diagrams; \
                            it cannot be used with `--engine explicit`, which has none";
             return Err(Error::Usage(message.to_owned()));

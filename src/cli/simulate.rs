@@ -82,7 +82,7 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     args.choose.validate()?;
     args.choose.validate_scheduler(args.strategy)?;
     let kind = args.choose.kind(StrategyKind::Plan)?;
-    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let header = args.engine.header(args.preferences.header(&args.model));
     let report = SimulateReport::of_setup(header, (kind, args.choose.shown()), args.setup());
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args, kind))
@@ -97,8 +97,12 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
         Ok((question, states, costs))
     };
     let (question, states, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    job.update(|r| r.header.read_both(&question.program, &question.preferences));
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
+    let selected = args.engine.select([&*question.program], &args.model);
+    job.update(|r| {
+        r.header.read_both(&question.program, &question.preferences);
+        r.header.select(&selected);
+    });
+    let build = || load::engine(&question.program, &args.model, selected.storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     play(job, &engine, (&question, kind, costs), args, states)
 }

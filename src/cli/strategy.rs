@@ -90,7 +90,7 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     args.choose.validate()?;
     let kind = args.choose.kind(StrategyKind::Sasi)?;
-    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let header = args.engine.header(args.preferences.header(&args.model));
     let report = StrategyReport::of_kind(header, kind, args.choose.shown());
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args, kind))
@@ -105,8 +105,12 @@ fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> R
         Ok((question, states, costs))
     };
     let (question, states, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    job.update(|r| r.header.read_both(&question.program, &question.preferences));
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
+    let selected = args.engine.select([&*question.program], &args.model);
+    job.update(|r| {
+        r.header.read_both(&question.program, &question.preferences);
+        r.header.select(&selected);
+    });
+    let build = || load::engine(&question.program, &args.model, selected.storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     answer(job, &engine, (&question, kind, costs), args, states)
 }

@@ -1,5 +1,7 @@
 //! `--require`: questions about the strategies that keep requirements.
 
+use std::sync::Arc;
+
 use meliora::engine::Engine;
 use meliora::engine::regions::Regions;
 use meliora::error::Error;
@@ -26,16 +28,13 @@ impl<'a, E: Engine> Under<'a, E> {
     /// # Errors
     /// A limit is hit, or a requirement has no value in some state.
     pub(super) fn new(engine: &'a E, asked: &Asked, asking: &Asking) -> Result<Self, Error> {
-        let program = match &asking.goal {
-            Goal::Target(_) => &asked.program,
-            Goal::Formula(watched) => &watched.program,
-        };
-        let restricted = Requirements::restrict(engine, &asked.requirements)?;
+        let program = asking.goal.program(&asked.program);
+        let restricted = Requirements::restrict(engine, &asking.goal.requirements)?;
         let mut escape = None;
         if let Some((_, requirements)) = &restricted {
             let initial = engine.intersection(&engine.initial_states(), &requirements.unsafe_states)?;
             if let Some(start) = engine.list_states(&initial, 1)?.pop() {
-                escape = requirements.escape(engine, program, &asked.requirements, &start)?;
+                escape = requirements.escape(engine, program, &asking.goal.requirements, &start)?;
             }
         }
         Ok(Under { whole: engine, restricted, escape })
@@ -66,7 +65,7 @@ impl<'a, E: Engine> Under<'a, E> {
     pub(super) fn answer(
         &self,
         asking: &Asking,
-        model: &Program,
+        model: &Arc<Program>,
         regions: &Regions<E::States>,
         precision: f64,
     ) -> Result<(Option<Bound>, Option<bool>), Error> {

@@ -89,7 +89,7 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
     args.engine.validate(&args.model)?;
     let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
     let csv = args.csv.as_deref().map(|path| Target::new(path, &inputs)).transpose()?;
-    let header = args.preferences.header(&args.model).with_engine(args.engine.engine.name());
+    let header = args.engine.header(args.preferences.header(&args.model));
     let report = ValuesReport::of_cost(header, &args.reward, args.precision);
     let (timeout, shown) = (args.model.timeout, args.shown.clone());
     supervise(report, timeout, &shown, move |job| work(job, &args, csv.as_ref()))
@@ -103,11 +103,13 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
         Ok((question, states, costs))
     };
     let (question, given, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    let selected = args.engine.select([&*question.program], &args.model);
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
+        r.header.select(&selected);
         r.header.history = question.preferences.whole_plays();
     });
-    let build = || load::engine(&question.program, &args.model, args.engine.engine, &job.sink);
+    let build = || load::engine(&question.program, &args.model, selected.storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     plan::in_scope(&*engine, &question.program, &args.model, &args.at, &given)?;
     let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];

@@ -7,8 +7,12 @@ use crate::Choose;
 use crate::engine::AnyEngine;
 use crate::error::{Error, Result};
 use crate::model::Program;
+use crate::model::preference::ObjectiveSet;
 use crate::planning::regions::regions;
-use crate::planning::{Analysis, FiniteMemoryStrategy, Kind, StrategyKind};
+use crate::planning::{Analysis, Class, FiniteMemoryStrategy, Joint, Kind, StrategyKind};
+
+/// The most preferred objectives of a class, and the sets of them that are achieved together.
+type JointlyAchieved = (Vec<String>, Vec<(Vec<String>, States)>);
 
 impl Analysis {
     /// Returns the states that are analysed: the explored ones, or with `history = play` those of
@@ -38,6 +42,23 @@ impl Analysis {
     pub fn level_states(&self, kind: Kind) -> Vec<States> {
         let found = &self.levels(kind).found;
         found.iter().map(|level| States::of(self.whole_engine(), level.states.clone())).collect()
+    }
+
+    /// Computes which sets of at least two most preferred objectives of each class one strategy
+    /// achieves together, almost surely: the objectives of the class, and each set with the states of
+    /// the class from which it is achieved, larger sets first. Cost: see [`Joint::new`].
+    ///
+    /// # Errors
+    /// The errors of [`Joint::new`].
+    pub fn jointly(&self) -> Result<Vec<JointlyAchieved>> {
+        let joint = Joint::new(self)?;
+        let names = |set: &ObjectiveSet| self.preferences().owned_names(set);
+        let of_class = |class: &Class<AnyEngine>| {
+            let sets = joint.of_class(self.engine(), class)?.into_iter();
+            let sets = sets.map(|(set, states)| (names(&set), States::of(self.whole_engine(), states)));
+            Ok((names(&class.most_preferred), sets.collect()))
+        };
+        self.classes().into_iter().flat_map(|classes| &classes.list).map(of_class).collect()
     }
 
     /// Returns the strategies of one kind, which do not borrow from the analysis.

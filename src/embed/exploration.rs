@@ -13,7 +13,7 @@ use crate::model::preference::History;
 use crate::planning::result::ModelCounts;
 use crate::planning::temporal::{accepting_regions, secured};
 use crate::planning::{Analysis, Options};
-use crate::reach::{Goal, holds};
+use crate::reach::{Goal, Target, holds};
 
 /// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]
@@ -130,16 +130,14 @@ impl Exploration {
             let diagnostic = Diagnostic::new(&source, 0..question.len(), message);
             return Err(diagnostic.help("`meliora reach --property` computes it").into());
         }
-        let engine = match &goal {
-            Goal::Target(_) => self.engine.reading(Arc::new(program))?,
-            Goal::Formula(watched) => {
-                AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?
-            }
+        let engine = match &goal.watched {
+            None => self.engine.reading(Arc::new(program))?,
+            Some(watched) => AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?,
         };
         let of = |set| States::of(&engine, set);
-        let target = match &goal {
-            Goal::Target(target) => of(engine.states_where(*target)?),
-            Goal::Formula(watched) => of(secured(&engine, &accepting_regions(&engine, &watched.condition)?)?),
+        let target = match &goal.target {
+            Target::States(target) => of(engine.states_where(*target)?),
+            Target::Formula(condition) => of(secured(&engine, &accepting_regions(&engine, condition)?)?),
         };
         let found = goal.restricted(&engine, goal.regions(&engine)?)?;
         let holds = match asked {

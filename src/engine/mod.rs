@@ -11,6 +11,7 @@ pub(crate) mod edge_labels;
 pub(crate) mod explicit;
 pub(crate) mod parallel;
 pub mod regions;
+mod selection;
 pub(crate) mod symbolic;
 
 use std::sync::Arc;
@@ -21,6 +22,7 @@ pub use edge_labels::EdgeLabels;
 pub use explicit::ExplicitEngine;
 use num_bigint::BigUint;
 pub use parallel::Sets;
+pub use selection::Selection;
 use serde::Serialize;
 use strum::{EnumString, IntoStaticStr, VariantArray};
 pub use symbolic::{Order, SymbolicEngine};

@@ -4,8 +4,8 @@ use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::Style;
-use super::text::{aligned, plural};
-use crate::engine::Scope;
+use super::text::{aligned, plural, wrapped};
+use crate::engine::{Scope, Selection};
 use crate::escape;
 use crate::model::preference::Preferences;
 use crate::model::valuation::json;
@@ -28,6 +28,9 @@ pub struct Header {
     /// The name of the engine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub engine: Option<&'static str>,
+    /// Why `--engine auto` has taken this engine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub engine_reason: Option<String>,
     /// The valuations that are states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scope: Option<Scope>,
@@ -62,6 +65,12 @@ impl Header {
         self
     }
 
+    /// Adds the engine that is taken, and why.
+    pub fn select(&mut self, selection: &Selection) {
+        self.engine = Some(selection.storage.name());
+        self.engine_reason.clone_from(&selection.reason);
+    }
+
     /// Adds the contents of the model.
     pub fn read(&mut self, program: &Program) {
         if let Some(model) = &mut self.model {
@@ -81,13 +90,16 @@ impl Header {
     }
 
     /// Returns the settings with their names.
-    pub(super) fn settings(&self) -> Vec<(&'static str, &'static str)> {
+    pub(super) fn settings(&self) -> Vec<(&'static str, String)> {
+        let reason = self.engine_reason.iter().map(|reason| format!(" ({reason})"));
+        let engine = self.engine.map(|name| reason.fold(name.to_owned(), |text, reason| text + &reason));
+        let own = |value: Option<&str>| value.map(str::to_owned);
         let all = [
-            ("engine", self.engine),
-            ("scope", self.scope.map(Scope::name)),
-            ("safety", self.safety),
-            ("empty", self.empty.flatten()),
-            ("history", self.history),
+            ("engine", engine),
+            ("scope", own(self.scope.map(Scope::name))),
+            ("safety", own(self.safety)),
+            ("empty", own(self.empty.flatten())),
+            ("history", own(self.history)),
         ];
         all.into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
     }
@@ -98,8 +110,13 @@ impl Header {
         let files = files.into_iter().flatten().collect::<Vec<_>>().join(" with ");
         let first = first.into_iter().map(|(name, value)| format!("{name} {value}"));
         let settings = self.settings().into_iter().map(|(name, value)| format!("{name} {value}"));
-        let settings = first.chain(settings).collect::<Vec<_>>().join(" · ");
-        format!("{}\n{}\n", style.bold(&escape::line(&files)), style.dim(&settings))
+        let mut settings: Vec<String> = first.chain(settings).map(|setting| setting + " ·").collect();
+        if let Some(last) = settings.last_mut() {
+            last.truncate(last.len() - " ·".len());
+        }
+        let width = style.width.map_or(usize::MAX, usize::from);
+        let settings = wrapped(&settings, "", width);
+        format!("{}\n{}\n", style.bold(&escape::line(&files)), style.dim(settings.trim_end()))
     }
 
     /// Renders type, variables, constants and sizes of the model; empty until it is read.

@@ -7,10 +7,8 @@ use serde::Serialize;
 
 use super::Style;
 use super::envelope::{Envelope, Findings};
-use super::header::Header;
 use super::report::{Failure, Report};
 use super::text::{self, Grid};
-use crate::engine::Scope;
 use crate::lang::flat::Flat;
 use crate::model::Program;
 use crate::model::rewards::{Earner, RewardStructure};
@@ -22,12 +20,6 @@ const MOST_NAMES: usize = 6;
 /// The results of `info`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct InfoFindings {
-    /// The name of the engine.
-    #[serde(skip)]
-    pub engine: &'static str,
-    /// The valuations that are states.
-    #[serde(skip)]
-    pub scope: Scope,
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
     /// The variables of the diagram from the top; `None` for the explicit engine.
@@ -84,11 +76,6 @@ pub struct Nodes {
 }
 
 impl InfoReport {
-    /// Creates a report without results.
-    pub fn with_settings(header: Header, engine: &'static str, scope: Scope) -> Self {
-        Envelope::of(header, InfoFindings { engine, scope, ..InfoFindings::default() })
-    }
-
     fn variables(&self, style: Style) -> String {
         let mut grid = Grid::new(&["variable", "range", "bits"], style);
         for v in self.header.model.iter().flat_map(|model| &model.variables) {
@@ -126,42 +113,24 @@ impl InfoReport {
         }
         if let Some(order) = &self.order {
             let width = usize::from(style.width.unwrap_or(100)).saturating_sub(2).max(20);
-            let _ = write!(out, "\n{}\n{}", style.bold("Order of the BDD variables"), wrapped(order, width));
+            let _ = write!(
+                out,
+                "\n{}\n{}",
+                style.bold("Order of the BDD variables"),
+                text::wrapped(order, "  ", width)
+            );
             if let Some(reason) = &self.order_reason {
                 let words: Vec<String> = reason.split(' ').map(str::to_owned).collect();
-                out += &wrapped(&words, width);
+                out += &text::wrapped(&words, "  ", width);
             }
         }
         out
     }
 }
 
-/// Breaks words into indented lines of at most `width` columns.
-fn wrapped(words: &[String], width: usize) -> String {
-    let (mut out, mut line) = (String::new(), String::new());
-    for word in words {
-        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
-            let _ = writeln!(out, "  {line}");
-            line.clear();
-        }
-        if !line.is_empty() {
-            line.push(' ');
-        }
-        line.push_str(word);
-    }
-    if !line.is_empty() {
-        let _ = writeln!(out, "  {line}");
-    }
-    out
-}
-
 impl Findings for InfoFindings {
     const SCHEMA: &str = "meliora.info/1";
     const PHASES: &[(&str, &str)] = &[("parse", "parse"), ("build", "build"), ("count", "count")];
-
-    fn settings(&self) -> Vec<(&'static str, String)> {
-        vec![("engine", self.engine.to_owned()), ("scope", self.scope.name().to_owned())]
-    }
 
     fn body(report: &InfoReport, style: Style) -> String {
         let sizes = report.header.sizes(report.counts.as_ref(), style);

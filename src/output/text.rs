@@ -174,6 +174,25 @@ pub(super) fn listed(rows: &[Vec<String>], style: Style) -> String {
     out
 }
 
+/// Joins words with spaces, in indented lines of at most `width` characters.
+pub(super) fn wrapped(words: &[String], indent: &str, width: usize) -> String {
+    let (mut out, mut line) = (String::new(), String::new());
+    for word in words {
+        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
+            let _ = writeln!(out, "{indent}{line}");
+            line.clear();
+        }
+        if !line.is_empty() {
+            line.push(' ');
+        }
+        line.push_str(word);
+    }
+    if !line.is_empty() {
+        let _ = writeln!(out, "{indent}{line}");
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

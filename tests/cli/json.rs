@@ -15,6 +15,7 @@ fn check_has_the_keys_of_the_contract_in_their_order() {
             "schema",
             "model",
             "engine",
+            "engine_reason",
             "scope",
             "safety",
             "empty",
@@ -98,6 +99,7 @@ fn reach_has_the_keys_of_the_contract_in_their_order() {
             "schema",
             "model",
             "engine",
+            "engine_reason",
             "scope",
             "counts",
             "target",
@@ -121,7 +123,10 @@ fn reach_has_the_keys_of_the_contract_in_their_order() {
 #[test]
 fn info_has_the_keys_of_the_contract_in_their_order() {
     let report = run("info models/toy.prism --json").expect(0).json();
-    assert_eq!(keys(&report)[..5], ["schema", "model", "counts", "order", "nodes"]);
+    assert_eq!(
+        keys(&report)[..8],
+        ["schema", "model", "engine", "engine_reason", "scope", "counts", "order", "nodes"]
+    );
     assert_eq!(report["schema"], "meliora.info/1");
     assert_eq!(report["order"], json!(["s.2", "s.1", "s.0"]));
     assert!(report["nodes"]["transition"].as_u64().unwrap() > 0);

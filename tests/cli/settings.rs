@@ -7,12 +7,13 @@ use crate::common::{Finished, Scratch, meliora};
 
 /// The settings that every model is asked under; FILE is an order that nobody would choose.
 const SETTINGS: &[&str] = &[
-    "--order auto",
-    "--order auto",
+    "--engine auto",
+    "--engine symbolic",
+    "--engine symbolic",
     "--order declared",
     "--order FILE",
-    "--threads 2",
-    "--memory 3MiB",
+    "--engine symbolic --threads 2",
+    "--engine symbolic --memory 3MiB",
     "--order FILE --threads 2 --memory 4MiB",
     "--order FILE --threads 2 --memory 24MiB",
     "--engine explicit",
@@ -20,7 +21,7 @@ const SETTINGS: &[&str] = &[
 ];
 
 /// Parts of a report that are about the work and not about the answer.
-const ABOUT_THE_WORK: &[&str] = &["time", "memory", "engine", "order", "nodes"];
+const ABOUT_THE_WORK: &[&str] = &["time", "memory", "engine", "engine_reason", "order", "nodes"];
 
 /// Returns the report of a command without the fields about the work, such as times and memory.
 fn answer(command: &str, options: &[&str]) -> Map<String, Value> {

@@ -90,8 +90,20 @@ fn the_reports_have_their_keys_in_order() {
     assert_eq!(
         keys(&report),
         [
-            "schema", "model", "engine", "scope", "safety", "empty", "kind", "choose", "reward", "asked",
-            "states", "time", "memory"
+            "schema",
+            "model",
+            "engine",
+            "engine_reason",
+            "scope",
+            "safety",
+            "empty",
+            "kind",
+            "choose",
+            "reward",
+            "asked",
+            "states",
+            "time",
+            "memory"
         ]
     );
     let state = &report["states"][0];

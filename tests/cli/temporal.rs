@@ -59,11 +59,14 @@ fn a_property_file_has_temporal_formulas_too() {
     let properties = "\"often\": Pmax>0 [ G x<3 ];\nP>=1 [ F x=3 ]\n\"not\": P>=1 [ (x=0) U (G x=3) ];\n";
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", properties)]);
     let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-    let asked =
-        Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"])).expect(1).json();
-    assert_eq!(asked["properties"][0]["holds"], json!(true));
-    assert_eq!(asked["properties"][1]["holds"], json!(false));
-    assert!(asked["properties"][2]["reason"].as_str().unwrap().contains("not supported"));
+    for engine in ["symbolic", "explicit"] {
+        let mut command = meliora();
+        command.args(["reach", &model, "--properties", &file, "--engine", engine, "--json"]);
+        let asked = Finished::of(&mut command).expect(1).json();
+        assert_eq!(asked["properties"][0]["holds"], json!(true));
+        assert_eq!(asked["properties"][1]["holds"], json!(false));
+        assert!(asked["properties"][2]["reason"].as_str().unwrap().contains("not supported"));
+    }
 }
 
 #[test]

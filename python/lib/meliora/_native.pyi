@@ -517,6 +517,16 @@ class Analysis:
         the order of declaration; () is the class of the states without an almost-sure objective.
         Empty if a limit ended the work before.
         """
+    def jointly(self) -> dict[tuple[str, ...], dict[tuple[str, ...], Region]]:
+        """Computes which most preferred objectives of each class one strategy achieves together, in the
+        same path, almost surely. The keys are those of `classes`; the values are dictionaries from
+        tuples of at least two objectives to the states of the class from which this is possible,
+        larger sets first.
+
+        Raises:
+            UsageError: A class has more than 10 most preferred objectives, or a limit ended the work
+                before the classes were known.
+        """
     def most_preferred(self, state: _State) -> tuple[str, ...]:
         """Returns the most preferred objectives of a state, in the order of declaration."""
     @property

@@ -39,7 +39,8 @@ impl Bounds {
             Node::Literal(Value::Int(i)) => Some((i.into(), i.into())),
             Node::Literal(_) => Some((0, 1)),
             Node::Var(v) => {
-                let declared = &program.variables[v.index()];
+                // A formula that was refused leaves the variable of a monitor that is not installed.
+                let declared = program.variables.get(v.index())?;
                 Some((declared.low.into(), declared.high.into()))
             }
             Node::Unary(op, a) => {

@@ -90,10 +90,32 @@ impl RelationList {
         self.kind == ListKind::Changing
     }
 
+    /// Moves the lists that this one keeps alive to `lists`.
+    fn take_lists_below(&mut self, lists: &mut Vec<Arc<RelationList>>) {
+        lists.extend(self.cofactors.take().into_iter().flat_map(|all| all.0).flatten());
+        if let Some(layers) = self.layers.take() {
+            lists.extend(layers.here);
+            lists.push(layers.below);
+        }
+    }
+
     /// Returns the states that allow a step, if the list has one relation and all steps keep the
     /// state.
     pub(super) fn kept(&self) -> Option<&Bdd> {
         self.entries.first().filter(|_| self.kind == ListKind::Keeps).map(|e| &e.relation)
+    }
+}
+
+impl Drop for RelationList {
+    /// Drops the lists below in a loop: as a recursion this would be as deep as a state has bits.
+    fn drop(&mut self) {
+        let mut open = Vec::new();
+        self.take_lists_below(&mut open);
+        while let Some(list) = open.pop() {
+            if let Some(mut last) = Arc::into_inner(list) {
+                last.take_lists_below(&mut open);
+            }
+        }
     }
 }
 
