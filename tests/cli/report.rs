@@ -66,6 +66,7 @@ fn maps_are_over_the_first_two_integers_where_no_names_suggest_better_ones() {
 fn the_play_shown_keeps_what_is_promised() {
     let page = run(ROBOT).expect(0).stdout;
     assert!(page.contains("The run makes 2 improvements, and achieves "), "{page}");
+    assert!(page.contains("<details open><summary class=\"hint\">All steps"), "short runs are shown in full");
     let page = run(&format!("{ROBOT} --kind sasi")).expect(0).stdout;
     assert!(page.contains("All guaranteed improvements happen: 2 improvements."), "{page}");
     let lucky = run(&format!("{ROBOT} --kind spi --strategy permissive")).expect(0).stdout;
@@ -73,6 +74,12 @@ fn the_play_shown_keeps_what_is_promised() {
         lucky.contains("The run is cut off after 500 steps") || lucky.contains("No simulated run made all"),
         "{lucky}"
     );
+    if lucky.contains("after 500 steps") {
+        assert!(
+            lucky.contains("<details><summary class=\"hint\">All steps"),
+            "long runs are folded, not cut"
+        );
+    }
 }
 
 #[test]
@@ -101,6 +108,10 @@ fn other_formats_are_pictures() {
     assert!(hasse.starts_with("<svg") && hasse.matches("class=\"cover\"").count() == 6, "{hasse}");
     let map = run(&format!("{ROBOT} --format svg --scope all --at r=0,c=0,b=3")).expect(0).stdout;
     assert_eq!(map.matches("class=\"cell\"").count(), 25);
+    assert!(
+        map.contains("#bee6c8") && !map.contains("var("),
+        "programs that draw SVG know no variables: {map}"
+    );
     let dot = run(&format!("{ROBOT} --format dot")).expect(0).stdout;
     assert!(dot.starts_with("digraph") && dot.matches(" -> ").count() == 9, "{dot}");
 }

@@ -121,7 +121,7 @@ impl Heat {
 
     fn look(&self, measure: Measure, value: Option<f64>) -> Look {
         match value.filter(|&x| x > 0.0 || matches!(measure, Measure::Steps(_))) {
-            Some(x) => Look::colored(palette::scale(measure.share(x, self.range(measure))), digits(x)),
+            Some(x) => Look::scaled(measure.share(x, self.range(measure)), digits(x)),
             None => Look::none(if matches!(measure, Measure::Steps(_)) { "–" } else { "0" }.to_owned()),
         }
     }

@@ -19,6 +19,9 @@ use crate::quantities::Choose;
 /// Controls of more variables than this are folded at first.
 const FOLDED: usize = 6;
 
+/// Runs of more steps than this are folded at first.
+const LONG: usize = 60;
+
 /// The page.
 pub(super) fn page(content: &Content<'_>) -> String {
     let check = content.check;
@@ -282,7 +285,7 @@ fn played(play: &Play) -> Markup {
                 }
                 b { (words::outcome(play)) }
             }
-            div.scroll { table.turns {
+            details open[turns.len() <= LONG] { summary.hint { "All steps" } div.scroll { table.turns {
                 thead { tr {
                     th.n { "step" } th { "action" } th { "to" } th.n { "chance" } th { "sure" } th { "rank" } th {}
                 } }
@@ -290,7 +293,7 @@ fn played(play: &Play) -> Markup {
                     tr data-turn="0" { td.n { "0" } td { "start" } td {} td {} td {} td {} td {} }
                     @for (index, turn) in turns.iter().enumerate() { (turn_row(index + 1, turn)) }
                 }
-            } }
+            } } }
         }
     }
 }

@@ -116,7 +116,7 @@ impl Content<'_> {
             Picture::Hasse => hasse::svg(&self.order(), true),
             _ => map::svg(self, self.projections?, picture),
         };
-        Some(drawn.into_string())
+        Some(plain(&drawn.into_string()))
     }
 
     /// Renders the preference order in the DOT language.
@@ -140,9 +140,21 @@ impl Content<'_> {
     }
 }
 
+/// Replaces variables of CSS by their default values, for programs that do not know them.
+fn plain(svg: &str) -> String {
+    let mut parts = svg.split("var(");
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (variable, rest) = part.split_once(')').unwrap_or((part, ""));
+        out.push_str(variable.split_once(", ").map_or(variable, |(_, value)| value));
+        out.push_str(rest);
+    }
+    out
+}
+
 /// Renders the Hasse diagram of a preference order without a model, as SVG.
 pub fn order_svg(preferences: &Outline) -> String {
     let names: Vec<&str> = preferences.objectives.iter().map(|(name, _)| name.as_str()).collect();
     let order = hasse::Order::new(&preferences.order, preferences.empty, &names, |_| None);
-    hasse::svg(&order, true).into_string()
+    plain(&hasse::svg(&order, true).into_string())
 }

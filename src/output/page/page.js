@@ -82,7 +82,9 @@
     const below = Math.min(Math.floor(place), stops.length - 2);
     const rgb = stops[below].map((from, i) => Math.round(from + (stops[below + 1][i] - from) * (place - below)));
     const light = 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2];
-    return { fill: 'rgb(' + rgb + ')', ink: light > 140 ? '#1a1a1a' : '#ffffff' };
+    // The light end follows the theme.
+    const fill = place < 1 ? 'color-mix(in srgb, var(--one), rgb(' + stops[1] + ') ' + 100 * place + '%)' : 'rgb(' + rgb + ')';
+    return { fill, ink: light > 140 ? 'var(--one-ink)' : '#ffffff' };
   }
 
   /** Returns the best value of the states of a cell; `others` are values or null for any. */
@@ -95,7 +97,7 @@
       if (found === null || (measure.steps ? value < found : value > found)) found = value;
     }
     if (found === null || (found === 0 && !measure.steps)) {
-      return { text: measure.steps ? '–' : '0', color: { fill: 'var(--none, #f3f1e9)', ink: 'var(--none-ink, #1a1a1a)' } };
+      return { text: measure.steps ? '–' : '0', color: { fill: 'var(--none)', ink: 'var(--none-ink)' } };
     }
     const share = measure.high > measure.low ? (found - measure.low) / (measure.high - measure.low) : 0;
     return { text: digits(found), color: scale(measure.steps ? 1 - share : share) };

@@ -68,6 +68,12 @@ impl Look {
         Look { fill: palette::css(color), ink: palette::ink(color), text }
     }
 
+    /// Returns a text on the colour of a share.
+    pub(super) fn scaled(share: f64, text: String) -> Self {
+        let (fill, ink) = palette::scaled(share);
+        Look { fill, ink, text }
+    }
+
     /// Returns a text on the colour for nothing.
     pub(super) fn none(text: String) -> Self {
         Look::colored(palette::NONE, text)

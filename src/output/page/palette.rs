@@ -50,20 +50,37 @@ pub(super) fn scale(share: f64) -> Rgb {
     mix(LADDER[below], LADDER[below + 1], place - below as f64)
 }
 
-/// Returns a colour as a value of CSS; the colour for nothing follows the theme of the page.
+/// Returns the colour of a share and the colour of texts on it, as values of CSS. The light end follows
+/// the theme of the page.
+pub(super) fn scaled(share: f64) -> (String, &'static str) {
+    let (color, percent) = (scale(share), 100.0 * share * (LADDER.len() - 1) as f64);
+    let ink = if ink(color) == "#ffffff" { "#ffffff" } else { ink(LADDER[0]) };
+    match percent {
+        p if p > 0.0 && p < 100.0 => {
+            (format!("color-mix(in srgb, {}, {} {p:.0}%)", css(LADDER[0]), hex(LADDER[1])), ink)
+        }
+        _ => (css(color), ink),
+    }
+}
+
+/// Returns a colour as a value of CSS; the lightest colours follow the theme of the page.
 pub(super) fn css(color: Rgb) -> String {
-    if color == NONE { format!("var(--none, {})", hex(NONE)) } else { hex(color) }
+    match color {
+        NONE => format!("var(--none, {})", hex(NONE)),
+        color if color == LADDER[0] => format!("var(--one, {})", hex(color)),
+        _ => hex(color),
+    }
 }
 
 /// Returns the colour of a class by its position; `None` stands for the class `nothing`.
 pub(super) fn class(position: Option<usize>) -> Rgb {
     let Some(position) = position else { return NONE };
     let base = CLASSES[position % CLASSES.len()];
-    // With more classes than colours, the colours repeat, first paler and then darker.
+    // With more classes than colours, the colours repeat, first darker and then paler.
     match position / CLASSES.len() {
         0 => base,
-        1 => mix(base, [255, 255, 255], 0.55),
-        _ => mix(base, [0, 0, 0], 0.45),
+        1 => mix(base, [0, 0, 0], 0.45),
+        _ => mix(base, [255, 255, 255], 0.55),
     }
 }
 
@@ -78,6 +95,9 @@ pub(super) fn ink(on: Rgb) -> &'static str {
     if on == NONE {
         return "var(--none-ink, #1a1a1a)";
     }
+    if on == LADDER[0] {
+        return "var(--one-ink, #1a1a1a)";
+    }
     if 0.299 * r + 0.587 * g + 0.114 * b > 140.0 { "#1a1a1a" } else { "#ffffff" }
 }
 
@@ -89,6 +109,15 @@ pub(super) fn hex([r, g, b]: Rgb) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_light_end_of_the_scale_follows_the_theme() {
+        let (light, one) = ("var(--one, #bee6c8)", "var(--one-ink, #1a1a1a)");
+        assert_eq!(scaled(0.0), (light.to_owned(), one));
+        assert_eq!(scaled(0.05), (format!("color-mix(in srgb, {light}, #2e98b8 20%)"), one));
+        assert_eq!(scaled(0.25), (hex(LADDER[1]), "#ffffff"));
+        assert_eq!(scaled(1.0), (hex(LADDER[4]), "#ffffff"));
+    }
 
     #[test]
     fn more_improvements_are_darker() {
