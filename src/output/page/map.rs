@@ -263,7 +263,7 @@ pub(super) fn view_text(projections: &Projections, view: &View) -> String {
 /// Renders the cells with the numbers of their rows and columns.
 fn cells(layer: Layer<'_>, paint: &Paint<'_>) -> Markup {
     let projections = paint.projections;
-    let ring = SIDE / 2 - 3;
+    let (left, ring) = (left(projections), SIDE / 2 - 3);
     // In a picture of many small cells, a ring around one cell would be invisible.
     let many = projections.columns().len().min(SIDE * projections.rows().len() / 2);
     html! {
@@ -276,13 +276,13 @@ fn cells(layer: Layer<'_>, paint: &Paint<'_>) -> Markup {
             @for (i, row) in paint.cells.iter().enumerate() {
                 @for (j, found) in row.iter().enumerate() {
                     @let number = i * row.len() + j;
-                    (cell(layer, paint, number, (left(projections) + SIDE * j, SIDE * i), found))
+                    (cell(layer, paint, number, (left + SIDE * j, SIDE * i), found))
                 }
             }
         }
         @if is_large(projections) { (spots(paint)) }
         @if let Some((i, j)) = start(projections) {
-            @let (x, y) = (left(projections) + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
+            @let (x, y) = (left + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
             circle.start cx=(x) cy=(y) r=(ring.max(many)) { title { "start" } }
         }
         rect.chosen width=(SIDE) height=(SIDE) visibility="hidden" {}
