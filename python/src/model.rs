@@ -105,8 +105,8 @@ impl Model {
     }
 
     fn explored(slf: &Bound<'_, Self>, asked: &Asked<'_, '_>, call: &Call) -> PyResult<Exploration> {
-        let (settings, worker) = asked.settings()?;
         let model = slf.get();
+        let (settings, worker) = asked.settings(model.inner.program())?;
         let space = Space { worker, names: Arc::clone(&model.names) };
         Exploration::explore((&model.inner, slf.clone().into_any()), space, settings, call)
     }
@@ -354,7 +354,8 @@ impl Model {
     ///
     /// Args:
     ///     scope: The valuations that are states: "reachable" from the initial states, or "all".
-    ///     engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list.
+    ///     engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list,
+    ///         "auto" for "explicit" if the model is so small that this is faster.
     ///     memory: Bytes for the tables of the engine, or a text such as "2GiB"; None for half of
     ///         the machine's memory.
     ///     order: The order of the bits in diagrams: "auto", "declared", or names of variables or

@@ -3,7 +3,8 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
-use meliora::engine::Order;
+use meliora::engine::{Order, Selection};
+use meliora::model::Program;
 use meliora::planning::{Options, Scheduler, StrategyKind};
 use meliora::supervise::memory::{default_memory, parse};
 use meliora::{Exploration, Safety, Scope, Settings, SourceFile, Storage};
@@ -30,8 +31,16 @@ pub(crate) fn scope(name: &str) -> PyResult<Scope> {
     named("scope", name, Scope::ALL, Scope::name)
 }
 
-pub(crate) fn engine(name: &str) -> PyResult<Storage> {
-    named("engine", name, Storage::ALL, Storage::name)
+/// Returns the engine with a name; "auto" is the one that suits the program and the order.
+fn engine(name: &str, program: &Program, order: &Order) -> PyResult<Storage> {
+    if name == "auto" {
+        let ordered = *order != Order::Auto;
+        return Ok(if ordered { Storage::Symbolic } else { Selection::of([program]).storage });
+    }
+    name.parse().map_err(|_| {
+        let names: Vec<String> = Storage::ALL.iter().map(|storage| format!("{:?}", storage.name())).collect();
+        usage(format!("engine={name:?}: it is one of \"auto\", {}", names.join(", ")))
+    })
 }
 
 pub(crate) fn strategy_kind(name: &str) -> PyResult<StrategyKind> {
@@ -64,13 +73,13 @@ pub(crate) struct Asked<'a, 'py> {
 }
 
 impl Asked<'_, '_> {
-    /// Converts the options to settings of the library, with a new worker.
+    /// Converts the options for a program to settings of the library, with a new worker.
     ///
     /// # Errors
     /// `UsageError` if an option is unknown, or options are inconsistent.
-    pub(crate) fn settings(&self) -> PyResult<(Settings, Arc<Worker>)> {
-        let storage = engine(self.engine)?;
+    pub(crate) fn settings(&self, program: &Program) -> PyResult<(Settings, Arc<Worker>)> {
         let order = order(self.order)?;
+        let storage = engine(self.engine, program, &order)?;
         if storage == Storage::Explicit && order != Order::Auto {
             return Err(usage("`order` orders bits of diagrams: the engine \"explicit\" has none"));
         }

@@ -118,6 +118,17 @@ def test_reachable_states_are_the_scope_by_default(robot: meliora.Model, wishes:
     assert np.isnan(found.sasi.to_numpy("r", "c")[0, 2])
 
 
+def test_small_models_are_explicit_with_the_engine_auto() -> None:
+    small, large = (meliora.Model.from_file(MODELS / "chain.prism", constants={"N": n}) for n in (4, 400))
+    assert small.explore(engine="auto").engine == "explicit"
+    assert large.explore(engine="auto").engine == "symbolic"
+    # An order is one of diagrams.
+    assert small.explore(engine="auto", order="declared").engine == "symbolic"
+    assert small.check(MODELS / "chain.pref", engine="auto").engine == "explicit"
+    with pytest.raises(meliora.UsageError, match='"auto", "symbolic", "explicit"'):
+        small.explore(engine="quick")  # type: ignore[arg-type]
+
+
 def test_safety_and_levels_can_be_chosen(robot: meliora.Model, engine: Engine) -> None:
     path = MODELS / "robot5x5.pref"
     explored = robot.explore(scope="all", engine=engine)

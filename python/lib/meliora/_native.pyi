@@ -38,7 +38,7 @@ _Path: TypeAlias = str | PathLike[str]
 _Rank: TypeAlias = int | float
 _Timeout: TypeAlias = float | str
 _Scope: TypeAlias = Literal["reachable", "all"]
-_Engine: TypeAlias = Literal["symbolic", "explicit"]
+_Engine: TypeAlias = Literal["auto", "symbolic", "explicit"]
 _Safety: TypeAlias = Literal["action", "transition", "prefix"]
 _Kind: TypeAlias = Literal["sasi", "spi"]
 _StrategyKind: TypeAlias = Literal["sasi", "spi", "plan", "achieve"]
@@ -212,7 +212,8 @@ class Model:
 
         Args:
             scope: The valuations that are states: "reachable" from the initial states, or "all".
-            engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list.
+            engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list,
+                "auto" for "explicit" if the model is so small that this is faster.
             memory: Bytes for the tables of the engine, or a text such as "2GiB"; None for half of
                 the machine's memory.
             order: The order of the bits in diagrams: "auto", "declared", or names of variables or
@@ -363,7 +364,7 @@ class Exploration:
     def model(self) -> Model:
         """The model."""
     @property
-    def engine(self) -> _Engine:
+    def engine(self) -> Literal["symbolic", "explicit"]:
         """`"symbolic"` or `"explicit"`."""
     @property
     def scope(self) -> _Scope:
@@ -461,7 +462,7 @@ class Analysis:
     def preferences(self) -> Preferences:
         """The preferences."""
     @property
-    def engine(self) -> _Engine:
+    def engine(self) -> Literal["symbolic", "explicit"]:
         """`"symbolic"` or `"explicit"`."""
     @property
     def scope(self) -> _Scope:
