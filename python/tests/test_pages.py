@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,17 +13,34 @@ from conftest import ROOT
 PAGES = ["docs/python.md", "python/README.md"]
 
 
+def run(page: str) -> dict[str, Any]:
+    """Runs the blocks of a page as one program; returns its names."""
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert blocks
+    random.seed(1)
+    names: dict[str, Any] = {"__name__": "__main__"}
+    for block in blocks:
+        exec(compile(block, page, "exec"), names)
+    return names
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_the_code_of_a_page_runs_as_written(page: str, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("numpy")
     pytest.importorskip("dd")
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL)
-    assert blocks
     monkeypatch.chdir(ROOT)
-    random.seed(1)
-    names: dict[str, Any] = {}
-    for block in blocks:
-        exec(compile(block, page, "exec"), names)
+    names = run(page)
     # The numbers in comments; those of the README are the paper's.
     shown = {"python/README.md": ([768, 98], [1946, 1477, 1165, 1010, 1004]), "docs/python.md": ([12], [1412])}
     assert (names["found"].sasi.counts, names["found"].spi.counts) == shown[page]
+
+
+def test_the_sweeps_of_the_page_on_sweeps_have_the_same_rows(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    pandas = pytest.importorskip("pandas")
+    (tmp_path / "models").symlink_to(ROOT / "models")
+    monkeypatch.chdir(tmp_path)
+    run("docs/sweeps.md")
+    one, other = (pandas.read_csv(tmp_path / name).filter(regex="^N$|^s|^c|^t") for name in ("chain.csv", "dask.csv"))
+    one, other = (table.drop(columns="seconds") for table in (one, other))
+    assert len(one) == 20 and one.equals(other)

@@ -8,7 +8,8 @@
     [768, 98]
 
 ``Model`` and ``Preferences`` are parsed texts. ``Model.check`` returns an ``Analysis`` with its ``Region`` objects,
-``Levels``, and a ``Strategy`` of each kind. ``Model.explore`` returns an ``Exploration`` for many queries.
+``Levels``, and a ``Strategy`` of each kind. ``Model.explore`` returns an ``Exploration`` for many queries. ``sweep``
+analyses a model for many values of its constants.
 Long calls release the interpreter, stop on Ctrl-C, and accept ``timeout`` in seconds and a ``progress`` callback.
 """
 
@@ -32,6 +33,7 @@ from ._native import (
     Variable,
     __version__,
 )
+from ._sweep import sweep
 from .errors import Error, InputError, LimitError, OutOfMemory, OutOfTime, Problem, TooLarge, UsageError
 
 __all__ = [
@@ -61,4 +63,5 @@ __all__ = [
     "UsageError",
     "Variable",
     "__version__",
+    "sweep",
 ]
