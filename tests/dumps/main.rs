@@ -13,5 +13,6 @@ mod plays;
 #[path = "../common/random_program.rs"]
 mod random_program;
 mod requirements;
+mod threads;
 mod values;
 mod verify;
