@@ -111,6 +111,7 @@ mod random;
 pub mod reach;
 mod reading;
 mod span;
+mod stack;
 #[cfg(feature = "supervise")]
 pub mod supervise;
 pub mod tutorial;

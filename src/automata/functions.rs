@@ -7,10 +7,7 @@
 use ahash::AHashMap;
 
 use crate::error::{Limit, Result};
-
-/// Recursion continues on a new stack of `STACK_MORE` bytes when fewer than `STACK_LEFT` are left.
-pub(crate) const STACK_LEFT: usize = 64 << 10;
-pub(crate) const STACK_MORE: usize = 4 << 20;
+use crate::stack;
 
 /// A function, given by the position of its root in `Functions::nodes`.
 pub(crate) type Function = u32;
@@ -103,9 +100,8 @@ impl Functions {
         }
         let top = self.top(f).min(self.top(g)).min(self.top(h));
         let ((f0, f1), (g0, g1), (h0, h1)) = (self.halves(f, top), self.halves(g, top), self.halves(h, top));
-        let (low, high) = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || {
-            Ok::<_, crate::error::Error>((self.ite(f0, g0, h0)?, self.ite(f1, g1, h1)?))
-        })?;
+        let (low, high) =
+            stack::level(|| Ok::<_, crate::error::Error>((self.ite(f0, g0, h0)?, self.ite(f1, g1, h1)?)))?;
         let found = self.node(top, low, high)?;
         self.combined.insert((f, g, h), found);
         Ok(found)

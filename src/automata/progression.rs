@@ -6,10 +6,11 @@
 
 use ahash::AHashMap;
 
-use super::functions::{FALSE, Function, Functions, STACK_LEFT, STACK_MORE, TRUE};
+use super::functions::{FALSE, Function, Functions, TRUE};
 use super::normal::{Form, Normal, Window};
 use crate::error::{Limit, Result};
 use crate::model::expr::ExprId;
+use crate::stack;
 
 /// First variable of an obligation; smaller variables are atoms of the present state.
 pub(crate) const OBLIGATIONS: u32 = 1 << 16;
@@ -182,7 +183,7 @@ impl Progress {
         if let Some(&known) = self.read.get(&f) {
             return Ok(known);
         }
-        let found = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || {
+        let found = stack::level(|| {
             let (low, high) = self.functions.halves(f, top);
             let (low, high) = (self.read(low)?, self.read(high)?);
             let test = self.fulfil(self.obligations[(top - OBLIGATIONS) as usize])?;

@@ -17,6 +17,7 @@ use num_traits::{FromPrimitive, One, Pow, ToPrimitive, Zero};
 
 use super::expr::{ExprId, ExprPool, Node};
 use super::value::{self, Binary, EvalError, Type, Unary, Value};
+use crate::stack;
 
 /// An exact fraction.
 pub type Ratio = BigRational;
@@ -93,6 +94,10 @@ impl ExprPool {
     /// An operation has no value; [`EvalError::NotAnInteger`] never occurs for reals, so it stands
     /// for a value that is not finite.
     pub fn eval_exact(&self, id: ExprId, state: &[i64]) -> Result<Ratio, EvalError> {
+        stack::level(|| self.eval_exact_node(id, state))
+    }
+
+    fn eval_exact_node(&self, id: ExprId, state: &[i64]) -> Result<Ratio, EvalError> {
         if self.ty(id) != Type::Real {
             return match self.eval(id, state)? {
                 Value::Int(i) => Ok(Ratio::from(BigInt::from(i))),

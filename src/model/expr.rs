@@ -12,6 +12,7 @@ use super::VarId;
 use super::exact::{self, Ratio};
 use super::value::{self, EvalError, Type, Value};
 pub use super::value::{Binary, Unary};
+use crate::stack;
 
 /// The identifier of a node of an [`ExprPool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -245,6 +246,10 @@ impl ExprPool {
     /// # Errors
     /// An operation has no value, for example an overflow or `mod` by zero.
     pub fn eval(&self, id: ExprId, state: &[i64]) -> Result<Value, EvalError> {
+        stack::level(|| self.eval_node(id, state))
+    }
+
+    fn eval_node(&self, id: ExprId, state: &[i64]) -> Result<Value, EvalError> {
         match self.node(id) {
             Node::Literal(v) => Ok(v),
             Node::Var(v) => Ok(match self.ty(id) {

@@ -1,6 +1,7 @@
 //! Random runs under a strategy: the number of improvements, their times, and weakening steps.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use ahash::AHashMap;
 
@@ -85,7 +86,10 @@ impl<'b, E: Engine> Simulation<'b, E> {
             Some(_) => Some(Sample::new(aim(self.book.start(start)?))),
             None => None,
         };
-        for play in 1..=self.setup.runs {
+        let sink = Arc::clone(&self.book.engine.settings().sink);
+        let runs = self.setup.runs;
+        for play in 1..=runs {
+            sink.progress("runs", &|| format!("run {play} of {runs}"));
             let Run { trace, last, settled, pursued } = self.play(start, play)?;
             each(&trace);
             if let Some(sample) = &mut sample {
@@ -111,7 +115,10 @@ impl<'b, E: Engine> Simulation<'b, E> {
             Rank::Unbounded => usize::MAX,
         };
         let mut best = (Trace::default(), PlayEnd::Failed);
-        for play in 1..=self.setup.runs {
+        let sink = Arc::clone(&self.book.engine.settings().sink);
+        let runs = self.setup.runs;
+        for play in 1..=runs {
+            sink.progress("runs", &|| format!("run {play} of {runs}"));
             let Run { trace, settled, .. } = self.play(start, play)?;
             let end = match trace.improvements() >= wanted {
                 true => PlayEnd::Kept,

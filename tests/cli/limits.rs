@@ -15,10 +15,12 @@ fn hard() -> Scratch {
 /// A model with as many brackets and operators as expressions may nest, with its preferences.
 fn nested() -> Scratch {
     let brackets = |inside: &str, n: usize| format!("{}{inside}{}", "(".repeat(n), ")".repeat(n));
-    let sum = format!("{}x{}", "(1+".repeat(1900), ")".repeat(1900));
+    let sum = format!("{}x{}", "(1+".repeat(9_900), ")".repeat(9_900));
+    let steps: String = (0..9_900).map(|i| format!("x={}?({i}):(", i % 4)).collect();
+    let chain = format!("{steps}4{}", ")".repeat(9_900));
     let model = format!(
         "mdp module m x : [0..4] init 0; [a] {} -> 0.5: (x'={}) + 0.5: (x'=2); [b] {}(x=1) & {sum}>0 -> (x'=3);
-         [c] x<3 -> (x'=4); endmodule rewards \"r\" true : {}; endrewards",
+         [c] x<3 -> (x'=min(4, {chain})); endmodule rewards \"r\" true : {}; endrewards",
         brackets("x=0", 10_000),
         brackets("1", 10_000),
         "!".repeat(1000),

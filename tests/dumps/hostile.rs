@@ -291,10 +291,10 @@ fn a_long_row_of_regions_is_read_without_depth() {
 
 #[test]
 fn high_expressions_are_refused_before_an_engine_recurses_over_them() {
-    let sum = format!("mdp module m x:[0..3]; [] x{}>0 -> true; endmodule", "+x*x".repeat(5_000));
+    let sum = format!("mdp module m x:[0..3]; [] x{}>0 -> true; endmodule", "+x*x".repeat(11_000));
     assert!(refused(&sum).contains("nests more than"));
     let mut formulas = "mdp formula f0 = x;".to_owned();
-    for i in 1..3_000 {
+    for i in 1..5_000 {
         write!(formulas, "formula f{i} = max(f{0}, mod(f{0}+1, 4));", i - 1).unwrap();
     }
     assert!(refused(&(formulas + "module m x:[0..3]; endmodule")).contains("nests more than"));

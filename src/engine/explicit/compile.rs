@@ -13,6 +13,7 @@ use crate::model::Program;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::Type;
 use crate::progress::Poll;
+use crate::stack;
 
 /// The compiler for the expressions of a program.
 pub(super) struct Compiler<'a> {
@@ -106,7 +107,7 @@ impl<'a> Compiler<'a> {
                 self.emit(op);
                 result
             }
-            None => self.compute(e),
+            None => stack::level(|| self.compute(e)),
         }
     }
 
@@ -196,7 +197,11 @@ impl<'a> Compiler<'a> {
 
     /// Emits jumps that are taken if `e` equals `value`; otherwise execution continues after them.
     fn jump_if(&mut self, e: ExprId, value: bool, holes: &mut Vec<Hole>) {
-        if self.kept.contains_key(&e) { self.test(e, value, holes) } else { self.branch(e, value, holes) }
+        if self.kept.contains_key(&e) {
+            self.test(e, value, holes);
+        } else {
+            stack::level(|| self.branch(e, value, holes));
+        }
     }
 
     fn branch(&mut self, e: ExprId, value: bool, holes: &mut Vec<Hole>) {

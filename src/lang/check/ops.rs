@@ -5,9 +5,8 @@ use crate::lang::ast::{BinaryOp, Function, NodeKind, Span};
 use crate::model::expr::{Binary, ExprId, Node, Unary};
 use crate::model::value::{Type, Value};
 
-/// Maximum height of an expression after substitution of formulas. Engines recurse over
-/// expressions.
-pub(super) const MAX_HEIGHT: u16 = 2000;
+/// Maximum height of an expression after substitution of formulas.
+pub(super) const MAX_HEIGHT: u16 = 10_000;
 
 impl Lowerer<'_> {
     /// Checks the height of a new node, and records its place if it has no value. Such a node is an

@@ -1,29 +1,37 @@
 //! JSON values that know their place in the text.
 //!
-//! `serde_json` does all the parsing. Its values have no places, but a [`RawValue`] that borrows
-//! from the text is a piece of it, so its address gives the place. Objects and arrays are opened on
-//! demand, one level at a time; nothing is stored in addition to the text.
+//! `serde_json` checks the syntax of the whole text. Its values have no places, so one more pass
+//! records where each object and array ends. With that, objects and arrays are opened on demand,
+//! one level at a time, and a document is read in linear time however deeply it is nested.
 
-use std::borrow::Cow;
-use std::fmt;
-
-use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
-use serde_json::value::RawValue;
+use serde::de::IgnoredAny;
 
 use crate::lang::ast::Span;
 
-/// Maximum nesting of objects and arrays; expressions of real models stay below 60.
-pub(super) const MOST_DEPTH: u32 = 500;
+/// Maximum nesting of objects and arrays.
+pub(super) const MOST_DEPTH: usize = 10_000;
+
+/// Maximum number of objects and arrays.
+const MOST_BRACKETS: usize = 1 << 24;
 
 /// Maximum number of steps in the path to a value, for messages.
 const MOST_STEPS: usize = 40;
 
-/// A value of a document.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Node<'a> {
+/// A text whose syntax was checked.
+pub(super) struct Document<'a> {
     text: &'a str,
+    /// The first byte of the value; only a byte order mark and white space come before it.
     start: usize,
-    depth: u32,
+    /// The first byte of each object and array, ascending, and the byte after its last one.
+    brackets: Vec<(u32, u32)>,
+}
+
+/// A value of a document.
+#[derive(Clone, Copy)]
+pub(super) struct Node<'a> {
+    document: &'a Document<'a>,
+    start: usize,
+    end: usize,
 }
 
 /// The form of a value; objects and arrays are opened by one level.
@@ -73,26 +81,100 @@ pub(super) struct Malformed {
     pub(super) message: String,
 }
 
-/// Returns the document of a text, after a check of its whole syntax. A byte order mark is skipped.
-///
-/// # Errors
-/// The text is not JSON.
-pub(super) fn document(text: &str) -> Result<Node<'_>, Malformed> {
-    let body = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let start = text.len() - body.len();
-    match serde_json::from_str::<&RawValue>(body) {
-        Ok(raw) => Ok(Node { text: raw.get(), start: start + offset(body, raw.get()), depth: 0 }),
-        Err(e) => {
-            let at = start + byte_of(body, e.line(), e.column());
-            Err(Malformed { at: Span::new(at, at + 1), message: reason(&e) })
+impl<'a> Document<'a> {
+    /// Checks the syntax of a text, and returns its document. A byte order mark is skipped.
+    ///
+    /// # Errors
+    /// The text is not JSON, has more than [`MOST_BRACKETS`] objects and arrays, or they nest more
+    /// than [`MOST_DEPTH`] levels deep.
+    pub(super) fn parse(text: &'a str) -> Result<Self, Malformed> {
+        let body = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let skipped = text.len() - body.len();
+        if let Err(e) = serde_json::from_str::<IgnoredAny>(body) {
+            let at = skipped + byte_of(body, e.line(), e.column());
+            let message = format!("this is not JSON: {}", reason(&e));
+            return Err(Malformed { at: Span::new(at, at + 1), message });
         }
+        let start = skipped + (body.len() - body.trim_start_matches(is_space).len());
+        Ok(Document { text, start, brackets: brackets(text)? })
+    }
+
+    /// Returns the value that the text contains.
+    pub(super) fn root(&'a self) -> Node<'a> {
+        self.value_at(self.start)
+    }
+
+    /// Returns the value that starts at a byte.
+    fn value_at(&'a self, start: usize) -> Node<'a> {
+        let end = match self.text.as_bytes()[start] {
+            b'{' | b'[' => match self.brackets.binary_search_by_key(&start, |b| b.0 as usize) {
+                Ok(index) => self.brackets[index].1 as usize,
+                Err(_) => start + 1,
+            },
+            b'"' => end_of_string(self.text.as_bytes(), start),
+            _ => self.text[start..]
+                .find(|c| is_space(c) || ",:]}".contains(c))
+                .map_or(self.text.len(), |n| start + n),
+        };
+        Node { document: self, start, end }
     }
 }
 
+/// Returns where the objects and arrays of a checked text start and end.
+fn brackets(text: &str) -> Result<Vec<(u32, u32)>, Malformed> {
+    let bytes = text.as_bytes();
+    let too_many = |at: usize, most: usize, what: &str| {
+        let message = format!("the document has more than {most} {what}");
+        Malformed { at: Span::new(at, at + 1), message }
+    };
+    let (mut found, mut open, mut at) = (Vec::new(), Vec::new(), 0);
+    while at < bytes.len() {
+        match bytes[at] {
+            b'{' | b'[' if open.len() == MOST_DEPTH => {
+                return Err(too_many(at, MOST_DEPTH, "levels of objects and arrays"));
+            }
+            b'{' | b'[' if found.len() == MOST_BRACKETS => {
+                return Err(too_many(at, MOST_BRACKETS, "objects and arrays"));
+            }
+            b'{' | b'[' => {
+                open.push(found.len());
+                found.push((at as u32, 0));
+            }
+            b'}' | b']' => {
+                if let Some(index) = open.pop() {
+                    found[index].1 = at as u32 + 1;
+                }
+            }
+            b'"' => at = end_of_string(bytes, at) - 1,
+            _ => {}
+        }
+        at += 1;
+    }
+    Ok(found)
+}
+
+/// Returns the byte after a string that starts at `start`.
+fn end_of_string(bytes: &[u8], start: usize) -> usize {
+    let mut at = start + 1;
+    while at < bytes.len() && bytes[at] != b'"' {
+        at += if bytes[at] == b'\\' { 2 } else { 1 };
+    }
+    at + 1
+}
+
+/// Returns true for the white space of JSON.
+fn is_space(c: char) -> bool {
+    matches!(c, ' ' | '\t' | '\n' | '\r')
+}
+
 impl<'a> Node<'a> {
+    fn text(self) -> &'a str {
+        &self.document.text[self.start..self.end]
+    }
+
     /// Returns the place of the value.
     pub(super) fn span(self) -> Span {
-        Span::new(self.start, self.start + self.text.len())
+        Span::new(self.start, self.end)
     }
 
     /// Returns the form of the value.
@@ -100,45 +182,42 @@ impl<'a> Node<'a> {
     /// # Errors
     /// The value cannot be opened, such as a string with a broken escape.
     pub(super) fn shape(self) -> Result<Shape<'a>, Malformed> {
-        let broken = |e: serde_json::Error| Malformed { at: self.span(), message: reason(&e) };
-        Ok(match self.text.as_bytes().first() {
-            Some(b'{') => Shape::Object(self.object().map_err(broken)?),
-            Some(b'[') => {
-                let items: Vec<&RawValue> = serde_json::from_str(self.text).map_err(broken)?;
-                Shape::Array(items.into_iter().map(|i| self.inner(i.get())).collect())
-            }
-            Some(b'"') => Shape::Text(serde_json::from_str(self.text).map_err(broken)?),
-            Some(b't') => Shape::Bool(true),
-            Some(b'f') => Shape::Bool(false),
-            Some(b'n') => Shape::Null,
-            _ => Shape::Number(self.text),
+        Ok(match self.text().as_bytes()[0] {
+            b'{' => Shape::Object(self.object()?),
+            b'[' => Shape::Array(self.inner()),
+            b'"' => Shape::Text(self.string()?),
+            b't' => Shape::Bool(true),
+            b'f' => Shape::Bool(false),
+            b'n' => Shape::Null,
+            _ => Shape::Number(self.text()),
         })
     }
 
-    fn object(self) -> serde_json::Result<Object<'a>> {
-        let Pairs(pairs) = serde_json::from_str(self.text)?;
-        let member = |(key, value): (&'a RawValue, &'a RawValue)| {
-            let key_span = self.inner(key.get()).span();
-            let key = serde_json::from_str::<Cow<'_, str>>(key.get())?.into_owned();
-            Ok(Member { key, key_span, value: self.inner(value.get()) })
+    fn object(self) -> Result<Object<'a>, Malformed> {
+        let member = |pair: &[Node<'a>]| {
+            Ok(Member { key: pair[0].string()?, key_span: pair[0].span(), value: pair[1] })
         };
-        let members = pairs.into_iter().map(member).collect::<serde_json::Result<_>>()?;
+        let members = self.inner().chunks_exact(2).map(member).collect::<Result<_, _>>()?;
         Ok(Object { span: self.span(), members })
     }
 
-    fn inner(self, text: &'a str) -> Node<'a> {
-        Node { text, start: self.start + offset(self.text, text), depth: self.depth + 1 }
+    fn string(self) -> Result<String, Malformed> {
+        let malformed =
+            |e| Malformed { at: self.span(), message: format!("this is not JSON: {}", reason(&e)) };
+        serde_json::from_str(self.text()).map_err(malformed)
     }
 
-    /// Returns the number of objects and arrays around the value.
-    pub(super) fn depth(self) -> u32 {
-        self.depth
+    /// Returns the values inside an object or array; the keys of an object are values, too.
+    fn inner(self) -> Vec<Node<'a>> {
+        let (mut inner, mut at) = (Vec::new(), self.start + 1);
+        loop {
+            let rest = &self.document.text[at..self.end - 1];
+            let Some(gap) = rest.find(|c| !is_space(c) && c != ',' && c != ':') else { return inner };
+            let node = self.document.value_at(at + gap);
+            at = node.end;
+            inner.push(node);
+        }
     }
-}
-
-/// Returns the offset of a piece of a text.
-fn offset(text: &str, piece: &str) -> usize {
-    (piece.as_ptr() as usize).saturating_sub(text.as_ptr() as usize)
 }
 
 /// Returns the byte offset of a place in a message of the parser; columns are bytes, counted from
@@ -154,36 +233,10 @@ fn reason(error: &serde_json::Error) -> String {
     text.rsplit_once(" at line ").map_or(text.as_str(), |(message, _)| message).to_owned()
 }
 
-/// The members of an object in their order, including equal keys.
-struct Pairs<'a>(Vec<(&'a RawValue, &'a RawValue)>);
-
-impl<'de> Deserialize<'de> for Pairs<'de> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(PairsVisitor)
-    }
-}
-
-struct PairsVisitor;
-
-impl<'de> Visitor<'de> for PairsVisitor {
-    type Value = Pairs<'de>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("an object")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-        let mut pairs = Vec::new();
-        while let Some(pair) = map.next_entry()? {
-            pairs.push(pair);
-        }
-        Ok(Pairs(pairs))
-    }
-}
-
 /// Returns the path from the root to the value at a byte of the text: `automata[1].edges[3].guard`.
 pub(super) fn path(text: &str, at: usize) -> Option<String> {
-    let mut node = document(text).ok()?;
+    let document = Document::parse(text).ok()?;
+    let mut node = document.root();
     let mut path = String::new();
     let holds = |n: &Node<'_>| n.span().range().contains(&at);
     for _ in 0..MOST_STEPS {
@@ -217,10 +270,8 @@ mod tests {
     #[test]
     fn values_know_their_places() {
         let text = "\u{feff} {\"a\": [1, {\"b\": \"x\\n\"}]}";
-        let Ok(Shape::Object(Object { members, .. })) = document(text).map_err(|_| ()).unwrap().shape()
-        else {
-            panic!()
-        };
+        let document = Document::parse(text).map_err(|e| e.message).unwrap();
+        let Ok(Shape::Object(Object { members, .. })) = document.root().shape() else { panic!() };
         assert_eq!(&text[members[0].key_span.range()], "\"a\"");
         assert_eq!(&text[members[0].value.span().range()], "[1, {\"b\": \"x\\n\"}]");
         let at = text.find("\"x").unwrap();
@@ -230,8 +281,8 @@ mod tests {
 
     #[test]
     fn the_place_of_an_error_of_syntax_is_found() {
-        let malformed = document("\u{feff}{\"a\": 1,\n \"b\" 2}").err().unwrap();
-        assert_eq!(malformed.message, "expected `:`");
+        let malformed = Document::parse("\u{feff}{\"a\": 1,\n \"b\" 2}").err().unwrap();
+        assert_eq!(malformed.message, "this is not JSON: expected `:`");
         assert_eq!(malformed.at.start(), "\u{feff}{\"a\": 1,\n \"b\" ".len());
     }
 }

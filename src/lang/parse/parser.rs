@@ -7,6 +7,7 @@ use crate::lang::ast::{Expr, Ident, Node, NodeKind, Span};
 use crate::lang::slip::is_slip;
 use crate::lang::token::{Token, Tokens, is_identifier, is_keyword, is_property_operator};
 use crate::progress::{NoProgress, Poll, ProgressSink};
+use crate::stack;
 
 /// Maximum nesting of brackets, conditionals and signs in expressions.
 const MAX_NESTING: usize = 10_000;
@@ -14,11 +15,6 @@ const MAX_NESTING: usize = 10_000;
 /// Maximum nesting of temporal formulas and of compositions of modules, whose trees are read by
 /// recursion.
 pub(crate) const MAX_TREE_NESTING: usize = 200;
-
-/// The stack that a level of nesting may need, in bytes; if less is left, the stack grows.
-const STACK_LEFT: usize = 128 << 10;
-/// The size by which the stack grows, in bytes.
-const STACK_MORE: usize = 4 << 20;
 
 /// Maximum number of errors reported.
 const MAX_ERRORS: usize = 20;
@@ -356,7 +352,7 @@ impl<'a> Parser<'a> {
             return Err(Failed);
         }
         self.depth += 1;
-        let result = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || read(self));
+        let result = stack::level(|| read(self));
         self.depth -= 1;
         result
     }

@@ -5,6 +5,7 @@ use super::reader::Reader;
 use super::record::Read;
 use crate::lang::ast::{BinaryOp, Expr, Function, Ident, Node, NodeKind};
 use crate::model::value;
+use crate::stack;
 
 const TWO: &[&str] = &["left", "right"];
 const ONE: &[&str] = &["exp"];
@@ -149,7 +150,8 @@ impl<'a> Reader<'a> {
     ) -> Option<NodeKind> {
         let mut counts = Vec::new();
         for key in keys {
-            let node = self.required(object, what, key).and_then(|node| self.nodes(node, nodes));
+            let node =
+                self.required(object, what, key).and_then(|node| stack::level(|| self.nodes(node, nodes)));
             counts.push(node.map(|()| match (kind, nodes.last().map(|root| &root.kind)) {
                 (NodeKind::Join(op, _), Some(&NodeKind::Join(inner, count))) if *op == inner => {
                     nodes.pop();

@@ -20,8 +20,8 @@ use record::Read;
 /// # Errors
 /// The text is not JSON, is not a model, or uses unsupported constructs.
 pub(super) fn model(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Result<Model> {
+    let document = reader::document(source)?;
     let mut reader = Reader::new(source, sink);
-    let document = reader.document();
-    let model = document.and_then(|node| Model::read(&mut reader, node, "the model"));
+    let model = Model::read(&mut reader, document.root(), "the model");
     reader.finish(model)
 }

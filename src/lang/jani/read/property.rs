@@ -7,6 +7,7 @@ use super::record::{Read, records};
 use crate::lang::ast::{BinaryOp, Expr, Ident, NodeKind};
 use crate::lang::property::Extreme;
 use crate::model::value;
+use crate::stack;
 
 /// The question of a property, or the reason why a well-formed property is not a reachability.
 type Asks<T> = Option<Result<T, String>>;
@@ -64,7 +65,7 @@ impl<'a> Reader<'a> {
             "filter" => {
                 self.known(&object, "a filter", &["op", "fun", "values", "states"])?;
                 let values = self.required(&object, "a filter", "values")?;
-                self.asked(values)
+                stack::level(|| self.asked(values))
             }
             "Pmin" | "Pmax" | "Emin" | "Emax" => self.value(&object, &op, None),
             "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
@@ -157,19 +158,19 @@ impl<'a> Reader<'a> {
 
     /// Returns true if a formula has a temporal operator at its top or below Boolean operators.
     fn is_temporal(&mut self, node: Node<'a>) -> Option<bool> {
-        let Shape::Object(object) = self.any(node)? else { return Some(false) };
-        let Some(op) = object.get("op") else { return Some(false) };
-        match self.name(op, "an operator")?.name.as_str() {
-            "F" | "G" | "U" | "W" | "R" | "X" | "Pmin" | "Pmax" | "Emin" | "Emax" | "Smin" | "Smax" | "∀"
-            | "∃" | "filter" | "initial" | "deadlock" | "timelock" => Some(true),
-            "∧" | "∨" | "¬" | "⇒" => {
-                let mut found = false;
-                for part in ["left", "right", "exp"].into_iter().filter_map(|key| object.get(key)) {
-                    found = found || self.is_temporal(part)?;
+        let mut open = vec![node];
+        while let Some(node) = open.pop() {
+            let Shape::Object(object) = self.any(node)? else { continue };
+            let Some(op) = object.get("op") else { continue };
+            match self.name(op, "an operator")?.name.as_str() {
+                "F" | "G" | "U" | "W" | "R" | "X" | "Pmin" | "Pmax" | "Emin" | "Emax" | "Smin" | "Smax"
+                | "∀" | "∃" | "filter" | "initial" | "deadlock" | "timelock" => return Some(true),
+                "∧" | "∨" | "¬" | "⇒" => {
+                    open.extend(["exp", "right", "left"].into_iter().filter_map(|key| object.get(key)));
                 }
-                Some(found)
+                _ => {}
             }
-            _ => Some(false),
         }
+        Some(false)
     }
 }

@@ -4,17 +4,30 @@ use std::sync::Arc;
 
 use ahash::AHashSet;
 
-use super::super::json::{self, Malformed, Node, Object, Shape};
+use super::super::json::{Document, Malformed, Node, Object, Shape};
 use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use crate::lang::ast::{Ident, Span};
 use crate::progress::{Poll, ProgressSink};
 
 /// Maximum number of errors reported.
 const MAX_ERRORS: usize = 20;
-/// Maximum size of a document in bytes: each level of it is parsed again for the next one.
+/// Maximum size of a document in bytes.
 const MOST_BYTES: usize = 64 << 20;
 /// Maximum number of values of a document.
 const MOST_VALUES: usize = 1 << 24;
+
+/// Returns the document of a text.
+///
+/// # Errors
+/// The text is too large, or is not JSON.
+pub(crate) fn document(source: &Arc<SourceFile>) -> Result<Document<'_>> {
+    let wrong = |Malformed { at, message }| Diagnostic::new(source, at.range(), message).into();
+    if source.text.len() > MOST_BYTES {
+        let message = format!("the document is larger than {} MiB", MOST_BYTES >> 20);
+        return Err(wrong(Malformed { at: Span::new(0, 1), message }));
+    }
+    Document::parse(&source.text).map_err(wrong)
+}
 
 pub(crate) struct Reader<'a> {
     source: &'a Arc<SourceFile>,
@@ -28,18 +41,6 @@ pub(crate) struct Reader<'a> {
 impl<'a> Reader<'a> {
     pub(crate) fn new(source: &'a Arc<SourceFile>, sink: &'a dyn ProgressSink) -> Self {
         Reader { source, diagnostics: Vec::new(), poll: Poll::new(sink), values: 0, is_full: false }
-    }
-
-    /// Returns the whole document.
-    pub(crate) fn document(&mut self) -> Option<Node<'a>> {
-        if self.source.text.len() > MOST_BYTES {
-            let message = format!("the document is larger than {} MiB", MOST_BYTES >> 20);
-            return self.fail(Span::new(0, 1), message);
-        }
-        match json::document(&self.source.text) {
-            Ok(node) => Some(node),
-            Err(malformed) => self.malformed(malformed),
-        }
     }
 
     /// Returns the result, unless there were errors.
@@ -84,9 +85,7 @@ impl<'a> Reader<'a> {
     }
 
     fn malformed<T>(&mut self, Malformed { at, message }: Malformed) -> Option<T> {
-        let diagnostic = self.wrong(at, format!("this is not JSON: {message}"));
-        self.report(diagnostic);
-        None
+        self.fail(at, message)
     }
 
     fn shape(&mut self, node: Node<'a>) -> Option<Shape<'a>> {
@@ -94,14 +93,10 @@ impl<'a> Reader<'a> {
         if self.poll.should_stop() || self.is_full {
             return None;
         }
-        if node.depth() > json::MOST_DEPTH || self.values > MOST_VALUES {
+        if self.values > MOST_VALUES {
             self.is_full = true;
-            let (what, most) = match node.depth() > json::MOST_DEPTH {
-                true => ("levels of objects and arrays", json::MOST_DEPTH as usize),
-                false => ("values", MOST_VALUES),
-            };
             let here = Span::new(node.span().start(), node.span().start() + 1);
-            return self.fail(here, format!("the document has more than {most} {what}"));
+            return self.fail(here, format!("the document has more than {MOST_VALUES} values"));
         }
         match node.shape() {
             Ok(shape) => {
