@@ -63,7 +63,7 @@ pub(super) struct ExportArgs {
     objective: Option<String>,
 
     /// Write also `values.csv`: bounds of the probabilities and costs of improvements, each of which
-    /// `verify` confirms by one step
+    /// `verify` confirms by one step. With `--format umb`, write bounds as numbers of states
     #[arg(long, conflicts_with_all = ["no_certificate", "region", "strategy"])]
     values: bool,
 
@@ -125,7 +125,9 @@ impl ExportArgs {
             None if self.strategy.is_some() => {
                 "`--strategy` needs `--format explicit`, `drn` or `umb`; a dump contains all strategies"
             }
-            Some(_) if self.values => "`--values` belongs to dumps, `--format dddmp` or `dot`",
+            Some(Files::Explicit | Files::Drn) if self.values => {
+                "`--values` belongs to dumps, `--format dddmp` or `dot`, and to `--format umb`"
+            }
             Some(_) if !self.region.is_empty() => {
                 "`--region` selects diagrams; the formats explicit, drn and umb contain all regions"
             }
@@ -141,10 +143,12 @@ impl ExportArgs {
 /// The input is wrong, a limit is hit, or the directory cannot be written.
 pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
     if let Some(format) = args.files()? {
+        let (levels, reward, precision) = (args.levels, args.reward().to_owned(), args.precision);
+        let values = args.values.then_some(export_explicit::ValuesArgs { levels, reward, precision });
         let ExportArgs { model, preferences, out, limit, strategy, objective, shown, .. } = args;
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
         return export_explicit::run(
-            export_explicit::Wanted { model, preferences, out, format, limit, strategy, objective },
+            export_explicit::Wanted { model, preferences, out, format, limit, strategy, objective, values },
             &shown,
         );
     }

@@ -6,12 +6,17 @@ use std::path::Path;
 
 use meliora::engine::Engine;
 use meliora::error::Error;
-use meliora::export::explicit::{Graph, action_table, drn, explored, induced, prism, umb};
+use meliora::export::explicit::{Graph, Quantities, action_table, drn, explored, induced, prism, umb};
+use meliora::export::values;
 use meliora::model::Program;
 use meliora::output::{ExplicitReport, Header};
 use meliora::planning::induced_model::Scheduler;
 use meliora::planning::{Analysis, Phase, StrategyKind};
+use meliora::quantities::Values;
+use meliora::quantities::choose::LEVELS;
+use meliora::quantities::cost::Costs;
 
+use super::choose::costs;
 use super::exit::Status;
 use super::folder::Folder;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
@@ -65,6 +70,31 @@ pub(super) struct Wanted {
     pub(super) limit: usize,
     pub(super) strategy: Option<StrategyArg>,
     pub(super) objective: Option<String>,
+    pub(super) values: Option<ValuesArgs>,
+}
+
+/// `--values` and its options.
+#[derive(Debug, Clone)]
+pub(super) struct ValuesArgs {
+    pub(super) levels: Option<u32>,
+    pub(super) reward: String,
+    pub(super) precision: f64,
+}
+
+impl ValuesArgs {
+    fn quantities<E: Engine>(
+        &self,
+        (analysis, program): (&Analysis<E>, &Program),
+        graph: &Graph,
+        costs: Costs,
+        limit: usize,
+    ) -> Result<Quantities, Error> {
+        let costs = costs.check(analysis.engine(), program)?;
+        let levels = self.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
+        let (reward, precision) = (self.reward.as_str(), self.precision);
+        let wanted = values::Wanted { levels, reward, costs: &*costs, limit, precision };
+        Ok(Quantities::of(graph, &values::compute(analysis, program, &wanted)?, &wanted))
+    }
 }
 
 /// Runs the command.
@@ -81,8 +111,12 @@ pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
 fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let inputs: [&Path; 2] = [&wanted.model.model, &wanted.preferences.preferences];
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
-    let read = || load::question(&wanted.model, &wanted.preferences, &job.sink);
-    let question = job.timed("parse", read, |_, _| ())?;
+    let read = || {
+        let mut question = load::question(&wanted.model, &wanted.preferences, &job.sink)?;
+        let costs = wanted.values.as_ref().map(|v| costs(&mut question.program, &v.reward)).transpose()?;
+        Ok((question, costs))
+    };
+    let (question, costs) = job.timed("parse", read, |_, _| ())?;
     job.update(|r| r.header.read(&question.program));
     let build = || load::symbolic(&question.program, &wanted.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
@@ -90,11 +124,18 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;
     let list = || listed(wanted, &analysis, &question.program);
     let graph = job.timed("states", list, |_, _| ())?;
-    let write = || folder.write(&contents(wanted, &graph, &analysis, &question.program)?);
+    let mut quantities = None;
+    if let Some((args, costs)) = wanted.values.as_ref().zip(costs) {
+        let compute = || args.quantities((&analysis, &question.program), &graph, costs, wanted.limit);
+        quantities = Some(job.timed("values", compute, |_, _| ())?);
+    }
+    let program = &question.program;
+    let write = || folder.write(&contents(wanted, &graph, (&analysis, program), quantities.as_ref())?);
     let names = job.timed("write", write, |_, _| ())?;
     let peak = engine.usage().peak_nodes;
     job.update(|r| {
         r.set(&graph, names);
+        r.set_values(wanted.values.as_ref().zip(quantities.as_ref()).map(|(args, q)| (q, args.precision)));
         r.memory.peak_nodes = peak;
     });
     Ok(())
@@ -128,12 +169,12 @@ fn names(wanted: &Wanted) -> Vec<String> {
 fn contents<E: Engine>(
     wanted: &Wanted,
     graph: &Graph,
-    analysis: &Analysis<E>,
-    program: &Program,
+    (analysis, program): (&Analysis<E>, &Program),
+    quantities: Option<&Quantities>,
 ) -> Result<Vec<Vec<u8>>, Error> {
     let mut contents = match wanted.format {
         Files::Drn => vec![drn(graph).into_bytes()],
-        Files::Umb => vec![umb(graph, analysis, program)?],
+        Files::Umb => vec![umb(graph, analysis, program, quantities)?],
         Files::Explicit => {
             let all = prism(graph);
             [all.tra, all.sta, all.lab].map(String::into_bytes).into()

@@ -1,17 +1,18 @@
-//! Bounds of quantities for dumps.
+//! Bounds of quantities for dumps, and for models state by state.
 
 use crate::dump::Dump;
 use crate::dump::manifest::{VALUES, ValuesFile};
 use crate::engine::symbolic::SymbolicEngine;
-use crate::engine::{Algebra, Count, Engine};
+use crate::engine::{Count, Engine};
 use crate::error::{Error, Limit, Result};
+use crate::model::Program;
 use crate::planning::{Analysis, Safety};
 use crate::quantities::confirmed::widest;
 use crate::quantities::{Cost, Setup, Values};
 
 use super::regions::class_name;
 
-/// The quantities of a dump.
+/// The quantities of an export.
 pub struct Wanted<'a> {
     /// The greatest number of improvements; at least 1.
     pub levels: usize,
@@ -25,12 +26,12 @@ pub struct Wanted<'a> {
     pub precision: f64,
 }
 
-/// Adds the bounds of P_k and C_k to a dump, for all states from which an improvement is possible.
-/// Returns the greatest width of a bound. Cost: see [`Values::compute`] and [`Values::confirmed`].
+/// Computes the quantities of all states from which an improvement is possible. Cost: see
+/// [`Values::compute`].
 ///
 /// # Errors
 /// There are too many states, a limit is reached, or no levels are wanted.
-pub fn add(dump: &mut Dump, analysis: &Analysis<SymbolicEngine>, wanted: &Wanted<'_>) -> Result<f64> {
+pub fn compute<E: Engine>(analysis: &Analysis<E>, program: &Program, wanted: &Wanted<'_>) -> Result<Values> {
     let engine = analysis.engine();
     if wanted.levels == 0 {
         return Err(Error::Usage("no improvement is possible, so there are no values".to_owned()));
@@ -47,7 +48,17 @@ pub fn add(dump: &mut Dump, analysis: &Analysis<SymbolicEngine>, wanted: &Wanted
     }
     let starts = engine.list_states(&possible, wanted.limit)?;
     let setup = Setup { levels: wanted.levels, exact: false, within: None };
-    let values = Values::compute(setup, analysis, engine.program(), &starts, wanted.costs)?;
+    Values::compute(setup, analysis, program, &starts, wanted.costs)
+}
+
+/// Adds the bounds of P_k and C_k to a dump, for all states from which an improvement is possible.
+/// Returns the greatest width of a bound. Cost: see [`Values::compute`] and [`Values::confirmed`].
+///
+/// # Errors
+/// There are too many states, a limit is reached, or no levels are wanted.
+pub fn add(dump: &mut Dump, analysis: &Analysis<SymbolicEngine>, wanted: &Wanted<'_>) -> Result<f64> {
+    let engine = analysis.engine();
+    let values = compute(analysis, engine.program(), wanted)?;
     let shows_ones = analysis.options().safety == Safety::Transition;
     // The bounds of both sides and of all levels add up.
     let near = wanted.precision / (4.0 * wanted.levels as f64);

@@ -3,10 +3,11 @@
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings};
+use super::export::ExportedValues;
 use super::header::Header;
 use super::text::Grid;
 use super::{Number, Style};
-use crate::export::explicit::Graph;
+use crate::export::explicit::{Graph, Quantities};
 
 /// The explicit model that `export` wrote.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -25,6 +26,9 @@ pub struct ExplicitFindings {
     pub transitions: Option<Number>,
     /// The labels, each with the number of its states.
     pub labels: Vec<Labelled>,
+    /// The bounds of quantities, if they were written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<ExportedValues>,
 }
 
 /// The report with times and memory.
@@ -59,6 +63,15 @@ impl ExplicitReport {
         };
         self.labels = graph.labels.iter().map(labelled).collect();
     }
+
+    /// Adds the quantities that were written, with the width that is wanted.
+    pub fn set_values(&mut self, written: Option<(&Quantities, f64)>) {
+        self.values = written.map(|(quantities, precision)| {
+            let rows = quantities.list.first().map_or(0, |q| q.bounds.len());
+            let width = quantities.widest();
+            ExportedValues::new((rows, quantities.levels), &quantities.reward, width, precision)
+        });
+    }
 }
 
 impl Findings for ExplicitFindings {
@@ -84,6 +97,12 @@ impl Findings for ExplicitFindings {
         for label in &report.labels {
             grid.row(vec![label.name.clone(), label.states.grouped()]);
         }
-        out + "\n" + &grid.text(style)
+        out += "\n";
+        out += &grid.text(style);
+        if let Some(values) = &report.values {
+            out += "\n";
+            out += &values.text();
+        }
+        out
     }
 }

@@ -28,7 +28,7 @@ pub struct ExportFindings {
 /// The bounds of quantities in a dump.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ExportedValues {
-    /// Number of rows in `values.csv`.
+    /// Number of rows in `values.csv`, or of states in an archive.
     pub rows: usize,
     /// The greatest number of improvements.
     pub levels: usize,
@@ -81,12 +81,8 @@ impl ExportReport {
     /// Adds the bounds that were written, with the greatest width of one.
     pub fn set_values(&mut self, manifest: &Manifest, width: Option<f64>, precision: f64) {
         let values = manifest.values.as_ref().zip(width);
-        self.values = values.map(|(file, width)| ExportedValues {
-            rows: file.rows,
-            levels: file.levels,
-            reward: file.reward.clone(),
-            widest: width.is_finite().then_some(width),
-            narrow: width <= precision,
+        self.values = values.map(|(file, width)| {
+            ExportedValues::new((file.rows, file.levels), &file.reward, width, precision)
         });
     }
 }
@@ -115,7 +111,12 @@ impl Findings for ExportFindings {
 }
 
 impl ExportedValues {
-    fn text(&self) -> String {
+    pub(super) fn new((rows, levels): (usize, usize), reward: &str, width: f64, precision: f64) -> Self {
+        let (widest, narrow) = (width.is_finite().then_some(width), width <= precision);
+        ExportedValues { rows, levels, reward: reward.to_owned(), widest, narrow }
+    }
+
+    pub(super) fn text(&self) -> String {
         let width = self.widest.map_or_else(|| "infinite".to_owned(), |width| format!("{width:.1e}"));
         let rows = Number(self.rows.into()).grouped();
         let warning = if self.narrow { "" } else { ", more than the precision" };

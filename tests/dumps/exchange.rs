@@ -87,7 +87,7 @@ fn written(numbers: &[u16]) -> Option<Written> {
     let counts = counts(&engine);
     let analysis = analysed(engine, targets);
     let graph = explored(&analysis, &program, 1 << 12).unwrap();
-    let archive = umb(&graph, &analysis, &program).unwrap();
+    let archive = umb(&graph, &analysis, &program, None).unwrap();
     let result = analysis.result().clone();
     (!graph.states.is_empty()).then_some(Written { program, graph, archive, counts, result })
 }

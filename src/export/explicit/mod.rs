@@ -10,11 +10,13 @@ mod explore;
 mod graph;
 mod induced;
 mod label;
+mod quantities;
 mod umb;
 mod write;
 
 pub use explore::explored;
 pub use graph::{Column, Graph, Row};
 pub use induced::induced;
+pub use quantities::{Quantities, Quantity};
 pub use umb::umb;
 pub use write::{PrismFiles, action_table, drn, prism};

@@ -1,7 +1,8 @@
 //! The writer of UMB archives.
 //!
 //! Probabilities and rewards are exact fractions. Labels and regions become atomic propositions,
-//! ranks numbers of states (-1 if unbounded), and permissive strategies sets of choices.
+//! ranks numbers of states (-1 if unbounded), permissive strategies sets of choices, and quantities
+//! intervals of doubles.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,6 +10,7 @@ use num_traits::Zero;
 
 use super::exact::{Exact, Rewards, exact};
 use super::graph::{Column, Graph};
+use super::quantities::{Quantities, Quantity};
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::model::exact::Ratio;
@@ -29,11 +31,16 @@ use crate::umb::{
 /// The rank of states in which any number of improvements can be made.
 const UNBOUNDED: i64 = -1;
 
-/// Writes a graph of an analysis as an archive.
+/// Writes a graph of an analysis as an archive, perhaps with the quantities of its states.
 ///
 /// # Errors
 /// The program has no meaning in a state; a limit is reached.
-pub fn umb<E: Engine>(graph: &Graph, analysis: &Analysis<E>, program: &Program) -> Result<Vec<u8>> {
+pub fn umb<E: Engine>(
+    graph: &Graph,
+    analysis: &Analysis<E>,
+    program: &Program,
+    quantities: Option<&Quantities>,
+) -> Result<Vec<u8>> {
     let sink = &*analysis.engine().settings().sink;
     let numbers = exact(graph, program, sink)?;
     let mut writer = Writer { graph, files: Vec::new(), annotations: BTreeMap::new() };
@@ -52,6 +59,9 @@ pub fn umb<E: Engine>(graph: &Graph, analysis: &Analysis<E>, program: &Program) 
             let permitted = permitted(graph, analysis, program, kind)?;
             writer.members("strategies", kind.name(), "choices", &permitted);
         }
+    }
+    for quantity in quantities.iter().flat_map(|q| &q.list) {
+        writer.quantity(quantity);
     }
     let valuations = writer.valuations();
     let index = Index {
@@ -205,6 +215,18 @@ impl Writer<'_> {
             self.add(path, ranks.clone());
         }
         Ok(())
+    }
+
+    /// Adds the bounds of a quantity.
+    fn quantity(&mut self, quantity: &Quantity) {
+        let ty = Type::sized(Base::DoubleInterval, 128);
+        for path in self.annotation("values", &quantity.name, &["states"], ty) {
+            self.add(path, quantity.bounds.iter().flatten().flat_map(|x| x.to_le_bytes()).collect());
+        }
+        let group = self.annotations.get_mut("values");
+        if let Some(annotation) = group.and_then(|group| group.get_mut(&quantity.name)) {
+            annotation.description = Some(quantity.description.clone());
+        }
     }
 
     /// Writes the values of states. Returns their description.
