@@ -53,12 +53,18 @@ pub(super) fn steps(x: f64) -> String {
     if number == "1" { "1 step".to_owned() } else { format!("{number} steps") }
 }
 
-/// Returns `first`, `second`, …, `11th`.
+/// Returns `first`, `second`, …, `11th`, …, `21st`.
 pub(super) fn ordinal(k: usize) -> String {
     let words =
         ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"];
     let word = k.checked_sub(1).and_then(|index| words.get(index));
-    word.map_or_else(|| format!("{k}th"), |&word| word.to_owned())
+    let suffix = match (k % 10, k % 100) {
+        (1, except) if except != 11 => "st",
+        (2, except) if except != 12 => "nd",
+        (3, except) if except != 13 => "rd",
+        _ => "th",
+    };
+    word.map_or_else(|| format!("{k}{suffix}"), |&word| word.to_owned())
 }
 
 /// Joins names: `nothing`, `A`, `A and B`, `A, B and C`.
@@ -108,4 +114,15 @@ pub(super) fn outcome(play: &Play) -> String {
 /// Formats the sure objectives: `sure: A, B`.
 pub(super) fn sure(initial: &Prospects) -> String {
     format!("sure: {}", text::either(&initial.most_preferred))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ordinal;
+
+    #[test]
+    fn ordinals_end_as_they_are_spoken() {
+        let found = [1, 10, 11, 12, 13, 21, 22, 23, 24, 101, 111].map(ordinal).join(" ");
+        assert_eq!(found, "first tenth 11th 12th 13th 21st 22nd 23rd 24th 101st 111th");
+    }
 }
