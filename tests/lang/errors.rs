@@ -115,6 +115,7 @@ fn not_supported() {
                 "mdp\nmodule m\n x : int;\n y : double;\nendmodule",
                 "mdp\nsystem \"one\" m endsystem\nmodule m endmodule",
                 "mdp\nmodule m\n x : bool;\n [] multi(x, x) -> true;\nendmodule",
+                "mdp\nmodule m\n x : bool;\n [] x -> [0.1,0.2] : (x'=true) + [0.8,0.9] : (x'=false);\nendmodule",
             ],
             model,
         ),

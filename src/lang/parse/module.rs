@@ -146,6 +146,11 @@ impl Parser<'_> {
     /// Parses a probability with its `:`; reports an update without a prime.
     fn probability(&mut self) -> Parsed<Expr> {
         let (start, first, before) = (self.here(), self.peek(), self.tokens.taken());
+        if first == Token::LeftBracket {
+            let diagnostic = self.unsupported(start, "intervals of probabilities are not supported");
+            self.report(diagnostic.help("give one probability, such as `0.5 : (x'=1)`"));
+            return Err(Failed);
+        }
         let probability = self.tree(Self::expression)?;
         let is_number = first != Token::Word && self.tokens.taken() - before == 1;
         if !is_number && matches!(self.peek(), Token::Semicolon | Token::End) {
