@@ -150,13 +150,13 @@ impl ChooseArgs {
         (analysis, costs): (&Analysis<E>, Costs),
         program: &Program,
         states: &[State],
-        book: &mut FiniteMemoryStrategy<E>,
+        strategy: &mut FiniteMemoryStrategy<E>,
     ) -> Result<Option<Arc<Chooser>>> {
         let Some(aim) = self.choose.aim() else { return Ok(None) };
         let costs = costs.check(analysis.engine(), program)?;
         let levels = self.levels.map(|k| k as usize);
         let chooser = Arc::new(Chooser::compute(analysis, program, states, (aim, levels), &*costs)?);
-        book.choose_by(Arc::clone(&chooser) as _);
+        strategy.choose_by(Arc::clone(&chooser) as _);
         Ok(Some(chooser))
     }
 }

@@ -146,11 +146,10 @@ fn listed<E: Engine>(
     analysis: &Analysis<E>,
     program: &Arc<Program>,
 ) -> Result<Graph, Error> {
-    let Some(strategy) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
-    let objective = strategy.kind.objective(analysis.preferences(), wanted.objective.as_deref())?;
-    let mut book =
-        plan::finite_memory(analysis, program, (strategy.kind, strategy.kind.levels()), objective)?;
-    induced(analysis, program, &mut book, strategy.scheduler, wanted.limit)
+    let Some(asked) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
+    let objective = asked.kind.objective(analysis.preferences(), wanted.objective.as_deref())?;
+    let mut strategy = plan::finite_memory(analysis, program, (asked.kind, asked.kind.levels()), objective)?;
+    induced(analysis, program, &mut strategy, asked.scheduler, wanted.limit)
 }
 
 /// Returns the names of the files.

@@ -308,19 +308,19 @@ impl Run<'_> {
             return Err(Error::Usage(message));
         }
         let objective = kind.objective(self.analysis.preferences(), self.args.objective.as_deref())?;
-        let mut book = plan::finite_memory(self.analysis, program, (kind, levels), objective)?;
-        let improves = book.rank(start)? != Rank::Finite(0) && kind != StrategyKind::Achieve;
-        if !improves && book.start(start)?.pursuit.is_none() {
+        let mut strategy = plan::finite_memory(self.analysis, program, (kind, levels), objective)?;
+        let improves = strategy.rank(start)? != Rank::Finite(0) && kind != StrategyKind::Achieve;
+        if !improves && strategy.start(start)?.pursuit.is_none() {
             return Ok(None);
         }
         let by_value = self.args.choose != Some(Choose::First) && self.args.strategy == Scheduler::Progress;
         let choose = match outlook.filter(|_| by_value && improves) {
-            Some(outlook) => outlook.attach(&mut book),
+            Some(outlook) => outlook.attach(&mut strategy),
             None => Choose::First,
         };
         let (scheduler, seed) = (self.args.strategy, self.args.seed);
         let setup = Setup { scheduler, runs: PLAYS, steps: STEPS, seed };
-        let (told, end) = Simulation::new(&mut book, setup).telling(start)?;
+        let (told, end) = Simulation::new(&mut strategy, setup).telling(start)?;
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);
         let visited = told.turns.iter().map(|turn| turn.state.clone());
         let states = std::iter::once(start.clone()).chain(visited).collect();

@@ -7,7 +7,7 @@ use meliora::engine::Engine;
 use meliora::error::Error;
 use meliora::model::State;
 use meliora::output::SimulateReport;
-use meliora::output::simulate::PlaysReport;
+use meliora::output::simulate::RunsReport;
 use meliora::planning::{Phase, Scheduler, Setup, Simulation, StrategyKind};
 use meliora::quantities::Choose;
 use meliora::quantities::cost::Costs;
@@ -125,14 +125,14 @@ fn play<E: Engine>(
     };
     let levels = || plan::analysis(engine, question, &args.preferences, asked, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
-    let mut book = args.choose.strategy(&analysis, &question.program, kind)?;
-    let attach = || args.choose.attach((&analysis, costs), &question.program, &starts, &mut book);
+    let mut strategy = args.choose.strategy(&analysis, &question.program, kind)?;
+    let attach = || args.choose.attach((&analysis, costs), &question.program, &starts, &mut strategy);
     let chooser = job.timed("values", attach, |r, s| r.time.add("values", s))?;
-    let mut simulation = Simulation::new(&mut book, args.setup());
+    let mut simulation = Simulation::new(&mut strategy, args.setup());
     let all = || {
         for start in &starts {
             let tally = simulation.run(start)?;
-            let report = PlaysReport::new(&question.program, &question.preferences, tally)
+            let report = RunsReport::new(&question.program, &question.preferences, tally)
                 .compared(chooser.as_ref().and_then(|rule| rule.attained(start)));
             job.update(|r| r.plays.push(report));
         }

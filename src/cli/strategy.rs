@@ -25,7 +25,7 @@ use super::supervise::{Job, supervise};
 use super::terminal;
 
 /// Maximum number of nodes of the induced model that the text lists.
-const COURSE: usize = 60;
+const MOST_NODES: usize = 60;
 
 /// Explain which actions a strategy permits in a state, and why
 ///
@@ -126,8 +126,8 @@ fn answer<E: Engine>(
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
-    let book = args.choose.strategy(&analysis, &question.program, kind)?;
-    let mut run = Run { job, question, args, analysis: &analysis, book, costs, chooser: None };
+    let strategy = args.choose.strategy(&analysis, &question.program, kind)?;
+    let mut run = Run { job, question, args, analysis: &analysis, strategy, costs, chooser: None };
     job.timed("answer", || run.answer(states), |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
@@ -139,7 +139,7 @@ struct Run<'a, E: Engine> {
     question: &'a Question,
     args: &'a StrategyArgs,
     analysis: &'a Analysis<E>,
-    book: FiniteMemoryStrategy<E>,
+    strategy: FiniteMemoryStrategy<E>,
     costs: Costs,
     /// The decision rule of the strategy, if it depends on values.
     chooser: Option<Arc<Chooser>>,
@@ -149,8 +149,9 @@ impl<'a, E: Engine> Run<'a, E> {
     fn answer(&mut self, given: Vec<State>) -> Result<(), Error> {
         let states = if self.args.at.is_empty() { self.found()? } else { given };
         let choose = &self.args.choose;
-        let attach =
-            || choose.attach((self.analysis, self.costs), &self.question.program, &states, &mut self.book);
+        let attach = || {
+            choose.attach((self.analysis, self.costs), &self.question.program, &states, &mut self.strategy)
+        };
         self.chooser = self.job.timed("values", attach, |r, s| r.time.add("values", s))?;
         if self.args.dot {
             return self.draw(&states);
@@ -177,8 +178,8 @@ impl<'a, E: Engine> Run<'a, E> {
         let engine = self.analysis.engine();
         let set = match self.args.rank {
             None => engine.initial_states(),
-            Some(Asked::Unbounded) => self.book.states_of_rank(None)?,
-            Some(Asked::Exactly(k)) => self.book.states_of_rank(Some(k))?,
+            Some(Asked::Unbounded) => self.strategy.states_of_rank(None)?,
+            Some(Asked::Exactly(k)) => self.strategy.states_of_rank(Some(k))?,
         };
         let count = engine.count(&set)?;
         let states = engine.list_states(&set, self.args.limit as usize)?;
@@ -193,22 +194,22 @@ impl<'a, E: Engine> Run<'a, E> {
     /// Returns the texts of the model and the preferences.
     fn words(&self) -> Words<'a> {
         let (program, preferences) = (&*self.question.program, &*self.question.preferences);
-        Words { program, preferences, kind: self.book.kind(), levels: self.book.levels() }
+        Words { program, preferences, kind: self.strategy.kind(), levels: self.strategy.levels() }
     }
 
     fn state(&mut self, state: &[i64]) -> Result<StateReport<'a>, Error> {
         let rank = |kind| self.analysis.levels(kind).rank(self.analysis.engine(), state);
         let ranks = [rank(Kind::Sasi)?, rank(Kind::Spi)?];
-        let memory = self.book.start(state)?;
-        let at = self.book.explain(state, memory)?;
+        let memory = self.strategy.start(state)?;
+        let at = self.strategy.explain(state, memory)?;
         // In a list of states, the induced model is left out.
-        let mut course = None;
+        let mut unfolded = None;
         if self.args.rank.is_none()
             && !self.args.csv
             && (memory.level != Rank::Finite(0) || memory.pursuit.is_some())
         {
             let (starts, scheduler) = ([state.to_vec()], Scheduler::Progress);
-            course = Some(InducedModel::unfold(&mut self.book, &starts, scheduler, COURSE)?);
+            unfolded = Some(InducedModel::unfold(&mut self.strategy, &starts, scheduler, MOST_NODES)?);
         }
         let attains = self.chooser.as_ref().and_then(|rule| rule.attained(state));
         let attains = attains.as_ref().map(Attains::new);
@@ -218,17 +219,17 @@ impl<'a, E: Engine> Run<'a, E> {
             ranks,
             choosing: self.args.choose.shown(),
             attains,
-            course,
+            unfolded,
         })
     }
 
     fn draw(&mut self, states: &[State]) -> Result<(), Error> {
         let limit = self.args.limit as usize;
-        let course = InducedModel::unfold(&mut self.book, states, Scheduler::Permissive, limit)?;
-        if !course.complete {
+        let unfolded = InducedModel::unfold(&mut self.strategy, states, Scheduler::Permissive, limit)?;
+        if !unfolded.complete {
             self.job.sink.warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
         }
-        let dot = strategy_table::dot(self.words(), &course, states.len());
+        let dot = strategy_table::dot(self.words(), &unfolded, states.len());
         self.job.update(|r| r.drawing = Some(dot));
         Ok(())
     }

@@ -32,7 +32,7 @@ pub struct SimulateFindings {
     /// The seed.
     pub seed: u64,
     /// One entry per start.
-    pub plays: Vec<PlaysReport>,
+    pub plays: Vec<RunsReport>,
 }
 
 /// The report with times and memory.
@@ -40,7 +40,7 @@ pub type SimulateReport = Envelope<SimulateFindings>;
 
 /// The runs from one state.
 #[derive(Debug, Clone)]
-pub struct PlaysReport {
+pub struct RunsReport {
     /// The state where they start.
     pub state: Valuation,
     /// Their statistics.
@@ -128,7 +128,7 @@ pub struct TurnReport {
     pub changed: String,
 }
 
-impl PlaysReport {
+impl RunsReport {
     /// Creates the report of a tally.
     pub fn new(program: &Program, preferences: &Preferences, tally: Tally) -> Self {
         let state = Valuation::of(program, &tally.start);
@@ -138,7 +138,7 @@ impl PlaysReport {
             let entry = |(&o, wait)| AchievedReport { objective: name(o), wait: WaitReport::from(wait) };
             achieved.waits.iter().map(entry).collect()
         });
-        PlaysReport { state, tally, value: None, achieved, trace }
+        RunsReport { state, tally, value: None, achieved, trace }
     }
 
     /// Adds the value that the strategy attains, if it is known.
@@ -146,15 +146,15 @@ impl PlaysReport {
     pub fn compared(self, attained: Option<Attained>) -> Self {
         let attained = attained.as_ref().map(Attains::new);
         let value = attained.zip(self.tally.sample.clone());
-        PlaysReport { value: value.map(|(value, sample)| Comparison { value, sample }), ..self }
+        RunsReport { value: value.map(|(value, sample)| Comparison { value, sample }), ..self }
     }
 }
 
-impl Serialize for PlaysReport {
+impl Serialize for RunsReport {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let tally = &self.tally;
         let often = |(times, plays): (&usize, &u64)| json!({"times": times, "plays": plays});
-        let mut fields = serializer.serialize_struct("PlaysReport", 15)?;
+        let mut fields = serializer.serialize_struct("RunsReport", 15)?;
         fields.serialize_field("state", &self.state)?;
         match tally.is_unsafe {
             true => fields.serialize_field("unsafe", &true)?,

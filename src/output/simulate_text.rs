@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::envelope::Findings;
 use super::number::grouped;
-use super::simulate::{AchievedReport, PlaysReport, SimulateFindings, SimulateReport, TurnReport};
+use super::simulate::{AchievedReport, RunsReport, SimulateFindings, SimulateReport, TurnReport};
 use super::text::{self, Grid, Probability};
 use super::{Style, ranks};
 use crate::planning::{Kind, Rank, StrategyKind};
@@ -35,7 +35,7 @@ impl Findings for SimulateFindings {
     }
 }
 
-fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+fn one(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
     if plays.tally.is_unsafe {
         let title = style.bold(&format!("No run from {}", plays.state));
         return format!("\n{title}\n  {}\n", style.bad("Unsafe: no strategy keeps the requirements"));
@@ -64,7 +64,7 @@ fn one(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
 }
 
 /// States the rank, and how many runs made that number of improvements.
-fn promise(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+fn promise(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
     let kind = report.choosing.choose.levels(report.kind);
     let how = ranks::how(kind);
     if plays.tally.rank == Rank::Finite(0) {
@@ -112,7 +112,7 @@ fn pursued(report: &SimulateReport, runs: u64, style: Style) -> String {
 }
 
 /// Lists the achieved objectives, with the number of steps until then.
-fn achieved(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+fn achieved(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
     let Some(all) = plays.achieved.as_ref().filter(|all| !all.is_empty()) else { return String::new() };
     let mut grid = Grid::new(&["achieved", "runs", "share", "min steps", "mean", "max"], style);
     for AchievedReport { objective, wait } in all {
@@ -129,7 +129,7 @@ fn achieved(report: &SimulateReport, plays: &PlaysReport, style: Style) -> Strin
     format!("{}\n", grid.text(style))
 }
 
-fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+fn distribution(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
     let mut grid = Grid::new(&["improvements", "runs", "share"], style);
     for (times, plays) in &plays.tally.improvements {
         let share = 100.0 * *plays as f64 / report.runs as f64;
@@ -153,7 +153,7 @@ fn distribution(report: &SimulateReport, plays: &PlaysReport, style: Style) -> S
     out
 }
 
-fn weakening(report: &SimulateReport, plays: &PlaysReport, style: Style) -> String {
+fn weakening(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
     let told = |count: u64, what: &str| match count {
         0 => format!("  {} {what}.\n", style.good("No run weakened")),
         n => format!("  {} {what}.\n", style.warn(&format!("{} weakened", plural_runs(n)))),
@@ -172,7 +172,7 @@ fn plural_runs(count: u64) -> String {
     text::plural(usize::try_from(count).unwrap_or(usize::MAX), "run")
 }
 
-fn trace(plays: &PlaysReport, style: Style) -> String {
+fn trace(plays: &RunsReport, style: Style) -> String {
     let trace = &plays.trace;
     let mut out = format!("\n  {}\n", style.bold(&format!("Run {} in full", trace.play)));
     if trace.turns.is_empty() {

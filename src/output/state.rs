@@ -21,7 +21,7 @@ pub struct StateReport<'a> {
     /// The value that the strategy attains, if the choice depends on values.
     pub attains: Option<Attains>,
     /// The paths under the progress strategy, if they were computed.
-    pub course: Option<InducedModel>,
+    pub unfolded: Option<InducedModel>,
 }
 
 impl StateReport<'_> {
@@ -47,7 +47,7 @@ impl StateReport<'_> {
             "chosen_action": self.picked_action().map(|action| &action.name),
             "attains": self.attains,
             "actions": at.actions.iter().map(|action| self.action(action)).collect::<Vec<_>>(),
-            "longest_play": self.course.as_ref().and_then(InducedModel::longest_play),
+            "longest_play": self.unfolded.as_ref().and_then(InducedModel::longest_path),
         });
         if words.kind.achieves() {
             json["pursues"] = json!(words.pursued(at));

@@ -34,8 +34,8 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     for action in &at.actions {
         out += &action_text(state, action, style);
     }
-    if let Some(course) = &state.course {
-        out += &course_text((words, state.choosing.choose), course, style);
+    if let Some(unfolded) = &state.unfolded {
+        out += &paths_text((words, state.choosing.choose), unfolded, style);
     }
     out
 }
@@ -130,14 +130,14 @@ fn level(words: Words<'_>, node: &Node) -> String {
 }
 
 /// Renders the paths under the progress strategy, one line per node.
-fn course_text((words, choose): (Words<'_>, Choose), course: &InducedModel, style: Style) -> String {
+fn paths_text((words, choose): (Words<'_>, Choose), unfolded: &InducedModel, style: Style) -> String {
     let mut rows = vec![["", "state", "sure", "level", "next"].map(str::to_owned).to_vec()];
-    for (index, node) in course.nodes.iter().enumerate() {
+    for (index, node) in unfolded.nodes.iter().enumerate() {
         rows.push(vec![
             (index + 1).to_string(),
             match index {
                 0 => "start".to_owned(),
-                _ => words.changed(&course.nodes[0].at.state, &node.at.state),
+                _ => words.changed(&unfolded.nodes[0].at.state, &node.at.state),
             },
             words.either(&node.at.most_preferred),
             level(words, node),
@@ -152,7 +152,7 @@ fn course_text((words, choose): (Words<'_>, Choose), course: &InducedModel, styl
     };
     let mut out = format!("\n  {}\n", style.bold(&format!("Paths under the {name}")));
     out += &text::listed(&rows, style);
-    if let Some(steps) = course.longest_play() {
+    if let Some(steps) = unfolded.longest_path() {
         let _ = writeln!(out, "    Every such path ends after at most {}.", text::plural(steps, "step"));
     }
     out

@@ -52,10 +52,10 @@ pub fn csv_rows(state: &StateReport<'_>) -> String {
 ///
 /// Double boxes are starts. Actions of the progress strategy are bold, improvements green,
 /// weakenings red, and successors past the limit are `…`.
-pub fn dot(words: Words<'_>, course: &InducedModel, starts: usize) -> String {
+pub fn dot(words: Words<'_>, unfolded: &InducedModel, starts: usize) -> String {
     let mut out = "digraph strategy {\n  node [shape=box, fontname=\"sans-serif\"];\n".to_owned();
     out.push_str("  edge [fontname=\"sans-serif\"];\n");
-    for (index, node) in course.nodes.iter().enumerate() {
+    for (index, node) in unfolded.nodes.iter().enumerate() {
         let label = format!(
             "{}\n{}\n{}",
             words.program.show_state(&node.at.state).replace(',', ", "),

@@ -71,38 +71,38 @@ impl InducedModel {
     /// # Errors
     /// The errors of [`FiniteMemoryStrategy::explain`].
     pub fn unfold<E: Engine>(
-        book: &mut FiniteMemoryStrategy<E>,
+        strategy: &mut FiniteMemoryStrategy<E>,
         starts: &[State],
         scheduler: Scheduler,
         limit: usize,
     ) -> Result<Self> {
-        let mut course = InducedModel { nodes: Vec::new(), complete: true };
+        let mut unfolded = InducedModel { nodes: Vec::new(), complete: true };
         let mut index: AHashMap<(State, Memory), usize> = AHashMap::new();
         let mut queue = VecDeque::new();
         for start in starts {
-            let found = enter(&mut index, &mut queue, limit, (start.clone(), book.start(start)?));
-            course.complete &= found.is_some();
+            let found = enter(&mut index, &mut queue, limit, (start.clone(), strategy.start(start)?));
+            unfolded.complete &= found.is_some();
         }
         while let Some((state, memory)) = queue.pop_front() {
-            let at = book.explain(&state, memory)?;
+            let at = strategy.explain(&state, memory)?;
             let mut next = Vec::with_capacity(at.actions.len());
             for (position, action) in at.actions.iter().enumerate() {
                 let played = scheduler.plays(&at, position);
                 let mut follow = |key: (State, Memory)| {
                     let found = enter(&mut index, &mut queue, limit, key);
-                    course.complete &= found.is_some();
+                    unfolded.complete &= found.is_some();
                     found
                 };
                 let to = action.successors.iter();
                 next.push(to.map(|s| played.then(|| follow((s.state.clone(), s.next))).flatten()).collect());
             }
-            course.nodes.push(Node { at, next });
+            unfolded.nodes.push(Node { at, next });
         }
-        Ok(course)
+        Ok(unfolded)
     }
 
     /// Returns the maximum number of steps of a run; `None` if it is unbounded or unknown.
-    pub fn longest_play(&self) -> Option<usize> {
+    pub fn longest_path(&self) -> Option<usize> {
         let edges = |node: &Node| node.next.iter().flatten().flatten().copied().collect::<Vec<_>>();
         let mut entering = vec![0usize; self.nodes.len()];
         self.nodes.iter().flat_map(edges).for_each(|to| entering[to] += 1);

@@ -10,7 +10,7 @@ use super::explain::{Explanation, lost};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::induced_model::Scheduler;
 use super::levels::Rank;
-use super::tally::{Achievements, PlayEnd, Tally, Trace, Turn};
+use super::tally::{Achievements, RunEnd, Tally, Trace, Turn};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::State;
@@ -54,15 +54,15 @@ fn aim(memory: Memory) -> usize {
 
 /// Simulation of runs under a finite-memory strategy.
 pub struct Simulation<'b, E: Engine> {
-    book: &'b mut FiniteMemoryStrategy<E>,
+    strategy: &'b mut FiniteMemoryStrategy<E>,
     setup: Setup,
     seen: AHashMap<(State, Memory), Rc<Explanation>>,
 }
 
 impl<'b, E: Engine> Simulation<'b, E> {
     /// Creates a simulation without runs.
-    pub fn new(book: &'b mut FiniteMemoryStrategy<E>, setup: Setup) -> Self {
-        Simulation { book, setup, seen: AHashMap::new() }
+    pub fn new(strategy: &'b mut FiniteMemoryStrategy<E>, setup: Setup) -> Self {
+        Simulation { strategy, setup, seen: AHashMap::new() }
     }
 
     /// Simulates all runs from one state of the scope. Cost: that of
@@ -79,14 +79,14 @@ impl<'b, E: Engine> Simulation<'b, E> {
     /// # Errors
     /// The errors of [`Simulation::run`].
     pub fn run_each(&mut self, start: &[i64], each: &mut dyn FnMut(&Trace)) -> Result<Tally> {
-        let mut tally = Tally::new(start, self.book.rank(start)?);
-        tally.is_unsafe = self.book.is_unsafe(start)?;
-        tally.achieved = self.book.kind().achieves().then(Achievements::default);
-        let mut sample = match self.book.rule {
-            Some(_) => Some(Sample::new(aim(self.book.start(start)?))),
+        let mut tally = Tally::new(start, self.strategy.rank(start)?);
+        tally.is_unsafe = self.strategy.is_unsafe(start)?;
+        tally.achieved = self.strategy.kind().achieves().then(Achievements::default);
+        let mut sample = match self.strategy.rule {
+            Some(_) => Some(Sample::new(aim(self.strategy.start(start)?))),
             None => None,
         };
-        let sink = Arc::clone(&self.book.engine.settings().sink);
+        let sink = Arc::clone(&self.strategy.engine.settings().sink);
         let runs = self.setup.runs;
         for play in 1..=runs {
             sink.progress("runs", &|| format!("run {play} of {runs}"));
@@ -109,28 +109,28 @@ impl<'b, E: Engine> Simulation<'b, E> {
     ///
     /// # Errors
     /// The errors of [`Simulation::run`].
-    pub fn telling(&mut self, start: &[i64]) -> Result<(Trace, PlayEnd)> {
-        let wanted = match self.book.rank(start)? {
+    pub fn telling(&mut self, start: &[i64]) -> Result<(Trace, RunEnd)> {
+        let wanted = match self.strategy.rank(start)? {
             Rank::Finite(k) | Rank::AtLeast(k) => k,
             Rank::Unbounded => usize::MAX,
         };
-        let mut best = (Trace::default(), PlayEnd::Failed);
-        let sink = Arc::clone(&self.book.engine.settings().sink);
+        let mut best = (Trace::default(), RunEnd::Failed);
+        let sink = Arc::clone(&self.strategy.engine.settings().sink);
         let runs = self.setup.runs;
         for play in 1..=runs {
             sink.progress("runs", &|| format!("run {play} of {runs}"));
             let Run { trace, settled, .. } = self.play(start, play)?;
             let end = match trace.improvements() >= wanted {
-                true => PlayEnd::Kept,
-                false if settled => PlayEnd::Failed,
-                false => PlayEnd::CutOff,
+                true => RunEnd::Kept,
+                false if settled => RunEnd::Failed,
+                false => RunEnd::CutOff,
             };
             let merit = |t: &Trace| (!t.weakens(), t.improvements());
             if play == 1 || merit(&trace) > merit(&best.0) {
                 best = (trace, end);
             }
             // For an unbounded rank, a run that is cut off is sufficient.
-            let told = best.1 == PlayEnd::Kept || (wanted == usize::MAX && best.1 == PlayEnd::CutOff);
+            let told = best.1 == RunEnd::Kept || (wanted == usize::MAX && best.1 == RunEnd::CutOff);
             if told && !best.0.weakens() {
                 break;
             }
@@ -141,8 +141,8 @@ impl<'b, E: Engine> Simulation<'b, E> {
     /// Simulates one run.
     fn play(&mut self, start: &[i64], number: u64) -> Result<Run> {
         let draw = &mut Draw::numbered(self.setup.seed, number);
-        let first = self.book.most_preferred(start)?;
-        let (mut state, mut memory) = (start.to_vec(), self.book.start(start)?);
+        let first = self.strategy.most_preferred(start)?;
+        let (mut state, mut memory) = (start.to_vec(), self.strategy.start(start)?);
         let mut at = self.explained(&state, memory)?;
         let mut achieved = at.achieved.clone();
         let mut trace = Trace { play: number, achieved: achieved.clone(), turns: Vec::new() };
@@ -171,7 +171,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
         });
         // The sum may be slightly below 1 because of rounding.
         let to = reached.or(action.successors.last())?;
-        let weakens = |from| self.book.preferences.change(from, &to.most_preferred) == Change::Weakening;
+        let weakens = |from| self.strategy.preferences.change(from, &to.most_preferred) == Change::Weakening;
         let turn = Turn {
             action: action.name.clone(),
             state: to.state.clone(),
@@ -181,11 +181,11 @@ impl<'b, E: Engine> Simulation<'b, E> {
             improves: to.improves,
             gained: to.gained.clone(),
             change: to.change,
-            lost: lost(&self.book.preferences, &at.most_preferred, &to.most_preferred),
+            lost: lost(&self.strategy.preferences, &at.most_preferred, &to.most_preferred),
             weakens_step: weakens(&at.most_preferred),
             weakens_start: weakens(first),
             achieved: ObjectiveSet::new(),
-            cost: self.book.rule.as_ref().map_or(0.0, |rule| rule.cost(at.memory, &at.state)),
+            cost: self.strategy.rule.as_ref().map_or(0.0, |rule| rule.cost(at.memory, &at.state)),
         };
         Some((turn, to.next))
     }
@@ -193,12 +193,12 @@ impl<'b, E: Engine> Simulation<'b, E> {
     fn explained(&mut self, state: &[i64], memory: Memory) -> Result<Rc<Explanation>> {
         let key = (state.to_vec(), memory);
         if let Some(found) = self.seen.get(&key) {
-            if let Some(limit) = self.book.engine.settings().sink.stop() {
+            if let Some(limit) = self.strategy.engine.settings().sink.stop() {
                 return Err(limit.into());
             }
             return Ok(Rc::clone(found));
         }
-        let found = Rc::new(self.book.explain(state, memory)?);
+        let found = Rc::new(self.strategy.explain(state, memory)?);
         if self.seen.len() >= REMEMBERED {
             self.seen.clear();
         }

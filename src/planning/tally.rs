@@ -135,7 +135,7 @@ impl Trace {
 
 /// The end of a run, compared with the rank of its start state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PlayEnd {
+pub enum RunEnd {
     /// The run made as many improvements as the rank says.
     Kept,
     /// The run was given up before.

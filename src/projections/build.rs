@@ -170,7 +170,7 @@ impl Rungs {
 fn permitted<E: Dumpable>(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Result<ChoiceSet> {
     let engine = analysis.engine();
     let mut all = engine.no_choices();
-    let (Some(book), Some(classes), Some(improvement)) =
+    let (Some(strategy), Some(classes), Some(improvement)) =
         (FiniteMemoryStrategy::new(analysis, program, kind), analysis.classes(), analysis.improvement())
     else {
         return engine.choices_diagram(&all).cloned();
@@ -179,7 +179,7 @@ fn permitted<E: Dumpable>(analysis: &Analysis<E>, program: &Arc<Program>, kind: 
     let found = levels.found.iter().enumerate().map(|(k, level)| (Some(k + 1), level));
     for (rank, level) in found.chain(levels.unbounded().map(|level| (None, level))) {
         let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
-        let here = engine.choices_in(&permitted, &book.states_of_rank(rank)?)?;
+        let here = engine.choices_in(&permitted, &strategy.states_of_rank(rank)?)?;
         all = engine.union(&all, &here)?;
     }
     engine.choices_diagram(&all).cloned()

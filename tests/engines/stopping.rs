@@ -136,14 +136,14 @@ fn everything<E: Engine>(
     analysis.run_phase(Phase::Sasi, &mut |_| ())?;
     analysis.run_phase(Phase::Spi, &mut |_| ())?;
     done("levels");
-    let Some(mut book) = FiniteMemoryStrategy::new(&analysis, program, Kind::Sasi) else { return Ok(()) };
-    let memory = book.start(&[0, 0]).unwrap();
-    book.strategy(memory)?;
+    let Some(mut strategy) = FiniteMemoryStrategy::new(&analysis, program, Kind::Sasi) else { return Ok(()) };
+    let memory = strategy.start(&[0, 0]).unwrap();
+    strategy.strategy(memory)?;
     done("strategy");
-    book.explain(&[0, 0], memory)?;
+    strategy.explain(&[0, 0], memory)?;
     done("explanation");
     let setup = Setup { scheduler: Scheduler::Progress, runs: 2, steps: 10, seed: 1 };
-    Simulation::new(&mut book, setup).run(&[0, 0])?;
+    Simulation::new(&mut strategy, setup).run(&[0, 0])?;
     done("simulation");
     Ok(())
 }

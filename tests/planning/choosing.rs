@@ -23,20 +23,20 @@ const LEVELS: usize = 3;
 
 /// Returns the probability that a strategy makes its improvements from a state, and the expected
 /// number of steps until the last one; 0 steps count where they are not certain.
-fn evaluate<E: Engine>(book: &mut FiniteMemoryStrategy<E>, start: &State, k: usize) -> (Ratio, Ratio) {
-    let first = (start.clone(), book.start(start).unwrap(), k);
+fn evaluate<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, start: &State, k: usize) -> (Ratio, Ratio) {
+    let first = (start.clone(), strategy.start(start).unwrap(), k);
     let mut nodes: Vec<(State, Memory, usize)> = vec![first.clone()];
     let mut index = HashMap::from([(first, 0)]);
     let mut rows = Vec::new();
     while rows.len() < nodes.len() {
         let (state, memory, left) = nodes[rows.len()].clone();
         let mut row = Vec::new();
-        let at = book.explain(&state, memory).unwrap();
+        let at = strategy.explain(&state, memory).unwrap();
         if let Some(pick) = at.pick.filter(|_| left > 0) {
             assert!(at.actions[pick].permitted, "{state:?}: {} is not permitted", at.actions[pick].name);
-            let step = book.program().exact_steps(&state).unwrap().swap_remove(pick);
+            let step = strategy.program().exact_steps(&state).unwrap().swap_remove(pick);
             for ((to, p), shown) in step.successors.into_iter().zip(&at.actions[pick].successors) {
-                let (next, improves) = book.after(memory, &state, &to).unwrap();
+                let (next, improves) = strategy.after(memory, &state, &to).unwrap();
                 assert_eq!((shown.next, shown.improves), (next, improves));
                 let next = (to, next, left - usize::from(improves));
                 let number = *index.entry(next.clone()).or_insert(nodes.len());
@@ -64,11 +64,11 @@ fn attained<E: Engine>(analysis: &Analysis<E>, world: &World, label: &str) {
     for choose in [Choose::Likely, Choose::Cheap] {
         let (aim, kind) = (choose.aim().unwrap(), choose.kind().unwrap());
         let chooser = Arc::new(Chooser::new(Arc::clone(&values), aim));
-        let mut book = FiniteMemoryStrategy::new(analysis, &world.program, kind).unwrap();
-        book.choose_by(Arc::clone(&chooser) as _);
+        let mut strategy = FiniteMemoryStrategy::new(analysis, &world.program, kind).unwrap();
+        strategy.choose_by(Arc::clone(&chooser) as _);
         for state in &states {
             let promised = chooser.attained(state).unwrap();
-            let (reaches, cost) = evaluate(&mut book, state, promised.improvements);
+            let (reaches, cost) = evaluate(&mut strategy, state, promised.improvements);
             let name = choose.name();
             assert_eq!(reaches, exact(&promised.probability), "{name}, {label}, {state:?}");
             assert!(aim == Aim::Likely || promised.cost.is_some());
@@ -121,9 +121,9 @@ fn a_state_without_values_is_an_error() {
     values.explore(&analysis, &loaded.program, &[vec![1]], &Steps).unwrap();
     values.solve(&*loaded.engine).unwrap();
     let kind = Choose::Likely.kind().unwrap();
-    let mut book = FiniteMemoryStrategy::new(&analysis, &loaded.program, kind).unwrap();
-    book.choose_by(Arc::new(Chooser::new(Arc::new(values), Aim::Likely)));
-    let message = book.start(&[0]).unwrap_err().to_string();
+    let mut strategy = FiniteMemoryStrategy::new(&analysis, &loaded.program, kind).unwrap();
+    strategy.choose_by(Arc::new(Chooser::new(Arc::new(values), Aim::Likely)));
+    let message = strategy.start(&[0]).unwrap_err().to_string();
     assert!(message.contains("the values of the state x=0 were not computed"), "{message}");
-    assert!(book.start(&[1]).is_ok());
+    assert!(strategy.start(&[1]).is_ok());
 }

@@ -91,9 +91,9 @@ struct Check<'a> {
 
 impl Check<'_> {
     /// Checks the chain from a state of the scope in which the kind promises to achieve something.
-    fn chain(&self, course: &InducedModel, seen: &mut Seen) {
-        assert!(course.complete);
-        let edges = edges(course);
+    fn chain(&self, unfolded: &InducedModel, seen: &mut Seen) {
+        assert!(unfolded.complete);
+        let edges = edges(unfolded);
         seen.improved += usize::from(edges.iter().flatten().any(|(_, improves)| *improves));
         let chain: Vec<Vec<usize>> = edges
             .iter()
@@ -104,13 +104,13 @@ impl Check<'_> {
             })
             .collect();
         for component in bottom_components(&chain, 0, &Set::new()) {
-            self.component(course, &component, seen);
+            self.component(unfolded, &component, seen);
         }
     }
 
     /// Checks the nodes that a run visits infinitely often, or the one where it ends.
-    fn component(&self, course: &InducedModel, component: &Set, seen: &mut Seen) {
-        let first = &course.nodes[*component.first().unwrap()].at;
+    fn component(&self, unfolded: &InducedModel, component: &Set, seen: &mut Seen) {
+        let first = &unfolded.nodes[*component.first().unwrap()].at;
         let Some(objective) = first.pursued() else {
             let unbounded = first.memory.level == Rank::Unbounded;
             let nothing = first.most_preferred.is_empty();
@@ -118,7 +118,7 @@ impl Check<'_> {
             return;
         };
         for &node in component {
-            let at = &course.nodes[node].at;
+            let at = &unfolded.nodes[node].at;
             assert_eq!(at.pursued(), Some(objective));
             match self.kind {
                 StrategyKind::Plan => assert!(at.most_preferred.contains(objective), "{at:?}"),
@@ -129,19 +129,19 @@ impl Check<'_> {
             assert_eq!(component.len(), 1);
             seen.achieved += 1;
         } else {
-            self.kept(course, component, objective);
+            self.kept(unfolded, component, objective);
             seen.kept += 1;
         }
     }
 
     /// Checks the acceptance condition on the nodes that are visited infinitely often.
-    fn kept(&self, course: &InducedModel, component: &Set, objective: usize) {
+    fn kept(&self, unfolded: &InducedModel, component: &Set, objective: usize) {
         let engine = self.analysis.engine();
         let Goal::Satisfy { condition, .. } = &self.analysis.preferences().objectives[objective].goal else {
             panic!("a target is reached almost surely");
         };
         let all = |set: &<AnyEngine as Engine>::States, some: bool| {
-            let holds = |node: &usize| engine.contains(set, &course.nodes[*node].at.state).unwrap();
+            let holds = |node: &usize| engine.contains(set, &unfolded.nodes[*node].at.state).unwrap();
             if some { component.iter().any(holds) } else { component.iter().all(holds) }
         };
         let accepted = condition.disjuncts().unwrap().iter().any(|disjunct| {
@@ -161,9 +161,9 @@ fn check(drawn: &Drawn, storage: Storage, seen: &mut Seen) {
         analysis.run(&mut |_| ()).unwrap();
         let achieve = (0..preferences.objectives.len()).map(|o| (StrategyKind::Achieve, Some(o)));
         for (kind, objective) in achieve.chain([(StrategyKind::Plan, None)]) {
-            let book =
+            let strategy =
                 FiniteMemoryStrategy::of_kind(&analysis, &program, kind, kind.levels(), objective).unwrap();
-            let mut book = book.unwrap();
+            let mut strategy = strategy.unwrap();
             let analysed = analysis.engine();
             let starts = match objective {
                 None => analysed.all_states(),
@@ -172,8 +172,8 @@ fn check(drawn: &Drawn, storage: Storage, seen: &mut Seen) {
             for start in analysed.list_states(&starts, 12).unwrap() {
                 for scheduler in [Scheduler::Progress, Scheduler::Permissive] {
                     let starts = std::slice::from_ref(&start);
-                    let course = InducedModel::unfold(&mut book, starts, scheduler, 10_000).unwrap();
-                    Check { analysis: &analysis, kind, objective }.chain(&course, seen);
+                    let unfolded = InducedModel::unfold(&mut strategy, starts, scheduler, 10_000).unwrap();
+                    Check { analysis: &analysis, kind, objective }.chain(&unfolded, seen);
                 }
             }
         }

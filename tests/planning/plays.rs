@@ -47,7 +47,7 @@ fn program(
 }
 
 /// For each node the nodes it may lead to, each with whether the step is an improvement.
-pub(crate) fn edges(course: &InducedModel) -> Vec<Vec<(usize, bool)>> {
+pub(crate) fn edges(unfolded: &InducedModel) -> Vec<Vec<(usize, bool)>> {
     let of = |node: &meliora::planning::induced_model::Node| {
         let pairs = node.at.actions.iter().zip(&node.next);
         pairs
@@ -55,7 +55,7 @@ pub(crate) fn edges(course: &InducedModel) -> Vec<Vec<(usize, bool)>> {
             .filter_map(|(s, to)| to.map(|to| (to, s.improves)))
             .collect()
     };
-    course.nodes.iter().map(of).collect()
+    unfolded.nodes.iter().map(of).collect()
 }
 
 /// Returns the fewest improvements on a path from node 0 to each node; none for unreachable nodes.
@@ -95,10 +95,10 @@ fn can_improve(edges: &[Vec<(usize, bool)>], times: usize) -> bool {
 
 /// Checks the guarantee on the induced Markov chain. Under SASI it almost surely comes to an end, and
 /// every path to an end has at least `rank` improvements; under SPI `rank` improvements are possible.
-fn check_course(kind: Kind, course: &InducedModel, rank: Rank, label: &str) {
-    assert!(course.complete);
-    let edges = edges(course);
-    let ends = |n: usize| course.nodes[n].at.memory.level == Rank::Finite(0);
+fn check_course(kind: Kind, unfolded: &InducedModel, rank: Rank, label: &str) {
+    assert!(unfolded.complete);
+    let edges = edges(unfolded);
+    let ends = |n: usize| unfolded.nodes[n].at.memory.level == Rank::Finite(0);
     let promised = match rank {
         Rank::Finite(k) => k,
         _ => 12,
@@ -124,14 +124,14 @@ fn check_course(kind: Kind, course: &InducedModel, rank: Rank, label: &str) {
 }
 
 fn check_plays(
-    book: &mut FiniteMemoryStrategy<SymbolicEngine>,
+    strategy: &mut FiniteMemoryStrategy<SymbolicEngine>,
     safety: Safety,
     start: &[i64],
     scheduler: Scheduler,
     bound: Option<usize>,
 ) {
     let steps = bound.map_or(60, |b| b as u64);
-    let tally = Simulation::new(book, Setup { scheduler, runs: 10, steps, seed: 3 }).run(start).unwrap();
+    let tally = Simulation::new(strategy, Setup { scheduler, runs: 10, steps, seed: 3 }).run(start).unwrap();
     assert_eq!(tally.plays, 10);
     match safety {
         Safety::Action => assert_eq!(tally.weakened_step, 0),
@@ -141,7 +141,7 @@ fn check_plays(
     if bound.is_some() {
         assert_eq!(tally.given_up, 0);
     }
-    if let (Kind::Sasi, Some(_), Rank::Finite(k)) = (book.kind().levels(), bound, tally.rank) {
+    if let (Kind::Sasi, Some(_), Rank::Finite(k)) = (strategy.kind().levels(), bound, tally.rank) {
         assert_eq!(tally.fewer_than(k), 0);
     }
 }
@@ -154,23 +154,23 @@ fn check(program: Program, preferences: &Arc<Preferences>, ranks: &mut Ranks) {
         let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
         for kind in [Kind::Sasi, Kind::Spi] {
-            let mut book = FiniteMemoryStrategy::new(&analysis, &program, kind).unwrap();
+            let mut strategy = FiniteMemoryStrategy::new(&analysis, &program, kind).unwrap();
             for start in engine.list_states(&engine.all_states(), 10).unwrap() {
-                ranks.note(kind, safety, book.rank(&start).unwrap());
+                ranks.note(kind, safety, strategy.rank(&start).unwrap());
                 for scheduler in [Scheduler::Permissive, Scheduler::Progress] {
-                    let course =
-                        InducedModel::unfold(&mut book, std::slice::from_ref(&start), scheduler, 10_000)
+                    let unfolded =
+                        InducedModel::unfold(&mut strategy, std::slice::from_ref(&start), scheduler, 10_000)
                             .unwrap();
                     // The induced model follows the real system, which need not keep the guarantee of `transition`.
                     if safety != Safety::Transition {
                         check_course(
                             kind,
-                            &course,
-                            book.rank(&start).unwrap(),
+                            &unfolded,
+                            strategy.rank(&start).unwrap(),
                             &format!("{kind} {safety} {start:?}"),
                         );
                     }
-                    check_plays(&mut book, safety, &start, scheduler, course.longest_play());
+                    check_plays(&mut strategy, safety, &start, scheduler, unfolded.longest_path());
                 }
             }
         }
@@ -260,9 +260,9 @@ fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
     let options = Options { safety: Safety::Prefix, ..Options::default() };
     let mut analysis = Analysis::new(&engine, &preferences, options);
     analysis.run(&mut |_| ()).unwrap();
-    let mut book = FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).unwrap();
-    let memory = book.start(&[0]).unwrap();
-    let actions = book.explain(&[0], memory).unwrap().actions;
+    let mut strategy = FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).unwrap();
+    let memory = strategy.start(&[0]).unwrap();
+    let actions = strategy.explain(&[0], memory).unwrap().actions;
     let go = actions.iter().find(|a| a.name == "go").unwrap();
     let bad = go.successors.iter().position(|s| s.state == [1]);
     assert_eq!(go.verdict, Verdict::Unsafe(bad));

@@ -39,9 +39,9 @@ fn reason(action: &Action) -> Verdict {
 fn check(kind: Kind, x: i64, expected: &[(&str, Verdict)]) {
     let model = decision();
     let analysis = model.analyse(Safety::Action, None);
-    let mut book = FiniteMemoryStrategy::new(&analysis, &model.program, kind).unwrap();
-    let memory = book.start(&[x]).unwrap();
-    let actions = book.explain(&[x], memory).unwrap().actions;
+    let mut strategy = FiniteMemoryStrategy::new(&analysis, &model.program, kind).unwrap();
+    let memory = strategy.start(&[x]).unwrap();
+    let actions = strategy.explain(&[x], memory).unwrap().actions;
     let found: Vec<(&str, Verdict)> = actions.iter().map(|a| (a.name.as_str(), reason(a))).collect();
     assert_eq!(found, expected, "{kind}: x={x}");
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use meliora::planning::tally::{PlayEnd, Trace, Wait};
+use meliora::planning::tally::{RunEnd, Trace, Wait};
 use meliora::planning::{FiniteMemoryStrategy, Kind, Rank, Safety, Scheduler, Setup, Simulation};
 
 use crate::loaded::{Loaded, ladder};
@@ -17,10 +17,10 @@ fn a_tally_adds_up_its_runs() {
     let model = ladder();
     // Only one level of two is computed, so runs go on after the improvement that is guaranteed.
     let analysis = model.analyse(Safety::Action, Some(1));
-    let mut book = FiniteMemoryStrategy::new(&analysis, &model.program, Kind::Sasi).unwrap();
+    let mut strategy = FiniteMemoryStrategy::new(&analysis, &model.program, Kind::Sasi).unwrap();
     let setup = Setup { scheduler: Scheduler::Progress, runs: 200, steps: 3, seed: 1 };
     let mut traces = Vec::new();
-    let mut simulation = Simulation::new(&mut book, setup);
+    let mut simulation = Simulation::new(&mut strategy, setup);
     let tally = simulation.run_each(&[0], &mut |trace| traces.push(trace.clone())).unwrap();
     assert_eq!((tally.rank, tally.plays, traces.len()), (Rank::AtLeast(1), 200, 200));
 
@@ -56,11 +56,11 @@ fn successors_come_as_often_as_their_probabilities_say() {
         "objective A = F x=1; objective B = F x=2; objective C = F x=3;",
     );
     let analysis = model.analyse(Safety::Action, None);
-    let mut book = FiniteMemoryStrategy::new(&analysis, &model.program, Kind::Sasi).unwrap();
+    let mut strategy = FiniteMemoryStrategy::new(&analysis, &model.program, Kind::Sasi).unwrap();
     let setup = Setup { scheduler: Scheduler::Permissive, runs: 2000, steps: 5, seed: 1 };
     let mut ends = [0i64; 4];
     let mut each = |trace: &Trace| ends[last(trace) as usize] += 1;
-    Simulation::new(&mut book, setup).run_each(&[0], &mut each).unwrap();
+    Simulation::new(&mut strategy, setup).run_each(&[0], &mut each).unwrap();
     for (found, expected) in ends.into_iter().zip([0, 400, 600, 1000]) {
         // More than four standard deviations.
         assert!((found - expected).abs() < 100, "{ends:?}");
@@ -70,14 +70,14 @@ fn successors_come_as_often_as_their_probabilities_say() {
 /// The run that is shown: the best one among the first n, for the least n where the best one
 /// weakens nothing and has the wanted number of improvements. At an unbounded rank (none) it must
 /// have been cut off instead.
-fn shown(traces: &[Trace], wanted: Option<usize>, settled: fn(i64) -> bool) -> (Trace, PlayEnd) {
+fn shown(traces: &[Trace], wanted: Option<usize>, settled: fn(i64) -> bool) -> (Trace, RunEnd) {
     let weakens = |t: &Trace| t.turns.iter().any(|turn| turn.weakens_step || turn.weakens_start);
     let end = |t: &Trace| match wanted {
-        Some(k) if t.improvements() >= k => PlayEnd::Kept,
-        _ if settled(last(t)) => PlayEnd::Failed,
-        _ => PlayEnd::CutOff,
+        Some(k) if t.improvements() >= k => RunEnd::Kept,
+        _ if settled(last(t)) => RunEnd::Failed,
+        _ => RunEnd::CutOff,
     };
-    let fine = if wanted.is_some() { PlayEnd::Kept } else { PlayEnd::CutOff };
+    let fine = if wanted.is_some() { RunEnd::Kept } else { RunEnd::CutOff };
     let best = |n: usize| traces[..n].iter().rev().max_by_key(|t| (!weakens(t), t.improvements())).unwrap();
     let mut each = (1..=traces.len()).map(best);
     let chosen = each.find(|t| !weakens(t) && end(t) == fine).unwrap_or_else(|| best(traces.len()));
@@ -91,11 +91,11 @@ fn check_shown(
     (kind, safety): (Kind, Safety),
     rank: Rank,
     settled: fn(i64) -> bool,
-    ends: &[PlayEnd],
+    ends: &[RunEnd],
 ) {
     let analysis = model.analyse(safety, None);
-    let mut book = FiniteMemoryStrategy::new(&analysis, &model.program, kind).unwrap();
-    assert_eq!(book.rank(&[0]).unwrap(), rank);
+    let mut strategy = FiniteMemoryStrategy::new(&analysis, &model.program, kind).unwrap();
+    assert_eq!(strategy.rank(&[0]).unwrap(), rank);
     let wanted = match rank {
         Rank::Finite(k) => Some(k),
         _ => None,
@@ -105,7 +105,7 @@ fn check_shown(
         for runs in [1, 2, 5] {
             let setup = Setup { scheduler: Scheduler::Permissive, runs, steps: 3, seed };
             let mut traces = Vec::new();
-            let mut simulation = Simulation::new(&mut book, setup);
+            let mut simulation = Simulation::new(&mut strategy, setup);
             simulation.run_each(&[0], &mut |trace| traces.push(trace.clone())).unwrap();
             let found = simulation.telling(&[0]).unwrap();
             assert_eq!(found, shown(&traces, wanted, settled), "seed {seed}, {runs} runs");
@@ -125,7 +125,7 @@ fn the_run_shown_has_no_step_that_weakens() {
         "objective A = F x=1; objective B = F x=2; objective C = F x=3; objective D = F x=5;\n\
          prefer C > A; prefer C > B; prefer D > A; prefer D > B;",
     );
-    let ends = [PlayEnd::Kept, PlayEnd::CutOff, PlayEnd::Failed];
+    let ends = [RunEnd::Kept, RunEnd::CutOff, RunEnd::Failed];
     check_shown(&model, (Kind::Sasi, Safety::Transition), Rank::Finite(2), |x| x > 2, &ends);
 }
 
@@ -140,7 +140,7 @@ fn the_run_shown_does_not_weaken_its_start() {
          objective V = F x=3; objective Y = F x=3; objective W = F x=4;\n\
          prefer Y > T; prefer Y > U; prefer W > T; prefer W > U; prefer S > V;",
     );
-    let ends = [PlayEnd::Kept, PlayEnd::CutOff];
+    let ends = [RunEnd::Kept, RunEnd::CutOff];
     check_shown(&model, (Kind::Sasi, Safety::Action), Rank::Finite(1), |x| x > 2, &ends);
 }
 
@@ -154,6 +154,6 @@ fn the_run_shown_at_an_unbounded_rank_goes_on() {
          objective o4 = F x=2; objective o5 = F x=0; objective o6 = F x=3;\n\
          prefer o1 > o0; prefer o3 > o2; prefer o5 > o4;",
     );
-    let ends = [PlayEnd::CutOff, PlayEnd::Failed];
+    let ends = [RunEnd::CutOff, RunEnd::Failed];
     check_shown(&model, (Kind::Spi, Safety::Action), Rank::Unbounded, |x| x == 3, &ends);
 }

@@ -31,15 +31,15 @@ type Key = (usize, bool);
 pub fn induced<E: Engine>(
     analysis: &Analysis<E>,
     program: &Program,
-    book: &mut FiniteMemoryStrategy<E>,
+    strategy: &mut FiniteMemoryStrategy<E>,
     scheduler: Scheduler,
     limit: usize,
 ) -> Result<Graph> {
     let engine = analysis.engine();
     let starts = engine.list_states(&engine.initial_states(), limit.saturating_add(1))?;
     fits(starts.len().saturating_sub(1), limit)?;
-    let course = InducedModel::unfold(book, &starts, scheduler, limit)?;
-    if !course.complete {
+    let unfolded = InducedModel::unfold(strategy, &starts, scheduler, limit)?;
+    if !unfolded.complete {
         fits(limit, limit)?;
     }
     let mut found = Found::from(starts.len());
@@ -47,12 +47,12 @@ pub fn induced<E: Engine>(
     // States are numbered, and expanded, in the order in which they are found.
     while let Some(&key) = found.keys.get(rows.len()) {
         fits(rows.len(), limit)?;
-        rows.push(choices(&course, key, rows.len(), &mut found));
+        rows.push(choices(&unfolded, key, rows.len(), &mut found));
     }
     let keys = found.keys;
-    let achieves = book.kind().achieves();
-    let labels = labels(analysis, &course, &keys, achieves)?;
-    let states = keys.iter().map(|key| values(&course, *key, achieves)).collect();
+    let achieves = strategy.kind().achieves();
+    let labels = labels(analysis, &unfolded, &keys, achieves)?;
+    let states = keys.iter().map(|key| values(&unfolded, *key, achieves)).collect();
     let (is_dtmc, columns) = (scheduler == Scheduler::Progress, columns(program, achieves));
     Ok(Graph { is_dtmc, columns, states, rows, initial: (0..starts.len()).collect(), labels })
 }
@@ -79,8 +79,8 @@ impl Found {
 }
 
 /// Returns the choices of the strategy in a state; a self-loop if it has none.
-fn choices(course: &InducedModel, (node, _): Key, number: usize, found: &mut Found) -> Vec<Row> {
-    let node = &course.nodes[node];
+fn choices(unfolded: &InducedModel, (node, _): Key, number: usize, found: &mut Found) -> Vec<Row> {
+    let node = &unfolded.nodes[node];
     let mut rows = Vec::new();
     for (action, next) in node.at.actions.iter().zip(&node.next) {
         let mut successors: Vec<(usize, f64)> = Vec::new();
@@ -117,8 +117,8 @@ fn columns(program: &Program, achieves: bool) -> Vec<Column> {
     columns
 }
 
-fn values(course: &InducedModel, (node, improved): Key, achieves: bool) -> State {
-    let at = &course.nodes[node].at;
+fn values(unfolded: &InducedModel, (node, improved): Key, achieves: bool) -> State {
+    let at = &unfolded.nodes[node].at;
     let Memory { level, arena, pursuit } = at.memory;
     let number = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
     let level = match level {
@@ -135,20 +135,20 @@ fn values(course: &InducedModel, (node, improved): Key, achieves: bool) -> State
 
 fn labels<E: Engine>(
     analysis: &Analysis<E>,
-    course: &InducedModel,
+    unfolded: &InducedModel,
     keys: &[Key],
     achieves: bool,
 ) -> Result<Vec<(String, Vec<usize>)>> {
     let numbered = |holds: &dyn Fn(&Key) -> bool| -> Vec<usize> {
         keys.iter().enumerate().filter(|(_, key)| holds(key)).map(|(number, _)| number).collect()
     };
-    let settled = |key: &Key| course.nodes[key.0].next.iter().flatten().all(Option::is_none);
+    let settled = |key: &Key| unfolded.nodes[key.0].next.iter().flatten().all(Option::is_none);
     let mut labels =
         vec![("improved".to_owned(), numbered(&|key| key.1)), ("settled".to_owned(), numbered(&settled))];
     if achieves {
-        labels.push(("achieved".to_owned(), numbered(&|key| course.nodes[key.0].at.is_achieved())));
+        labels.push(("achieved".to_owned(), numbered(&|key| unfolded.nodes[key.0].at.is_achieved())));
     }
-    let states: Vec<State> = keys.iter().map(|key| course.nodes[key.0].at.state.clone()).collect();
+    let states: Vec<State> = keys.iter().map(|key| unfolded.nodes[key.0].at.state.clone()).collect();
     labels.extend(Regions::of(analysis).all(&states)?);
     Ok(distinct(labels))
 }

@@ -27,7 +27,7 @@ use super::CheckReport;
 use super::simulate::TraceReport;
 use crate::model::preference::{Outline, Preferences};
 use crate::model::{Program, State};
-use crate::planning::tally::PlayEnd;
+use crate::planning::tally::RunEnd;
 use crate::planning::{Scheduler, StrategyKind};
 use crate::projections::Projections;
 use crate::quantities::Choose;
@@ -64,7 +64,7 @@ pub struct Play {
     /// The visited states, starting with the first.
     pub states: Vec<State>,
     /// The end of the run.
-    pub end: PlayEnd,
+    pub end: RunEnd,
 }
 
 /// A single picture.

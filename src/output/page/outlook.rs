@@ -252,13 +252,13 @@ impl Followed {
         improvements: usize,
     ) -> Result<Self> {
         let mut found = Followed { from: ObjectiveSet::new(), first: None, after: Vec::new() };
-        let Some(mut book) = FiniteMemoryStrategy::new(analysis, program, kind) else { return Ok(found) };
-        let by_value = rule.map(|rule| book.choose_by(Arc::new(rule))).is_some();
-        let memory = book.start(state)?;
-        let at = book.explain(state, memory)?;
+        let Some(mut strategy) = FiniteMemoryStrategy::new(analysis, program, kind) else { return Ok(found) };
+        let by_value = rule.map(|rule| strategy.choose_by(Arc::new(rule))).is_some();
+        let memory = strategy.start(state)?;
+        let at = strategy.explain(state, memory)?;
         found.from = at.most_preferred.clone();
         found.first = at.pick.filter(|_| by_value).map(|pick| at.actions[pick].name.clone());
-        found.after = after(&mut book, (state, memory), improvements)?;
+        found.after = after(&mut strategy, (state, memory), improvements)?;
         Ok(found)
     }
 }
@@ -266,7 +266,7 @@ impl Followed {
 /// Returns for each improvement the most preferred objectives of the states that it leads to; nothing
 /// if the search is too large.
 fn after<E: Engine>(
-    book: &mut FiniteMemoryStrategy<E>,
+    strategy: &mut FiniteMemoryStrategy<E>,
     (start, memory): (&State, Memory),
     improvements: usize,
 ) -> Result<Vec<ObjectiveSet>> {
@@ -280,7 +280,7 @@ fn after<E: Engine>(
         if seen.len() > MOST_NODES {
             return Ok(Vec::new());
         }
-        let at = book.explain(&state, memory)?;
+        let at = strategy.explain(&state, memory)?;
         let Some(pick) = at.pick else { continue };
         for successor in &at.actions[pick].successors {
             if successor.improves {

@@ -7,7 +7,7 @@ use super::heat::digits;
 use crate::engine::Count;
 use crate::planning::StrategyKind;
 use crate::planning::result::Prospects;
-use crate::planning::tally::PlayEnd;
+use crate::planning::tally::RunEnd;
 
 /// Maximum number of alternatives that are named.
 const MOST_GOALS: usize = 5;
@@ -97,15 +97,15 @@ pub(super) fn outcome(play: &Play) -> String {
     let steps = text::plural(play.trace.turns.len(), "step");
     let last = play.trace.turns.last().map_or(play.trace.achieved.as_slice(), |turn| &turn.achieved);
     match (play.end, play.kind) {
-        (PlayEnd::CutOff, _) => format!("The run is cut off after {steps}, with {often} so far."),
-        (PlayEnd::Kept, StrategyKind::Plan | StrategyKind::Achieve) if !last.is_empty() => {
+        (RunEnd::CutOff, _) => format!("The run is cut off after {steps}, with {often} so far."),
+        (RunEnd::Kept, StrategyKind::Plan | StrategyKind::Achieve) if !last.is_empty() => {
             format!("The run makes {often}, and achieves {} after {steps}.", all_of(last))
         }
-        (PlayEnd::Kept, StrategyKind::Spi) => {
+        (RunEnd::Kept, StrategyKind::Spi) => {
             format!("A lucky run: every possible improvement happens ({often}).")
         }
-        (PlayEnd::Kept, _) => format!("All guaranteed improvements happen: {often}."),
-        (PlayEnd::Failed, _) => {
+        (RunEnd::Kept, _) => format!("All guaranteed improvements happen: {often}."),
+        (RunEnd::Failed, _) => {
             format!("No simulated run made all possible improvements; this one has {often}.")
         }
     }
