@@ -51,8 +51,7 @@ pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
 /// The text is a model.
 pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
-    let is_model = begin.first_word().is_some_and(|word| MODEL_WORDS.contains(&word))
-        || begin.tokens.first() == Some(&(Token::LeftBrace, "{"));
+    let is_model = begin.first_word().is_some_and(|word| MODEL_WORDS.contains(&word)) || begin.is_jani();
     let help = "the model comes before the preferences";
     if is_model { Err(begin.refuse("this is a model, not a preference file", help)) } else { Ok(()) }
 }
@@ -63,18 +62,25 @@ pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
 /// The text is a preference file or a model.
 pub(super) fn no_properties(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
-    let message = match begin.first_word() {
+    let (message, help) = match begin.first_word() {
         Some(word) if PREFERENCE_WORDS.contains(&word) => {
-            "this is a preference file, not a list of properties"
+            ("this is a preference file, not a list of properties", WRITTEN)
         }
         // Definitions occur in models and in property files.
         Some(word) if MODEL_WORDS.contains(&word) && !["const", "formula"].contains(&word) => {
-            "this is a model, not a list of properties"
+            ("this is a model, not a list of properties", WRITTEN)
         }
+        None if begin.is_jani() => (
+            "this is a JANI model, not a list of properties",
+            "`--property NAME` answers a property of the model by its name",
+        ),
         _ => return Ok(()),
     };
-    Err(begin.refuse(message, "properties are written `\"name\": P>=1 [ F condition ];`"))
+    Err(begin.refuse(message, help))
 }
+
+/// The form of properties, for messages.
+const WRITTEN: &str = "properties are written `\"name\": P>=1 [ F condition ];`";
 
 /// The first tokens of a text.
 struct Beginning<'a> {
@@ -95,6 +101,10 @@ impl<'a> Beginning<'a> {
 
     fn first_word(&self) -> Option<&'a str> {
         self.tokens.first().filter(|(token, _)| *token == Token::Word).map(|(_, text)| *text)
+    }
+
+    fn is_jani(&self) -> bool {
+        self.tokens.first() == Some(&(Token::LeftBrace, "{"))
     }
 
     fn second_is_bound(&self) -> bool {

@@ -66,3 +66,21 @@ fn constants_that_a_file_leaves_open_are_given_beside_those_of_the_model() {
         assert!(wrong.stderr.contains(word), "{given}: {}", wrong.stderr);
     }
 }
+
+#[test]
+fn files_in_place_of_property_files_are_named() {
+    let scratch = Scratch::new(&[
+        ("m.prism", MODEL),
+        ("m.jani", " {\"jani-version\": 1}"),
+        ("m.pref", "prefer A > B;"),
+    ]);
+    let refused = |file: &str| {
+        let (model, file) = (scratch.show("m.prism"), scratch.show(file));
+        Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr
+    };
+    let jani = refused("m.jani");
+    assert!(jani.contains("this is a JANI model, not a list of properties"), "{jani}");
+    assert!(jani.contains("`--property NAME`"), "{jani}");
+    assert!(refused("m.prism").contains("this is a model, not a list of properties"));
+    assert!(refused("m.pref").contains("this is a preference file, not a list of properties"));
+}
