@@ -41,6 +41,11 @@ impl SourceFile {
         self.original.as_deref().unwrap_or(&self.text)
     }
 
+    /// Returns a part of the text on one line, with single spaces.
+    pub(crate) fn on_one_line(&self, place: Range<usize>) -> String {
+        self.text.get(place).unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
     /// Returns line and column of a byte offset, both from 1; columns count characters.
     pub fn position(&self, offset: usize) -> (usize, usize) {
         let offset = self.floor(offset);

@@ -66,6 +66,9 @@ impl Goal {
         formula: &Formula,
         required: &[Required],
     ) -> Result<Self> {
+        if let Some(target) = formula.known_target() {
+            return Goal::reach(program, target, required);
+        }
         if let Some(target) = formula.reachability() {
             let target = lower_target(program, source, target)?;
             return Goal::reach(program, target, required);

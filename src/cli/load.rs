@@ -9,7 +9,7 @@ use meliora::advanced::lang::ltl;
 use meliora::advanced::lang::named::{self, Property};
 use meliora::advanced::lang::property::{Measure, Question as Asks};
 use meliora::dump::manifest;
-use meliora::engine::{AnyEngine, Count, Engine, Settings, Storage};
+use meliora::engine::{AnyEngine, Count, Engine, Selection, Settings, Storage};
 use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora::lang::{self, Document, Given};
@@ -209,8 +209,9 @@ pub(super) fn asked(
     for text in properties {
         let (goal, property) = match named.iter().find(|p| p.name == *text) {
             Some(named) => {
-                let found = of_model(named)?;
-                (Goal::reach(&mut program, found.target, &required)?, Some(found.question))
+                let named::Asked { formula, question } = of_model(named)?;
+                let source = Arc::clone(&program.source);
+                (Goal::of(&mut program, &source, &formula, &required)?, Some(question))
             }
             None => {
                 let source = SourceFile::new("--property", text.as_str());
@@ -249,7 +250,7 @@ pub(super) fn wrong_rewards(program: &mut Program, asks: &Asks) -> Option<ExprId
 /// Returns the question of a property that the model names.
 ///
 /// # Errors
-/// The property is not a reachability question.
+/// The property is not supported.
 fn of_model(property: &Property) -> Result<named::Asked, Error> {
     property.asks.clone().map_err(|reason| {
         let source = SourceFile::new("--property", property.name.as_str());
@@ -314,6 +315,22 @@ pub(super) fn engine(
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
     AnyEngine::new(Arc::clone(program), settings(args, storage, sink)?).map(Arc::new)
+}
+
+/// Builds the engine for some questions, and updates the selection. Numbers list the states anyway,
+/// so where the selection is open, the explicit engine is tried for them.
+///
+/// # Errors
+/// The errors of [`engine`].
+pub(super) fn engine_for(
+    questions: &[&Asking],
+    program: &Arc<Program>,
+    args: &ModelArgs,
+    selected: &mut Selection,
+    sink: &Arc<TerminalSink>,
+) -> Result<Arc<AnyEngine>, Error> {
+    selected.is_open &= questions.iter().any(|q| matches!(q.property, Some(Asks::Quantity(_))));
+    selected.build(program, settings(args, selected.storage, sink)?).map(Arc::new)
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.

@@ -118,7 +118,7 @@ pub(super) struct EngineArgs {
 /// The values of `--engine`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(super) enum EngineChoice {
-    /// Symbolic, unless the model is so small that explicit is faster
+    /// Symbolic, unless the model is small enough for explicit to be faster
     #[default]
     Auto,
     /// Sets of states are binary decision diagrams
@@ -163,7 +163,7 @@ impl EngineArgs {
         model: &ModelArgs,
     ) -> Selection {
         match self.named() {
-            Some(storage) => Selection { storage, reason: None },
+            Some(storage) => Selection { storage, reason: None, is_open: false },
             None if model.order != "auto" => self.diagrams("`--order`"),
             None => Selection::of(programs),
         }
@@ -172,7 +172,7 @@ impl EngineArgs {
     /// Returns the engine that the user has named, or else the symbolic one for this reason.
     pub(super) fn diagrams(self, reason: &str) -> Selection {
         let reason = self.named().is_none().then(|| reason.to_owned());
-        Selection { storage: self.named().unwrap_or(Storage::Symbolic), reason }
+        Selection { storage: self.named().unwrap_or(Storage::Symbolic), reason, is_open: false }
     }
 }
 

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::engine::{Engine, Storage};
+use meliora::engine::{Engine, Selection};
 use meliora::error::{Error, SourceFile};
 use meliora::lang::{open_constants, parse_properties, split_constants};
 use meliora::model::Program;
@@ -118,7 +118,7 @@ fn work(
         r.header.read(&asked.program);
         r.header.select(&selected);
     });
-    let args = (model, selected.storage);
+    let args = (model, &selected);
     let all = || asked.questions.iter().zip(open.iter().copied());
     let plain: Vec<_> = all().filter(|(q, _)| q.goal.watched.is_none()).collect();
     if !plain.is_empty() || asked.questions.is_empty() {
@@ -134,14 +134,17 @@ fn work(
 
 fn run_engine(
     job: &Job<PropertiesReport>,
-    (model, storage): (&ModelArgs, Storage),
+    (model, selected): (&ModelArgs, &Selection),
     asked: &Asked,
     program: &Arc<Program>,
     questions: &[(&Asking, usize)],
     precision: f64,
 ) -> Result<(), Error> {
-    let build = || load::engine(program, model, storage, &job.sink);
+    let (mut selected, asking): (_, Vec<&Asking>) =
+        (selected.clone(), questions.iter().map(|q| q.0).collect());
+    let build = || load::engine_for(&asking, program, model, &mut selected, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
+    job.update(|r| r.header.select(&selected));
     answer(job, &*engine, asked, questions, precision)
 }
 
@@ -169,8 +172,12 @@ fn answer<E: Engine>(
     let engine = under.engine();
     for &(asking, position) in questions {
         let found = job.timed("regions", || asking.goal.regions(engine), |_, _| ())?;
-        let answered = || under.answer(asking, &asked.program, &found, precision);
-        let (value, holds) = job.timed("value", answered, |_, _| ())?;
+        let answer = || under.answer(asking, &asked.program, &found, precision);
+        let answer = job.timed("value", answer, |_, _| ())?;
+        job.update(|r| {
+            (r.properties[position].holds, r.properties[position].value) = (answer.holds, answer.value);
+        });
+        answer.end?;
         let found = asking.goal.restricted(engine, found)?;
         let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));
         let sizes = Sizes {
@@ -180,8 +187,7 @@ fn answer<E: Engine>(
             pmin_positive: size(&found.pmin_positive)?,
         };
         job.update(|r| {
-            let answer = &mut r.properties[position];
-            (answer.holds, answer.value, answer.sizes) = (holds, value, sizes);
+            r.properties[position].sizes = sizes;
             r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
         });
     }

@@ -21,8 +21,22 @@ use super::load::Asking;
 /// Maximum number of initial states with values.
 const MOST_STATES: usize = 1 << 20;
 
-/// The value over the initial states, and whether the bound holds in all of them.
-type Answer = (Option<Bound>, Option<bool>);
+/// The answer to a property.
+pub(super) struct Answer {
+    /// The value over the initial states.
+    pub(super) value: Option<Bound>,
+    /// Whether the property holds in all of them.
+    pub(super) holds: Option<bool>,
+    /// An error if a limit was hit, after which the bounds of the value may be wide.
+    pub(super) end: Result<()>,
+}
+
+impl Answer {
+    /// Creates an answer without a number.
+    pub(super) fn of(holds: Option<bool>) -> Self {
+        Answer { value: None, holds, end: Ok(()) }
+    }
+}
 
 /// Parses the argument of `--precision`.
 ///
@@ -48,9 +62,9 @@ pub(super) fn answer<E: Engine>(
     precision: f64,
 ) -> Result<Answer> {
     let quantity = match &asking.property {
-        None => return Ok((None, None)),
+        None => return Ok(Answer::of(None)),
         Some(Question::Qualitative(strategies, bound)) => {
-            return Ok((None, Some(holds(engine, (*strategies, *bound), regions)?)));
+            return Ok(Answer::of(Some(holds(engine, (*strategies, *bound), regions)?)));
         }
         Some(Question::Quantity(quantity)) => quantity,
     };
@@ -76,11 +90,14 @@ pub(super) fn answer<E: Engine>(
     let is_narrow = |found: &[Value]| found.iter().all(|value| bound(value.interval()).width() <= precision);
     let is_decided = |found: &[Value]| quantity.bound.is_none_or(|bound| truth(found, bound).is_some());
     // Where bounds are too wide, or contain the bound of the property, exact numbers decide.
-    if !is_narrow(&found) || !is_decided(&found) {
-        found = values(true)?;
+    if found.end.is_ok() && !(is_narrow(&found.values) && is_decided(&found.values)) {
+        match values(true).and_then(|exact| exact.end.map(|()| exact.values)) {
+            Ok(exact) => found.values = exact,
+            Err(e) => found.end = Err(e),
+        }
     }
-    let holds = quantity.bound.and_then(|bound| truth(&found, bound));
-    Ok((over(&found), holds))
+    let holds = quantity.bound.and_then(|bound| truth(&found.values, bound));
+    Ok(Answer { value: over(&found.values), holds, end: found.end })
 }
 
 fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Result<Wanted<'p, S>> {

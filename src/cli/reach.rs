@@ -93,13 +93,14 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     let asked = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     let Some(asking) = asked.questions.first() else { return Ok(()) };
     let program = asking.goal.program(&asked.program);
-    let selected = args.engine.select([&**program], &args.model);
+    let mut selected = args.engine.select([&**program], &args.model);
     job.update(|r| {
         r.header.read(&asked.program);
         r.header.select(&selected);
     });
-    let build = || load::engine(program, &args.model, selected.storage, &job.sink);
+    let build = || load::engine_for(&[asking], program, &args.model, &mut selected, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+    job.update(|r| r.header.select(&selected));
     answer(job, &*engine, &asked, asking, args.precision)
 }
 
@@ -130,14 +131,14 @@ fn answer<E: Engine>(
         }
     };
     let answered = || under.answer(asking, &asked.program, &found, precision);
-    let (value, holds) = job.timed("value", answered, |r, s| r.time.add("value", s))?;
+    let answer = job.timed("value", answered, |r, s| r.time.add("value", s))?;
     job.update(|r| {
-        (r.holds, r.value) = (holds, value);
+        (r.holds, r.value) = (answer.holds, answer.value);
         if asking.property.is_some() {
             r.list_property();
         }
     });
-    Ok(())
+    answer.end
 }
 
 /// Returns the name of a region as a phase.

@@ -6,13 +6,12 @@ use meliora::engine::Engine;
 use meliora::engine::regions::Regions;
 use meliora::error::Error;
 use meliora::model::Program;
-use meliora::output::values::Bound;
 use meliora::planning::Requirements;
 use meliora::planning::result::{Escape, ModelCounts};
 use meliora::reach::Goal;
 
 use super::load::{Asked, Asking};
-use super::quantity;
+use super::quantity::{self, Answer};
 
 /// A model under requirements.
 pub(super) struct Under<'a, E: Engine> {
@@ -68,9 +67,9 @@ impl<'a, E: Engine> Under<'a, E> {
         model: &Arc<Program>,
         regions: &Regions<E::States>,
         precision: f64,
-    ) -> Result<(Option<Bound>, Option<bool>), Error> {
+    ) -> Result<Answer, Error> {
         if self.escape.is_some() {
-            return Ok((None, asking.property.is_some().then_some(false)));
+            return Ok(Answer::of(asking.property.is_some().then_some(false)));
         }
         quantity::answer(self.engine(), asking, model, regions, precision)
     }

@@ -1,22 +1,22 @@
 //! Properties that a model names.
 
+use super::ltl::Formula;
 use super::property::Question;
-use crate::model::expr::ExprId;
 
 /// A property of a model.
 #[derive(Debug, Clone)]
 pub struct Property {
     /// Name.
     pub name: String,
-    /// The question, or the reason why the property is not about reaching a set of states.
+    /// The question, or the reason why it cannot be answered.
     pub asks: Result<Asked, String>,
 }
 
-/// A property about reaching a set of states.
+/// A property that can be asked.
 #[derive(Debug, Clone)]
 pub struct Asked {
-    /// Target set, as an expression in the pool of the program.
-    pub target: ExprId,
+    /// Formula on paths, whose state formulas are expressions in the pool of the program.
+    pub formula: Formula,
     /// The question about it.
     pub question: Question,
 }

@@ -4,7 +4,7 @@ use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
 use super::expr::ExprId;
-use super::step::Choice;
+use super::step::{Choice, Combination};
 use super::value::{Binary, EvalError, Unary, Value};
 use super::{CommandId, Program};
 use crate::error::{Diagnostic, Error, Result};
@@ -128,35 +128,51 @@ impl Program {
     /// The structure has no meaning; a reward is negative or has no value in this state; the choices
     /// of the state have no meaning.
     pub fn reward(&self, structure: &RewardStructure, state: &[i64], choice: &Choice) -> Result<BigRational> {
+        let one;
+        let drawn;
+        let combinations = match choice {
+            Choice::Deadlock => &[],
+            Choice::Combination { synchronisation, commands } => {
+                one = [(*synchronisation, commands.clone())];
+                &one[..]
+            }
+            Choice::Uniform => {
+                drawn = self.combinations(state).map_err(|fault| super::fault::error(self, &fault, state))?;
+                &drawn[..]
+            }
+        };
+        self.reward_of(structure, state, combinations)
+    }
+
+    /// Does the same as [`Program::reward`] for the combinations that the choice draws from.
+    ///
+    /// # Errors
+    /// The structure has no meaning; a reward is negative or has no value in this state.
+    pub(crate) fn reward_of(
+        &self,
+        structure: &RewardStructure,
+        state: &[i64],
+        combinations: &[Combination],
+    ) -> Result<BigRational> {
         if !structure.errors.is_empty() {
             return Err(Error::Input(structure.errors.clone()));
         }
         let mut sum = BigRational::zero();
         for item in &structure.items {
-            let share = self.share(item.earner, state, choice)?;
-            if !share.is_zero() && self.applies(structure, item, state)? {
-                sum += share * self.value(structure, item, state)?;
+            let (earning, of) = match item.earner {
+                Earner::State => (1, 1),
+                earner => {
+                    let earns = |(s, commands): &&Combination| self.earns(earner, *s, commands);
+                    (combinations.iter().filter(earns).count(), combinations.len())
+                }
+            };
+            if earning > 0 && self.applies(structure, item, state)? {
+                let value = self.value(structure, item, state)?;
+                sum +=
+                    if earning == of { value } else { value * BigRational::new(earning.into(), of.into()) };
             }
         }
         Ok(sum)
-    }
-
-    /// Returns the part of the choice that earns a reward: 0 or 1, or a fraction in a `dtmc`.
-    fn share(&self, earner: Earner, state: &[i64], choice: &Choice) -> Result<BigRational> {
-        let whole = |earns: bool| BigRational::from_integer(i32::from(earns).into());
-        match choice {
-            _ if earner == Earner::State => Ok(whole(true)),
-            Choice::Deadlock => Ok(whole(false)),
-            Choice::Combination { synchronisation, commands } => {
-                Ok(whole(self.earns(earner, *synchronisation, commands)))
-            }
-            Choice::Uniform => {
-                let combinations =
-                    self.combinations(state).map_err(|fault| super::fault::error(self, &fault, state))?;
-                let earning = combinations.iter().filter(|(s, c)| self.earns(earner, *s, c)).count();
-                Ok(BigRational::new(earning.into(), combinations.len().max(1).into()))
-            }
-        }
     }
 
     fn earns(&self, earner: Earner, synchronisation: usize, commands: &[CommandId]) -> bool {

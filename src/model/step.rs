@@ -26,6 +26,10 @@ pub enum Choice {
     Deadlock,
 }
 
+/// One enabled command of each factor of a synchronisation, which is given by its position in
+/// [`Program::synchronisations`].
+pub(crate) type Combination = (usize, Vec<CommandId>);
+
 /// A choice with its distribution over successors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step<W = f64> {
@@ -132,7 +136,7 @@ impl Program {
     }
 
     /// Returns the combinations of enabled commands, one of each factor, by synchronisation.
-    pub(super) fn combinations(&self, state: &[i64]) -> Result<Vec<(usize, Vec<CommandId>)>, StepError> {
+    pub(super) fn combinations(&self, state: &[i64]) -> Result<Vec<Combination>, StepError> {
         let mut combinations = Vec::new();
         for (index, synchronisation) in self.synchronisations.iter().enumerate() {
             let mut enabled = Vec::new();

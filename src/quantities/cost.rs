@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::model::exact::Ratio;
 use crate::model::expr::ExprId;
 use crate::model::rewards::RewardStructure;
-use crate::model::step::Choice;
+use crate::model::step::Combination;
 use crate::model::{Program, State, fault};
 
 /// A cost for each step: what a choice costs in a state, at least 0.
@@ -15,11 +15,11 @@ use crate::model::{Program, State, fault};
 /// For a reward structure, this is the sum of its state rewards in the state and of its transition
 /// rewards for the action of the choice.
 pub trait Cost {
-    /// Returns the cost of a choice in a state.
+    /// Returns the cost of a choice in a state, which draws from these combinations of commands.
     ///
     /// # Errors
     /// The cost is negative or has no value in this state.
-    fn of(&self, state: &State, choice: &Choice) -> Result<Ratio>;
+    fn of(&self, state: &State, combinations: &[Combination]) -> Result<Ratio>;
 
     /// Returns the cost of every step, if all have the same.
     fn constant(&self) -> Option<Ratio> {
@@ -37,7 +37,7 @@ impl Steps {
 }
 
 impl Cost for Steps {
-    fn of(&self, _: &State, _: &Choice) -> Result<Ratio> {
+    fn of(&self, _: &State, _: &[Combination]) -> Result<Ratio> {
         Ok(Ratio::one())
     }
 
@@ -73,8 +73,8 @@ pub struct Earned<'p> {
 }
 
 impl Cost for Earned<'_> {
-    fn of(&self, state: &State, choice: &Choice) -> Result<Ratio> {
-        self.program.reward(self.structure, state, choice)
+    fn of(&self, state: &State, combinations: &[Combination]) -> Result<Ratio> {
+        self.program.reward_of(self.structure, state, combinations)
     }
 }
 

@@ -320,7 +320,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             if facts.engine.contains_choice(&arena.choices, &state, &step.choice)? {
                 let cost = match self.cost {
                     Some(cost) => cost,
-                    None => self.graph.fraction(self.costs.of(&state, &step.choice)?),
+                    None => self.graph.fraction(self.costs.of(&state, &step.combinations)?),
                 };
                 choices.push((position, cost, self.edges(number, reference, step)?));
             }

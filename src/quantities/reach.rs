@@ -54,6 +54,15 @@ impl Value {
     }
 }
 
+/// The values of some states.
+#[derive(Debug)]
+pub struct Answer {
+    /// The values, in the order of the states.
+    pub values: Vec<Value>,
+    /// An error if a limit was reached. The bounds hold then too, but may be wide.
+    pub end: Result<()>,
+}
+
 /// Computes a quantity in some states of the scope, from the regions of the formula; for a reward,
 /// these are the regions of reaching the target. With `exact`, computes with fractions, which can
 /// become very long.
@@ -62,7 +71,7 @@ impl Value {
 /// that the given states reach.
 ///
 /// # Errors
-/// A limit is reached; a command or a reward has no meaning in some state.
+/// A limit is reached before bounds are known; a command or a reward has no meaning in some state.
 pub fn values<E: Engine>(
     engine: &E,
     program: &Program,
@@ -70,7 +79,7 @@ pub fn values<E: Engine>(
     regions: &Regions<E::States>,
     states: &[State],
     exact: bool,
-) -> Result<Vec<Value>> {
+) -> Result<Answer> {
     let all = engine.all_states();
     let negated = |x: &E::States| engine.difference(&all, x);
     let search = match (wanted, optimum) {
@@ -91,9 +100,11 @@ pub fn values<E: Engine>(
             Search { engine, program, end, inside, quantity: Quantity::Reward, cost: Some(*cost) }
         }
     };
-    let found = if exact { search.run::<Ratio>(states)? } else { search.run::<Interval>(states)? };
-    let complement = search.cost.is_none() && optimum == Optimum::Min;
-    Ok(found.into_iter().map(|value| if complement { complemented(value) } else { value }).collect())
+    let mut answer = if exact { search.run::<Ratio>(states)? } else { search.run::<Interval>(states)? };
+    if search.cost.is_none() && optimum == Optimum::Min {
+        answer.values = answer.values.into_iter().map(complemented).collect();
+    }
+    Ok(answer)
 }
 
 /// Returns 1 minus a probability.
@@ -126,7 +137,7 @@ struct Found {
 
 impl<E: Engine> Search<'_, E> {
     /// Returns the values of some states.
-    fn run<N: Number>(&self, states: &[State]) -> Result<Vec<Value>> {
+    fn run<N: Number>(&self, states: &[State]) -> Result<Answer> {
         let mut meter = Meter::new(self.engine);
         let (mut graph, mut found) = (Graph::default(), Found::default());
         graph.add_node(Rank::default(), false, &mut meter)?;
@@ -149,14 +160,18 @@ impl<E: Engine> Search<'_, E> {
         let system =
             System { graph, quantity: self.quantity, below: None, fractions, small: SMALL, margin: None };
         let mut solution = system.start(&mut meter)?;
-        system.solve(&mut solution, &mut meter)?;
+        let end = system.solve(&mut solution, &mut meter);
         let value = |node: &u32| match *node {
             END => Value::Finite(Bounds::of(&if self.cost.is_some() { N::zero() } else { N::one() })),
             LOST if self.cost.is_some() => Value::Infinite,
             LOST => Value::Finite(Bounds::of(&N::zero())),
-            node => Value::Finite(solution.get(node).map_or_else(|| self.anything(), Bounds::of)),
+            node => Value::Finite(match solution.get(node).map(Bounds::of) {
+                None => self.anything(),
+                Some(bounds) if self.cost.is_some() => bounds,
+                Some(bounds) => bounds.at_most_one(),
+            }),
         };
-        Ok(starts.iter().map(value).collect())
+        Ok(Answer { values: starts.iter().map(value).collect(), end })
     }
 
     /// Returns the bounds of a value of which nothing is known.
@@ -205,7 +220,7 @@ impl<E: Engine> Search<'_, E> {
         let listed = walk.choices(code, &mut graph.known)?;
         let all = self.engine.all_states();
         let mut choices = Vec::with_capacity(listed.len());
-        for (position, Weighted { choice, successors }) in (0u32..).zip(listed) {
+        for (position, Weighted { combinations, successors, .. }) in (0u32..).zip(listed) {
             // Known states are in the engine.
             let leaves = |(next, _): &(Code, u32)| {
                 Ok(!found.index.contains_key(next) && !self.engine.contains(&all, &codec.decode(next))?)
@@ -214,7 +229,7 @@ impl<E: Engine> Search<'_, E> {
                 continue;
             }
             let cost = match &self.cost {
-                Some(cost) => cost.of(&state, &choice)?,
+                Some(cost) => cost.of(&state, &combinations)?,
                 None => Ratio::zero(),
             };
             let cost = graph.fraction(cost);

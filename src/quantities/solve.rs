@@ -23,6 +23,10 @@ pub(super) const SMALL: usize = 1000;
 /// The number of groups up to which a component is solved with fractions if its bounds are wide.
 pub(super) const FEW: usize = 100;
 
+/// The number of nodes up to which bounds are passed on after a limit is reached: this must not delay
+/// the end noticeably.
+const PASSED_ON: usize = 1 << 22;
+
 /// No choice, or no position.
 pub(super) const NONE: u32 = u32::MAX;
 
@@ -207,31 +211,67 @@ impl<N: Number> System<'_, N> {
     /// Solves the equations of all open nodes, the components that others depend on first.
     ///
     /// # Errors
-    /// A limit is reached; the components solved before it are known, and bounds of the one in work.
+    /// A limit is reached; then all nodes have bounds, as far as those found before the limit show
+    /// them.
     pub(super) fn solve(&self, solution: &mut Solution<N>, meter: &mut Meter<'_>) -> Result<()> {
         let nodes = self.graph.nodes();
         let scratch = nodes * (4 * size_of::<u32>() + 2);
         meter.take(scratch)?;
         let found = self.components();
         let mut position = vec![NONE; nodes];
-        let total = found.len();
-        for (number, component) in found.into_iter().enumerate() {
-            if !self.is_open(component[0]) {
-                continue;
+        for number in 0..found.len() {
+            meter.progress(&|| format!("component {} of {}", number + 1, found.len()));
+            let end = self.next(&found[number], &mut position, solution, meter);
+            if end.is_err() {
+                self.pass_on(&found[number..], solution);
+                return end;
             }
-            meter.step()?;
-            meter.progress(&|| format!("component {} of {total}", number + 1));
-            if let [node] = component[..] {
-                self.single(node, solution)?;
-                continue;
-            }
-            component.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
-            let end = self.component(&component, &position, solution, meter);
-            component.iter().for_each(|&node| position[node as usize] = NONE);
-            end.map_err(|e| self.explained(e, component.len()))?;
         }
         meter.release(scratch);
         Ok(())
+    }
+
+    /// Solves the equations of a component; `position` has a place for each node.
+    fn next(
+        &self,
+        component: &[u32],
+        position: &mut [u32],
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        if !self.is_open(component[0]) {
+            return Ok(());
+        }
+        meter.step()?;
+        if let [node] = *component {
+            return self.single(node, solution);
+        }
+        component.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
+        let end = self.component(component, position, solution, meter);
+        component.iter().for_each(|&node| position[node as usize] = NONE);
+        end.map_err(|e| self.explained(e, component.len()))
+    }
+
+    /// Bounds the nodes without values by one step per node, which holds for any bounds of their
+    /// successors. Their best choices remain unknown.
+    fn pass_on(&self, rest: &[Vec<u32>], solution: &mut Solution<N>) {
+        let Ok(anything) = self.anything() else { return };
+        if rest.iter().map(Vec::len).sum::<usize>() > PASSED_ON {
+            return;
+        }
+        for component in rest {
+            let open = |&node: &u32| self.is_open(node) && !solution.known[node as usize];
+            let open: Vec<u32> = component.iter().copied().filter(open).collect();
+            for &node in &open {
+                solution.values[node as usize] = anything.clone();
+                solution.known[node as usize] = true;
+            }
+            for &node in &open {
+                // Fails only for exact numbers, which have no bounds.
+                let _ = self.single(node, solution);
+                solution.picks[node as usize] = NONE;
+            }
+        }
     }
 
     /// Returns the strongly connected components of the open nodes and of those that they reach; each

@@ -1,12 +1,15 @@
 //! Both methods for components on random graphs: iteration against exact elimination.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use num_traits::FromPrimitive;
 
 use super::graph::{Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Interval, Number};
 use super::solve::{Quantity, SMALL, Solution, System};
-use crate::engine::NoProgress;
+use crate::engine::{NoProgress, ProgressSink};
+use crate::error::Limit;
 use crate::model::exact::Ratio;
 use crate::random::Draw;
 
@@ -129,4 +132,50 @@ fn iteration_and_elimination_agree_on_random_graphs() {
         }
     }
     assert!(iterated > 100, "{iterated} values by iteration");
+}
+
+/// Stops the work when it is asked once more than this number of times.
+struct Patience(AtomicUsize);
+
+impl ProgressSink for Patience {
+    fn stop(&self) -> Option<Limit> {
+        let last = |n: usize| n.checked_sub(1);
+        self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, last).err().map(|_| Limit::Interrupted)
+    }
+}
+
+#[test]
+fn bounds_hold_wherever_a_limit_ends_the_work() {
+    let (mut ended, mut narrow, mut wide) = (0, 0, 0);
+    for seed in 0..6 {
+        let graph = graph(&rows(&mut Draw::new(seed), 300), &mut Meter::unlimited(&NoProgress));
+        let fractions: Vec<Interval> = graph.fractions().iter().map(Number::of).collect();
+        for quantity in [Quantity::Probability(1), Quantity::Cost(1)] {
+            let whole: Solution<Interval> = solved(&graph, quantity, 0, &mut Meter::unlimited(&NoProgress));
+            let system = System {
+                graph: &graph,
+                quantity,
+                below: None,
+                fractions: &fractions,
+                small: 0,
+                margin: None,
+            };
+            for patience in 0.. {
+                let sink = Patience(AtomicUsize::new(patience));
+                let mut meter = Meter::unlimited(&sink);
+                let mut solution = system.start(&mut meter).unwrap();
+                if system.solve(&mut solution, &mut meter).is_ok() {
+                    break;
+                }
+                ended += 1;
+                for node in (0..graph.nodes() as u32).filter(|&node| system.is_open(node)) {
+                    let (Some(x), Some(y)) = (whole.get(node), solution.get(node)) else { panic!("{node}") };
+                    assert!(y.lower <= x.upper && x.lower <= y.upper, "seed {seed}, {quantity}: {x:?} {y:?}");
+                    let is_narrow = y.width() < 1e-3;
+                    (narrow, wide) = (narrow + usize::from(is_narrow), wide + usize::from(!is_narrow));
+                }
+            }
+        }
+    }
+    assert!(ended > 15 && narrow > 50 && wide > 50, "{ended} {narrow} {wide}");
 }

@@ -101,3 +101,97 @@ fn a_model_is_read_from_standard_input_too() {
     let file = Finished::of(meliora().args(["info", &scratch.show("m.jani"), "--json", "--const", "N=1"]));
     assert_eq!(found["counts"], file.expect(0).json()["counts"]);
 }
+
+/// Formulas on paths in both languages.
+fn formulas() -> Vec<(Json, &'static str)> {
+    let made = |n: u8| json!({"op": "=", "left": "made", "right": n});
+    let one = |op: &str, exp: Json| json!({"op": op, "exp": exp});
+    let two = |op: &str, left: Json, right: Json| json!({"op": op, "left": left, "right": right});
+    let within = |mut formula: Json, bounds: Json| {
+        formula["step-bounds"] = bounds;
+        formula
+    };
+    let intact = || one("¬", json!("broken"));
+    let eventually = || one("F", made(2));
+    let until = || two("U", intact(), made(1));
+    vec![
+        (until(), "!broken U made=1"),
+        (within(until(), json!({"upper": 6})), "!broken U<=6 made=1"),
+        (
+            within(until(), json!({"lower": 2, "upper": {"op": "*", "left": "N", "right": 4}})),
+            "!broken U[2,8] made=1",
+        ),
+        (within(eventually(), json!({"lower": 3, "lower-exclusive": true})), "F>3 made=2"),
+        (within(two("U", json!(true), made(2)), json!({"upper": 9, "upper-exclusive": true})), "F<9 made=2"),
+        (one("G", intact()), "G !broken"),
+        (within(one("G", intact()), json!({"upper": 5})), "G<=5 !broken"),
+        (one("X", made(1)), "X made=1"),
+        (two("W", made(0), json!("broken")), "made=0 W broken"),
+        (two("R", json!("broken"), made(0)), "broken R made=0"),
+        (two("∧", one("F", made(1)), one("G", intact())), "(F made=1) & (G !broken)"),
+        (two("∨", made(2), one("X", json!("broken"))), "made=2 | (X broken)"),
+        (two("⇒", one("F", json!("broken")), one("F", made(1))), "(F broken) => (F made=1)"),
+        (one("¬", two("U", made(0), two("∧", made(1), intact()))), "!(made=0 U (made=1 & !broken))"),
+        (one("F", one("G", two("∨", json!("broken"), made(2)))), "F (G (broken | made=2))"),
+        (one("G", one("F", made(1))), "G (F made=1)"),
+    ]
+}
+
+/// Returns the model with properties that ask for the maximal probability of formulas.
+fn asking(formulas: impl Iterator<Item = Json>) -> Scratch {
+    let mut model: Json = serde_json::from_str(workshop()).unwrap();
+    let asked = |(n, formula)| json!({"name": format!("p{n}"), "expression": {"op": "Pmax", "exp": formula}});
+    model["properties"] = formulas.enumerate().map(asked).collect();
+    Scratch::new(&[("m.jani", &model.to_string())])
+}
+
+#[test]
+fn properties_may_have_any_formula_on_paths() {
+    let formulas = formulas();
+    let scratch = asking(formulas.iter().map(|(formula, _)| formula.clone()));
+    let model = scratch.show("m.jani");
+    for engine in ["symbolic", "explicit"] {
+        for (n, (_, text)) in formulas.iter().enumerate() {
+            let ask = |property: &str| {
+                let mut found = answer(&["reach", &model, "--engine", engine, "--property", property]);
+                let kept = ["properties", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
+                found["properties"][0]["property"].take();
+                kept.map(|key| found[key].take())
+            };
+            let by_name = ask(&format!("p{n}"));
+            assert_eq!(by_name, ask(&format!("Pmax=? [ {text} ]")), "{text} {engine}");
+            assert!(by_name[0][0]["value"]["lower"].is_number(), "{text}: {by_name:?}");
+        }
+    }
+}
+
+#[test]
+fn formulas_that_are_not_supported_are_refused_by_name() {
+    let eventually = |key: &str, bounds: Json| json!({"op": "F", "exp": "broken", key: bounds});
+    let nested = json!({"op": "F", "exp": {"op": "Pmax", "exp": eventually("comment", json!(""))}});
+    let weak = json!({"op": "W", "left": true, "right": "broken", "step-bounds": {"upper": 1}});
+    let long = (0..1001).fold(json!("broken"), |inner, _| json!({"op": "X", "exp": inner}));
+    let cases = [
+        (eventually("reward-bounds", json!([])), "it has reward-bounds"),
+        (eventually("time-bounds", json!({"upper": 1})), "it has time-bounds"),
+        (weak, "it has \"W\" with step-bounds"),
+        (nested, "its formula is nested"),
+        (json!("broken"), "its formula is not one on paths"),
+        (long, "its formula has more than 1000 operators"),
+        (
+            eventually("step-bounds", json!({"upper": {"op": "-", "left": 0, "right": 1}})),
+            "cannot be negative",
+        ),
+        (
+            eventually("step-bounds", json!({"lower": 2, "upper": 1})),
+            "no number of steps is within these bounds",
+        ),
+    ];
+    let scratch = asking(cases.iter().map(|(formula, _)| formula.clone()));
+    for (n, (_, reason)) in cases.iter().enumerate() {
+        let property = format!("p{n}");
+        let asked = ["reach", &scratch.show("m.jani"), "--const", "N=2", "--property", &property];
+        let found = Finished::of(meliora().args(asked)).expect(3).stderr;
+        assert!(found.contains(reason), "{reason}: {found}");
+    }
+}

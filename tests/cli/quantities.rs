@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::common::{Finished, Scratch, meliora, run};
 
 /// Tries `a` until it succeeds, or gives up by `b`. In 3 nothing happens any more.
 const MODEL: &str = "mdp
@@ -136,4 +136,33 @@ fn the_text_says_the_value() {
     let shown =
         Finished::of(command.args(["reach", &scratch.show("m.prism"), "--property", "Rmin=? [ F x=0 ]"]));
     assert!(shown.expect(0).stdout.contains("The value in the initial states: 0"));
+}
+
+/// A model whose ranges have 2^24 valuations, 21 of which are reachable.
+const SPARSE: &str = "mdp
+module m
+  x : [0..4095]; y : [0..4095];
+  [go] x<20 -> 0.9: (x'=x+1) & (y'=4095) + 0.1: (x'=0) & (y'=0);
+endmodule";
+
+#[test]
+fn numbers_are_found_by_the_explicit_engine_if_it_stores_the_states_in_few_bytes() {
+    let scratch = Scratch::new(&[("m.prism", SPARSE)]);
+    let ask = |arguments: &str| run(&format!("reach {} --json {arguments}", scratch.show("m.prism")));
+    let number = "--property Pmax=?[F(x=20)]";
+    let found = ask(number).json();
+    assert_eq!((&found["engine"], &found["engine_reason"]), (&json!("explicit"), &json!("21 states found")));
+    let set = ask("--target x=20").json();
+    assert_eq!(set["engine"], "symbolic", "{}", set["engine_reason"]);
+    for other in ["--engine symbolic", "--engine explicit", "--order declared"] {
+        let other = ask(&format!("{number} {other}")).json();
+        assert_eq!(found["properties"][0]["value"], other["properties"][0]["value"], "{other}");
+        assert_eq!(found["counts"], other["counts"], "{other}");
+    }
+    let all = ask(&format!("{number} --scope all")).json();
+    assert_eq!(all["engine"], "symbolic", "{}", all["engine_reason"]);
+    // Several properties of which one asks for a number.
+    let several = ask(&format!("{number} --property P>=1[F(x=20)]")).json();
+    assert_eq!(several["engine"], "explicit");
+    assert_eq!(several["properties"][1]["holds"], true);
 }

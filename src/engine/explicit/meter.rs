@@ -8,7 +8,7 @@ use crate::error::{Limit, Result};
 /// A counter of the bytes of live arrays; clones share the counter.
 #[derive(Debug, Clone)]
 pub(super) struct Meter {
-    limit: u64,
+    limit: Arc<AtomicU64>,
     used: Arc<AtomicU64>,
     peak: Arc<AtomicU64>,
     /// The number of states reached so far, for the message about the memory limit.
@@ -25,7 +25,17 @@ pub(super) struct Charge {
 impl Meter {
     /// Creates a meter that refuses more than `limit` bytes.
     pub(super) fn new(limit: u64) -> Self {
+        let limit = Arc::new(AtomicU64::new(limit));
         Meter { limit, used: Arc::default(), peak: Arc::default(), states: Arc::default() }
+    }
+
+    /// Sets the limit of the meter and of its clones.
+    pub(super) fn set_limit(&self, limit: u64) {
+        self.limit.store(limit, Ordering::Relaxed);
+    }
+
+    fn limit(&self) -> u64 {
+        self.limit.load(Ordering::Relaxed)
     }
 
     /// Returns whether both are clones of one meter.
@@ -53,7 +63,7 @@ impl Meter {
     /// # Errors
     /// The memory limit is reached.
     pub(super) fn charge(&self, bytes: usize) -> Result<Charge> {
-        if self.used() + bytes as u64 > self.limit { Err(self.full().into()) } else { Ok(self.note(bytes)) }
+        if self.used() + bytes as u64 > self.limit() { Err(self.full().into()) } else { Ok(self.note(bytes)) }
     }
 
     /// Charges bytes without checking the limit.
@@ -68,7 +78,7 @@ impl Meter {
         let states = self.states.load(Ordering::Relaxed);
         let what = format!(
             "the arrays of the explicit engine would exceed {} bytes, with {states} states reached so far",
-            self.limit
+            self.limit()
         );
         Limit::Memory { what }
     }

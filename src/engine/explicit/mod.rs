@@ -28,8 +28,8 @@ pub(crate) mod weighted;
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
-use super::Settings;
-use crate::error::Result;
+use super::{Settings, Storage};
+use crate::error::{Error, Limit, Result};
 use crate::model::{Program, State};
 use explore::{Explored, Space, Task};
 use graph::Graph;
@@ -117,6 +117,26 @@ impl ExplicitEngine {
             rounded,
             ticks: Arc::default(),
         })
+    }
+
+    /// Explores the scope if the arrays for this need at most `most` bytes; `None` if they need more.
+    ///
+    /// # Errors
+    /// The errors of [`ExplicitEngine::new`].
+    pub(crate) fn within(program: Arc<Program>, settings: Settings, most: u64) -> Result<Option<Self>> {
+        let memory = settings.memory;
+        match Self::new(
+            program,
+            Settings { memory: memory.min(most), storage: Storage::Explicit, ..settings },
+        ) {
+            Ok(mut engine) => {
+                engine.settings.memory = memory;
+                engine.meter.set_limit(memory);
+                Ok(Some(engine))
+            }
+            Err(Error::Limit(Limit::Memory { .. } | Limit::Size { .. })) => Ok(None),
+            Err(e) => Err(e),
+        }
     }
 
     /// Returns the program.

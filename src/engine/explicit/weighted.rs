@@ -13,7 +13,7 @@ use super::program::{Chances, Prepared};
 use super::stepper::Stepper;
 use crate::error::{Error, Result};
 use crate::model::exact::Ratio;
-use crate::model::step::Choice;
+use crate::model::step::{Choice, Combination};
 use crate::model::{CommandId, ModelKind, Program, State, fault};
 use crate::progress::ProgressSink;
 
@@ -106,6 +106,8 @@ impl Codec {
 pub(crate) struct Weighted {
     /// The choice.
     pub(crate) choice: Choice,
+    /// The combinations of commands that the choice draws from; none for a deadlock.
+    pub(crate) combinations: Vec<Combination>,
     /// Each successor once, with the number of its probability; ordered by values.
     pub(crate) successors: Vec<(Code, u32)>,
 }
@@ -180,7 +182,8 @@ impl<const W: usize> Walk for Run<'_, W> {
         self.expand(state)?;
         if self.stepper.ends.is_empty() {
             let one = fractions.number(Ratio::one());
-            return Ok(vec![Weighted { choice: Choice::Deadlock, successors: vec![(state.into(), one)] }]);
+            let successors = vec![(state.into(), one)];
+            return Ok(vec![Weighted { choice: Choice::Deadlock, combinations: Vec::new(), successors }]);
         }
         let (mut found, mut at) = (Vec::new(), 0);
         for synchronisation in 0..self.prepared.synchronisations.len() {
@@ -194,9 +197,10 @@ impl<const W: usize> Walk for Run<'_, W> {
                     (sums.collect(), weight)
                 };
                 let successors = steps.iter().zip(weights).map(target).collect();
-                let commands = commands.iter().map(|&c| CommandId(c)).collect();
-                found
-                    .push(Weighted { choice: Choice::Combination { synchronisation, commands }, successors });
+                let commands: Vec<_> = commands.iter().map(|&c| CommandId(c)).collect();
+                let combinations = vec![(synchronisation, commands.clone())];
+                let choice = Choice::Combination { synchronisation, commands };
+                found.push(Weighted { choice, combinations, successors });
             }
         }
         if self.program.kind == ModelKind::Dtmc {
@@ -281,9 +285,13 @@ impl<'w, const W: usize> Run<'w, W> {
 /// Merges all choices into one that selects each with the same probability.
 fn uniform(choices: Vec<Weighted>, fractions: &mut Fractions) -> Weighted {
     let share = fractions.number(Ratio::new(1.into(), choices.len().into()));
-    let mut successors: Vec<_> = choices.into_iter().flat_map(|choice| choice.successors).collect();
+    let (mut combinations, mut successors) = (Vec::with_capacity(choices.len()), Vec::new());
+    for choice in choices {
+        combinations.extend(choice.combinations);
+        successors.extend(choice.successors);
+    }
     successors.iter_mut().for_each(|(_, weight)| *weight = fractions.product(*weight, share));
-    Weighted { choice: Choice::Uniform, successors }
+    Weighted { choice: Choice::Uniform, combinations, successors }
 }
 
 /// Sorts the successors and adds up the probabilities of equal ones.

@@ -1,6 +1,7 @@
 //! Temporal formulas as trees.
 
 use crate::lang::ast::{Expr, Span};
+use crate::model::expr::ExprId;
 
 /// A temporal formula with its place.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +17,8 @@ pub struct Formula {
 pub enum FormulaKind {
     /// A condition on the present state.
     State(Expr),
+    /// The same, as an expression in the pool of a program.
+    Known(ExprId),
     /// `!φ`
     Not(Box<Formula>),
     /// `φ & ψ & …`
@@ -52,11 +55,24 @@ pub struct Steps {
 impl Formula {
     /// Returns the target `e` if the formula is the reachability `F e` of a state formula.
     pub fn reachability(&self) -> Option<&Expr> {
+        match self.eventually()? {
+            FormulaKind::State(e) => Some(e),
+            _ => None,
+        }
+    }
+
+    /// Does the same as [`Formula::reachability`] for a target that is in the pool of a program.
+    pub(crate) fn known_target(&self) -> Option<ExprId> {
+        match self.eventually()? {
+            FormulaKind::Known(id) => Some(*id),
+            _ => None,
+        }
+    }
+
+    /// Returns φ if the formula is `F φ` without bounds.
+    fn eventually(&self) -> Option<&FormulaKind> {
         match &self.kind {
-            FormulaKind::Eventually(Steps { least: None, most: None }, inner) => match &inner.kind {
-                FormulaKind::State(e) => Some(e),
-                _ => None,
-            },
+            FormulaKind::Eventually(Steps { least: None, most: None }, inner) => Some(&inner.kind),
             _ => None,
         }
     }
@@ -64,7 +80,7 @@ impl Formula {
     /// Returns the operands.
     pub(super) fn operands(&self) -> Vec<&Formula> {
         match &self.kind {
-            FormulaKind::State(_) => Vec::new(),
+            FormulaKind::State(_) | FormulaKind::Known(_) => Vec::new(),
             FormulaKind::And(all) | FormulaKind::Or(all) => all.iter().collect(),
             FormulaKind::Not(a)
             | FormulaKind::Next(a)
@@ -75,6 +91,34 @@ impl Formula {
             | FormulaKind::Until(_, a, b)
             | FormulaKind::Weak(a, b)
             | FormulaKind::Release(a, b) => vec![a, b],
+        }
+    }
+    /// Returns the operands, to be changed.
+    pub(in crate::lang) fn operands_mut(&mut self) -> Vec<&mut Formula> {
+        match &mut self.kind {
+            FormulaKind::State(_) | FormulaKind::Known(_) => Vec::new(),
+            FormulaKind::And(all) | FormulaKind::Or(all) => all.iter_mut().collect(),
+            FormulaKind::Not(a)
+            | FormulaKind::Next(a)
+            | FormulaKind::Eventually(_, a)
+            | FormulaKind::Always(_, a) => vec![a],
+            FormulaKind::Implies(a, b)
+            | FormulaKind::Iff(a, b)
+            | FormulaKind::Until(_, a, b)
+            | FormulaKind::Weak(a, b)
+            | FormulaKind::Release(a, b) => vec![a, b],
+        }
+    }
+
+    /// Returns the bounds on the number of steps, to be changed.
+    pub(in crate::lang) fn bounds_mut(&mut self) -> Vec<&mut Expr> {
+        match &mut self.kind {
+            FormulaKind::Eventually(steps, _)
+            | FormulaKind::Always(steps, _)
+            | FormulaKind::Until(steps, _, _) => {
+                [&mut steps.least, &mut steps.most].into_iter().flatten().map(|(e, _)| e).collect()
+            }
+            _ => Vec::new(),
         }
     }
 }

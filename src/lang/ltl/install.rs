@@ -300,12 +300,12 @@ impl Reader<'_> {
 
 impl Meaning for Reader<'_> {
     fn state(&mut self, e: &Expr) -> Result<ExprId> {
-        let id = lower_target(self.program, self.source, e)?;
-        let text = self.source.text.get(e.span().range()).unwrap_or_default();
-        let text = text.split_whitespace().collect::<Vec<_>>().join(" ").replace('"', "");
-        let atom = self.atom(id, true);
-        self.texts.entry(atom).or_insert(text);
-        Ok(id)
+        lower_target(self.program, self.source, e)
+    }
+
+    fn name(&mut self, e: ExprId, span: Span) {
+        let atom = self.atom(e, true);
+        self.texts.entry(atom).or_insert_with(|| self.source.on_one_line(span.range()).replace('"', ""));
     }
 
     fn bound(&mut self, e: &Expr) -> Result<u64> {
@@ -362,9 +362,7 @@ impl Meaning for Reader<'_> {
 }
 
 fn refuse(source: &Arc<SourceFile>, formula: &Formula, refused: &Refused) -> crate::error::Error {
-    let text = |span: Span| {
-        source.text.get(span.range()).unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
-    };
+    let text = |span: Span| source.on_one_line(span.range());
     let message = format!("the formula `{}` is not supported: it has {}", text(formula.span), refused.why);
     let leaf = format!("`{}` is neither co-safe, safe, a recurrence nor a persistence", text(refused.span));
     let diagnostic = Diagnostic::new(source, refused.span.range(), message).severity(Severity::Unsupported);

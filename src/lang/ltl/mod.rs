@@ -18,4 +18,5 @@ mod words;
 
 pub use formula::{Formula, FormulaKind, Steps};
 pub use install::Monitoring;
+pub(in crate::lang) use parse::MOST_OPERATORS;
 pub use parse::parse_formula;

@@ -19,6 +19,8 @@ pub(super) trait Meaning {
     /// # Errors
     /// Unknown names and wrong types.
     fn state(&mut self, e: &Expr) -> Result<ExprId>;
+    /// Names a state formula by its place in the text.
+    fn name(&mut self, _: ExprId, _: Span) {}
     /// Returns the value of a bound.
     ///
     /// # Errors
@@ -52,9 +54,10 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
         self.count(span)?;
         match &f.kind {
             FormulaKind::State(e) => {
-                let e = self.meaning.state(e)?;
-                Ok(self.meaning.literal(e, positive, span))
+                let id = self.meaning.state(e)?;
+                Ok(self.named(id, positive, e.span()))
             }
+            FormulaKind::Known(id) => Ok(self.named(*id, positive, span)),
             FormulaKind::Not(a) => self.build(a, !positive),
             FormulaKind::And(all) | FormulaKind::Or(all) => {
                 let parts = all.iter().map(|a| self.build(a, positive)).collect::<Result<_>>()?;
@@ -94,6 +97,11 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
                 Ok(until(!positive, Window::ALWAYS, first, right, span))
             }
         }
+    }
+
+    fn named(&mut self, e: ExprId, positive: bool, span: Span) -> Normal {
+        self.meaning.name(e, span);
+        self.meaning.literal(e, positive, span)
     }
 
     fn count(&mut self, span: Span) -> Result<()> {

@@ -14,7 +14,7 @@ use crate::lang::parse::{Failed, MAX_TREE_NESTING, Parsed, Parser, operator};
 use crate::lang::token::Token;
 
 /// Maximum number of operators of a formula outside of its state formulas.
-const MOST_OPERATORS: usize = 1_000;
+pub(in crate::lang) const MOST_OPERATORS: usize = 1_000;
 
 /// Parses a text that is one formula.
 ///

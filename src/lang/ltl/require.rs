@@ -25,7 +25,7 @@ impl Monitoring<'_> {
         name: &str,
     ) -> Result<Requirement> {
         let normal = self.normal(source, formula)?;
-        let text = words(source, formula);
+        let text = source.on_one_line(formula.span.range());
         if let Some(kept) = invariant(&mut self.program.pool, &normal) {
             return Ok(Requirement { text, kept, monitor: None });
         }
@@ -73,14 +73,8 @@ fn conjunction(
     Some(all)
 }
 
-/// Returns the text of a formula on one line, with single spaces.
-fn words(source: &SourceFile, formula: &Formula) -> String {
-    let text = source.text.get(formula.span.range()).unwrap_or_default();
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 fn not_safe(source: &Arc<SourceFile>, formula: &Formula) -> crate::error::Error {
-    let text = words(source, formula);
+    let text = source.on_one_line(formula.span.range());
     let message = format!("`{text}` cannot be required: it is not a safe formula");
     let diagnostic = Diagnostic::new(source, formula.span.range(), message).severity(Severity::Unsupported);
     diagnostic

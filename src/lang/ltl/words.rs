@@ -46,6 +46,7 @@ fn meaning(f: &Formula, word: &Word) -> Vec<bool> {
     let n = word.letters.len();
     let each = |f: &dyn Fn(usize) -> bool| (0..n).map(f).collect::<Vec<bool>>();
     match &f.kind {
+        FormulaKind::Known(_) => unreachable!("no formula here is lowered"),
         FormulaKind::State(e) => {
             let [Part { kind: NodeKind::Name(name), .. }] = e.nodes.as_slice() else { panic!("{e:?}") };
             let bit = name.as_bytes()[0] - b'a';

@@ -19,8 +19,9 @@ use ahash::{AHashMap, AHashSet};
 
 use super::read::model::Model;
 use crate::error::{Error, Result, Severity};
-use crate::lang::ast::{Ident, Span};
+use crate::lang::ast::{Expr, Ident, NodeKind, Span};
 use crate::lang::check::{self, Checked};
+use crate::lang::ltl::{Formula, FormulaKind};
 use crate::lang::named::{Asked, Property};
 use crate::lang::valuation::Binding;
 use crate::model::expr::ExprId;
@@ -97,34 +98,51 @@ impl Lowering<'_> {
         Ok(Checked { program, warnings: self.warnings, properties })
     }
 
-    /// Lowers the properties about reaching a set of states.
+    /// Lowers the properties that can be asked.
     fn properties(&mut self, rewards: &mut Vec<RewardStructure>) -> Vec<Property> {
         let mut properties = Vec::new();
         for property in &self.model.properties {
             let asks = match &property.asks {
                 Err(reason) => Err(reason.clone()),
-                Ok(reach) => {
-                    let what = format!("the target of the property `{}`", property.name.name);
-                    match self.typed(&reach.target, Place::default(), Type::Bool, &what) {
-                        Some(target) => {
-                            let question = self.question(&property.name.name, reach, rewards);
-                            question.map(|question| Asked { target, question })
-                        }
-                        None => continue,
+                Ok(asked) => match self.path(&property.name.name, &asked.formula) {
+                    Some(formula) => {
+                        let question = self.question(&property.name.name, asked, rewards);
+                        question.map(|question| Asked { formula, question })
                     }
-                }
+                    None => continue,
+                },
             };
             properties.push(Property { name: property.name.name.clone(), asks });
         }
         properties
     }
 
+    /// Returns a formula with its state formulas in the pool of the program, and the values of its
+    /// bounds.
+    fn path(&mut self, property: &str, formula: &Formula) -> Option<Formula> {
+        let mut formula = formula.clone();
+        let mut open = vec![&mut formula];
+        while let Some(part) = open.pop() {
+            for bound in part.bounds_mut() {
+                let what = format!("a bound of the property `{property}`");
+                let value = self.constant(bound, Place::default(), Type::Int, &what)?;
+                *bound = Expr::of(NodeKind::Literal(value), bound.span());
+            }
+            if let FormulaKind::State(e) = &part.kind {
+                let what = format!("a state formula of the property `{property}`");
+                part.kind = FormulaKind::Known(self.typed(e, Place::default(), Type::Bool, &what)?);
+            }
+            open.extend(part.operands_mut());
+        }
+        Some(formula)
+    }
+
     /// Returns the named state sets: targets of properties, and transient Booleans.
     fn labels(&mut self, properties: &[Property]) -> Vec<(String, ExprId)> {
         let mut labels: Vec<(String, ExprId)> = Vec::new();
         for property in properties {
-            if let Ok(asked) = &property.asks {
-                labels.push((property.name.clone(), asked.target));
+            if let Some(target) = property.asks.as_ref().ok().and_then(|asked| asked.formula.known_target()) {
+                labels.push((property.name.clone(), target));
             }
         }
         for index in 0..self.transients.len() {

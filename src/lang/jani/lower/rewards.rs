@@ -2,7 +2,7 @@
 //! is left, the values that edges assign are earned by the step.
 
 use super::super::read::model::Destination;
-use super::super::read::property::{Reach, Reward};
+use super::super::read::property::{self as read, Reward};
 use super::scope::{EdgeOf, Meaning, Place, Slot};
 use super::state::Lowering;
 use crate::lang::ast::{BinaryOp, Node, NodeKind, Span};
@@ -164,13 +164,13 @@ impl Lowering<'_> {
     pub(super) fn question(
         &mut self,
         property: &str,
-        reach: &Reach,
+        asked: &read::Question,
         structures: &mut Vec<RewardStructure>,
     ) -> Result<Question, String> {
-        let Some(reward) = &reach.reward else {
-            return Ok(match reach.bound {
-                Some((comparison, value)) => property::compared(reach.extreme, comparison, value),
-                None => Question::Quantity(property::quantity(Measure::Probability, reach.extreme, None)),
+        let Some(reward) = &asked.reward else {
+            return Ok(match asked.bound {
+                Some((comparison, value)) => property::compared(asked.extreme, comparison, value),
+                None => Question::Quantity(property::quantity(Measure::Probability, asked.extreme, None)),
             });
         };
         let named = match reward.value.nodes.as_slice() {
@@ -190,7 +190,7 @@ impl Lowering<'_> {
             }
         };
         let measure = Measure::Reward(Rewards::Numbered(number));
-        Ok(Question::Quantity(property::quantity(measure, reach.extreme, reach.bound)))
+        Ok(Question::Quantity(property::quantity(measure, asked.extreme, asked.bound)))
     }
 
     /// Returns the structure of a reward that is an expression over the state.

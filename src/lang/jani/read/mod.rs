@@ -2,6 +2,7 @@
 
 mod expr;
 pub(super) mod model;
+mod path;
 pub(super) mod property;
 pub(super) mod reader;
 pub(super) mod record;

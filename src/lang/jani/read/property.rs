@@ -1,18 +1,20 @@
-//! Properties: those that ask for the probability to reach a state set, or for the expected reward
-//! until it is reached, and reasons against the others.
+//! Properties: those that ask for the probability of a formula on paths, or for the expected reward
+//! until a state set is reached, and reasons against the others.
 
 use super::super::json::{Node, Object, Shape};
+use super::path;
 use super::reader::Reader;
 use super::record::{Read, records};
 use crate::lang::ast::{BinaryOp, Expr, Ident, NodeKind};
+use crate::lang::ltl::Formula;
 use crate::lang::property::Extreme;
 use crate::model::value;
 use crate::stack;
 
-/// The question of a property, or the reason why a well-formed property is not a reachability.
-type Asks<T> = Option<Result<T, String>>;
+/// A part of a property, or the reason why a well-formed property is not supported.
+pub(super) type Asks<T> = Option<Result<T, String>>;
 
-const NO_REACHABILITY: &str = "it does not ask for a probability or a reward to reach a set of states";
+const NO_PROBABILITY: &str = "it does not ask for a probability, or a reward to reach a set of states";
 
 records! {
     Property = "a property" {
@@ -21,15 +23,16 @@ records! {
     };
 }
 
-/// The question, or the reason why the property is not about reaching a state set.
-pub(crate) type Asked = Result<Reach, String>;
+/// The question, or the reason why the property is not supported.
+pub(crate) type Asked = Result<Question, String>;
 
-/// A question about reaching a target.
+/// A question about a formula on paths.
 #[derive(Debug, Clone)]
-pub(crate) struct Reach {
-    pub(crate) target: Expr,
+pub(crate) struct Question {
+    pub(crate) formula: Formula,
     pub(crate) extreme: Extreme,
-    /// The expected reward until the target is reached; `None` for the probability to reach it.
+    /// The expected reward until a target is reached, for the formula `F target`; `None` for the
+    /// probability of the formula.
     pub(crate) reward: Option<Reward>,
     /// The comparison with a number, if there is one.
     pub(crate) bound: Option<(BinaryOp, f64)>,
@@ -51,15 +54,15 @@ impl<'a> Read<'a> for Asked {
     }
 }
 
-/// Returns the reason why a property is not a reachability.
-fn no<T>(reason: &str) -> Asks<T> {
+/// Returns the reason why a property is not supported.
+pub(super) fn no<T>(reason: &str) -> Asks<T> {
     Some(Err(reason.to_owned()))
 }
 
 impl<'a> Reader<'a> {
-    fn asked(&mut self, node: Node<'a>) -> Asks<Reach> {
-        let Shape::Object(object) = self.any(node)? else { return no(NO_REACHABILITY) };
-        let Some(op) = object.get("op") else { return no(NO_REACHABILITY) };
+    fn asked(&mut self, node: Node<'a>) -> Asks<Question> {
+        let Shape::Object(object) = self.any(node)? else { return no(NO_PROBABILITY) };
+        let Some(op) = object.get("op") else { return no(NO_PROBABILITY) };
         let op = self.name(op, "an operator")?.name;
         match op.as_str() {
             "filter" => {
@@ -70,19 +73,19 @@ impl<'a> Reader<'a> {
             "Pmin" | "Pmax" | "Emin" | "Emax" => self.value(&object, &op, None),
             "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
             "Smin" | "Smax" => no("it asks for a steady-state probability"),
-            _ => no(NO_REACHABILITY),
+            _ => no(NO_PROBABILITY),
         }
     }
 
     /// Reads a comparison such as `Pmax ≥ 1`.
-    fn comparison(&mut self, object: &Object<'a>, op: &str) -> Asks<Reach> {
+    fn comparison(&mut self, object: &Object<'a>, op: &str) -> Asks<Question> {
         let left = self.required(object, "a comparison", "left")?;
         let right = self.required(object, "a comparison", "right")?;
-        let Shape::Object(inner) = self.any(left)? else { return no(NO_REACHABILITY) };
-        let Some(asked) = inner.get("op") else { return no(NO_REACHABILITY) };
+        let Shape::Object(inner) = self.any(left)? else { return no(NO_PROBABILITY) };
+        let Some(asked) = inner.get("op") else { return no(NO_PROBABILITY) };
         let asked = self.name(asked, "an operator")?.name;
         if !matches!(asked.as_str(), "Pmin" | "Pmax" | "Emin" | "Emax") {
-            return no(NO_REACHABILITY);
+            return no(NO_PROBABILITY);
         }
         let value = match Expr::read(self, right, "a bound")?.nodes.as_slice() {
             [root] => match root.kind {
@@ -101,11 +104,12 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads `Pmin`, `Pmax`, `Emin` or `Emax`.
-    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(BinaryOp, f64)>) -> Asks<Reach> {
+    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(BinaryOp, f64)>) -> Asks<Question> {
         let extreme = if op.ends_with("max") { Extreme::Max } else { Extreme::Min };
         if op.starts_with('P') {
-            let target = self.path(object)?;
-            return Some(target.map(|target| Reach { target, extreme, reward: None, bound }));
+            let path = self.required(object, "a property", "exp")?;
+            let formula = self.path(path)?;
+            return Some(formula.map(|formula| Question { formula, extreme, reward: None, bound }));
         }
         let others = ["step-instant", "time-instant", "reward-instants"];
         if let Some(other) = others.iter().find(|o| object.get(o).is_some()) {
@@ -121,56 +125,10 @@ impl<'a> Reader<'a> {
         if self.is_temporal(target)? {
             return no("its formula is nested");
         }
-        let target = Expr::read(self, target, "a target");
+        let formula = path::eventually(Expr::read(self, target, "a target"));
         let value = self.required(object, "an expected value", "exp")?;
         let value = Expr::read(self, value, "a reward")?;
         let reward = Some(Reward { value, steps: at("steps"), exit: at("exit") });
-        Some(Ok(Reach { target: target?, extreme, reward, bound }))
-    }
-
-    /// Reads the target of `F e` or `true U e`.
-    fn path(&mut self, object: &Object<'a>) -> Asks<Expr> {
-        let path = self.required(object, "a property", "exp")?;
-        let Shape::Object(path) = self.any(path)? else { return no(NO_REACHABILITY) };
-        let Some(op) = path.get("op") else { return no(NO_REACHABILITY) };
-        let op = self.name(op, "an operator")?.name;
-        let bounds = ["step-bounds", "time-bounds", "reward-bounds"];
-        if let Some(bound) = bounds.iter().find(|b| path.get(b).is_some()) {
-            return Some(Err(format!("it has {bound}")));
-        }
-        let (target, before) = match op.as_str() {
-            "F" => (path.get("exp").or_else(|| path.get("right")), None),
-            "U" => (path.get("right"), path.get("left")),
-            _ => return Some(Err(format!("its operator is \"{op}\""))),
-        };
-        if let Some(before) = before {
-            match self.any(before)? {
-                Shape::Bool(true) => {}
-                _ => return no("it restricts the states on the way"),
-            }
-        }
-        let Some(target) = target else { return self.fail(path.start(), "this formula has no target") };
-        if self.is_temporal(target)? {
-            return no("its formula is nested");
-        }
-        Expr::read(self, target, "a target").map(Ok)
-    }
-
-    /// Returns true if a formula has a temporal operator at its top or below Boolean operators.
-    fn is_temporal(&mut self, node: Node<'a>) -> Option<bool> {
-        let mut open = vec![node];
-        while let Some(node) = open.pop() {
-            let Shape::Object(object) = self.any(node)? else { continue };
-            let Some(op) = object.get("op") else { continue };
-            match self.name(op, "an operator")?.name.as_str() {
-                "F" | "G" | "U" | "W" | "R" | "X" | "Pmin" | "Pmax" | "Emin" | "Emax" | "Smin" | "Smax"
-                | "∀" | "∃" | "filter" | "initial" | "deadlock" | "timelock" => return Some(true),
-                "∧" | "∨" | "¬" | "⇒" => {
-                    open.extend(["exp", "right", "left"].into_iter().filter_map(|key| object.get(key)));
-                }
-                _ => {}
-            }
-        }
-        Some(false)
+        Some(Ok(Question { formula: formula?, extreme, reward, bound }))
     }
 }
