@@ -25,7 +25,7 @@ const MOST_STATES: usize = 1 << 20;
 pub(super) struct Answer {
     /// The value over the initial states.
     pub(super) value: Option<Bound>,
-    /// Whether the property holds in all of them.
+    /// True if the property holds in all of them; `None` if it is not decided.
     pub(super) holds: Option<bool>,
     /// An error if a limit was hit, after which the bounds of the value may be wide.
     pub(super) end: Result<()>,

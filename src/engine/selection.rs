@@ -32,7 +32,7 @@ pub struct Selection {
     pub storage: Storage,
     /// The reason, such as "at most 3600 states"; `None` if the user has named the engine.
     pub reason: Option<String>,
-    /// Whether the explicit engine may be tried: the text does not say that it is faster.
+    /// True if the explicit engine may be tried: the text does not show which engine is faster.
     pub is_open: bool,
 }
 

@@ -156,26 +156,8 @@ impl ValuesFindings {
             "cost_lower",
             "cost_upper",
         ];
-        let mut rows = vec![variables.chain(columns).map(str::to_owned).collect::<Vec<_>>()];
-        for state in &self.states {
-            let mut first: Vec<String> = state.state.values().map(plain).collect();
-            first.push(state.most_preferred.join("+"));
-            first.extend([state.sasi_rank, state.spi_rank].map(ranks::cell));
-            for level in &state.levels {
-                let own = ("", &level.probability, &level.cost);
-                let actions = level.actions.iter().map(|a| (a.action.as_str(), &a.probability, &a.cost));
-                for (action, probability, cost) in std::iter::once(own).chain(actions) {
-                    let mut cells = first.clone();
-                    cells.extend([level.improvements.to_string(), action.to_owned()]);
-                    cells.extend([probability.lower, probability.upper].map(|x| x.to_string()));
-                    let cost =
-                        |x: fn(&Bound) -> f64| cost.as_ref().map_or(String::new(), |c| x(c).to_string());
-                    cells.extend([cost(|c| c.lower), cost(|c| c.upper)]);
-                    rows.push(cells);
-                }
-            }
-        }
-        csv::lines(rows)
+        let heading = variables.chain(columns).map(str::to_owned).collect::<Vec<_>>();
+        csv::lines(std::iter::once(heading).chain(self.states.iter().flat_map(StateValues::rows)))
     }
 }
 
@@ -185,6 +167,27 @@ fn plain(value: &Json) -> String {
 }
 
 impl StateValues {
+    /// Returns the cells of all lines about the state.
+    fn rows(&self) -> Vec<Vec<String>> {
+        let mut first: Vec<String> = self.state.values().map(plain).collect();
+        first.push(self.most_preferred.join("+"));
+        first.extend([self.sasi_rank, self.spi_rank].map(ranks::cell));
+        let mut rows = Vec::new();
+        for level in &self.levels {
+            let own = ("", &level.probability, &level.cost);
+            let actions = level.actions.iter().map(|a| (a.action.as_str(), &a.probability, &a.cost));
+            for (action, probability, cost) in std::iter::once(own).chain(actions) {
+                let mut cells = first.clone();
+                cells.extend([level.improvements.to_string(), action.to_owned()]);
+                cells.extend([probability.lower, probability.upper].map(|x| x.to_string()));
+                let cost = |x: fn(&Bound) -> f64| cost.as_ref().map_or(String::new(), |c| x(c).to_string());
+                cells.extend([cost(|c| c.lower), cost(|c| c.upper)]);
+                rows.push(cells);
+            }
+        }
+        rows
+    }
+
     /// Collects the values of a state of the scope; `None` if it was not reached before a limit.
     ///
     /// # Errors

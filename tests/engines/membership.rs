@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
-use meliora::engine::{Algebra, Engine, Scope, Settings};
+use meliora::engine::{Algebra, Engine, Order, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::step::Choice;
@@ -118,4 +118,24 @@ fn a_state_of_a_chain_has_one_choice_and_none_by_command() {
             (combination(1, &[1]), [false; 3]),
         ],
     );
+}
+
+#[test]
+fn a_set_is_listed_in_one_order_however_many_states_are_wanted() {
+    let text = "mdp module m x : [-3..9] init 0; b : bool init false; y : [0..20] init 7;
+         [] x<9 -> (x'=x+1) & (y'=mod(3*y+x+4,21)); [] x>-3 -> (x'=x-1) & (b'=!b); endmodule";
+    let program = program(text);
+    for order in [Order::Auto, Order::Declared] {
+        let engine = SymbolicEngine::new(program.clone(), Settings { order, ..Settings::default() }).unwrap();
+        let all = engine.all_states();
+        let (mut listing, mut one_by_one) = (engine.listing(&all).unwrap(), Vec::new());
+        while let Some(state) = engine.next_listed(&mut listing).unwrap() {
+            one_by_one.push(state);
+        }
+        assert!(one_by_one.len() > 200 && one_by_one.is_sorted(), "{}", one_by_one.len());
+        assert_eq!(engine.list_states(&all, usize::MAX).unwrap(), one_by_one);
+        for limit in [1, 63, 65, one_by_one.len() - 1, one_by_one.len()] {
+            assert_eq!(engine.list_states(&all, limit).unwrap(), one_by_one[..limit], "{limit}");
+        }
+    }
 }

@@ -238,6 +238,37 @@ impl Store {
         })
     }
 
+    /// Calls `each` for the assignments of the present bits that satisfy f; bit i has level 2i. The
+    /// first level varies slowest. Cost: one step per assignment and bit.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(super) fn each_assignment(&self, f: &Bdd, bits: usize, mut each: impl FnMut(&[bool])) -> Result<()> {
+        self.shared(|m| {
+            let mut poll = Poll::new(&*self.sink);
+            let mut values = vec![false; bits];
+            // Entries are cofactors with the number of decided bits and the value of the last one.
+            let mut stack = vec![(f.as_edge(m), 0, false)];
+            while let Some((e, decided, value)) = stack.pop() {
+                poll.step()?;
+                if decided > 0 {
+                    values[decided - 1] = value;
+                }
+                let [high, low] = match m.get_node(e) {
+                    Node::Inner(n) if n.level() as usize == 2 * decided => [n.child(0), n.child(1)],
+                    Node::Terminal(_) if m.value_of(e) == Some(false) => continue,
+                    _ => [e, e],
+                };
+                if decided == bits {
+                    each(&values);
+                } else {
+                    stack.extend([(high, decided + 1, true), (low, decided + 1, false)]);
+                }
+            }
+            Ok(())
+        })
+    }
+
     /// Visits the nodes of f, constants included, until `most` have been met. Returns their number.
     fn visit(&self, f: &Bdd, most: usize) -> Result<usize> {
         self.shared(|m| {
