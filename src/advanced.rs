@@ -20,6 +20,11 @@ pub mod symbolic {
     };
 }
 
+/// Files that appear whole or not at all.
+pub mod files {
+    pub use crate::files::{Installed, NewDirectory, Replacement, folder};
+}
+
 /// Names of regions.
 pub mod names {
     pub use crate::names::{class, members};

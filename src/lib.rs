@@ -96,6 +96,7 @@ pub mod engine;
 pub mod error;
 mod escape;
 pub mod export;
+mod files;
 pub mod generate;
 pub mod lang;
 pub mod model;

@@ -5,8 +5,8 @@ use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use meliora::advanced::files::{Installed, Replacement, folder};
 use meliora::error::Error;
-use tempfile::{Builder, NamedTempFile};
 
 use super::terminal;
 
@@ -116,22 +116,11 @@ impl Target {
         begin().map_err(|e| Error::writing(&self.given, &e))
     }
 
-    /// Writes a text to a temporary file next to the destination. With `copied`, also copies an old
-    /// file so that it can be restored.
-    fn prepare(&self, content: &[u8], copied: bool) -> Result<Ready, Error> {
-        let Place::File { path, old } = &self.place else { return Ok(Ready::Through) };
-        let written = || {
-            let mut file = usual().tempfile_in(folder(path))?;
-            file.as_file_mut().write_all(content)?;
-            let Some(old) = old else { return Ok(Ready::File { file, backup: None }) };
-            keep_mode(file.as_file(), old)?;
-            if !copied {
-                return Ok(Ready::File { file, backup: None });
-            }
-            let backup = hidden().make_in(folder(path), |copy| fs::copy(path, copy).map(drop))?;
-            Ok(Ready::File { file, backup: Some(backup) })
-        };
-        written().map_err(|e| Error::writing(&self.given, &e))
+    /// Prepares a regular file to be replaced; returns `None` for other destinations.
+    fn prepare(&self, content: &[u8], copied: bool) -> Result<Option<Replacement<'_>>, Error> {
+        let Place::File { path, old } = &self.place else { return Ok(None) };
+        let ready = Replacement::new(path, old.as_ref(), content, copied);
+        ready.map(Some).map_err(|e| Error::writing(&self.given, &e))
     }
 
     /// Writes to a destination that is not a regular file.
@@ -148,57 +137,35 @@ impl Target {
     }
 }
 
-/// A text that is ready to be moved to its destination.
-enum Ready {
-    /// Written through after all files are ready.
-    Through,
-    /// A temporary file next to the destination, with a copy of the old file.
-    File { file: NamedTempFile, backup: Option<NamedTempFile<()>> },
-}
-
 /// Writes several contents: all regular files or none.
 ///
 /// # Errors
 /// The errors of [`Target::write`].
 pub(super) fn write_all(contents: &[(&Target, &[u8])]) -> Result<(), Error> {
-    let prepare = |(target, content): &(&Target, &[u8])| target.prepare(content, contents.len() > 1);
-    let ready = contents.iter().map(prepare).collect::<Result<Vec<_>, _>>()?;
+    let several = contents.len() > 1;
+    let ready = contents.iter().map(|(target, content)| target.prepare(content, several));
+    let ready = ready.collect::<Result<Vec<_>, _>>()?;
     let mut done = Vec::new();
     for ((target, content), ready) in contents.iter().zip(ready) {
-        let result = match (ready, &target.place) {
-            (Ready::File { file, backup }, Place::File { path, .. }) => {
-                let result = file.persist(path).map_err(|e| Error::writing(&target.given, &e.error));
-                result.map(|_| done.push((path, backup)))
+        let result = match ready {
+            Some(ready) => {
+                let result = ready.install().map_err(|e| Error::writing(&target.given, &e));
+                result.map(|installed| done.push(installed))
             }
-            _ => target.write_through(content),
+            None => target.write_through(content),
         };
         if result.is_err() {
-            undo(done);
+            // If this fails too, the first error is still the one that is shown.
+            done.into_iter().map(Installed::undo).for_each(drop);
             return result;
         }
     }
     Ok(())
 }
 
-/// Restores the old files.
-fn undo(done: Vec<(&PathBuf, Option<NamedTempFile<()>>)>) {
-    for (path, backup) in done {
-        // If this fails too, the first error is still the one that is shown.
-        let _ = match backup {
-            Some(backup) => backup.persist(path).map_err(|e| e.error),
-            None => fs::remove_file(path),
-        };
-    }
-}
-
 /// Formats a path for a message.
 fn shown(path: &Path) -> String {
     path.display().to_string()
-}
-
-/// Returns the folder of a path.
-pub(super) fn folder(path: &Path) -> &Path {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Follows a chain of symbolic links whose end does not exist.
@@ -211,34 +178,6 @@ fn end_of_links(given: &Path) -> io::Result<PathBuf> {
         }
     }
     Err(io::Error::other("too many symbolic links"))
-}
-
-/// Builds temporary files. Only a killed process leaves one behind; the prefix names the program.
-fn hidden() -> Builder<'static, 'static> {
-    let mut builder = Builder::new();
-    builder.prefix(".meliora-");
-    builder
-}
-
-/// Builds temporary files with the mode of any new file; by default only the owner could read them.
-fn usual() -> Builder<'static, 'static> {
-    let mut builder = hidden();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder
-}
-
-/// Gives a file the mode of the file that it replaces, and its owner if that is allowed.
-fn keep_mode(file: &File, old: &Metadata) -> io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::{MetadataExt, fchown};
-        let _ = fchown(file, Some(old.uid()), Some(old.gid()));
-    }
-    file.set_permissions(old.permissions())
 }
 
 /// Returns whether both are the same file.

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use meliora::dump::directory::temporary_directory;
+use meliora::advanced::files::{NewDirectory, folder};
 use meliora::dump::manifest;
 use meliora::error::Error;
 
@@ -41,7 +41,7 @@ impl Folder {
                 Some(names.iter().map(target).collect::<Result<_, _>>()?)
             }
             Err(e) if e.kind() == io::ErrorKind::NotFound => {
-                let parent = files::folder(given);
+                let parent = folder(given);
                 if !parent.is_dir() {
                     return Err(failed(format!("the folder `{}` does not exist", parent.display())));
                 }
@@ -69,12 +69,10 @@ impl Folder {
     }
 
     fn create(&self, contents: &[Vec<u8>]) -> io::Result<()> {
-        let new = temporary_directory(files::folder(&self.given))?;
+        let new = NewDirectory::new(&self.given)?;
         for (name, content) in self.names.iter().zip(contents) {
-            fs::write(new.path().join(name), content)?;
+            new.write(name, content)?;
         }
-        fs::rename(new.path(), &self.given)?;
-        let _ = new.keep();
-        Ok(())
+        new.install(&self.given)
     }
 }

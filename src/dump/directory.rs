@@ -1,18 +1,18 @@
 //! The directory of a dump, which is written completely or not at all.
 
-use std::fs;
+use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Write};
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
 use super::manifest::{self, Manifest};
-use super::place::Place;
-pub use super::place::temporary_directory;
+use super::place::{Place, Sort};
 use super::streams::{Hashing, Watched};
 use super::values::{self, Row};
 use super::{Diagram, dddmp, dot};
 use crate::error::{Error, Result, ensure};
+use crate::files::NewDirectory;
 use crate::progress::ProgressSink;
 
 /// A dump in memory.
@@ -27,6 +27,18 @@ pub struct Dump {
     /// The bounds of quantities that a check can confirm.
     pub values: Option<Vec<Row>>,
 }
+
+/// The directory of a dump. It contains no other files than these.
+const DUMP: Sort = Sort {
+    name: "dump",
+    files: |directory| {
+        let own = [manifest::FILE, manifest::REGIONS, manifest::CERTIFICATE, manifest::VALUES];
+        let roots = Manifest::read(directory).ok()?.regions.roots;
+        Some(
+            own.map(str::to_owned).into_iter().chain(roots.into_iter().filter_map(|root| root.dot)).collect(),
+        )
+    },
+};
 
 /// Returns the SHA-256 of some bytes in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
@@ -54,25 +66,25 @@ pub fn write_directory(
         Some(limit) => limit.into(),
         None => Error::writing(directory, &e),
     };
-    let place = Place::find(directory)?;
+    let place = Place::find(directory, DUMP)?;
     let new = place.temporary().map_err(failed)?;
     let manifest = &mut dump.manifest;
-    fill(&mut manifest.regions, &dump.regions, new.path(), sink).map_err(failed)?;
+    fill(&mut manifest.regions, &dump.regions, &new, sink).map_err(failed)?;
     if let (Some(file), Some(diagram)) = (&mut manifest.certificate, &dump.certificate) {
-        fill(file, diagram, new.path(), sink).map_err(failed)?;
+        fill(file, diagram, &new, sink).map_err(failed)?;
     }
     if let (Some(layout), Some(rows)) = (manifest.values_layout(), &dump.values) {
-        let path = new.path().join(manifest::VALUES);
         let write = |out: &mut dyn Write| values::write(&layout, rows, &mut &mut *out);
-        let sha256 = hashed(&path, sink, write).map_err(failed)?;
+        let sha256 = hashed(&new, manifest::VALUES, sink, write).map_err(failed)?;
         if let Some(file) = &mut manifest.values {
             (file.sha256, file.rows) = (sha256, rows.len());
         }
     }
     if dot {
-        dot::write_all(&mut manifest.regions, &dump.regions, new.path(), sink).map_err(failed)?;
+        dot::write_all(&mut manifest.regions, &dump.regions, &new, sink).map_err(failed)?;
     }
-    write_manifest(manifest, new.path()).map_err(failed)?;
+    let text = manifest.text().map_err(failed)?;
+    new.write(manifest::FILE, text.as_bytes()).map_err(failed)?;
     place.install(new)?;
     Ok(dump.manifest)
 }
@@ -83,34 +95,29 @@ pub fn write_directory(
 /// # Errors
 /// The directory contains something else than a dump, or has no parent.
 pub fn check_directory(directory: &Path) -> Result<()> {
-    Place::find(directory).map(drop)
-}
-
-fn write_manifest(manifest: &Manifest, directory: &Path) -> io::Result<()> {
-    let mut out = fs::File::create(directory.join(manifest::FILE))?;
-    out.write_all(manifest.text()?.as_bytes())?;
-    out.sync_all()
+    Place::find(directory, DUMP).map(drop)
 }
 
 /// Writes one diagram, and records its hash and size.
 fn fill(
     file: &mut manifest::File,
     diagram: &Diagram,
-    directory: &Path,
+    directory: &NewDirectory,
     sink: &dyn ProgressSink,
 ) -> io::Result<()> {
-    file.sha256 = hashed(&directory.join(&file.path), sink, |mut out| dddmp::write(diagram, &mut out))?;
+    file.sha256 = hashed(directory, &file.path, sink, |mut out| dddmp::write(diagram, &mut out))?;
     file.nodes = diagram.nodes.len() + 1;
     Ok(())
 }
 
 /// Writes a file, and returns the SHA-256 of its bytes.
 fn hashed(
-    path: &Path,
+    directory: &NewDirectory,
+    name: &str,
     sink: &dyn ProgressSink,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<String> {
-    let out = Watched { inner: fs::File::create(path)?, sink };
+    let out = Watched { inner: directory.create(name)?, sink };
     let mut out = BufWriter::with_capacity(1 << 16, Hashing { inner: out, hash: Sha256::new() });
     write(&mut out)?;
     let hashing = out.into_inner().map_err(io::IntoInnerError::into_error)?;
@@ -175,11 +182,11 @@ fn read_hashed<T>(
     path: &Path,
     sha256: &str,
     sink: &dyn ProgressSink,
-    read: impl FnOnce(&mut BufReader<Hashing<Watched<'_, fs::File>>>) -> Result<T>,
+    read: impl FnOnce(&mut BufReader<Hashing<Watched<'_, File>>>) -> Result<T>,
 ) -> Result<T> {
     let name = path.display().to_string();
     let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
-    let inner = Watched { inner: fs::File::open(path).map_err(failed)?, sink };
+    let inner = Watched { inner: File::open(path).map_err(failed)?, sink };
     let mut input = BufReader::with_capacity(1 << 16, Hashing { inner, hash: Sha256::new() });
     let content = read(&mut input).map_err(|e| sink.stop().map_or(e, Error::from))?;
     let found = hex(input.into_inner().hash.finalize().as_slice());

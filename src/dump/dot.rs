@@ -7,22 +7,23 @@ use std::path::Path;
 
 use super::streams::Watched;
 use super::{Diagram, Edge, manifest};
+use crate::files::NewDirectory;
 use crate::progress::ProgressSink;
 
 /// Writes one file per root into the directory, and records the names.
 ///
 /// # Errors
 /// The directory cannot be written; the work is cancelled.
-pub fn write_all(
+pub(super) fn write_all(
     file: &mut manifest::File,
     diagram: &Diagram,
-    directory: &Path,
+    directory: &NewDirectory,
     sink: &dyn ProgressSink,
 ) -> io::Result<()> {
     let mut taken = BTreeSet::new();
     for root in &mut file.roots {
         let name = file_name(&root.name, &mut taken);
-        let inner = fs::File::create(directory.join(&name))?;
+        let inner = directory.create(&name)?;
         let mut out = BufWriter::new(Watched { inner, sink });
         write(diagram, root.node, &root.name, &mut out)?;
         out.flush()?;
@@ -31,7 +32,7 @@ pub fn write_all(
     Ok(())
 }
 
-/// Returns the first root whose DOT file is missing or differs from the output of [`write_all`].
+/// Returns the first root whose DOT file is missing or differs from the output of `write_all`.
 /// Only roots for which the manifest names a file are checked.
 ///
 /// # Errors

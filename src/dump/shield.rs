@@ -1,4 +1,4 @@
-//! Shields in a directory: the table, and a manifest with its hash, which is written last.
+//! Shields in a directory: the table, and a manifest with its hash.
 
 use std::fs;
 use std::path::Path;
@@ -6,13 +6,18 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::directory::sha256;
+use super::place::{Place, Sort};
 use crate::error::{Error, Result, ensure};
+use crate::files::folder;
 use crate::planning::Shield;
 use crate::reading;
 
 const MANIFEST: &str = "shield.json";
 const NODES: &str = "nodes.json";
 const FORMAT: &str = "meliora shield 1";
+
+/// The directory of a shield.
+const SHIELD: Sort = Sort { name: "shield", files: |_| Some([MANIFEST, NODES].map(str::to_owned).into()) };
 
 /// The manifest of a shield.
 #[derive(Serialize, Deserialize)]
@@ -31,25 +36,17 @@ struct Manifest {
 /// The directory contains something else than a shield, or cannot be written.
 pub fn write_shield(shield: &Shield, directory: &Path) -> Result<()> {
     let failed = |e| Error::writing(directory, &e);
-    fs::create_dir_all(directory).map_err(failed)?;
-    for entry in fs::read_dir(directory).map_err(failed)? {
-        let name = entry.map_err(failed)?.file_name();
-        ensure(name == MANIFEST || name == NODES, || Error::Io {
-            path: directory.display().to_string(),
-            message: format!("the directory contains `{}`; choose another one", name.display()),
-        })?;
-    }
+    fs::create_dir_all(folder(directory)).map_err(failed)?;
+    let place = Place::find(directory, SHIELD)?;
     let text = |found: serde_json::Result<String>| found.map_err(|e| Error::writing(directory, &e.into()));
     let nodes = text(serde_json::to_string(shield))?;
     let manifest =
         Manifest { format: FORMAT.to_owned(), sha256: sha256(nodes.as_bytes()), nodes: shield.nodes.len() };
     let manifest = text(serde_json::to_string_pretty(&manifest))?;
-    match fs::remove_file(directory.join(MANIFEST)) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(failed(e)),
-        _ => {}
-    }
-    fs::write(directory.join(NODES), nodes).map_err(failed)?;
-    fs::write(directory.join(MANIFEST), manifest + "\n").map_err(failed)
+    let new = place.temporary().map_err(failed)?;
+    new.write(NODES, nodes.as_bytes()).map_err(failed)?;
+    new.write(MANIFEST, (manifest + "\n").as_bytes()).map_err(failed)?;
+    place.install(new)
 }
 
 /// Reads a shield, and checks its hash, its numbers and its promise: see [`Shield::fault`].

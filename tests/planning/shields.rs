@@ -1,5 +1,6 @@
 //! Shields on random models: the promise holds, and secure nodes are the greatest such set.
 
+use meliora::dump::{read_shield, write_shield};
 use meliora::planning::{Shield, ShieldNode};
 use meliora::{Error, Kind, Model, Options, Safety, Settings, SourceFile};
 use rand::RngExt;
@@ -106,4 +107,24 @@ fn strategies_that_may_weaken_have_no_shield() {
     assert!(matches!(Shield::new(&mut strategy, 1000), Err(Error::Usage(_))));
     let mut strategy = analysed(1, Safety::Action).strategy(Kind::Sasi).unwrap();
     assert!(matches!(Shield::new(&mut strategy, 2), Err(Error::Limit(_))));
+}
+
+#[test]
+fn a_saved_shield_replaces_an_older_one_and_nothing_else() {
+    let (folder, new) = (tempfile::tempdir().unwrap(), shield(1, Safety::Action, Kind::Sasi));
+    let names = || {
+        let entries = std::fs::read_dir(folder.path().join("deep")).unwrap();
+        Vec::from_iter(entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()))
+    };
+    let path = folder.path().join("deep/shield");
+    for seed in [2, 1] {
+        write_shield(&shield(seed, Safety::Action, Kind::Sasi), &path).unwrap();
+        assert_eq!(names(), ["shield"]);
+    }
+    assert_eq!(read_shield(&path).unwrap().nodes.len(), new.nodes.len());
+    std::fs::write(path.join("letter.txt"), "mine").unwrap();
+    let refused = write_shield(&shield(2, Safety::Action, Kind::Sasi), &path).unwrap_err().to_string();
+    assert!(refused.contains("`letter.txt`, which does not belong to the shield"), "{refused}");
+    assert_eq!(read_shield(&path).unwrap().nodes.len(), new.nodes.len());
+    assert_eq!(names(), ["shield"]);
 }
