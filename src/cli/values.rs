@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use meliora::engine::{Algebra, AnyEngine, Engine};
+use meliora::engine::{Algebra, AnyEngine, Count, Engine};
 use meliora::error::{Limit, Result};
 use meliora::model::{Program, State};
 use meliora::output::values::StateValues;
@@ -133,7 +133,7 @@ fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -
     let set = if args.all { engine.all_states() } else { engine.initial_states() };
     let count = engine.count(&set)?;
     let states = engine.list_states(&set, args.limit as usize)?;
-    if count > meliora::engine::Count::from(states.len()) {
+    if count > Count::from(states.len()) {
         let (listed, all) = (states.len(), Number(count).grouped());
         job.sink.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
     }
@@ -152,35 +152,45 @@ fn evaluate(
     let within = args.within.map(|n| n as usize);
     let mut values = Values::new(Setup { levels, exact: args.exact, within });
     let costs = costs.check(analysis.engine(), program)?;
-    let explore = || values.explore(analysis, program, states, &*costs);
+    let everywhere = Count::from(states.len()) == analysis.engine().count(&analysis.engine().all_states())?;
+    let explore = || match everywhere {
+        true => values.explore_everywhere(analysis, program, &*costs),
+        false => values.explore(analysis, program, states, &*costs),
+    };
     let explored = job.timed("explore", explore, |r, s| r.time.add("explore", s));
     // The worker may be left behind while it solves, so what follows from the levels is added first,
     // unless that takes long.
     fill(job, analysis, program, &values, &states[..states.len().min(SOON)])?;
     explored?;
     let solved = job.timed("solve", || values.solve(analysis.engine()), |r, s| r.time.add("solve", s));
-    let widest = fill(job, analysis, program, &values, states)?;
+    let (width, quantity) = fill(job, analysis, program, &values, states)?;
     solved?;
-    if widest > args.precision {
-        let what = format!(
-            "some bounds are {widest:e} apart, more than the precision {:e}; `--exact` finds the values of small models",
-            args.precision
+    if width > args.precision {
+        let what = match width.is_finite() {
+            true => format!(
+                "bounds of {quantity} are {width:e} apart, more than the precision {:e}",
+                args.precision
+            ),
+            false => format!("no upper bound of {quantity} was found"),
+        };
+        return Err(
+            Limit::Size { what: format!("{what}; `--exact` finds the values of small models") }.into()
         );
-        return Err(Limit::Size { what }.into());
     }
     Ok(())
 }
 
-/// Adds the values to the report, as far as they are known; returns the width of the widest bound.
+/// Adds the values to the report, as far as they are known; returns the width of the widest bound and
+/// its quantity.
 fn fill(
     job: &Job<ValuesReport>,
     analysis: &Analysis<AnyEngine>,
     program: &Program,
     values: &Values,
     states: &[State],
-) -> Result<f64> {
+) -> Result<(f64, String)> {
     let found = StateValues::all(analysis, program, values, states)?;
-    let mut widest = 0.0;
+    let mut widest = (0.0, String::new());
     job.update(|r| {
         r.states = found;
         widest = r.widest();

@@ -132,13 +132,17 @@ impl ValuesReport {
 }
 
 impl ValuesFindings {
-    /// Returns the width of the widest bound.
-    pub fn widest(&self) -> f64 {
+    /// Returns the width of the widest bound and the quantity that it bounds: `P_k`, `C_k` or `N`.
+    pub fn widest(&self) -> (f64, String) {
         let level = |level: &LevelValues| {
-            level.probability.width().max(level.cost.as_ref().map_or(0.0, Bound::width))
+            let cost = level.cost.as_ref().map_or(0.0, Bound::width);
+            [(level.probability.width(), 'P', level.improvements), (cost, 'C', level.improvements)]
         };
-        let state = |state: &StateValues| state.levels.iter().map(level).fold(state.number.width(), f64::max);
-        self.states.iter().map(state).fold(0.0, f64::max)
+        let number = self.states.iter().map(|state| (state.number.width(), 'N', 0));
+        let levels = self.states.iter().flat_map(|state| state.levels.iter().flat_map(level));
+        let wider = |a: (f64, char, usize), b: (f64, char, usize)| if b.0 > a.0 { b } else { a };
+        let (width, letter, k) = number.chain(levels).fold((0.0, 'N', 0), wider);
+        (width, if k == 0 { letter.to_string() } else { format!("{letter}_{k}") })
     }
 
     /// Returns all values as lines of comma-separated values, one per state, number of improvements

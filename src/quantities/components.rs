@@ -25,13 +25,47 @@ pub(super) enum Successor {
 
 const NEW: u32 = u32::MAX;
 
+/// Strongly connected components, one after the other.
+#[derive(Debug, Default)]
+pub(super) struct Components {
+    nodes: Vec<u32>,
+    /// The end of each component in `nodes`.
+    ends: Vec<u32>,
+}
+
+impl Components {
+    /// Returns the number of components.
+    pub(super) fn count(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Returns the nodes of a component.
+    pub(super) fn get(&self, number: usize) -> &[u32] {
+        &self.nodes[self.start(number)..self.ends[number] as usize]
+    }
+
+    /// Returns the nodes of a component and of all after it.
+    pub(super) fn from(&self, number: usize) -> &[u32] {
+        &self.nodes[self.start(number)..]
+    }
+
+    /// Returns the components in their order.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.count()).map(|number| self.get(number))
+    }
+
+    fn start(&self, number: usize) -> usize {
+        number.checked_sub(1).map_or(0, |before| self.ends[before] as usize)
+    }
+}
+
 /// Computes the strongly connected components that contain the nodes in `roots` or are reachable
 /// from them; each component comes after all components that it can reach. Within a component, the
 /// nodes are in postorder: most come after those that they reach.
 ///
 /// R. Tarjan, "Depth-first search and linear graph algorithms", SIAM J. Comput. 1972, with an
 /// explicit stack. Time: linear in nodes and edges.
-pub(super) fn components(graph: &impl Successors, roots: impl Iterator<Item = u32>) -> Vec<Vec<u32>> {
+pub(super) fn components(graph: &impl Successors, roots: impl Iterator<Item = u32>) -> Components {
     let n = graph.nodes();
     let mut search =
         Search { index: vec![NEW; n], low: vec![0; n], done: vec![false; n], ..Search::default() };
@@ -53,7 +87,7 @@ struct Search {
     finished: Vec<u32>,
     calls: Vec<(u32, u32)>,
     next: u32,
-    found: Vec<Vec<u32>>,
+    found: Components,
 }
 
 impl Search {
@@ -93,9 +127,10 @@ impl Search {
         }
         // The members were entered after this node; what finished before it was not.
         let before = self.finished.iter().rposition(|&other| self.index[other as usize] < own);
-        let component = self.finished.split_off(before.map_or(0, |position| position + 1));
-        component.iter().for_each(|&member| self.done[member as usize] = true);
-        self.found.push(component);
+        let members = self.finished.drain(before.map_or(0, |position| position + 1)..);
+        let Components { nodes, ends } = &mut self.found;
+        nodes.extend(members.inspect(|&member| self.done[member as usize] = true));
+        ends.push(nodes.len() as u32);
     }
 }
 
@@ -177,7 +212,7 @@ pub(super) fn end_components(choices: &Choices) -> EndComponents {
         let alive = (0..nodes as u32).filter(|&node| left[node as usize] > 0);
         let found = components(&graph, alive);
         let mut component = vec![NEW; nodes];
-        for (number, members) in (0..).zip(&found) {
+        for (number, members) in (0..).zip(found.iter()) {
             members.iter().for_each(|&member| component[member as usize] = number);
         }
         lost = Vec::new();
@@ -197,7 +232,7 @@ pub(super) fn end_components(choices: &Choices) -> EndComponents {
             }
         }
         if !changed {
-            let (group, count) = numbered(&component, found.len());
+            let (group, count) = numbered(&component, found.count());
             return EndComponents { group, count, inside };
         }
     }
@@ -291,16 +326,22 @@ mod tests {
     #[test]
     fn components_come_after_those_they_reach() {
         let graph = Lists(vec![vec![1], vec![2, 3], vec![1], vec![4], vec![3], vec![0]]);
-        let mut found = components(&graph, 0..6);
-        found.iter_mut().for_each(|c| c.sort_unstable());
-        assert_eq!(found, [vec![3, 4], vec![1, 2], vec![0], vec![5]]);
+        let found = components(&graph, 0..6);
+        let sorted = |component: &[u32]| {
+            let mut nodes = component.to_vec();
+            nodes.sort_unstable();
+            nodes
+        };
+        let sorted: Vec<_> = found.iter().map(sorted).collect();
+        assert_eq!(sorted, [vec![3, 4], vec![1, 2], vec![0], vec![5]]);
+        assert_eq!((found.get(2), found.from(2).len()), (&[0][..], 2));
     }
 
     #[test]
     fn a_long_chain_needs_no_stack() {
         let n = 300_000;
         let graph = Lists((0..n).map(|i| if i + 1 < n { vec![i + 1] } else { vec![0] }).collect());
-        assert_eq!(components(&graph, 0..1).len(), 1);
+        assert_eq!(components(&graph, 0..1).count(), 1);
     }
 
     fn choices(rows: &[&[&[u32]]]) -> Choices {

@@ -3,15 +3,12 @@
 //!
 //! States from which no improvement is possible have the values 0; they are not explored further.
 
-use std::collections::VecDeque;
-
-use ahash::RandomState;
-use hashbrown::HashTable;
 use num_traits::{One, Zero};
 
 use super::cost::Cost;
 use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
+use super::places::{Place, Places};
 use crate::engine::Engine;
 use crate::engine::explicit::weighted::{Code, Codec, Walk, Walker, Weighted};
 use crate::error::{Error, Result};
@@ -113,6 +110,44 @@ impl<'a, E: Engine> Facts<'a, E> {
         Ok(Rank { positive, sure })
     }
 
+    /// Divides states of an arena by what the levels say about them; see [`Facts::rank`]. Some parts
+    /// may be empty. Cost: two Boolean operations per pair of levels.
+    fn ranked(&self, arena: Option<u32>, states: E::States) -> Result<Vec<(E::States, Rank)>> {
+        let Some(arena) = arena else { return Ok(vec![(states, Rank::default())]) };
+        let mut parts = Vec::new();
+        for (part, positive) in self.ranked_in(self.spi, arena, states)? {
+            let sure = match positive {
+                0 => vec![(part, 0)],
+                _ => self.ranked_in(self.sasi.get(), arena, part)?,
+            };
+            parts.extend(sure.into_iter().map(|(part, sure)| (part, Rank { positive, sure })));
+        }
+        Ok(parts)
+    }
+
+    /// Divides states of an arena by the number of levels that contain them; see
+    /// [`Facts::rank_in`].
+    fn ranked_in(
+        &self,
+        levels: &Levels<E>,
+        arena: u32,
+        mut rest: E::States,
+    ) -> Result<Vec<(E::States, u32)>> {
+        let (mut parts, mut rank) = (Vec::new(), 0);
+        let game = |level: &Level<E>| level.games.get(arena as usize).map(|game| game.states.clone());
+        if let Some(inside) = levels.unbounded().and_then(game) {
+            parts.push((self.engine.intersection(&rest, &inside)?, EVERY));
+            rest = self.engine.difference(&rest, &inside)?;
+        }
+        for inside in levels.found.iter().map_while(game) {
+            parts.push((self.engine.difference(&rest, &inside)?, rank));
+            rest = self.engine.intersection(&rest, &inside)?;
+            rank += 1;
+        }
+        parts.push((rest, rank));
+        Ok(parts)
+    }
+
     /// Returns the arena of the states of a class; `None` if no state of the class is safe.
     pub(super) fn arena_of(&self, class: Option<u32>) -> Option<u32> {
         let class = class.map(|class| class as usize);
@@ -132,71 +167,6 @@ fn changes<E: Engine>(preferences: &Preferences, classes: &Classes<E>) -> Vec<Ve
     let members = || classes.list.iter().map(|class| &class.most_preferred).chain([&nothing]);
     let row = |from| members().map(|to| preferences.change(from, to)).collect();
     members().map(row).collect()
-}
-
-/// The nodes found so far: states in arenas.
-#[derive(Debug, Default)]
-pub(super) struct Places {
-    numbers: HashTable<u32>,
-    hasher: RandomState,
-    /// The codes of states; none before the first exploration.
-    codec: Option<Codec>,
-    /// The state of each node.
-    states: Vec<Code>,
-    /// The arena of each node and whether it is a junction; see [`key`].
-    keys: Vec<u32>,
-    /// The class of each node's state.
-    classes: Vec<Option<u32>>,
-    /// True for each node whose arena is that of its state's own class.
-    pub(super) own: Vec<bool>,
-    /// The number of arenas.
-    pub(super) arenas: u32,
-    queue: VecDeque<u32>,
-}
-
-/// Combines an arena, and whether a node is a junction: right after an improving step under `prefix`.
-fn key(arena: Option<u32>, junction: bool) -> u32 {
-    2 * arena.map_or(0, |arena| arena + 1) + u32::from(junction)
-}
-
-impl Places {
-    /// Returns the node of a state in an arena.
-    pub(super) fn find(&self, arena: Option<u32>, junction: bool, state: &[i64]) -> Option<u32> {
-        self.find_code(arena, junction, &self.codec.as_ref()?.encode(state)?)
-    }
-
-    /// Returns the state of a node.
-    pub(super) fn state(&self, node: u32) -> State {
-        self.codec.as_ref().map_or_else(State::new, |codec| codec.decode(&self.states[node as usize]))
-    }
-
-    /// Returns whether a node is that of a state.
-    pub(super) fn is_at(&self, node: u32, state: &[i64]) -> bool {
-        let code = self.codec.as_ref().and_then(|codec| codec.encode(state));
-        code.is_some_and(|code| self.states[node as usize] == code)
-    }
-
-    fn find_code(&self, arena: Option<u32>, junction: bool, state: &Code) -> Option<u32> {
-        let key = key(arena, junction);
-        let same = |&node: &u32| self.keys[node as usize] == key && self.states[node as usize] == *state;
-        self.numbers.find(self.hasher.hash_one((key, &state[..])), same).copied()
-    }
-
-    /// Returns the arena of a node.
-    pub(super) fn arena(&self, node: u32) -> Option<u32> {
-        (self.keys[node as usize] / 2).checked_sub(1)
-    }
-
-    fn add(&mut self, node: u32, (arena, junction): (Option<u32>, bool), state: Code, class: Option<u32>) {
-        let key = key(arena, junction);
-        let hash = self.hasher.hash_one((key, &state[..]));
-        self.states.push(state);
-        self.keys.push(key);
-        self.classes.push(class);
-        let Places { numbers, hasher, states, keys, .. } = self;
-        let again = |&node: &u32| hasher.hash_one((keys[node as usize], &states[node as usize][..]));
-        numbers.insert_unique(hash, node, again);
-    }
 }
 
 /// The exploration of a graph.
@@ -224,8 +194,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         meter: &'a mut Meter<'m>,
     ) -> Result<Self> {
         let codec = Codec::new(facts.program)?;
-        places.codec = Some(codec.clone());
-        places.arenas = facts.improvement.arenas.len() as u32;
+        *places = Places::new(codec.clone(), facts.improvement.arenas.len() as u32);
         let cost = costs.constant().map(|cost| graph.fraction(cost));
         Ok(Explorer { facts, costs, graph, places, meter, codec, cost })
     }
@@ -237,7 +206,46 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     pub(super) fn start(&mut self, state: &State) -> Result<u32> {
         let class = self.facts.class(state)?;
         let code = self.codec.known(state)?;
-        self.node((self.facts.arena_of(class), false), &code, class)
+        self.node(Place::of(self.facts.arena_of(class)), &code, class)
+    }
+
+    /// Does the same as [`Explorer::start`] for all states of the engine, which are listed class by
+    /// class and level by level, so that no state is tested for membership. Returns the number of
+    /// nodes.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(super) fn start_everywhere(&mut self) -> Result<u32> {
+        let facts = self.facts;
+        let mut rest = facts.engine.all_states();
+        let classes = (0..).zip(&facts.classes.list).map(|(number, class)| (Some(number), &class.states));
+        for (class, states) in classes {
+            rest = facts.engine.difference(&rest, states)?;
+            self.start_class(class, states.clone())?;
+        }
+        self.start_class(None, rest)?;
+        self.meter.number(self.graph.nodes())
+    }
+
+    fn start_class(&mut self, class: Option<u32>, states: E::States) -> Result<()> {
+        let (engine, number) = (self.facts.engine, self.facts.arena_of(class));
+        let arena = number.map(|number| &self.facts.improvement.arenas[number as usize]);
+        let restricted = match arena {
+            Some(arena) => engine.sources(&engine.difference(&engine.all_choices(), &arena.choices)?)?,
+            None => engine.all_states(),
+        };
+        for (part, rank) in self.facts.ranked(number, states)? {
+            let free = engine.difference(&part, &restricted)?;
+            let restricted = engine.intersection(&part, &restricted)?;
+            for (part, unrestricted) in [(free, true), (restricted, false)] {
+                for state in engine.list_states(&part, usize::MAX)? {
+                    let code = self.codec.known(&state)?;
+                    let node = self.add(Place::of(number), &code, class, rank)?;
+                    self.places.unrestricted[node as usize] = unrestricted;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Explores all nodes that the nodes so far reach.
@@ -251,7 +259,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             let nodes = self.graph.nodes();
             self.meter.step()?;
             self.meter.progress(&|| format!("{nodes} states"));
-            let code = self.places.states[node as usize].clone();
+            let code = Code::from_slice(self.places.code(node));
             let arena = self.places.arena(node);
             let choices = match self.graph.junction[node as usize] {
                 true => self.junction(node, arena, &code)?,
@@ -262,24 +270,28 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         Ok(())
     }
 
-    fn node(&mut self, place: (Option<u32>, bool), code: &Code, class: Option<u32>) -> Result<u32> {
-        let (arena, junction) = place;
-        if let Some(known) = self.places.find_code(arena, junction, code) {
+    fn node(&mut self, place: Place, code: &Code, class: Option<u32>) -> Result<u32> {
+        if let Some(known) = self.places.find_code(place, code) {
             return Ok(known);
         }
         let state = self.codec.decode(code);
         let own = self.facts.arena_of(class);
-        let mut rank = self.facts.rank(arena, &state)?;
-        if junction {
+        let mut rank = self.facts.rank(place.arena, &state)?;
+        if place.junction {
             let counted = self.facts.rank(own, &state)?;
             let more = |k: u32| k.saturating_add(1);
             let positive = rank.positive.max(more(counted.positive));
             rank = Rank { positive, sure: rank.sure.max(more(counted.sure)) };
         }
-        self.meter.take(size_of::<Code>() + 8 * code.len() + 24)?;
-        let node = self.graph.add_node(rank, junction, self.meter)?;
-        self.places.add(node, place, code.clone(), class);
-        self.places.own.push(arena == own);
+        self.add(place, code, class, rank)
+    }
+
+    /// Adds the node of a state that is not known.
+    fn add(&mut self, place: Place, code: &Code, class: Option<u32>, rank: Rank) -> Result<u32> {
+        self.meter.take(self.places.bytes_of_node())?;
+        let node = self.graph.add_node(rank, place.junction, self.meter)?;
+        let own = place.arena == self.facts.arena_of(class);
+        self.places.add(node, place, code, (class, own));
         if rank.positive > 0 {
             self.places.queue.push_back(node);
         }
@@ -288,14 +300,14 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
 
     /// Returns the choices after an improving step: to count it, or to go on in the old arena.
     fn junction(&mut self, node: u32, arena: Option<u32>, code: &Code) -> Result<Vec<Closed>> {
-        let class = self.places.classes[node as usize];
+        let class = self.places.class(node);
         let own = self.facts.arena_of(class);
         let mut choices = Vec::new();
         for (position, (arena, counts)) in [(own, true), (arena, false)].into_iter().enumerate() {
-            let to = self.node((arena, false), code, class)?;
+            let to = self.node(Place::of(arena), code, class)?;
             let probability = self.graph.fraction(Ratio::one());
             let free = self.graph.fraction(Ratio::zero());
-            choices.push((position as u32, free, vec![Edge { to, probability, counts }]));
+            choices.push((position as u32, free, vec![Edge::new(to, probability, counts)]));
         }
         Ok(choices)
     }
@@ -313,14 +325,15 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let Some(arena) = arena else { return Ok(Vec::new()) };
         let reference = match arena.reference {
             Some(class) => Some(class as u32),
-            None => self.places.classes[node as usize],
+            None => self.places.class(node),
         };
+        let unrestricted = self.places.unrestricted[node as usize];
         let (state, mut choices) = (self.codec.decode(code), Vec::new());
         for (position, step) in (0u32..).zip(walk.choices(code, &mut self.graph.known)?) {
-            if facts.engine.contains_choice(&arena.choices, &state, &step.choice)? {
+            if unrestricted || facts.engine.contains_choice(&arena.choices, &state, &step.choice)? {
                 let cost = match self.cost {
                     Some(cost) => cost,
-                    None => self.graph.fraction(self.costs.of(&state, &step.combinations)?),
+                    None => self.graph.fraction(self.costs.of(&state, &step.combinations())?),
                 };
                 choices.push((position, cost, self.edges(number, reference, step)?));
             }
@@ -332,9 +345,9 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let mut edges = Vec::with_capacity(step.successors.len());
         let prefix = self.facts.improvement.safety == Safety::Prefix;
         for (code, probability) in step.successors {
-            let known = self.places.find_code(arena, false, &code);
+            let known = self.places.find_code(Place::of(arena), &code);
             let class = match known {
-                Some(node) => self.places.classes[node as usize],
+                Some(node) => self.places.class(node),
                 None => self.facts.class(&self.codec.decode(&code))?,
             };
             let change = self.facts.change(reference, class);
@@ -342,9 +355,9 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             let to = match (change, known) {
                 (Change::Weakening, _) => LOST,
                 (_, Some(node)) if !(prefix && improves) => node,
-                _ => self.node((arena, prefix && improves), &code, class)?,
+                _ => self.node(Place { arena, junction: prefix && improves }, &code, class)?,
             };
-            edges.push(Edge { to, probability, counts: improves && !prefix });
+            edges.push(Edge::new(to, probability, improves && !prefix));
         }
         Ok(edges)
     }

@@ -15,10 +15,28 @@ pub(super) const EVERY: u32 = u32::MAX;
 pub(super) struct Edge {
     /// The node that is entered, or [`LOST`].
     pub(super) to: u32,
-    /// The probability, its number in [`Graph::fractions`].
-    pub(super) probability: u32,
-    /// True if the step is an improvement: the next level counts from there.
-    pub(super) counts: bool,
+    /// Twice the number of the probability, plus 1 if the step counts.
+    weight: u32,
+}
+
+impl Edge {
+    /// Creates an edge to a node, or [`LOST`], with the number of its probability in
+    /// [`Graph::fractions`]; `counts` says whether the step is an improvement.
+    pub(super) fn new(to: u32, probability: u32, counts: bool) -> Self {
+        // 2^31 fractions need more than 64 GiB; the meter ends the work long before.
+        assert!(probability < 1 << 31);
+        Edge { to, weight: 2 * probability + u32::from(counts) }
+    }
+
+    /// Returns the number of the probability in [`Graph::fractions`].
+    pub(super) fn probability(self) -> u32 {
+        self.weight / 2
+    }
+
+    /// Returns whether the step is an improvement: the next level counts from there.
+    pub(super) fn counts(self) -> bool {
+        self.weight % 2 == 1
+    }
 }
 
 /// What is known of a node before any number is computed.

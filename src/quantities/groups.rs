@@ -221,7 +221,7 @@ impl<'n> Groups<'n> {
         let (mut low, mut high) = (cost.low(), cost.high());
         let (mut edges, mut escape): (Vec<(u32, R::Read)>, R::Read) = (Vec::new(), R::Read::zero());
         for edge in system.graph.edges(choice) {
-            let p = R::fraction(system, edge.probability);
+            let p = R::fraction(system, edge.probability());
             if system.bonus(edge) {
                 (low, high) = (low.plus(&p).low(), high.plus(&p).high());
             }
@@ -321,7 +321,7 @@ fn is_free<N: Number>(
         return false;
     }
     system.graph.edges(choice).iter().all(|edge| match system.end(edge, solution) {
-        End::Open(node) if !edge.counts && position[node as usize] != NONE => {
+        End::Open(node) if !edge.counts() && position[node as usize] != NONE => {
             to.push(position[node as usize]);
             true
         }

@@ -103,8 +103,8 @@ impl Table<'_> {
             LOST => 0.0,
             to => {
                 let (p, x) = (
-                    self.probabilities[edge.probability as usize],
-                    self.x[k - usize::from(edge.counts)][to as usize],
+                    self.probabilities[edge.probability() as usize],
+                    self.x[k - usize::from(edge.counts())][to as usize],
                 );
                 // Products with 1 and 0 are exact; all others are rounded down.
                 if p == 1.0 || x == 1.0 || x == 0.0 { p * x } else { (p * x).next_down().max(0.0) }

@@ -107,15 +107,15 @@ impl Wanted<'_> {
             work.rank(&ones, &position);
             ones.iter().for_each(|&node| position[node as usize] = NONE);
         }
-        for component in system.components() {
+        for component in system.components().iter() {
             if !system.is_open(component[0]) {
                 continue;
             }
             meter.step()?;
             component.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
-            let end = match component[..] {
+            let end = match *component {
                 [node] => work.single(node, &position),
-                _ => work.component(&component, &position, meter),
+                _ => work.component(component, &position, meter),
             };
             component.iter().for_each(|&node| position[node as usize] = NONE);
             end?;
@@ -184,7 +184,7 @@ impl Work<'_> {
 
     /// Returns the exact bound at the end of an edge; `None` if it is infinite.
     fn end(&self, edge: &Edge) -> Option<Ratio> {
-        match (edge.to, edge.counts, self.wanted.below, self.wanted.quantity) {
+        match (edge.to, edge.counts(), self.wanted.below, self.wanted.quantity) {
             (LOST, ..) => Some(Ratio::zero()),
             (to, true, Some(below), _) => below.bounds[to as usize].exact(),
             (_, true, None, Quantity::Probability(_)) => Some(Ratio::one()),
@@ -201,8 +201,8 @@ impl Work<'_> {
         let mut sum = cost.map_or_else(Ratio::zero, |cost| graph.fractions()[cost as usize].clone());
         let mut back = Ratio::zero();
         for edge in graph.edges(choice) {
-            let p = &graph.fractions()[edge.probability as usize];
-            if Some(edge.to) == own && !edge.counts {
+            let p = &graph.fractions()[edge.probability() as usize];
+            if Some(edge.to) == own && !edge.counts() {
                 back += p;
             } else {
                 sum += p * self.end(edge)?;
@@ -237,7 +237,7 @@ impl Work<'_> {
 
     /// Returns the rank of an edge: 0 where the bound is given; `None` if it is not known yet.
     fn rank_of(&self, edge: &Edge) -> Option<u32> {
-        let given = edge.to == LOST || edge.counts || {
+        let given = edge.to == LOST || edge.counts() || {
             let rank = self.wanted.graph.ranks[edge.to as usize];
             let is_fact = match self.wanted.quantity {
                 Quantity::Probability(k) => rank.positive < k || rank.sure >= k && !self.wanted.shows_ones,

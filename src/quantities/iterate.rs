@@ -127,7 +127,7 @@ impl Sparse {
         let mut constant = system.cost(choice).map_or(Interval::ZERO, fraction);
         let (mut whole, mut leaving, before) = (true, Interval::ZERO, self.edges.len());
         let mut add = |edge: &Edge| {
-            let p = fraction(edge.probability);
+            let p = fraction(edge.probability());
             if system.bonus(edge) {
                 constant = constant.plus(&p);
             }

@@ -70,6 +70,7 @@ mod inductive;
 mod iterate;
 mod meter;
 mod number;
+mod places;
 pub mod reach;
 mod solve;
 mod solved;

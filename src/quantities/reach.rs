@@ -16,7 +16,7 @@ use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
 use super::solve::{Quantity, SMALL, System};
-use crate::engine::explicit::weighted::{Code, Codec, Walk, Walker, Weighted};
+use crate::engine::explicit::weighted::{Code, Codec, Walk, Walker};
 use crate::engine::regions::Regions;
 use crate::engine::{Engine, position as position_of};
 use crate::error::Result;
@@ -220,26 +220,26 @@ impl<E: Engine> Search<'_, E> {
         let listed = walk.choices(code, &mut graph.known)?;
         let all = self.engine.all_states();
         let mut choices = Vec::with_capacity(listed.len());
-        for (position, Weighted { combinations, successors, .. }) in (0u32..).zip(listed) {
+        for (position, step) in (0u32..).zip(listed) {
             // Known states are in the engine.
             let leaves = |(next, _): &(Code, u32)| {
                 Ok(!found.index.contains_key(next) && !self.engine.contains(&all, &codec.decode(next))?)
             };
-            if position_of(&successors, leaves)?.is_some() {
+            if position_of(&step.successors, leaves)?.is_some() {
                 continue;
             }
             let cost = match &self.cost {
-                Some(cost) => cost.of(&state, &combinations)?,
+                Some(cost) => cost.of(&state, &step.combinations())?,
                 None => Ratio::zero(),
             };
             let cost = graph.fraction(cost);
-            let mut edges = Vec::with_capacity(successors.len());
-            for (next, probability) in successors {
+            let mut edges = Vec::with_capacity(step.successors.len());
+            for (next, probability) in step.successors {
                 let to = match found.index.get(&next) {
                     Some(&known) => known,
                     None => self.node(&codec.decode(&next), next, graph, found, meter)?,
                 };
-                edges.push(Edge { to, probability, counts: to == END });
+                edges.push(Edge::new(to, probability, to == END));
             }
             choices.push((position, cost, edges));
         }

@@ -9,7 +9,7 @@
 use std::fmt;
 
 use super::component::{Component, Optimum, Sense};
-use super::components::{self, Successor, Successors};
+use super::components::{self, Components, Successor, Successors};
 use super::graph::{Edge, Graph, LOST};
 use super::groups::{AsFractions, AsTheyAre, Groups};
 use super::iterate::{self, Sparse};
@@ -138,7 +138,7 @@ impl<N: Number> System<'_, N> {
     pub(super) fn permits(&self, choice: u32) -> bool {
         let Quantity::Cost(k) = self.quantity else { return true };
         let certain = |edge: &Edge| {
-            edge.to != LOST && self.graph.ranks[edge.to as usize].sure >= k - u32::from(edge.counts)
+            edge.to != LOST && self.graph.ranks[edge.to as usize].sure >= k - u32::from(edge.counts())
         };
         self.graph.edges(choice).iter().all(certain)
     }
@@ -148,7 +148,7 @@ impl<N: Number> System<'_, N> {
         if edge.to == LOST {
             return End::Known(N::zero());
         }
-        if edge.counts && self.quantity != Quantity::Number {
+        if edge.counts() && self.quantity != Quantity::Number {
             return End::Known(match (self.below, self.quantity) {
                 (Some(below), _) => below.values[edge.to as usize].clone(),
                 (None, Quantity::Cost(_) | Quantity::Reward) => N::zero(),
@@ -175,7 +175,7 @@ impl<N: Number> System<'_, N> {
 
     /// Returns an edge's constant for the expected number: 1 for an improvement.
     pub(super) fn bonus(&self, edge: &Edge) -> bool {
-        edge.counts && self.quantity == Quantity::Number
+        edge.counts() && self.quantity == Quantity::Number
     }
 
     /// Returns the value of a choice under a solution; `None` if it is not permitted or a successor
@@ -190,7 +190,7 @@ impl<N: Number> System<'_, N> {
             if self.bonus(edge) {
                 value = value.plus(&N::one());
             }
-            sum = sum.plus(&self.fractions[edge.probability as usize].times(&value));
+            sum = sum.plus(&self.fractions[edge.probability() as usize].times(&value));
         }
         Some(sum)
     }
@@ -219,11 +219,11 @@ impl<N: Number> System<'_, N> {
         meter.take(scratch)?;
         let found = self.components();
         let mut position = vec![NONE; nodes];
-        for number in 0..found.len() {
-            meter.progress(&|| format!("component {} of {}", number + 1, found.len()));
-            let end = self.next(&found[number], &mut position, solution, meter);
+        for number in 0..found.count() {
+            meter.progress(&|| format!("component {} of {}", number + 1, found.count()));
+            let end = self.next(found.get(number), &mut position, solution, meter);
             if end.is_err() {
-                self.pass_on(&found[number..], solution);
+                self.pass_on(&found, number, solution);
                 return end;
             }
         }
@@ -252,14 +252,14 @@ impl<N: Number> System<'_, N> {
         end.map_err(|e| self.explained(e, component.len()))
     }
 
-    /// Bounds the nodes without values by one step per node, which holds for any bounds of their
+    /// Bounds the nodes without values, from a component on, by one step per node, which holds for any bounds of their
     /// successors. Their best choices remain unknown.
-    fn pass_on(&self, rest: &[Vec<u32>], solution: &mut Solution<N>) {
+    fn pass_on(&self, components: &Components, first: usize, solution: &mut Solution<N>) {
         let Ok(anything) = self.anything() else { return };
-        if rest.iter().map(Vec::len).sum::<usize>() > PASSED_ON {
+        if components.from(first).len() > PASSED_ON {
             return;
         }
-        for component in rest {
+        for component in components.iter().skip(first) {
             let open = |&node: &u32| self.is_open(node) && !solution.known[node as usize];
             let open: Vec<u32> = component.iter().copied().filter(open).collect();
             for &node in &open {
@@ -276,7 +276,7 @@ impl<N: Number> System<'_, N> {
 
     /// Returns the strongly connected components of the open nodes and of those that they reach; each
     /// comes after those that it reaches.
-    pub(super) fn components(&self) -> Vec<Vec<u32>> {
+    pub(super) fn components(&self) -> Components {
         let open = (0..self.graph.nodes() as u32).filter(|&node| self.is_open(node));
         components::components(&Dependencies { system: self }, open)
     }
@@ -319,7 +319,7 @@ impl<N: Number> System<'_, N> {
         }
         let (mut sum, mut leaving, mut whole) = (self.own_constant(choice), N::zero(), true);
         for edge in self.graph.edges(choice) {
-            let p = &self.fractions[edge.probability as usize];
+            let p = &self.fractions[edge.probability() as usize];
             if self.bonus(edge) {
                 sum = sum.plus(p);
             }
@@ -504,7 +504,7 @@ impl<N: Number> Successors for Dependencies<'_, '_, N> {
         let (first, last) = system.graph.edge_range(choices.start, choices.end);
         let index = first.checked_add(position).filter(|&index| index < last)?;
         let (choice, edge) = system.graph.edge(index, &choices);
-        let follows = edge.to != LOST && (!edge.counts || system.quantity == Quantity::Number);
+        let follows = edge.to != LOST && (!edge.counts() || system.quantity == Quantity::Number);
         let node = follows && system.is_open(edge.to) && system.permits(choice);
         Some(if node { Successor::Node(edge.to) } else { Successor::None })
     }

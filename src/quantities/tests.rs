@@ -63,10 +63,8 @@ fn graph(rows: &Rows, meter: &mut Meter<'_>) -> Graph {
         let mut closed = Vec::new();
         for (position, (cost, edges)) in (0..).zip(choices) {
             let sum: i64 = edges.iter().map(|edge| edge.1).sum();
-            let mut edge = |&(to, weight): &(u32, i64)| Edge {
-                to,
-                probability: graph.fraction(Ratio::new(weight.into(), sum.into())),
-                counts: to == end,
+            let mut edge = |&(to, weight): &(u32, i64)| {
+                Edge::new(to, graph.fraction(Ratio::new(weight.into(), sum.into())), to == end)
             };
             let edges = edges.iter().map(&mut edge).collect();
             closed.push((position, graph.fraction(Ratio::from_integer((*cost).into())), edges));
@@ -96,8 +94,9 @@ fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact:
         };
         let end: Ratio = if quantity == Quantity::Probability(1) { Number::one() } else { Number::zero() };
         let term = |edge: &Edge| {
-            let to = if edge.counts { end.clone() } else { value(edge.to.min(graph.nodes() as u32 - 1)) };
-            &graph.fractions()[edge.probability as usize] * if edge.to == LOST { Number::zero() } else { to }
+            let to = if edge.counts() { end.clone() } else { value(edge.to.min(graph.nodes() as u32 - 1)) };
+            &graph.fractions()[edge.probability() as usize]
+                * if edge.to == LOST { Number::zero() } else { to }
         };
         let sum = graph.edges(choice).iter().map(term).fold(cost, |a, b| a + b);
         let (a, b) = (Interval::around(&sum), Interval::around(&value(node)));

@@ -1,11 +1,12 @@
 //! The quantities of a finished analysis: probabilities, costs and expected numbers of improvements.
 
 use super::cost::Cost;
-use super::explore::{Explorer, Facts, Places};
+use super::explore::{Explorer, Facts};
 use super::graph::{Graph, LOST};
 use super::horizon::Horizon;
 use super::meter::Meter;
 use super::number::{Bounds, Interval};
+use super::places::{Place, Places};
 use super::solve::NONE;
 use super::solved::Solved;
 use crate::engine::Engine;
@@ -132,6 +133,38 @@ impl Values {
         starts: &[State],
         costs: &dyn Cost,
     ) -> Result<()> {
+        self.explore_from(analysis, program, costs, |explorer| {
+            starts.iter().map(|start| explorer.start(start)).collect()
+        })
+    }
+
+    /// Does the same as [`Values::explore`] for all states of the analysis, which are those of the
+    /// scope that are not unsafe. Cost: one evaluation of the commands per state; membership tests only
+    /// for states in arenas that are not their own.
+    ///
+    /// # Errors
+    /// The errors of [`Values::explore`].
+    pub fn explore_everywhere<E: Engine>(
+        &mut self,
+        analysis: &Analysis<E>,
+        program: &Program,
+        costs: &dyn Cost,
+    ) -> Result<()> {
+        self.explore_from(
+            analysis,
+            program,
+            costs,
+            |explorer| Ok((0..explorer.start_everywhere()?).collect()),
+        )
+    }
+
+    fn explore_from<E: Engine>(
+        &mut self,
+        analysis: &Analysis<E>,
+        program: &Program,
+        costs: &dyn Cost,
+        start: impl FnOnce(&mut Explorer<'_, '_, E>) -> Result<Vec<u32>>,
+    ) -> Result<()> {
         if let Some(known) = cut(analysis).filter(|&known| known < self.setup.levels) {
             let message =
                 format!("the analysis ended at level {known}; quantities need {}", self.setup.levels);
@@ -141,9 +174,7 @@ impl Values {
         let mut meter = Meter::new(analysis.engine());
         let (graph, places) = (&mut self.graph, &mut self.places);
         let mut explorer = Explorer::new(&facts, costs, graph, places, &mut meter)?;
-        for start in starts {
-            self.starts.push(explorer.start(start)?);
-        }
+        self.starts = start(&mut explorer)?;
         explorer.run()
     }
 
@@ -170,13 +201,13 @@ impl Values {
             Some(arena) => Some(u32::try_from(arena).ok()?),
             None => None,
         };
-        self.places.find(arena, false, state).map(Node)
+        self.places.find(Place::of(arena), state).map(Node)
     }
 
     /// Returns the node of a state with which planning starts there; `None` if it was not explored.
     pub fn start(&self, state: &[i64]) -> Option<Node> {
         let own = |arena: Option<u32>| {
-            self.places.find(arena, false, state).filter(|&node| self.places.own[node as usize])
+            self.places.find(Place::of(arena), state).filter(|&node| self.places.own[node as usize])
         };
         (0..self.places.arenas).map(Some).chain([None]).find_map(own).map(Node)
     }
@@ -299,12 +330,12 @@ impl Values {
         // The choice does not matter: the states decide whether a step improves.
         let mut edges = self.graph.choices(node.0).flat_map(|choice| self.graph.edges(choice));
         let edge = *edges.find(is_there)?;
-        let (mut node, mut left) = (edge.to, k.checked_sub(usize::from(edge.counts))?);
+        let (mut node, mut left) = (edge.to, k.checked_sub(usize::from(edge.counts()))?);
         if self.graph.junction[node as usize] {
             // If nothing can follow either way, the improvement is counted.
             let choice = self.pick(node, left, aim).unwrap_or(self.graph.choices(node).start);
             let edge = self.graph.edges(choice).first()?;
-            (node, left) = (edge.to, left.checked_sub(usize::from(edge.counts))?);
+            (node, left) = (edge.to, left.checked_sub(usize::from(edge.counts()))?);
         }
         Some((Node(node), left))
     }

@@ -12,7 +12,7 @@ use meliora::model::preference::{Change, Preferences};
 use meliora::model::step::Step;
 use meliora::model::{Program, State};
 use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
-use meliora::quantities::{Setup, Steps, Values};
+use meliora::quantities::{Node, Setup, Steps, Values};
 use num_traits::{One, Zero};
 use proptest::prelude::*;
 
@@ -46,6 +46,25 @@ fn solved<E: Engine>(analysis: &Analysis<E>, program: &Program, states: &[State]
     values
 }
 
+fn solved_everywhere<E: Engine>(analysis: &Analysis<E>, program: &Program) -> Values {
+    let mut values = Values::new(Setup { levels: LEVELS, exact: false, within: None });
+    values.explore_everywhere(analysis, program, &Steps).unwrap();
+    values.solve(analysis.engine()).unwrap();
+    values
+}
+
+/// Checks that two explorations find overlapping bounds in a state, and the same certainty.
+fn agree((values, node): (&Values, Node), (others, other): (&Values, Node), k: usize) {
+    let [p, q] = [values.probability(node, k), others.probability(other, k)].map(|bounds| bounds.interval);
+    assert!(p.lower <= q.upper && q.lower <= p.upper, "P_{k}: {p:?} {q:?}");
+    assert_eq!((p.lower > 0.0, p.lower == 1.0), (q.lower > 0.0, q.lower == 1.0), "P_{k}");
+    match [values.cost(node, k), others.cost(other, k)].map(|bounds| bounds.map(|b| b.interval)) {
+        [None, None] => {}
+        [Some(c), Some(d)] => assert!(c.lower <= d.upper && d.lower <= c.upper, "C_{k}: {c:?} {d:?}"),
+        other => panic!("C_{k}: {other:?}"),
+    }
+}
+
 fn at_least<E: Engine>(analysis: &Analysis<E>, kind: Kind, state: &State, k: usize) -> bool {
     match analysis.levels(kind).rank(analysis.engine(), state).unwrap() {
         Rank::Finite(n) | Rank::AtLeast(n) => n >= k,
@@ -64,12 +83,18 @@ fn levels_are_facts<E: Engine>(
     for safety in SAFETIES {
         let analysis = analysed(engine, preferences, safety);
         let values = solved(&analysis, program, &states, false);
+        let everywhere = solved_everywhere(&analysis, program);
         // Under `transition`, a step that may weaken may also fail.
         let strict = if safety == Safety::Transition { &action } else { &analysis };
         for state in &states {
             let node = values.start(state).unwrap();
+            let Some(same) = everywhere.start(state) else {
+                assert!(analysis.is_unsafe(state).unwrap(), "{name}, {safety}: {state:?}");
+                continue;
+            };
             for k in 1..=LEVELS {
                 let p = values.probability(node, k).interval;
+                agree((&values, node), (&everywhere, same), k);
                 let (possible, sure) =
                     (at_least(&analysis, Kind::Spi, state, k), at_least(strict, Kind::Sasi, state, k));
                 let at = format!("{name}, {safety}, P_{k} in {state:?}: {p:?}");

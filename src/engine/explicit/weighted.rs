@@ -4,6 +4,8 @@
 //! enabled commands, and probabilities are numbers of fractions, each of which is stored once. The
 //! probabilities of commands that do not depend on the state are read once.
 
+use std::borrow::Cow;
+
 use ahash::AHashMap;
 use num_traits::One;
 use smallvec::SmallVec;
@@ -79,6 +81,11 @@ impl Codec {
         Ok(Codec { layout: Layout::packed(program)?, variables: program.variables.len() })
     }
 
+    /// Returns the number of words of a code.
+    pub(crate) fn words(&self) -> usize {
+        self.layout.words()
+    }
+
     /// Returns the code of a state; `None` if a value is out of range.
     pub(crate) fn encode(&self, state: &[i64]) -> Option<Code> {
         self.layout.encode(state).map(Code::from_vec)
@@ -106,11 +113,26 @@ impl Codec {
 pub(crate) struct Weighted {
     /// The choice.
     pub(crate) choice: Choice,
-    /// The combinations of commands that the choice draws from; none for a deadlock.
-    pub(crate) combinations: Vec<Combination>,
+    /// The combinations of commands that a [`Choice::Uniform`] draws from.
+    drawn: Vec<Combination>,
     /// Each successor once, with the number of its probability; ordered by values.
     pub(crate) successors: Vec<(Code, u32)>,
 }
+
+impl Weighted {
+    /// Returns the combinations of commands that the choice draws from; none for a deadlock.
+    pub(crate) fn combinations(&self) -> Cow<'_, [Combination]> {
+        match &self.choice {
+            Choice::Combination { synchronisation, commands } => {
+                Cow::Owned(vec![(*synchronisation, commands.clone())])
+            }
+            _ => Cow::Borrowed(&self.drawn),
+        }
+    }
+}
+
+/// The numbers of some probabilities.
+type Weights = SmallVec<[u32; 8]>;
 
 /// Lists the choices of states, as [`Program::exact_steps`] does, without their names.
 pub(crate) struct Walker<'p> {
@@ -118,7 +140,7 @@ pub(crate) struct Walker<'p> {
     codec: Codec,
     prepared: Prepared,
     /// The probabilities of the branches of each command, if they do not depend on the state.
-    constant: Vec<Option<Vec<u32>>>,
+    constant: Vec<Option<Weights>>,
 }
 
 impl<'p> Walker<'p> {
@@ -174,7 +196,7 @@ struct Run<'w, const W: usize> {
     codec: &'w Codec,
     stepper: Stepper<'w, W>,
     prepared: &'w Prepared,
-    constant: &'w mut [Option<Vec<u32>>],
+    constant: &'w mut [Option<Weights>],
 }
 
 impl<const W: usize> Walk for Run<'_, W> {
@@ -183,7 +205,7 @@ impl<const W: usize> Walk for Run<'_, W> {
         if self.stepper.ends.is_empty() {
             let one = fractions.number(Ratio::one());
             let successors = vec![(state.into(), one)];
-            return Ok(vec![Weighted { choice: Choice::Deadlock, combinations: Vec::new(), successors }]);
+            return Ok(vec![Weighted { choice: Choice::Deadlock, drawn: Vec::new(), successors }]);
         }
         let (mut found, mut at) = (Vec::new(), 0);
         for synchronisation in 0..self.prepared.synchronisations.len() {
@@ -197,10 +219,9 @@ impl<const W: usize> Walk for Run<'_, W> {
                     (sums.collect(), weight)
                 };
                 let successors = steps.iter().zip(weights).map(target).collect();
-                let commands: Vec<_> = commands.iter().map(|&c| CommandId(c)).collect();
-                let combinations = vec![(synchronisation, commands.clone())];
+                let commands = commands.iter().map(|&c| CommandId(c)).collect();
                 let choice = Choice::Combination { synchronisation, commands };
-                found.push(Weighted { choice, combinations, successors });
+                found.push(Weighted { choice, drawn: Vec::new(), successors });
             }
         }
         if self.program.kind == ModelKind::Dtmc {
@@ -233,7 +254,7 @@ impl<'w, const W: usize> Run<'w, W> {
         program: &'w Program,
         codec: &'w Codec,
         prepared: &'w Prepared,
-        constant: &'w mut [Option<Vec<u32>>],
+        constant: &'w mut [Option<Weights>],
     ) -> Box<dyn Walk + 'w> {
         Box::new(Run::<W> { program, codec, stepper: Stepper::new(prepared), prepared, constant })
     }
@@ -246,11 +267,11 @@ impl<'w, const W: usize> Run<'w, W> {
 
     /// Returns the probabilities of all ways to take a branch of each command, in the order of the
     /// stepper.
-    fn weights(&mut self, commands: &[u32], state: &[u64], fractions: &mut Fractions) -> Result<Vec<u32>> {
+    fn weights(&mut self, commands: &[u32], state: &[u64], fractions: &mut Fractions) -> Result<Weights> {
         if let &[command] = commands {
             return self.branches(command, state, fractions);
         }
-        let mut weights = vec![fractions.number(Ratio::one())];
+        let mut weights = Weights::from_slice(&[fractions.number(Ratio::one())]);
         for &command in commands.iter().rev() {
             let own = self.branches(command, state, fractions)?;
             let Some((&first, others)) = own.split_first() else { continue };
@@ -266,7 +287,7 @@ impl<'w, const W: usize> Run<'w, W> {
     }
 
     /// Returns the probabilities of the branches of a command that are positive.
-    fn branches(&mut self, command: u32, state: &[u64], fractions: &mut Fractions) -> Result<Vec<u32>> {
+    fn branches(&mut self, command: u32, state: &[u64], fractions: &mut Fractions) -> Result<Weights> {
         let index = command as usize;
         if let Some(known) = &self.constant[index] {
             return Ok(known.clone());
@@ -274,7 +295,7 @@ impl<'w, const W: usize> Run<'w, W> {
         let state = self.codec.decode(state);
         let exact = self.program.exact_branches(CommandId(command), &state);
         let exact = exact.map_err(|fault| fault::error(self.program, &fault, &state))?;
-        let numbers: Vec<u32> = exact.into_iter().map(|p| fractions.number(p)).collect();
+        let numbers: Weights = exact.into_iter().map(|p| fractions.number(p)).collect();
         if self.prepared.commands[index].chances != Chances::Vary {
             self.constant[index] = Some(numbers.clone());
         }
@@ -285,13 +306,13 @@ impl<'w, const W: usize> Run<'w, W> {
 /// Merges all choices into one that selects each with the same probability.
 fn uniform(choices: Vec<Weighted>, fractions: &mut Fractions) -> Weighted {
     let share = fractions.number(Ratio::new(1.into(), choices.len().into()));
-    let (mut combinations, mut successors) = (Vec::with_capacity(choices.len()), Vec::new());
+    let (mut drawn, mut successors) = (Vec::with_capacity(choices.len()), Vec::new());
     for choice in choices {
-        combinations.extend(choice.combinations);
+        drawn.extend(choice.combinations().into_owned());
         successors.extend(choice.successors);
     }
     successors.iter_mut().for_each(|(_, weight)| *weight = fractions.product(*weight, share));
-    Weighted { choice: Choice::Uniform, combinations, successors }
+    Weighted { choice: Choice::Uniform, drawn, successors }
 }
 
 /// Sorts the successors and adds up the probabilities of equal ones.
