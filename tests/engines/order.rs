@@ -121,3 +121,42 @@ fn worlds_that_move_together_stay_as_declared() {
     assert_eq!(auto(&text), ["wide", "tall", "mood", "far", "high", "hunger"]);
     assert_eq!(reason(&text), "as declared");
 }
+
+/// A ring of flags, each of which copies the one before it; declared as listed.
+fn flags(declared: &[usize]) -> String {
+    let mut text = "mdp module network\n".to_owned();
+    for v in declared {
+        text += &format!("f{v} : bool;\n");
+    }
+    for v in declared {
+        let before = v.checked_sub(1).unwrap_or(declared.len() - 1);
+        text += &format!("[] f{v} != f{before} -> (f{v}'=f{before});\n");
+    }
+    text + "endmodule init true endinit\n"
+}
+
+#[test]
+fn flags_of_the_same_commands_come_close_to_each_other() {
+    let text = flags(&[0, 6, 3, 9, 1, 7, 4, 10, 2, 8, 5, 11]);
+    let found = auto(&text);
+    let place = |v: usize| found.iter().position(|name| *name == format!("f{v}")).unwrap();
+    let span: usize = (0..12).map(|v| place(v).abs_diff(place((v + 11) % 12))).sum();
+    // No order of a ring of n flags has a span below 2 (n - 1): two paths connect the ends.
+    assert_eq!(span, 22);
+    assert!(reason(&text).contains("add up to 22 places instead of 64"), "{}", reason(&text));
+}
+
+#[test]
+fn flags_in_a_good_order_stay_as_declared() {
+    let text = flags(&[0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(auto(&text), ["f0", "f1", "f2", "f3", "f4", "f5", "f6", "f7"]);
+    assert_eq!(reason(&text), "as declared");
+}
+
+#[test]
+fn networks_with_an_integer_keep_their_flags_as_declared() {
+    let declared = [0, 6, 3, 9, 1, 7, 4, 10, 2, 8, 5, 11];
+    let text = flags(&declared).replace("f0 : bool;", "n : [0..2]; f0 : bool;");
+    let flags: Vec<String> = auto(&text).into_iter().filter(|name| name != "n").collect();
+    assert_eq!(flags, declared.map(|v| format!("f{v}")));
+}

@@ -3,9 +3,11 @@
 //!
 //! [`Order`] selects the method. [`from_structure`] applies the heuristics: `module_copies` for
 //! copies of a module whose clocks advance together, `independent_modules` for modules that move
-//! on their own, otherwise the declared order. Both classify variables by `counters`, which reads
-//! guards and updates. [`parse`] reads an order from text. Nothing here uses diagrams.
+//! on their own, `command_spans` for other programs of flags, otherwise the declared order. They
+//! read guards and updates, the first two through `counters`. [`parse`] reads an order from text.
+//! Nothing here uses diagrams.
 
+mod command_spans;
 mod counters;
 mod independent_modules;
 mod module_copies;
@@ -94,7 +96,7 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// Computes an order from the structure of the program.
 ///
 /// Variables stay as declared, since authors write related variables next to each other. There are
-/// two exceptions:
+/// three exceptions:
 ///
 /// If one module has all variables, or several modules are independent of each other: counters that
 /// every step changes come first, then flags, then positions interleaved bit by bit.
@@ -102,6 +104,10 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// If three or more copies of a module advance their clocks together: the variables declared before
 /// the clocks come first, then the clocks and the variables after them, those of equal role next to
 /// each other.
+///
+/// If all variables are flags, and neither of the above holds: flags of the same commands come close
+/// to each other, if that shortens the spans of the commands. Such programs are often translated
+/// from formats in which the order of declaration has no meaning.
 ///
 /// Up to three monitors come above the variables of the model, more come below.
 pub fn from_structure(program: &Program) -> Ordered {
@@ -118,8 +124,21 @@ pub fn from_structure(program: &Program) -> Ordered {
         Some(Ordered { bits, .. }) if bits != declared(program) => {
             Ordered { bits, why: "flags above the variables that move".to_owned() }
         }
-        _ => Ordered { bits: declared(program), why: "as declared".to_owned() },
+        _ => short_spans(program),
     }
+}
+
+/// Returns the declared order, or one with shorter spans of commands for programs of flags.
+fn short_spans(program: &Program) -> Ordered {
+    let Some(shortened) = command_spans::shortened(program) else {
+        return Ordered { bits: declared(program), why: "as declared".to_owned() };
+    };
+    let why = format!(
+        "flags of the same commands close to each other: the spans of all commands add up to {} places instead \
+         of {} as declared",
+        shortened.span, shortened.declared
+    );
+    Ordered { bits: by_variables(program, &shortened.variables), why }
 }
 
 /// Maximum number of monitors above the model; more of them come below it. With four monitors, a
