@@ -5,6 +5,8 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
+use sha2::{Digest, Sha256};
+
 use crate::error::{Error, Limit, Result, SourceFile};
 
 /// The maximum size of an input file, in bytes; it stops the reading of endless devices and pipes.
@@ -46,6 +48,16 @@ pub(crate) fn bytes(name: &str, from: impl Read) -> Result<Vec<u8>> {
         return Err(Limit::Size { what }.into());
     }
     Ok(bytes)
+}
+
+/// Returns the SHA-256 of some bytes in hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+/// Returns bytes in hexadecimal.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// Returns bytes as a text.

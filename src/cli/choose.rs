@@ -59,19 +59,6 @@ impl ChooseArgs {
         }
     }
 
-    /// Refuses to choose among the actions of a strategy that takes all of them.
-    ///
-    /// # Errors
-    /// [`Error::Usage`].
-    pub(super) fn validate_scheduler(&self, scheduler: Scheduler) -> Result<()> {
-        if self.choose == Choose::First || scheduler == Scheduler::Progress {
-            return Ok(());
-        }
-        let message =
-            "`--strategy permissive` takes all permitted actions; `--choose` cannot be used with it";
-        Err(Error::Usage(message.to_owned()))
-    }
-
     /// Returns the kind of the strategy: the one that is given, or one that fits the values.
     ///
     /// # Errors
@@ -159,6 +146,18 @@ impl ChooseArgs {
         strategy.choose_by(Arc::clone(&chooser) as _);
         Ok(Some(chooser))
     }
+}
+
+/// Refuses to choose among the actions of a strategy that takes all of them.
+///
+/// # Errors
+/// [`Error::Usage`].
+pub(super) fn validate_scheduler(choose: Choose, scheduler: Scheduler) -> Result<()> {
+    if choose == Choose::First || scheduler == Scheduler::Progress {
+        return Ok(());
+    }
+    let message = "`--strategy permissive` takes all permitted actions; `--choose` cannot be used with it";
+    Err(Error::Usage(message.to_owned()))
 }
 
 /// Finds the cost of a step by its name. Called before the engine is built, because a predicate is

@@ -17,6 +17,7 @@ use meliora::supervise::memory;
 use strum::{Display, IntoStaticStr};
 
 use super::check::{self, Checked};
+use super::choose::validate_scheduler;
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Question};
@@ -140,12 +141,7 @@ impl ReportArgs {
             let (choose, kind) = (choose.name(), kind.name());
             return Err(Error::Usage(format!("`--choose {choose}` cannot be used with `--kind {kind}`")));
         }
-        if self.choose.is_some_and(|choose| choose != Choose::First) && self.strategy == Scheduler::Permissive
-        {
-            let message =
-                "`--strategy permissive` takes all permitted actions; `--choose` cannot be used with it";
-            return Err(Error::Usage(message.to_owned()));
-        }
+        validate_scheduler(self.choose.unwrap_or_default(), self.strategy)?;
         match (self.format, self.picture) {
             (Format::Svg, _) | (_, None) | (Format::Dot, Some(Picture::Hasse)) => Ok(()),
             (Format::Dot, Some(_)) => Err(Error::Usage(

@@ -12,7 +12,7 @@ use meliora::planning::{Phase, Scheduler, Setup, Simulation, StrategyKind};
 use meliora::quantities::Choose;
 use meliora::quantities::cost::Costs;
 
-use super::choose::ChooseArgs;
+use super::choose::{ChooseArgs, validate_scheduler};
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
@@ -80,7 +80,7 @@ impl SimulateArgs {
 pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     args.choose.validate()?;
-    args.choose.validate_scheduler(args.strategy)?;
+    validate_scheduler(args.choose.choose, args.strategy)?;
     let kind = args.choose.kind(StrategyKind::Plan)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = SimulateReport::of_setup(header, (kind, args.choose.shown()), args.setup());

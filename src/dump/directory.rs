@@ -14,6 +14,8 @@ use super::{Diagram, dddmp, dot};
 use crate::error::{Error, Result, ensure};
 use crate::files::NewDirectory;
 use crate::progress::ProgressSink;
+use crate::reading::hex;
+pub use crate::reading::sha256;
 
 /// A dump in memory.
 #[derive(Debug, Clone)]
@@ -39,15 +41,6 @@ const DUMP: Sort = Sort {
         )
     },
 };
-
-/// Returns the SHA-256 of some bytes in hexadecimal.
-pub fn sha256(bytes: &[u8]) -> String {
-    hex(Sha256::digest(bytes).as_slice())
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
-}
 
 /// Writes a dump into a directory that does not exist yet, is empty, or contains only a dump, which
 /// is replaced. All files appear together, after the last is written; an old dump remains until
@@ -122,7 +115,7 @@ fn hashed(
     write(&mut out)?;
     let hashing = out.into_inner().map_err(io::IntoInnerError::into_error)?;
     hashing.inner.inner.sync_all()?;
-    Ok(hex(hashing.hash.finalize().as_slice()))
+    Ok(hex(&hashing.hash.finalize()))
 }
 
 /// Reads a dump: the manifest, the regions, and, if `certificate` is true, the certificate and the
@@ -189,7 +182,7 @@ fn read_hashed<T>(
     let inner = Watched { inner: File::open(path).map_err(failed)?, sink };
     let mut input = BufReader::with_capacity(1 << 16, Hashing { inner, hash: Sha256::new() });
     let content = read(&mut input).map_err(|e| sink.stop().map_or(e, Error::from))?;
-    let found = hex(input.into_inner().hash.finalize().as_slice());
+    let found = hex(&input.into_inner().hash.finalize());
     if found == sha256 {
         return Ok(content);
     }

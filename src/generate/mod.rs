@@ -63,7 +63,7 @@ use crate::random::Draw;
 use world::World;
 
 /// The maximum number of rows, and of columns.
-pub const LARGEST_SIDE: usize = 1024;
+const LARGEST_SIDE: usize = 1024;
 /// The maximum capacity of a battery, in moves.
 pub const LARGEST_BATTERY: u32 = 100_000;
 /// The maximum number of items: one for each capital letter.

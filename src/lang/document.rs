@@ -5,8 +5,6 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use sha2::{Digest, Sha256};
-
 use super::check::Checked;
 use super::load::load_given;
 use super::table::{self, Frame};
@@ -57,8 +55,7 @@ impl Document {
         if !archive::is_archive(&bytes) {
             return Ok(Self::of(reading::text(name, bytes)?));
         }
-        let hash: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        let text = format!("archive of {} bytes, SHA-256 {hash}\n", bytes.len());
+        let text = format!("archive of {} bytes, SHA-256 {}\n", bytes.len(), reading::sha256(&bytes));
         Ok(Document { archive: Some(Arc::new(bytes)), ..Self::of(SourceFile::new(name, text)) })
     }
 

@@ -42,7 +42,7 @@ impl Interval {
     }
 
     /// Returns true, and starts the next interval, if the interval has passed.
-    pub fn has_passed(&self) -> bool {
+    fn has_passed(&self) -> bool {
         let millis = |time: Duration| u64::try_from(time.as_millis()).unwrap_or(u64::MAX);
         let (now, last) = (millis(self.started.elapsed()), self.last.load(Relaxed));
         now >= last.saturating_add(millis(self.length))
