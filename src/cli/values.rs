@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use meliora::engine::{Algebra, AnyEngine, Count, Engine};
-use meliora::error::{Limit, Result};
+use meliora::error::{Error, Limit, Result};
 use meliora::model::{Program, State};
 use meliora::output::values::StateValues;
 use meliora::output::{Number, ValuesReport};
@@ -117,7 +117,11 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     job.update(|r| r.counts = analysis.result().counts.clone());
     let states = if args.at.is_empty() { listed(job, args, &engine)? } else { given };
-    let end = evaluate(job, args, (&question, &analysis, costs), &states);
+    // Unsafe states are in the model only.
+    let listed = Count::from(states.len());
+    let has_all = |engine: &AnyEngine| Ok::<_, Error>(engine.count(&engine.all_states())? == listed);
+    let everywhere = args.all && has_all(&engine)? && has_all(analysis.engine())?;
+    let end = evaluate(job, args, (&question, &analysis, costs), (&states, everywhere));
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     end?;
     let mut text = None;
@@ -141,18 +145,18 @@ fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -
 }
 
 /// Computes the values and adds them to the report, also those known when a limit is hit.
+/// `everywhere` says that the states are all states of the analysis.
 fn evaluate(
     job: &Job<ValuesReport>,
     args: &ValuesArgs,
     (question, analysis, costs): (&Question, &Analysis<AnyEngine>, Costs),
-    states: &[State],
+    (states, everywhere): (&[State], bool),
 ) -> Result<()> {
     let program = &*question.program;
     let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
     let within = args.within.map(|n| n as usize);
     let mut values = Values::new(Setup { levels, exact: args.exact, within });
     let costs = costs.check(analysis.engine(), program)?;
-    let everywhere = Count::from(states.len()) == analysis.engine().count(&analysis.engine().all_states())?;
     let explore = || match everywhere {
         true => values.explore_everywhere(analysis, program, &*costs),
         false => values.explore(analysis, program, states, &*costs),

@@ -5,7 +5,7 @@ use serde::{Serialize, Serializer};
 
 use super::text::plural;
 use super::values::Bound;
-use super::values_text::{digits, number};
+use super::values_text::{amount, digits, number};
 use crate::planning::Sample;
 use crate::planning::estimate::CONFIDENCE;
 use crate::quantities::choose::Attained;
@@ -62,7 +62,7 @@ impl Attains {
         match &self.cost {
             _ if self.improvements == 0 => "no improvement".to_owned(),
             Some(cost) => {
-                format!("{improvements} with probability {p}, {} {cost_name} expected", number(cost))
+                format!("{improvements} with probability {p}, {} expected", amount(cost, cost_name))
             }
             None => format!("{improvements} with probability {p}"),
         }

@@ -7,6 +7,7 @@ use super::text::{Grid, names, plural, state_heading};
 use super::values::{Bound, LevelValues, StateValues, ValuesFindings, ValuesReport};
 use super::{Style, ranks};
 use crate::planning::Safety;
+use crate::quantities::Steps;
 
 /// Maximum number of columns of a success curve.
 const CURVE: usize = 10;
@@ -61,7 +62,7 @@ fn table(level: &LevelValues, reward: &str, style: Style) -> String {
         number(&level.probability)
     );
     if let Some(cost) = &level.cost {
-        let _ = write!(text, ", {} {reward} expected", number(cost));
+        let _ = write!(text, ", {} expected", amount(cost, reward));
     }
     text.push('\n');
     let mut grid = Grid::new(&["action", "probability", reward], style);
@@ -101,6 +102,14 @@ pub(super) fn number(bound: &Bound) -> String {
     let [lower, upper] = [bound.lower, bound.upper].map(digits);
     // Bounds on both sides of a rounding limit look different although they are close.
     if lower == upper || bound.width() <= 1e-9 { upper } else { format!("{lower} to {upper}") }
+}
+
+/// Formats a cost with the name of its structure: `2 steps`, `1 step`.
+pub(super) fn amount(cost: &Bound, name: &str) -> String {
+    match number(cost) {
+        one if one == "1" && name == Steps::NAME => "1 step".to_owned(),
+        text => format!("{text} {name}"),
+    }
 }
 
 /// Formats a number with at most six significant digits. A probability below 1 is never shown as 1.

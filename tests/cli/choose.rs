@@ -146,6 +146,14 @@ fn the_choice_keeps_requirements() {
     let unsafe_start = run(&format!("values {} --json", files(&scratch, "worse"))).expect(0).json();
     assert_eq!(unsafe_start["states"][0]["unsafe"], true, "{unsafe_start}");
     assert_eq!(unsafe_start["states"][0]["levels"], json!([]));
+    // All states are listed, the unsafe ones too.
+    let all = run(&format!("values {} --all --json", files(&scratch, "worse"))).expect(0).json();
+    assert_eq!(all["states"].as_array().unwrap().len().to_string(), all["counts"]["states"]);
+    assert!(all["states"].as_array().unwrap().contains(&unsafe_start["states"][0]), "{all}");
+    // As many states as the analysis has, but not all of them.
+    let twice =
+        run(&format!("values {} --at x=0 --at x=0 --json", files(&scratch, "worse"))).expect(0).json();
+    assert_eq!(twice["states"], json!([unsafe_start["states"][0], unsafe_start["states"][0]]));
 }
 
 #[test]
@@ -173,7 +181,7 @@ fn the_text_shows_both_numbers() {
     assert!(text.contains("Attains: 2 improvements with probability 0.166667"), "{text}");
     assert!(text.contains("survey  permitted, most likely to improve"), "{text}");
     let text = run(&format!("strategy {drone} --choose cheap")).expect(0).stdout;
-    assert!(text.contains("Attains: 1 improvement with probability 1, 1 steps expected"), "{text}");
+    assert!(text.contains("Attains: 1 improvement with probability 1, 1 step expected"), "{text}");
     let table = run(&format!("strategy {drone} --choose likely --csv")).expect(0).stdout;
     assert!(table.lines().any(|line| line.contains("survey,true,true,true,true")), "{table}");
 }
