@@ -8,26 +8,25 @@
 //!   costs: the policy that attains B(U) costs at most U, and a policy that never leaves costs
 //!   infinitely much.)
 //!
-//! So the lower bounds are iterated from 0, and rounded down. When they hardly change, they are
-//! raised by a small relative amount to a candidate U, which is iterated, and rounded up, until one
-//! sweep raises no value: then it is an upper bound. If this takes too long, the lower bounds are
-//! iterated further and a smaller amount is tried. Probabilities have the upper bound 1 to start with;
-//! if no candidate is found, it is iterated downwards (interval iteration).
+//! The lower bounds are iterated from 0, and rounded down. When they hardly change, they are raised
+//! by a small relative amount to a candidate U, which is iterated, and rounded up, until one sweep
+//! raises no value: then it is an upper bound. If this takes too long, the lower bounds are iterated
+//! further and a smaller amount is tried. If the values at the exits are bounds, a candidate must be
+//! above their upper ones: it is iterated with them first, or else their greatest width is added to
+//! it. Probabilities have the upper bound 1 to start with; if no candidate is found, it is iterated
+//! downwards (interval iteration).
 //!
 //! A sweep visits the groups in postorder and uses new values at once (Gauss and Seidel), so values
-//! travel through most of a component in one sweep. The result of a row with m edges is computed to
-//! the nearest and then moved outwards by (m + 8) · 2^-52 of it: all terms are at least 0, so this
-//! covers the rounding of probabilities, products and sums.
+//! travel through most of a component in one sweep. [`super::sparse`] describes the rounding.
 //!
 //! A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020); S. Haddad and B. Monmege,
 //! "Interval iteration algorithm for MDPs and IMDPs" (TCS 2018).
 
 use super::component::Sense;
-use super::graph::Edge;
-use super::groups::Groups;
 use super::meter::Meter;
-use super::number::{Interval, Number};
-use super::solve::{End, Margin, NONE, Solution, System};
+use super::solve::NONE;
+pub(super) use super::sparse::Sparse;
+use super::sparse::TINY;
 use crate::error::Result;
 
 /// The relative width that is tried first, and the factor for the next attempts.
@@ -51,177 +50,12 @@ const MOST_SWEEPS: f64 = 20_000.0;
 const ELIMINABLE: usize = 50_000;
 /// Changes of smaller values are compared with this.
 const FLOOR: f64 = 1e-6;
-/// Results below this may have lost digits.
-const TINY: f64 = 1e-280;
-
-/// A component in compressed rows.
-pub(super) struct Sparse {
-    sense: Sense,
-    /// The actions of group g are `first[g]..first[g+1]`.
-    first: Vec<u32>,
-    /// The edges of action a are `start[a]..start[a+1]`.
-    start: Vec<u32>,
-    edges: Vec<(u32, f64)>,
-    /// The bounds of the constant of each action.
-    constants: Vec<(f64, f64)>,
-    /// The choice of each action, and the node that has it.
-    choices: Vec<(u32, u32)>,
-    /// The relative error of a row.
-    error: f64,
-    /// The width of the bounds at the exits.
-    inherited: f64,
-    /// The smallest probability.
-    least: f64,
-}
 
 /// The bounds of the groups.
 pub(super) struct Found {
     pub(super) low: Vec<f64>,
     pub(super) high: Vec<Option<f64>>,
     pub(super) picks: Vec<(u32, u32)>,
-}
-
-impl Sparse {
-    /// Copies the rows of a component, divided by the probabilities to leave the groups.
-    ///
-    /// # Errors
-    /// A limit is reached.
-    pub(super) fn new<N: Number>(
-        system: &System<'_, N>,
-        groups: &Groups<'_>,
-        solution: &Solution<N>,
-        meter: &mut Meter<'_>,
-    ) -> Result<Self> {
-        let mut sparse = Sparse {
-            sense: system.sense(),
-            first: vec![0],
-            start: vec![0],
-            edges: Vec::new(),
-            constants: Vec::new(),
-            choices: Vec::new(),
-            error: 0.0,
-            inherited: 0.0,
-            least: 1.0,
-        };
-        groups.visit(system, meter, |group, node, choice, _| {
-            while sparse.first.len() <= group as usize {
-                sparse.first.push(sparse.choices.len() as u32);
-            }
-            sparse.add(system, groups, solution, (group, node, choice));
-            Ok(())
-        })?;
-        while sparse.first.len() <= groups.count() {
-            sparse.first.push(sparse.choices.len() as u32);
-        }
-        Ok(sparse)
-    }
-
-    fn add<N: Number>(
-        &mut self,
-        system: &System<'_, N>,
-        groups: &Groups<'_>,
-        solution: &Solution<N>,
-        (own, node, choice): (u32, u32, u32),
-    ) {
-        let fraction = |position: u32| system.fractions[position as usize].bounds();
-        let mut constant = system.cost(choice).map_or(Interval::ZERO, fraction);
-        let (mut whole, mut leaving, before) = (true, Interval::ZERO, self.edges.len());
-        let mut add = |edge: &Edge| {
-            let p = fraction(edge.probability());
-            if system.bonus(edge) {
-                constant = constant.plus(&p);
-            }
-            match system.end(edge, solution) {
-                End::Known(value) => {
-                    self.inherited = self.inherited.max(value.bounds().width());
-                    constant = constant.plus(&p.times(&value.bounds()));
-                }
-                End::Open(to) => match groups.group_of(to) {
-                    Some(to) if to == own => {
-                        whole = false;
-                        return;
-                    }
-                    Some(to) => self.edges.push((to, p.lower)),
-                    None => {}
-                },
-            }
-            self.least = self.least.min(p.lower);
-            leaving = leaving.plus(&p);
-        };
-        system.graph.edges(choice).iter().for_each(&mut add);
-        if Number::is_zero(&leaving) {
-            self.edges.truncate(before);
-            return;
-        }
-        match system.margin {
-            Some(Margin::Loss(size)) => {
-                leaving = leaving.times(&Interval::ONE.plus(&Interval::point(size)));
-                whole = false;
-            }
-            Some(Margin::Gain(size, bounds)) => {
-                let gain = Interval::point(size * bounds.values[node as usize].upper);
-                constant = constant.plus(&gain.times(&leaving));
-            }
-            None => {}
-        }
-        let mut error = (self.edges.len() - before + 8) as f64 * f64::EPSILON;
-        if !whole {
-            constant = constant.over(&leaving);
-            // The quotients are within the width of the divisor.
-            error += 4.0 * (leaving.upper / leaving.lower - 1.0);
-            self.edges[before..].iter_mut().for_each(|edge| edge.1 /= leaving.lower);
-        }
-        self.error = self.error.max(error);
-        self.start.push(self.edges.len() as u32);
-        self.constants.push((constant.lower, constant.upper));
-        self.choices.push((choice, node));
-    }
-
-    /// Returns the bytes of the rows.
-    pub(super) fn bytes(&self) -> usize {
-        4 * (self.first.len() + self.start.len())
-            + 16 * self.edges.len()
-            + 24 * self.constants.len()
-            + 32 * self.first.len()
-    }
-
-    fn groups(&self) -> usize {
-        self.first.len() - 1
-    }
-
-    fn sum(&self, action: usize, constant: f64, x: &[f64]) -> f64 {
-        let edges = &self.edges[self.start[action] as usize..self.start[action + 1] as usize];
-        edges.iter().fold(constant, |sum, &(to, p)| sum + p * x[to as usize])
-    }
-
-    /// Returns a lower or upper bound of the optimum of a group, and the action that attains it.
-    fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
-        let actions = self.first[group] as usize..self.first[group + 1] as usize;
-        let value = |action: usize| {
-            let (low, high) = self.constants[action];
-            self.sum(action, if upper { high } else { low }, x)
-        };
-        let mut best = match self.sense {
-            Sense::Max => (0.0, actions.start),
-            Sense::Min => (f64::INFINITY, actions.start),
-        };
-        for action in actions {
-            let q = value(action);
-            let better = match self.sense {
-                Sense::Max => q > best.0,
-                Sense::Min => q < best.0,
-            };
-            if better {
-                best = (q, action);
-            }
-        }
-        let rounded = match upper {
-            true => best.0 * (1.0 + self.error) + TINY,
-            false if best.0 < TINY => 0.0,
-            false => best.0 * (1.0 - self.error),
-        };
-        (rounded, best.1)
-    }
 }
 
 /// Computes bounds of the groups, which are at most `top` if it is given. The result is true if they
@@ -241,7 +75,7 @@ struct Iteration<'s> {
     /// Upper bounds, if some are known.
     high: Option<Vec<f64>>,
     /// For the greatest values: the action that raised the lower bound last. A policy of such actions
-    /// leaves the component: where it stayed for ever, the first group to get the greatest value of
+    /// leaves the component: if it stayed for all time, the first group to get the greatest value of
     /// all would have had to get it from a smaller one. For the least values: the action that
     /// attains the upper bound.
     policy: Vec<usize>,
@@ -318,12 +152,24 @@ impl Iteration<'_> {
     /// Looks for upper bounds near the lower ones; returns whether they were found.
     fn enclose(&mut self, width: f64, meter: &mut Meter<'_>) -> Result<bool> {
         let mut x = self.low.clone();
-        if self.sparse.constants.iter().any(|(low, high)| low != high)
-            && !self.follow(&mut x, width, meter)?
-        {
+        let is_exact = self.sparse.constants.iter().all(|(low, high)| low == high);
+        if is_exact || self.follow(&mut x, width, meter)? {
+            x.iter_mut().for_each(|x| *x += width * x.max(FLOOR));
+            if self.confirm(x, meter)? {
+                return Ok(true);
+            }
+        }
+        // An exit with wide bounds may be too rare to be followed.
+        let inherited = self.sparse.inherited;
+        if inherited == 0.0 || inherited > WIDE {
             return Ok(false);
         }
-        x.iter_mut().for_each(|x| *x += width * x.max(FLOOR));
+        let x = self.low.iter().map(|x| x + inherited + width * x.max(FLOOR)).collect();
+        self.confirm(x, meter)
+    }
+
+    /// Iterates a candidate until it is an upper bound; returns false if it does not become one.
+    fn confirm(&mut self, mut x: Vec<f64>, meter: &mut Meter<'_>) -> Result<bool> {
         let (mut last, mut policy) = (f64::INFINITY, self.policy.clone());
         for sweep in 0.. {
             let mut raised = 0.0f64;
@@ -427,30 +273,80 @@ impl Pace {
 
 #[cfg(test)]
 mod tests {
+    use super::super::component::{Action, Component};
+    use super::super::eliminate::Row;
+    use super::super::number::{Interval, Number};
     use super::*;
     use crate::engine::NoProgress;
+    use crate::random::Draw;
 
-    fn ring(n: u32, leaving: f64) -> Sparse {
-        // Each group goes on to the next one, or leaves with the value 1/2.
-        let stay = 1.0 - leaving;
-        Sparse {
-            sense: Sense::Max,
-            first: (0..=n).collect(),
-            start: (0..=n).collect(),
-            edges: (0..n).map(|i| ((i + 1) % n, stay)).collect(),
-            constants: vec![(leaving / 2.0, leaving / 2.0); n as usize],
-            choices: (0..n).map(|i| (i, i)).collect(),
-            error: 16.0 * f64::EPSILON,
-            inherited: 0.0,
-            least: leaving,
+    const RARE: f64 = 1.0 / (1 << 30) as f64;
+
+    /// An action: its gain or cost, the values and probabilities of its exits, and its edges. All sums
+    /// and products are exact.
+    struct Made {
+        gain: f64,
+        exits: Vec<(f64, f64)>,
+        edges: Vec<(u32, f64)>,
+    }
+
+    impl Made {
+        fn constant(&self) -> f64 {
+            self.exits.iter().fold(self.gain, |sum, (value, p)| sum + value * p)
+        }
+
+        fn greatest(&self) -> f64 {
+            let none = if self.gain > 0.0 { f64::INFINITY } else { 0.0 };
+            self.exits.iter().fold(none, |most, exit| most.max(exit.0))
         }
     }
 
-    #[test]
-    fn bounds_contain_the_value_and_are_narrow() {
-        let mut meter = Meter::unlimited(&NoProgress);
-        let (found, end) = solve(&ring(50, 0.25), None, &mut meter);
-        assert!(end.unwrap());
+    fn sparse(sense: Sense, groups: &[Vec<Made>]) -> Sparse {
+        let mut sparse = Sparse {
+            sense,
+            first: vec![0],
+            start: vec![0],
+            edges: Vec::new(),
+            constants: Vec::new(),
+            exits: Vec::new(),
+            choices: Vec::new(),
+            error: 16.0 * f64::EPSILON,
+            inherited: 0.0,
+            least: RARE,
+        };
+        for (group, actions) in (0..).zip(groups) {
+            for made in actions {
+                sparse.edges.extend(&made.edges);
+                sparse.start.push(sparse.edges.len() as u32);
+                sparse.constants.push((made.constant(), made.constant()));
+                sparse.exits.push(made.greatest());
+                sparse.choices.push((sparse.choices.len() as u32, group));
+            }
+            sparse.first.push(sparse.choices.len() as u32);
+        }
+        sparse
+    }
+
+    fn component(sense: Sense, groups: &[Vec<Made>]) -> Component<Interval> {
+        let action = |made: &Made| {
+            let mut edges: Vec<_> = made.edges.iter().map(|&(to, p)| (to, Interval::point(p))).collect();
+            edges.sort_unstable_by_key(|edge| edge.0);
+            let escape = Interval::point(made.exits.iter().map(|exit| exit.1).sum());
+            let constant = Interval::point(made.constant());
+            Action::new(0, 0, (Row { edges, escape, constant }, constant), true)
+        };
+        let actions = groups.iter().map(|actions| actions.iter().map(action).collect()).collect();
+        Component { sense, actions }
+    }
+
+    /// Each group continues with the next one, or leaves with the value 1/2.
+    fn ring(n: u32, leaving: f64) -> Vec<Vec<Made>> {
+        let made =
+            |i| Made { gain: 0.0, exits: vec![(0.5, leaving)], edges: vec![((i + 1) % n, 1.0 - leaving)] };
+        (0..n).map(|i| vec![made(i)]).collect()
+    }
+
+    fn assert_half(found: &Found) {
         for (low, high) in found.low.iter().zip(&found.high) {
             let high = high.unwrap();
             assert!(*low <= 0.5 && 0.5 <= high && high - low < 1e-8, "{low} {high}");
@@ -458,10 +354,100 @@ mod tests {
     }
 
     #[test]
+    fn bounds_contain_the_value_and_are_narrow() {
+        let ring = sparse(Sense::Max, &ring(50, 0.25));
+        let (found, end) = solve(&ring, None, &mut Meter::unlimited(&NoProgress));
+        assert!(end.unwrap());
+        assert_half(&found);
+    }
+
+    #[test]
     fn a_component_that_is_hardly_left_is_given_up_with_true_bounds() {
-        let mut meter = Meter::unlimited(&NoProgress);
-        let (found, end) = solve(&ring(50, 2.0f64.powi(-45)), None, &mut meter);
+        let ring = sparse(Sense::Max, &ring(50, 2.0f64.powi(-45)));
+        let (found, end) = solve(&ring, None, &mut Meter::unlimited(&NoProgress));
         assert!(!end.unwrap());
         assert!(found.low.iter().all(|low| *low <= 0.5) && found.high.iter().all(Option::is_none));
+    }
+
+    /// All actions are equally good: to go round a ring that is left in one of its groups only, and
+    /// rarely; to jump across it; and to leave it at once, in that group.
+    fn hardly_left() -> Sparse {
+        let n = 2000;
+        let go = |i: u32| Made { gain: 0.0, exits: Vec::new(), edges: vec![((i + n - 1) % n, 1.0)] };
+        let jump =
+            |i: u32| Made { gain: 0.0, exits: Vec::new(), edges: vec![((7 * i) % n, 0.25), (i / 2, 0.75)] };
+        let mut groups: Vec<_> = (0..n).map(|i| vec![go(i), jump(i)]).collect();
+        groups[0] = vec![
+            Made { gain: 0.0, exits: vec![(0.5, RARE)], edges: vec![(n - 1, 1.0 - RARE)] },
+            Made { gain: 0.0, exits: vec![(0.5, 1.0)], edges: Vec::new() },
+        ];
+        sparse(Sense::Max, &groups)
+    }
+
+    #[test]
+    fn rounding_does_not_add_up_on_cycles_that_are_hardly_left() {
+        let (found, end) = solve(&hardly_left(), None, &mut Meter::unlimited(&NoProgress));
+        assert!(end.unwrap());
+        assert_half(&found);
+    }
+
+    #[test]
+    fn a_rare_exit_may_have_wide_bounds() {
+        let (mut sparse, width) = (hardly_left(), 5e-9);
+        sparse.inherited = width;
+        sparse.exits[0] = 0.5 + width;
+        sparse.constants[0].1 += RARE * width;
+        let (found, end) = solve(&sparse, None, &mut Meter::unlimited(&NoProgress));
+        assert!(end.unwrap());
+        assert_half(&found);
+    }
+
+    fn random(draw: &mut Draw, sense: Sense) -> Vec<Vec<Made>> {
+        let n = 1001 + draw.below(200) as u32;
+        let mut action = |i: u32, number: usize| {
+            let (up, down) = ((i + 1 + draw.below(8) as u32) % n, (i + n - 1 - draw.below(8) as u32) % n);
+            let exit = |draw: &mut Draw, p: f64| vec![([0.0, 0.25, 0.5, 1.0][draw.below(4)], p)];
+            let cost = match sense {
+                Sense::Max => 0.0,
+                Sense::Min if i > 8 && draw.below(3) == 0 => 0.0,
+                Sense::Min => [1.0, 2.0, 5.0][draw.below(3)],
+            };
+            match if number == 0 { 0 } else { draw.below(4) } {
+                // Without cost, cycles would have no unique solution: such an action goes down.
+                _ if sense == Sense::Min && cost == 0.0 => {
+                    Made { gain: 0.0, exits: Vec::new(), edges: vec![(down, 1.0)] }
+                }
+                0 => Made { gain: cost, exits: exit(draw, 0.25), edges: vec![(up, 0.5), (down, 0.25)] },
+                1 => {
+                    Made { gain: cost + 0.25, exits: exit(draw, 0.5), edges: vec![(up, 0.25), (down, 0.25)] }
+                }
+                2 => Made { gain: cost, exits: exit(draw, RARE), edges: vec![(up, 1.0 - RARE)] },
+                _ => {
+                    Made { gain: cost, exits: vec![(0.0, RARE)], edges: vec![(up, 0.5), (down, 0.5 - RARE)] }
+                }
+            }
+        };
+        (0..n).map(|i| (0..=i as usize % 3).map(|number| action(i, number)).collect()).collect()
+    }
+
+    #[test]
+    fn iteration_and_elimination_agree_on_large_random_components() {
+        for (seed, sense) in (0..6).flat_map(|seed| [(seed, Sense::Max), (seed, Sense::Min)]) {
+            let groups = random(&mut Draw::new(seed), sense);
+            let mut meter = Meter::unlimited(&NoProgress);
+            let (found, end) = solve(&sparse(sense, &groups), None, &mut meter);
+            assert!(end.unwrap(), "seed {seed}, {sense:?}");
+            let other = component(sense, &groups).solve(&mut meter).unwrap().unwrap();
+            for group in 0..groups.len() {
+                let (low, high) = (found.low[group], found.high[group].unwrap());
+                assert!(high - low <= 1e-7 * low.max(1.0), "seed {seed}, {sense:?}: {low} {high}");
+                let above = other.high[group].map_or(f64::INFINITY, |high| high.upper);
+                assert!(
+                    low <= above && other.low[group].bounds().lower <= high,
+                    "seed {seed}, {sense:?}, group {group}: {low} {high}, {:?} {above}",
+                    other.low[group]
+                );
+            }
+        }
     }
 }

@@ -20,7 +20,7 @@
 //! | `solve`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
 //! | `component`, `eliminate` | the optimum of a small component: policy iteration, elimination of states |
-//! | `iterate` | bounds of a large component: optimistic value iteration |
+//! | `iterate`, `sparse` | bounds of a large component: optimistic value iteration over compressed rows |
 //! | `horizon` | success within n steps |
 //! | `number` | intervals with outward rounding, and fractions |
 //! | [`values`] | the results: [`Values`] |
@@ -74,6 +74,7 @@ mod places;
 pub mod reach;
 mod solve;
 mod solved;
+mod sparse;
 #[cfg(test)]
 mod tests;
 pub mod values;

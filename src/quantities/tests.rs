@@ -30,6 +30,16 @@ fn rows(draw: &mut Draw, nodes: usize) -> Rows {
     (1..nodes).map(|_| (0..=draw.below(3)).map(|_| choice(draw)).collect()).chain([Vec::new()]).collect()
 }
 
+/// Adds a loss to the choices that have none, so that no number of improvements is infinite.
+fn with_losses(mut rows: Rows) -> Rows {
+    for (_, edges) in rows.iter_mut().flatten() {
+        if edges.iter().all(|edge| edge.0 != LOST) {
+            edges.push((LOST, 9));
+        }
+    }
+    rows
+}
+
 /// Returns the greatest solution of X = μY. { s : a choice stays in `within(X)` and enters Y or the end }.
 fn winning(rows: &Rows, sure: bool) -> Vec<bool> {
     let end = rows.len() - 1;
@@ -52,9 +62,19 @@ fn winning(rows: &Rows, sure: bool) -> Vec<bool> {
     }
 }
 
-fn graph(rows: &Rows, meter: &mut Meter<'_>) -> Graph {
+/// Counts the edges to the end.
+fn ends(rows: &Rows, _: u32, to: u32) -> bool {
+    to as usize == rows.len() - 1
+}
+
+/// Counts the edges to the end and some others.
+fn improves(rows: &Rows, node: u32, to: u32) -> bool {
+    ends(rows, node, to) || to != LOST && (node + to).is_multiple_of(3)
+}
+
+fn graph(rows: &Rows, counts: fn(&Rows, u32, u32) -> bool, meter: &mut Meter<'_>) -> Graph {
     let (sure, positive) = (winning(rows, true), winning(rows, false));
-    let (mut graph, end) = (Graph::default(), rows.len() as u32 - 1);
+    let mut graph = Graph::default();
     for s in 0..rows.len() {
         let is = |set: &[bool]| u32::from(set.get(s).is_some_and(|&inside| inside));
         graph.add_node(Rank { positive: is(&positive), sure: is(&sure) }, false, meter).unwrap();
@@ -64,7 +84,7 @@ fn graph(rows: &Rows, meter: &mut Meter<'_>) -> Graph {
         for (position, (cost, edges)) in (0..).zip(choices) {
             let sum: i64 = edges.iter().map(|edge| edge.1).sum();
             let mut edge = |&(to, weight): &(u32, i64)| {
-                Edge::new(to, graph.fraction(Ratio::new(weight.into(), sum.into())), to == end)
+                Edge::new(to, graph.fraction(Ratio::new(weight.into(), sum.into())), counts(rows, node, to))
             };
             let edges = edges.iter().map(&mut edge).collect();
             closed.push((position, graph.fraction(Ratio::from_integer((*cost).into())), edges));
@@ -92,11 +112,14 @@ fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact:
             Quantity::Cost(_) => graph.fractions()[graph.costs[choice as usize] as usize].clone(),
             _ => Number::zero(),
         };
-        let end: Ratio = if quantity == Quantity::Probability(1) { Number::one() } else { Number::zero() };
         let term = |edge: &Edge| {
-            let to = if edge.counts() { end.clone() } else { value(edge.to.min(graph.nodes() as u32 - 1)) };
-            &graph.fractions()[edge.probability() as usize]
-                * if edge.to == LOST { Number::zero() } else { to }
+            let to = match (edge.to, edge.counts(), quantity) {
+                (LOST, _, _) | (_, true, Quantity::Cost(_)) => Number::zero(),
+                (_, true, Quantity::Probability(_)) => Number::one(),
+                (to, true, _) => value(to) + <Ratio as Number>::one(),
+                (to, false, _) => value(to),
+            };
+            &graph.fractions()[edge.probability() as usize] * to
         };
         let sum = graph.edges(choice).iter().map(term).fold(cost, |a, b| a + b);
         let (a, b) = (Interval::around(&sum), Interval::around(&value(node)));
@@ -104,33 +127,50 @@ fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact:
     })
 }
 
+/// Solves a system by both methods; returns the number of values that iteration found.
+fn iterated(seed: u64, graph: &Graph, quantity: Quantity, meter: &mut Meter<'_>) -> usize {
+    let exact: Solution<Ratio> = solved(graph, quantity, SMALL, meter);
+    let mut iterated = 0;
+    for small in [0, SMALL] {
+        let found: Solution<Interval> = solved(graph, quantity, small, meter);
+        for node in 0..graph.nodes() as u32 {
+            let (Some(x), Some(y)) = (exact.get(node), found.get(node)) else { continue };
+            let [low, high] = [y.lower, y.upper].map(|x| Ratio::from_f64(x).unwrap());
+            assert!(low <= *x && *x <= high, "seed {seed}, {quantity}, node {node}: {x} not in {y:?}");
+            assert!(y.width() <= 1e-7 * y.lower.max(1.0), "seed {seed}, {quantity}: {y:?}");
+            iterated += usize::from(small == 0 && y.width() > 1e-12);
+        }
+        assert!(attains(graph, quantity, &found, &exact), "seed {seed}, {quantity}");
+    }
+    iterated
+}
+
 #[test]
 fn iteration_and_elimination_agree_on_random_graphs() {
-    let mut iterated = 0;
+    let mut values = 0;
     for seed in 0..400 {
         let mut draw = Draw::new(seed);
         let nodes = 3 + draw.below(12);
         let mut meter = Meter::unlimited(&NoProgress);
-        let graph = graph(&rows(&mut draw, nodes), &mut meter);
+        let graph = graph(&rows(&mut draw, nodes), ends, &mut meter);
         for quantity in [Quantity::Probability(1), Quantity::Cost(1)] {
-            let exact: Solution<Ratio> = solved(&graph, quantity, SMALL, &mut meter);
-            for small in [0, SMALL] {
-                let found: Solution<Interval> = solved(&graph, quantity, small, &mut meter);
-                for node in 0..nodes as u32 {
-                    let (Some(x), Some(y)) = (exact.get(node), found.get(node)) else { continue };
-                    let [low, high] = [y.lower, y.upper].map(|x| Ratio::from_f64(x).unwrap());
-                    assert!(
-                        low <= *x && *x <= high,
-                        "seed {seed}, {quantity}, node {node}: {x} not in {y:?}"
-                    );
-                    assert!(y.width() <= 1e-7 * y.lower.max(1.0), "seed {seed}, {quantity}: {y:?}");
-                    iterated += usize::from(small == 0 && y.width() > 1e-12);
-                }
-                assert!(attains(&graph, quantity, &found, &exact), "seed {seed}, {quantity}");
-            }
+            values += iterated(seed, &graph, quantity, &mut meter);
         }
     }
-    assert!(iterated > 100, "{iterated} values by iteration");
+    assert!(values > 100, "{values} values by iteration");
+}
+
+#[test]
+fn iteration_and_elimination_agree_on_numbers_of_improvements() {
+    let mut values = 0;
+    for seed in 0..100 {
+        let mut draw = Draw::new(seed);
+        let nodes = 3 + draw.below(12);
+        let mut meter = Meter::unlimited(&NoProgress);
+        let graph = graph(&with_losses(rows(&mut draw, nodes)), improves, &mut meter);
+        values += iterated(seed, &graph, Quantity::Number, &mut meter);
+    }
+    assert!(values > 100, "{values} values by iteration");
 }
 
 /// Stops the work when it is asked once more than this number of times.
@@ -147,7 +187,7 @@ impl ProgressSink for Patience {
 fn bounds_hold_wherever_a_limit_ends_the_work() {
     let (mut ended, mut narrow, mut wide) = (0, 0, 0);
     for seed in 0..6 {
-        let graph = graph(&rows(&mut Draw::new(seed), 300), &mut Meter::unlimited(&NoProgress));
+        let graph = graph(&rows(&mut Draw::new(seed), 300), ends, &mut Meter::unlimited(&NoProgress));
         let fractions: Vec<Interval> = graph.fractions().iter().map(Number::of).collect();
         for quantity in [Quantity::Probability(1), Quantity::Cost(1)] {
             let whole: Solution<Interval> = solved(&graph, quantity, 0, &mut Meter::unlimited(&NoProgress));

@@ -1,0 +1,241 @@
+//! A component in compressed rows of doubles, and its optimality equations rounded outwards.
+//!
+//! The result of a row with m edges is computed to the nearest and then moved outwards by
+//! (m + 8) · 2^-52 of it: all terms are at least 0, so this covers the rounding of probabilities,
+//! products and sums.
+//!
+//! An upper bound has another limit. The result of a row in which nothing is gained or paid is a mean
+//! of the values that it leads to, so it is at most the greatest of them, without any rounding. This
+//! matters where many policies are equally good and some of them hardly leave the component: along
+//! their cycles the rounding of each row adds up, and exceeds what the exits take away.
+
+use super::component::Sense;
+use super::groups::Groups;
+use super::meter::Meter;
+use super::number::{Interval, Number};
+use super::solve::{End, Margin, Solution, System};
+use crate::error::Result;
+
+/// Results below this may have lost digits.
+pub(super) const TINY: f64 = 1e-280;
+
+/// A component in compressed rows.
+pub(super) struct Sparse {
+    pub(super) sense: Sense,
+    /// The actions of group g are `first[g]..first[g+1]`.
+    pub(super) first: Vec<u32>,
+    /// The edges of action a are `start[a]..start[a+1]`.
+    pub(super) start: Vec<u32>,
+    pub(super) edges: Vec<(u32, f64)>,
+    /// The bounds of the constant of each action.
+    pub(super) constants: Vec<(f64, f64)>,
+    /// The greatest upper bound at an exit of each action; infinite if more is gained or paid.
+    pub(super) exits: Vec<f64>,
+    /// The choice of each action, and the node that has it.
+    pub(super) choices: Vec<(u32, u32)>,
+    /// The relative error of a row.
+    pub(super) error: f64,
+    /// The width of the bounds at the exits.
+    pub(super) inherited: f64,
+    /// The smallest probability.
+    pub(super) least: f64,
+}
+
+impl Sparse {
+    /// Copies the rows of a component, divided by the probabilities to leave the groups.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(super) fn new<N: Number>(
+        system: &System<'_, N>,
+        groups: &Groups<'_>,
+        solution: &Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Self> {
+        let mut sparse = Sparse {
+            sense: system.sense(),
+            first: vec![0],
+            start: vec![0],
+            edges: Vec::new(),
+            constants: Vec::new(),
+            exits: Vec::new(),
+            choices: Vec::new(),
+            error: 0.0,
+            inherited: 0.0,
+            least: 1.0,
+        };
+        groups.visit(system, meter, |group, node, choice, _| {
+            while sparse.first.len() <= group as usize {
+                sparse.first.push(sparse.choices.len() as u32);
+            }
+            sparse.add(system, groups, solution, (group, node, choice));
+            Ok(())
+        })?;
+        while sparse.first.len() <= groups.count() {
+            sparse.first.push(sparse.choices.len() as u32);
+        }
+        Ok(sparse)
+    }
+
+    fn add<N: Number>(
+        &mut self,
+        system: &System<'_, N>,
+        groups: &Groups<'_>,
+        solution: &Solution<N>,
+        (own, node, choice): (u32, u32, u32),
+    ) {
+        let cost =
+            system.cost(choice).map_or(Interval::ZERO, |cost| system.fractions[cost as usize].bounds());
+        let mut sum = Sum::new(cost);
+        let before = self.edges.len();
+        for edge in system.graph.edges(choice) {
+            let p = system.fractions[edge.probability() as usize].bounds();
+            let gain = if system.bonus(edge) { Interval::ONE } else { Interval::ZERO };
+            match system.end(edge, solution) {
+                End::Known(value) => {
+                    let value = value.bounds();
+                    self.inherited = self.inherited.max(value.width());
+                    sum.exit(&p, &gain.plus(&value));
+                }
+                End::Open(to) => {
+                    sum.gain(&p, &gain);
+                    match groups.group_of(to) {
+                        Some(to) if to == own => {
+                            sum.whole = false;
+                            continue;
+                        }
+                        Some(to) => self.edges.push((to, p.lower)),
+                        None => {}
+                    }
+                }
+            }
+            self.least = self.least.min(p.lower);
+            sum.leaving = sum.leaving.plus(&p);
+        }
+        if Number::is_zero(&sum.leaving) {
+            self.edges.truncate(before);
+            return;
+        }
+        sum.change(&system.margin, node);
+        self.close(sum, before);
+        self.choices.push((choice, node));
+    }
+
+    /// Closes the row of an action, whose edges start at a position, with the rest of its sum.
+    fn close(&mut self, sum: Sum, before: usize) {
+        let Sum { mut constant, most, leaving, whole } = sum;
+        let mut error = (self.edges.len() - before + 8) as f64 * f64::EPSILON;
+        if !whole {
+            constant = constant.over(&leaving);
+            // The quotients are within the width of the divisor.
+            error += 4.0 * (leaving.upper / leaving.lower - 1.0);
+            self.edges[before..].iter_mut().for_each(|edge| edge.1 /= leaving.lower);
+        }
+        self.error = self.error.max(error);
+        self.start.push(self.edges.len() as u32);
+        self.constants.push((constant.lower, constant.upper));
+        self.exits.push(most);
+    }
+
+    /// Returns the bytes of the rows.
+    pub(super) fn bytes(&self) -> usize {
+        4 * (self.first.len() + self.start.len())
+            + 16 * self.edges.len()
+            + 32 * self.constants.len()
+            + 32 * self.first.len()
+    }
+
+    pub(super) fn groups(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    fn row(&self, action: usize) -> &[(u32, f64)] {
+        &self.edges[self.start[action] as usize..self.start[action + 1] as usize]
+    }
+
+    /// Returns c + Σ p · x of an action to the nearest double, with the lower bound of the constant.
+    fn sum(&self, action: usize, x: &[f64]) -> f64 {
+        self.row(action).iter().fold(self.constants[action].0, |sum, &(to, p)| sum + p * x[to as usize])
+    }
+
+    /// Returns an upper bound of c + Σ p · x of an action.
+    fn above(&self, action: usize, x: &[f64]) -> f64 {
+        let add = |(sum, most): (f64, f64), &(to, p): &(u32, f64)| {
+            let x = x[to as usize];
+            (sum + p * x, most.max(x))
+        };
+        let (sum, most) = self.row(action).iter().fold((self.constants[action].1, self.exits[action]), add);
+        (sum * (1.0 + self.error) + TINY).min(most)
+    }
+
+    /// Returns a lower or upper bound of the optimum of a group, and the action that attains it.
+    pub(super) fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
+        let actions = self.first[group] as usize..self.first[group + 1] as usize;
+        let mut best = match self.sense {
+            Sense::Max => (0.0, actions.start),
+            Sense::Min => (f64::INFINITY, actions.start),
+        };
+        for action in actions {
+            let q = if upper { self.above(action, x) } else { self.sum(action, x) };
+            let better = match self.sense {
+                Sense::Max => q > best.0,
+                Sense::Min => q < best.0,
+            };
+            if better {
+                best = (q, action);
+            }
+        }
+        match upper {
+            false if best.0 < TINY => (0.0, best.1),
+            false => (best.0 * (1.0 - self.error), best.1),
+            true => best,
+        }
+    }
+}
+
+/// The constant part of an action, and the probability to leave its group.
+struct Sum {
+    constant: Interval,
+    /// The greatest upper bound at an exit; infinite if more is gained or paid.
+    most: f64,
+    /// The probability to leave the group.
+    leaving: Interval,
+    /// True if this is 1: no edge leads back to the group, and no margin changes it.
+    whole: bool,
+}
+
+impl Sum {
+    fn new(cost: Interval) -> Self {
+        let mut sum = Sum { constant: Interval::ZERO, most: 0.0, leaving: Interval::ZERO, whole: true };
+        sum.gain(&Interval::ONE, &cost);
+        sum
+    }
+
+    /// Adds a gain or cost that has a probability.
+    fn gain(&mut self, p: &Interval, gain: &Interval) {
+        if !Number::is_zero(gain) {
+            self.constant = self.constant.plus(&p.times(gain));
+            self.most = f64::INFINITY;
+        }
+    }
+
+    /// Adds an exit with its value.
+    fn exit(&mut self, p: &Interval, value: &Interval) {
+        self.constant = self.constant.plus(&p.times(value));
+        self.most = self.most.max(value.upper);
+    }
+
+    fn change(&mut self, margin: &Option<Margin<'_>>, node: u32) {
+        match margin {
+            Some(Margin::Loss(size)) => {
+                self.leaving = self.leaving.times(&Interval::ONE.plus(&Interval::point(*size)));
+                self.whole = false;
+            }
+            Some(Margin::Gain(size, bounds)) => {
+                let leaving = self.leaving;
+                self.gain(&leaving, &Interval::point(size * bounds.values[node as usize].upper));
+            }
+            None => {}
+        }
+    }
+}
