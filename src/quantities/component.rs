@@ -38,8 +38,6 @@ pub(super) enum Sense {
 pub(super) struct Action<N> {
     /// The choice, by its number in the graph.
     pub(super) choice: u32,
-    /// The node that has it.
-    pub(super) node: u32,
     /// The edges to other groups, and the probability to leave the component. Edges back to the
     /// group are left out.
     pub(super) row: Row<N>,
@@ -52,9 +50,9 @@ pub(super) struct Action<N> {
 impl<N: Number> Action<N> {
     /// Creates an action. `whole` says that no edge back to the group was left out: then it leaves
     /// the group with probability 1.
-    pub(super) fn new(choice: u32, node: u32, (row, high): (Row<N>, N), whole: bool) -> Self {
+    pub(super) fn new(choice: u32, (row, high): (Row<N>, N), whole: bool) -> Self {
         let leaving = if whole { N::one() } else { row.leaving() };
-        Action { choice, node, row, high, leaving }
+        Action { choice, row, high, leaving }
     }
 
     /// Returns whether the action leaves its group with positive probability.
@@ -85,8 +83,8 @@ pub(super) struct Optimum<N> {
     pub(super) low: Vec<N>,
     /// The upper bounds; `None` if none could be certified.
     pub(super) high: Vec<Option<N>>,
-    /// The choice by which each group is left, and the node that has it.
-    pub(super) picks: Vec<(u32, u32)>,
+    /// The choice by which each group is left, or [`NONE`](super::solve::NONE).
+    pub(super) picks: Vec<u32>,
 }
 
 impl<N: Number> Optimum<N> {
@@ -127,8 +125,7 @@ impl<N: Number> Component<N> {
             (Sense::Min, None) => Some(N::zero()),
         };
         let sides = x.iter().zip(&slack).map(side);
-        let pick =
-            |(actions, &number): (&Vec<Action<N>>, &usize)| (actions[number].choice, actions[number].node);
+        let pick = |(actions, &number): (&Vec<Action<N>>, &usize)| actions[number].choice;
         let picks = self.actions.iter().zip(&policy).map(pick).collect();
         Ok(Some(match self.sense {
             Sense::Max => Optimum { low: own.iter().map(N::low).collect(), high: sides.collect(), picks },
@@ -272,7 +269,7 @@ impl<N: Number> Component<N> {
             let edges = action.row.edges.iter().map(|(to, p)| (*to, p.bounds())).collect();
             let row = Row { edges, escape: action.row.escape.bounds(), constant: Interval::ONE };
             let leaving = action.leaving.bounds();
-            Action { choice: action.choice, node: action.node, row, high: Interval::ONE, leaving }
+            Action { choice: action.choice, row, high: Interval::ONE, leaving }
         };
         let actions = self.actions.iter().map(|actions| actions.iter().map(round).collect()).collect();
         Component { sense: Sense::Max, actions }

@@ -3,7 +3,8 @@
 use super::inductive::{Inductive, Side, Wanted};
 use super::meter::Meter;
 use super::number::Interval;
-use super::solve::{Quantity, Solution};
+use super::solution::Solution;
+use super::solve::Quantity;
 use super::solved::Solved;
 use super::values::{Numbers, Values};
 use crate::dump::values::{Bounds, Number, Row};
@@ -32,7 +33,7 @@ impl Values {
             return Err(Error::Usage("certificates need bounds, not exact values".to_owned()));
         };
         let mut meter = Meter::new(engine);
-        meter.take(self.graph.bytes())?;
+        meter.take(self.graph.bytes() + self.places.bytes())?;
         let all = |quantity: fn(u32) -> Quantity, solutions: &[Solution<Interval>], meter: &mut Meter<'_>| {
             let mut found: Vec<[Inductive; 2]> = Vec::new();
             for (k, solution) in (1..).zip(solutions) {
@@ -69,9 +70,9 @@ impl Values {
     ) -> Result<Vec<Row>> {
         let mut rows = Vec::new();
         for node in 0..self.graph.nodes() {
-            let rank = self.graph.ranks[node];
+            let rank = self.graph.rank(node as u32);
             let Some(number) = self.places.arena(node as u32) else { continue };
-            if self.graph.junction[node] || rank.positive == 0 {
+            if self.graph.is_junction(node as u32) || rank.positive == 0 {
                 continue;
             }
             let bounds = |[lower, upper]: &[Inductive; 2], ranked: usize| Bounds {

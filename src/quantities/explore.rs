@@ -255,13 +255,19 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     pub(super) fn run(&mut self) -> Result<()> {
         let mut walker = Walker::new(self.facts.program, &*self.facts.engine.settings().sink)?;
         let mut walk = walker.walk();
-        while let Some(node) = self.places.queue.pop_front() {
-            let nodes = self.graph.nodes();
+        // Nodes are numbered in the order in which they are found: a breadth-first search.
+        let mut next = 0;
+        while next < self.graph.nodes() as u32 {
+            let (node, nodes) = (next, self.graph.nodes());
+            next += 1;
             self.meter.step()?;
+            if self.graph.rank(node).positive == 0 {
+                continue;
+            }
             self.meter.progress(&|| format!("{nodes} states"));
             let code = Code::from_slice(self.places.code(node));
             let arena = self.places.arena(node);
-            let choices = match self.graph.junction[node as usize] {
+            let choices = match self.graph.is_junction(node) {
                 true => self.junction(node, arena, &code)?,
                 false => self.choices(node, arena, &code, &mut *walk)?,
             };
@@ -292,9 +298,6 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let node = self.graph.add_node(rank, place.junction, self.meter)?;
         let own = place.arena == self.facts.arena_of(class);
         self.places.add(node, place, code, (class, own));
-        if rank.positive > 0 {
-            self.places.queue.push_back(node);
-        }
         Ok(node)
     }
 

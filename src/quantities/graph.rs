@@ -1,6 +1,9 @@
 //! The graph of the solver: numbered nodes, their kept choices, and edges with exact probabilities.
 
+use std::ops::Range;
+
 use super::meter::Meter;
+use super::narrow::Narrow;
 use crate::engine::explicit::weighted::Fractions;
 use crate::error::Result;
 use crate::model::exact::Ratio;
@@ -50,18 +53,26 @@ pub(super) struct Rank {
 
 /// A node: a state in an arena. Under `prefix`, an improving step first enters a *junction*, a node
 /// with up to two choices of cost 0 that take no step: to count the improvement, or not.
+///
+/// Large models have as many nodes as fit into memory, so numbers are stored in as few bytes as they
+/// need: about 10 bytes per node, and 6 per choice and per edge.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
-    pub(super) ranks: Vec<Rank>,
-    pub(super) junction: Vec<bool>,
-    /// The choices of node n are `first_choice[n]..first_choice[n+1]`, for nodes that are closed.
-    first_choice: Vec<(u32, u32)>,
+    /// The two ranks of each node plus 1; 0 for [`EVERY`].
+    positive: Narrow,
+    sure: Narrow,
+    junction: Vec<bool>,
+    /// The first choice of each node, and the number of its choices.
+    first_choice: Vec<u32>,
+    choices: Narrow,
     first_edge: Vec<u32>,
-    edges: Vec<Edge>,
+    /// The node that each edge enters, and its weight.
+    to: Vec<u32>,
+    weights: Narrow,
     /// The cost of each choice, by its number in [`Graph::fractions`].
-    pub(super) costs: Vec<u32>,
+    costs: Narrow,
     /// The position of each choice among the choices of its state in the order of the program.
-    pub(super) positions: Vec<u32>,
+    positions: Narrow,
     /// All probabilities and costs.
     pub(super) known: Fractions,
 }
@@ -73,30 +84,53 @@ pub(super) type Closed = (u32, u32, Vec<Edge>);
 impl Graph {
     /// Returns the number of nodes.
     pub(super) fn nodes(&self) -> usize {
-        self.ranks.len()
+        self.junction.len()
     }
 
     /// Adds a node without choices.
     pub(super) fn add_node(&mut self, rank: Rank, junction: bool, meter: &mut Meter) -> Result<u32> {
-        meter.take(size_of::<Rank>() + 1 + size_of::<(u32, u32)>())?;
-        let node = meter.number(self.ranks.len())?;
-        self.ranks.push(rank);
+        meter.take(self.bytes_of_node())?;
+        let node = meter.number(self.nodes())?;
+        self.positive.push(rank.positive.wrapping_add(1));
+        self.sure.push(rank.sure.wrapping_add(1));
         self.junction.push(junction);
-        self.first_choice.push((0, 0));
+        self.first_choice.push(0);
+        self.choices.push(0);
         Ok(node)
+    }
+
+    /// Returns the bytes of a node.
+    fn bytes_of_node(&self) -> usize {
+        5 + self.positive.width() + self.sure.width() + self.choices.width()
+    }
+
+    /// Returns what is known of a node.
+    pub(super) fn rank(&self, node: u32) -> Rank {
+        let [positive, sure] =
+            [&self.positive, &self.sure].map(|list| list.get(node as usize).wrapping_sub(1));
+        Rank { positive, sure }
+    }
+
+    /// Returns whether a node is a junction.
+    pub(super) fn is_junction(&self, node: u32) -> bool {
+        self.junction[node as usize]
     }
 
     /// Sets the choices of a node.
     pub(super) fn close(&mut self, node: u32, choices: Vec<Closed>, meter: &mut Meter) -> Result<()> {
-        let start = meter.number(self.positions.len())?;
+        self.first_choice[node as usize] = meter.number(self.first_edge.len())?;
+        self.choices.set(node as usize, meter.number(choices.len())?);
         for (position, cost, edges) in choices {
-            meter.take(12 + edges.len() * size_of::<Edge>())?;
+            let (choice, edge) = (self.positions.width() + self.costs.width() + 4, self.weights.width() + 4);
+            meter.take(choice + edges.len() * edge)?;
             self.positions.push(position);
             self.costs.push(cost);
-            self.first_edge.push(meter.number(self.edges.len())?);
-            self.edges.extend(edges);
+            self.first_edge.push(meter.number(self.to.len())?);
+            for edge in edges {
+                self.to.push(edge.to);
+                self.weights.push(edge.weight);
+            }
         }
-        self.first_choice[node as usize] = (start, meter.number(self.positions.len())?);
         Ok(())
     }
 
@@ -111,34 +145,49 @@ impl Graph {
     }
 
     /// Returns the choices of a node.
-    pub(super) fn choices(&self, node: u32) -> std::ops::Range<u32> {
-        let (start, end) = self.first_choice[node as usize];
-        start..end
+    pub(super) fn choices(&self, node: u32) -> Range<u32> {
+        let first = self.first_choice[node as usize];
+        first..first + self.choices.get(node as usize)
+    }
+
+    /// Returns the number of the cost of a choice in [`Graph::fractions`].
+    pub(super) fn cost(&self, choice: u32) -> u32 {
+        self.costs.get(choice as usize)
+    }
+
+    /// Returns the position of a choice among the choices of its state.
+    pub(super) fn position(&self, choice: u32) -> usize {
+        self.positions.get(choice as usize) as usize
     }
 
     /// Returns the edges of a choice.
-    pub(super) fn edges(&self, choice: u32) -> &[Edge] {
-        let start = self.first_edge[choice as usize] as usize;
-        let end = self.first_edge.get(choice as usize + 1).map_or(self.edges.len(), |&end| end as usize);
-        &self.edges[start..end]
+    pub(super) fn edges(&self, choice: u32) -> impl Iterator<Item = Edge> + Clone {
+        let (start, end) = self.edge_range(choice, choice + 1);
+        (start..end).map(|position| self.at(position))
+    }
+
+    fn at(&self, position: u32) -> Edge {
+        Edge { to: self.to[position as usize], weight: self.weights.get(position as usize) }
     }
 
     /// Returns the positions of the first edge of a range of choices, and of the one after the last.
     pub(super) fn edge_range(&self, first: u32, end: u32) -> (u32, u32) {
         let start =
-            |choice: u32| self.first_edge.get(choice as usize).copied().unwrap_or(self.edges.len() as u32);
+            |choice: u32| self.first_edge.get(choice as usize).copied().unwrap_or(self.to.len() as u32);
         (start(first), start(end))
     }
 
     /// Returns an edge by its position, and the choice of the range that has it.
-    pub(super) fn edge(&self, position: u32, choices: &std::ops::Range<u32>) -> (u32, Edge) {
+    pub(super) fn edge(&self, position: u32, choices: &Range<u32>) -> (u32, Edge) {
         let firsts = &self.first_edge[choices.start as usize..choices.end as usize];
         let after = firsts.partition_point(|&first| first <= position) as u32;
-        (choices.start + after - 1, self.edges[position as usize])
+        (choices.start + after - 1, self.at(position))
     }
 
     /// Returns the bytes of the graph.
     pub(super) fn bytes(&self) -> usize {
-        self.nodes() * 24 + self.positions.len() * 12 + self.edges.len() * size_of::<Edge>()
+        self.nodes() * self.bytes_of_node()
+            + self.first_edge.len() * (4 + self.costs.width() + self.positions.width())
+            + self.to.len() * (4 + self.weights.width())
     }
 }

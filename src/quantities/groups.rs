@@ -9,7 +9,8 @@ use super::eliminate::Row;
 use super::graph::Edge;
 use super::meter::Meter;
 use super::number::Number;
-use super::solve::{End, Margin, NONE, Solution, System};
+use super::solution::Solution;
+use super::solve::{End, Margin, NONE, System};
 use crate::error::Result;
 use crate::model::exact::Ratio;
 
@@ -128,7 +129,7 @@ impl<'n> Groups<'n> {
 
     /// Returns the bytes of the groups.
     pub(super) fn bytes(&self) -> usize {
-        self.free.bytes() + 5 * self.numbers.len() + 4 * self.nodes.len()
+        self.free.bytes() + 5 * self.numbers.len() + 8 * self.nodes.len()
     }
 
     /// Returns whether a choice of a node stays in its group for certain.
@@ -170,7 +171,7 @@ impl<'n> Groups<'n> {
 
     /// Returns whether the bounds at all exits of the component are finite.
     pub(super) fn is_bounded<N: Number>(&self, system: &System<'_, N>, solution: &Solution<N>) -> bool {
-        let is_finite = |edge: &Edge| match system.end(edge, solution) {
+        let is_finite = |edge: Edge| match system.end(edge, solution) {
             End::Known(value) => value.bounds().upper.is_finite(),
             End::Open(_) => true,
         };
@@ -192,7 +193,7 @@ impl<'n> Groups<'n> {
         let mut actions: Vec<Vec<Action<R::Read>>> = (0..self.count()).map(|_| Vec::new()).collect();
         self.visit(system, meter, |group, node, choice, _| {
             let (row, high, whole) = self.row::<N, R>(system, (node, choice), group, solution);
-            let action = Action::new(choice, node, (row, high), whole);
+            let action = Action::new(choice, (row, high), whole);
             if action.leaves() {
                 actions[group as usize].push(action);
             }
@@ -249,7 +250,7 @@ impl<'n> Groups<'n> {
                 whole = false;
             }
             Some(Margin::Gain(size, bounds)) => {
-                let gain = R::double(size * bounds.values[node as usize].upper).times(&leaving());
+                let gain = R::double(size * bounds.stored(node).upper).times(&leaving());
                 (low, high) = (low.plus(&gain).low(), high.plus(&gain).high());
             }
             None => {}
@@ -270,17 +271,17 @@ impl<'n> Groups<'n> {
     ) -> Result<()> {
         for (index, &node) in self.nodes.iter().enumerate() {
             let group = self.found.group[index] as usize;
+            let pick = optimum.map_or(NONE, |optimum| optimum.picks[group]);
+            if system.graph.choices(node).contains(&pick) {
+                solution.set_pick(node, pick);
+            }
             let bounds = optimum.map(|optimum| (&optimum.low[group], &optimum.high[group]));
-            solution.values[node as usize] = match bounds {
+            let value = match bounds {
                 Some((low, Some(high))) => N::between(low, high),
                 Some((low, None)) => N::between(low, &system.anything()?.high()),
                 None => system.anything()?,
             };
-            solution.known[node as usize] = true;
-        }
-        let picks = optimum.iter().flat_map(|optimum| &optimum.picks);
-        for &(choice, node) in picks.filter(|pick| pick.0 != NONE) {
-            solution.picks[node as usize] = choice;
+            solution.set(node, value);
         }
         if self.count() < self.nodes.len() {
             self.approach(solution);
@@ -290,16 +291,15 @@ impl<'n> Groups<'n> {
 
     /// Lets the other nodes of each group move towards the one that leaves it.
     fn approach<N: Number>(&self, solution: &mut Solution<N>) {
-        let picks = &mut solution.picks;
-        let has_pick = |&i: &u32| picks[self.nodes[i as usize] as usize] != NONE;
+        let has_pick = |&i: &u32| solution.pick(self.nodes[i as usize]) != NONE;
         let mut layer: Vec<u32> = (0..self.nodes.len() as u32).filter(has_pick).collect();
         let (rows, into, owner) = self.free.reversed();
         while let Some(to) = layer.pop() {
             for &choice in &into[rows[to as usize] as usize..rows[to as usize + 1] as usize] {
                 let index = owner[choice as usize];
-                let pick = &mut picks[self.nodes[index as usize] as usize];
-                if self.found.inside[choice as usize] && *pick == NONE {
-                    *pick = self.numbers[choice as usize];
+                let node = self.nodes[index as usize];
+                if self.found.inside[choice as usize] && solution.pick(node) == NONE {
+                    solution.set_pick(node, self.numbers[choice as usize]);
                     layer.push(index);
                 }
             }
@@ -320,7 +320,7 @@ fn is_free<N: Number>(
     if paid || !system.permits(choice) {
         return false;
     }
-    system.graph.edges(choice).iter().all(|edge| match system.end(edge, solution) {
+    system.graph.edges(choice).all(|edge| match system.end(edge, solution) {
         End::Open(node) if !edge.counts() && position[node as usize] != NONE => {
             to.push(position[node as usize]);
             true

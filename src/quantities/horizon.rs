@@ -71,7 +71,7 @@ impl Table<'_> {
             let mut values = vec![0.0; self.graph.nodes()];
             for node in 0..self.graph.nodes() as u32 {
                 meter.step()?;
-                if !self.graph.junction[node as usize] {
+                if !self.graph.is_junction(node) {
                     values[node as usize] = self.best(node, k);
                 }
             }
@@ -86,7 +86,7 @@ impl Table<'_> {
         for k in 1..self.x.len() {
             for node in 0..self.graph.nodes() as u32 {
                 meter.step()?;
-                if self.graph.junction[node as usize] {
+                if self.graph.is_junction(node) {
                     self.x[k][node as usize] = self.best(node, k);
                 }
             }
@@ -99,7 +99,7 @@ impl Table<'_> {
     }
 
     fn value(&self, choice: u32, k: usize) -> f64 {
-        let term = |edge: &Edge| match edge.to {
+        let term = |edge: Edge| match edge.to {
             LOST => 0.0,
             to => {
                 let (p, x) = (
@@ -110,7 +110,7 @@ impl Table<'_> {
                 if p == 1.0 || x == 1.0 || x == 0.0 { p * x } else { (p * x).next_down().max(0.0) }
             }
         };
-        let terms = self.graph.edges(choice).iter().map(term);
+        let terms = self.graph.edges(choice).map(term);
         terms.fold(0.0, |sum, x| {
             if sum == 0.0 {
                 x

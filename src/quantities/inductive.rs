@@ -27,7 +27,8 @@ use super::graph::{Edge, Graph, LOST};
 use super::groups::Groups;
 use super::meter::Meter;
 use super::number::Interval;
-use super::solve::{FEW, Margin, NONE, Quantity, SMALL, Solution, System};
+use super::solution::Solution;
+use super::solve::{FEW, Margin, NONE, Quantity, SMALL, System};
 use crate::dump::values::{MOST_BITS, Number};
 use crate::error::Result;
 use crate::model::exact::Ratio;
@@ -90,18 +91,18 @@ impl Wanted<'_> {
         let rounded = system.start(meter)?;
         let n = self.graph.nodes();
         meter.take(n * (size_of::<Number>() + 8))?;
-        let first = |node: usize| match rounded.known[node] {
-            true => Number::Double(rounded.values[node].lower),
-            false => self.nothing(),
+        let first = |node: u32| match rounded.get(node) {
+            Some(fact) => Number::Double(fact.lower),
+            None => self.nothing(),
         };
-        let bounds = (0..n).map(first).collect();
+        let bounds = (0..n as u32).map(first).collect();
         let mut work = Work { wanted: self, found: Inductive { bounds, ranks: vec![0; n], rounded } };
         let mut position = vec![NONE; n];
         if let Quantity::Probability(k) = self.quantity
             && self.shows_ones
             && self.side == Side::Lower
         {
-            let certain = |&node: &u32| self.graph.ranks[node as usize].sure >= k;
+            let certain = |&node: &u32| self.graph.rank(node).sure >= k;
             let ones: Vec<u32> = (0..n as u32).filter(certain).collect();
             ones.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
             work.rank(&ones, &position);
@@ -178,12 +179,12 @@ impl Work<'_> {
             Number::Fraction(x) if self.wanted.side == Side::Lower => Interval::around(x).lower,
             Number::Fraction(x) => Interval::around(x).upper,
         };
-        self.found.rounded.values[node as usize] = Interval::point(double);
+        self.found.rounded.store(node, Interval::point(double));
         self.found.bounds[node as usize] = bound;
     }
 
     /// Returns the exact bound at the end of an edge; `None` if it is infinite.
-    fn end(&self, edge: &Edge) -> Option<Ratio> {
+    fn end(&self, edge: Edge) -> Option<Ratio> {
         match (edge.to, edge.counts(), self.wanted.below, self.wanted.quantity) {
             (LOST, ..) => Some(Ratio::zero()),
             (to, true, Some(below), _) => below.bounds[to as usize].exact(),
@@ -197,7 +198,7 @@ impl Work<'_> {
     /// enter `own`; `None` if the value is infinite.
     fn parts(&self, choice: u32, own: Option<u32>) -> Option<(Ratio, Ratio)> {
         let graph = self.wanted.graph;
-        let cost = matches!(self.wanted.quantity, Quantity::Cost(_)).then(|| graph.costs[choice as usize]);
+        let cost = matches!(self.wanted.quantity, Quantity::Cost(_)).then(|| graph.cost(choice));
         let mut sum = cost.map_or_else(Ratio::zero, |cost| graph.fractions()[cost as usize].clone());
         let mut back = Ratio::zero();
         for edge in graph.edges(choice) {
@@ -236,9 +237,9 @@ impl Work<'_> {
     }
 
     /// Returns the rank of an edge: 0 where the bound is given; `None` if it is not known yet.
-    fn rank_of(&self, edge: &Edge) -> Option<u32> {
+    fn rank_of(&self, edge: Edge) -> Option<u32> {
         let given = edge.to == LOST || edge.counts() || {
-            let rank = self.wanted.graph.ranks[edge.to as usize];
+            let rank = self.wanted.graph.rank(edge.to);
             let is_fact = match self.wanted.quantity {
                 Quantity::Probability(k) => rank.positive < k || rank.sure >= k && !self.wanted.shows_ones,
                 _ => false,
@@ -256,7 +257,7 @@ impl Work<'_> {
     fn justifying(&self, node: u32) -> Vec<u32> {
         let (graph, system) = (self.wanted.graph, self.wanted.system(None));
         let permitted = graph.choices(node).filter(|&choice| system.permits(choice));
-        if !graph.junction[node as usize] {
+        if !graph.is_junction(node) {
             return permitted.filter(|&choice| self.confirms(node, choice)).collect();
         }
         let value = |choice: u32| self.parts(choice, None).map(|(sum, _)| sum);
@@ -332,7 +333,7 @@ impl Work<'_> {
         }
         let bound = best.filter(|_| is_finite).map_or_else(|| wanted.nothing(), |x| wanted.outward(x));
         self.set(node, bound);
-        self.found.rounded.known[node as usize] = true;
+        self.found.rounded.know(node, true);
         if !self.holds(&[node]) || !self.rank(&[node], position) {
             self.set(node, wanted.nothing());
         }
@@ -371,7 +372,7 @@ impl Work<'_> {
         let found = best.map_or_else(|| vec![self.wanted.nothing(); nodes.len()], |(_, found)| found);
         for (&node, bound) in nodes.iter().zip(found) {
             self.set(node, bound);
-            self.found.rounded.known[node as usize] = true;
+            self.found.rounded.know(node, true);
         }
         self.rank(nodes, position);
         Ok(())
@@ -381,14 +382,14 @@ impl Work<'_> {
     fn distance(&self, nodes: &[u32]) -> f64 {
         let away = |&node: &u32| {
             let solved = self.solved(node);
-            let found = self.found.rounded.values[node as usize].lower;
+            let found = self.found.rounded.stored(node).lower;
             if solved == found { 0.0 } else { (solved - found).abs() / solved.max(1.0) }
         };
         nodes.iter().map(away).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 
     fn solved(&self, node: u32) -> f64 {
-        let Interval { lower, upper } = self.wanted.solved.values[node as usize];
+        let Interval { lower, upper } = *self.wanted.solved.stored(node);
         if self.wanted.side == Side::Lower { lower } else { upper.min(self.top()) }
     }
 
@@ -414,7 +415,7 @@ impl Work<'_> {
             Attempt::Rounded => Some(ROUNDING),
             Attempt::WithMargin(size) => Some(size),
         };
-        let is_finite = |&node: &u32| wanted.solved.values[node as usize].upper.is_finite();
+        let is_finite = |&node: &u32| wanted.solved.stored(node).upper.is_finite();
         if !nodes.iter().all(is_finite) {
             return Ok(None);
         }
@@ -427,10 +428,10 @@ impl Work<'_> {
         if let Attempt::WithMargin(_) = attempt {
             let solution = &mut self.found.rounded;
             system.component(nodes, position, solution, meter)?;
-            nodes.iter().for_each(|&node| solution.known[node as usize] = false);
+            nodes.iter().for_each(|&node| solution.know(node, false));
             let solution = &self.found.rounded;
             let side = |x: Interval| if wanted.side == Side::Lower { x.lower } else { x.upper };
-            let bound = |&node: &u32| Number::Double(side(solution.values[node as usize]).min(self.top()));
+            let bound = |&node: &u32| Number::Double(side(*solution.stored(node)).min(self.top()));
             return Ok(Some(nodes.iter().map(bound).collect()));
         }
         let Some(optimum) = system.fractions_of(&groups, &self.found.rounded, meter)? else {

@@ -55,7 +55,8 @@ const FLOOR: f64 = 1e-6;
 pub(super) struct Found {
     pub(super) low: Vec<f64>,
     pub(super) high: Vec<Option<f64>>,
-    pub(super) picks: Vec<(u32, u32)>,
+    /// The choice by which each group is left, or [`NONE`].
+    pub(super) picks: Vec<u32>,
 }
 
 /// Computes bounds of the groups, which are at most `top` if it is given. The result is true if they
@@ -64,7 +65,7 @@ pub(super) struct Found {
 pub(super) fn solve(sparse: &Sparse, top: Option<f64>, meter: &mut Meter<'_>) -> (Found, Result<bool>) {
     let n = sparse.groups();
     let high = top.map(|top| vec![top; n]);
-    let mut work = Iteration { sparse, low: vec![0.0; n], high, policy: vec![usize::MAX; n] };
+    let mut work = Iteration { sparse, low: vec![0.0; n], high, policy: vec![NONE; n] };
     let end = work.run(meter);
     (work.found(), end)
 }
@@ -78,7 +79,7 @@ struct Iteration<'s> {
     /// leaves the component: if it stayed for all time, the first group to get the greatest value of
     /// all would have had to get it from a smaller one. For the least values: the action that
     /// attains the upper bound.
-    policy: Vec<usize>,
+    policy: Vec<u32>,
 }
 
 impl Iteration<'_> {
@@ -138,7 +139,7 @@ impl Iteration<'_> {
                     change = change.max(if x == 0.0 { 1.0 } else { (q - x) / q.max(FLOOR) });
                     self.low[group] = q;
                     if self.sparse.sense == Sense::Max {
-                        self.policy[group] = action;
+                        self.policy[group] = action as u32;
                     }
                 }
             }
@@ -152,8 +153,7 @@ impl Iteration<'_> {
     /// Looks for upper bounds near the lower ones; returns whether they were found.
     fn enclose(&mut self, width: f64, meter: &mut Meter<'_>) -> Result<bool> {
         let mut x = self.low.clone();
-        let is_exact = self.sparse.constants.iter().all(|(low, high)| low == high);
-        if is_exact || self.follow(&mut x, width, meter)? {
+        if self.sparse.is_exact() || self.follow(&mut x, width, meter)? {
             x.iter_mut().for_each(|x| *x += width * x.max(FLOOR));
             if self.confirm(x, meter)? {
                 return Ok(true);
@@ -179,7 +179,7 @@ impl Iteration<'_> {
                 raised = raised.max((q - x[group]) / q.max(FLOOR));
                 x[group] = q;
                 if self.sparse.sense == Sense::Min {
-                    policy[group] = action;
+                    policy[group] = action as u32;
                 }
             }
             if raised <= 0.0 {
@@ -225,11 +225,11 @@ impl Iteration<'_> {
     }
 
     fn found(self) -> Found {
-        let pick = |(group, &action): (usize, &usize)| {
-            let known = action != usize::MAX && (self.sparse.sense == Sense::Max || self.high.is_some());
-            if known { self.sparse.choices[action] } else { (NONE, group as u32) }
+        let pick = |&action: &u32| {
+            let known = action != NONE && (self.sparse.sense == Sense::Max || self.high.is_some());
+            if known { self.sparse.choices[action as usize] } else { NONE }
         };
-        let picks = self.policy.iter().enumerate().map(pick).collect();
+        let picks = self.policy.iter().map(pick).collect();
         let high = match self.high {
             Some(high) => high.into_iter().map(Some).collect(),
             None => vec![None; self.low.len()],
@@ -301,29 +301,20 @@ mod tests {
         }
     }
 
-    fn sparse(sense: Sense, groups: &[Vec<Made>]) -> Sparse {
-        let mut sparse = Sparse {
-            sense,
-            first: vec![0],
-            start: vec![0],
-            edges: Vec::new(),
-            constants: Vec::new(),
-            exits: Vec::new(),
-            choices: Vec::new(),
-            error: 16.0 * f64::EPSILON,
-            inherited: 0.0,
-            least: RARE,
-        };
+    /// Returns the rows of a component; `width` is that of the bounds at the first exit of all.
+    fn sparse(sense: Sense, groups: &[Vec<Made>], width: f64) -> Sparse {
+        let mut sparse = Sparse::empty(sense);
+        (sparse.error, sparse.inherited, sparse.least) = (16.0 * f64::EPSILON, width, RARE);
         for (group, actions) in (0..).zip(groups) {
+            sparse.begin(group);
             for made in actions {
-                sparse.edges.extend(&made.edges);
-                sparse.start.push(sparse.edges.len() as u32);
-                sparse.constants.push((made.constant(), made.constant()));
-                sparse.exits.push(made.greatest());
-                sparse.choices.push((sparse.choices.len() as u32, group));
+                let number = sparse.choices.len() as u32;
+                let (low, width) = (made.constant(), if number == 0 { width } else { 0.0 });
+                let high = low + made.exits.first().map_or(0.0, |exit| exit.1 * width);
+                sparse.push(number, &made.edges, [low, high, made.greatest() + width]);
             }
-            sparse.first.push(sparse.choices.len() as u32);
         }
+        sparse.begin(groups.len() as u32);
         sparse
     }
 
@@ -333,7 +324,7 @@ mod tests {
             edges.sort_unstable_by_key(|edge| edge.0);
             let escape = Interval::point(made.exits.iter().map(|exit| exit.1).sum());
             let constant = Interval::point(made.constant());
-            Action::new(0, 0, (Row { edges, escape, constant }, constant), true)
+            Action::new(0, (Row { edges, escape, constant }, constant), true)
         };
         let actions = groups.iter().map(|actions| actions.iter().map(action).collect()).collect();
         Component { sense, actions }
@@ -355,7 +346,7 @@ mod tests {
 
     #[test]
     fn bounds_contain_the_value_and_are_narrow() {
-        let ring = sparse(Sense::Max, &ring(50, 0.25));
+        let ring = sparse(Sense::Max, &ring(50, 0.25), 0.0);
         let (found, end) = solve(&ring, None, &mut Meter::unlimited(&NoProgress));
         assert!(end.unwrap());
         assert_half(&found);
@@ -363,7 +354,7 @@ mod tests {
 
     #[test]
     fn a_component_that_is_hardly_left_is_given_up_with_true_bounds() {
-        let ring = sparse(Sense::Max, &ring(50, 2.0f64.powi(-45)));
+        let ring = sparse(Sense::Max, &ring(50, 2.0f64.powi(-45)), 0.0);
         let (found, end) = solve(&ring, None, &mut Meter::unlimited(&NoProgress));
         assert!(!end.unwrap());
         assert!(found.low.iter().all(|low| *low <= 0.5) && found.high.iter().all(Option::is_none));
@@ -371,7 +362,7 @@ mod tests {
 
     /// All actions are equally good: to go round a ring that is left in one of its groups only, and
     /// rarely; to jump across it; and to leave it at once, in that group.
-    fn hardly_left() -> Sparse {
+    fn hardly_left(width: f64) -> Sparse {
         let n = 2000;
         let go = |i: u32| Made { gain: 0.0, exits: Vec::new(), edges: vec![((i + n - 1) % n, 1.0)] };
         let jump =
@@ -381,23 +372,19 @@ mod tests {
             Made { gain: 0.0, exits: vec![(0.5, RARE)], edges: vec![(n - 1, 1.0 - RARE)] },
             Made { gain: 0.0, exits: vec![(0.5, 1.0)], edges: Vec::new() },
         ];
-        sparse(Sense::Max, &groups)
+        sparse(Sense::Max, &groups, width)
     }
 
     #[test]
     fn rounding_does_not_add_up_on_cycles_that_are_hardly_left() {
-        let (found, end) = solve(&hardly_left(), None, &mut Meter::unlimited(&NoProgress));
+        let (found, end) = solve(&hardly_left(0.0), None, &mut Meter::unlimited(&NoProgress));
         assert!(end.unwrap());
         assert_half(&found);
     }
 
     #[test]
     fn a_rare_exit_may_have_wide_bounds() {
-        let (mut sparse, width) = (hardly_left(), 5e-9);
-        sparse.inherited = width;
-        sparse.exits[0] = 0.5 + width;
-        sparse.constants[0].1 += RARE * width;
-        let (found, end) = solve(&sparse, None, &mut Meter::unlimited(&NoProgress));
+        let (found, end) = solve(&hardly_left(5e-9), None, &mut Meter::unlimited(&NoProgress));
         assert!(end.unwrap());
         assert_half(&found);
     }
@@ -435,7 +422,7 @@ mod tests {
         for (seed, sense) in (0..6).flat_map(|seed| [(seed, Sense::Max), (seed, Sense::Min)]) {
             let groups = random(&mut Draw::new(seed), sense);
             let mut meter = Meter::unlimited(&NoProgress);
-            let (found, end) = solve(&sparse(sense, &groups), None, &mut meter);
+            let (found, end) = solve(&sparse(sense, &groups, 0.0), None, &mut meter);
             assert!(end.unwrap(), "seed {seed}, {sense:?}");
             let other = component(sense, &groups).solve(&mut meter).unwrap().unwrap();
             for group in 0..groups.len() {

@@ -15,12 +15,12 @@
 //! | module | contents |
 //! | --- | --- |
 //! | `explore` | from an [`Analysis`](crate::planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
-//! | `graph` | numbered nodes, choices, edges |
+//! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
-//! | `solve`, `solved` | the equations of each quantity and level, solved component by component |
+//! | `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
 //! | `component`, `eliminate` | the optimum of a small component: policy iteration, elimination of states |
-//! | `iterate`, `sparse` | bounds of a large component: optimistic value iteration over compressed rows |
+//! | `iterate`, `sparse`, `repeated` | bounds of a large component: optimistic value iteration over compressed rows |
 //! | `horizon` | success within n steps |
 //! | `number` | intervals with outward rounding, and fractions |
 //! | [`values`] | the results: [`Values`] |
@@ -50,6 +50,7 @@
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
+//! Where at most one improvement is possible, N = P_1.
 //!
 //! Sources: A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020); S. Haddad and B.
 //! Monmege, "Interval iteration algorithm for MDPs and IMDPs" (end components); A. Hartmanns, S. Junges, T. Quatmann, M. Weininger, "A practitioner's guide to MDP
@@ -69,9 +70,12 @@ mod horizon;
 mod inductive;
 mod iterate;
 mod meter;
+mod narrow;
 mod number;
 mod places;
 pub mod reach;
+mod repeated;
+mod solution;
 mod solve;
 mod solved;
 mod sparse;

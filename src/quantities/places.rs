@@ -1,11 +1,11 @@
 //! The nodes of the graph as states in arenas, and the way back from a state to its node.
 
-use std::collections::VecDeque;
 use std::hash::{BuildHasher, Hasher};
 
 use ahash::RandomState;
 use hashbrown::HashTable;
 
+use super::narrow::Narrow;
 use crate::engine::explicit::weighted::Codec;
 use crate::model::State;
 
@@ -24,13 +24,10 @@ impl Place {
         Place { arena, junction: false }
     }
 
-    fn key(self) -> u64 {
-        2 * self.arena.map_or(0, |arena| u64::from(arena) + 1) + u64::from(self.junction)
+    fn key(self) -> u32 {
+        2 * self.arena.map_or(0, |arena| arena + 1) + u32::from(self.junction)
     }
 }
-
-/// No class.
-const NONE: u32 = u32::MAX;
 
 /// The nodes found so far.
 #[derive(Debug, Default)]
@@ -39,18 +36,18 @@ pub(super) struct Places {
     hasher: RandomState,
     /// The codes of states; none before the first exploration.
     codec: Option<Codec>,
-    /// The code and the key of the place of each node, one after the other.
-    rows: Vec<u64>,
-    /// The class of each node's state, or [`NONE`].
-    classes: Vec<u32>,
+    /// The code of each node's state, one after the other.
+    codes: Vec<u64>,
+    /// The key of the place of each node.
+    keys: Narrow,
+    /// The class of each node's state plus 1; 0 for no class.
+    classes: Narrow,
     /// True for each node whose arena is that of its state's own class.
     pub(super) own: Vec<bool>,
     /// True for each node of which it is known that its arena keeps every choice.
     pub(super) unrestricted: Vec<bool>,
     /// The number of arenas.
     pub(super) arenas: u32,
-    /// The nodes that are to be explored.
-    pub(super) queue: VecDeque<u32>,
 }
 
 impl Places {
@@ -67,8 +64,8 @@ impl Places {
     /// Returns the node of a code at a place.
     pub(super) fn find_code(&self, place: Place, code: &[u64]) -> Option<u32> {
         let key = place.key();
-        let same = |&node: &u32| self.row(node).split_last() == Some((&key, code));
-        self.numbers.find(self.hash(key, code), same).copied()
+        let same = |&node: &u32| self.code(node) == code && self.keys.get(node as usize) == key;
+        self.numbers.find(hash(&self.hasher, key, code), same).copied()
     }
 
     /// Returns the state of a node.
@@ -84,60 +81,56 @@ impl Places {
 
     /// Returns the code of a node's state.
     pub(super) fn code(&self, node: u32) -> &[u64] {
-        self.row(node).split_last().map_or(&[], |(_, code)| code)
+        let words = self.words();
+        &self.codes[node as usize * words..][..words]
     }
 
     /// Returns the arena of a node.
     pub(super) fn arena(&self, node: u32) -> Option<u32> {
-        let key = self.row(node).last().copied().unwrap_or(0);
-        (key as u32 / 2).checked_sub(1)
+        (self.keys.get(node as usize) / 2).checked_sub(1)
     }
 
     /// Returns the class of a node's state.
     pub(super) fn class(&self, node: u32) -> Option<u32> {
-        Some(self.classes[node as usize]).filter(|&class| class != NONE)
+        self.classes.get(node as usize).checked_sub(1)
     }
 
     /// Adds the next node: its place, the code of its state, the class of the state, and whether the
     /// place is the arena of this class.
     pub(super) fn add(&mut self, node: u32, place: Place, code: &[u64], (class, own): (Option<u32>, bool)) {
-        self.rows.extend(code);
-        self.rows.push(place.key());
-        self.classes.push(class.unwrap_or(NONE));
+        self.codes.extend(code);
+        self.keys.push(place.key());
+        self.classes.push(class.map_or(0, |class| class + 1));
         self.own.push(own);
         self.unrestricted.push(false);
-        let Places { numbers, rows, hasher, .. } = self;
-        let width = code.len() + 1;
+        let Places { numbers, codes, keys, hasher, .. } = self;
+        let words = code.len();
         let again = |&node: &u32| {
-            let row = &rows[node as usize * width..][..width];
-            hash(hasher, row[width - 1], &row[..width - 1])
+            let code = &codes[node as usize * words..][..words];
+            hash(hasher, keys.get(node as usize), code)
         };
         numbers.insert_unique(hash(hasher, place.key(), code), node, again);
     }
 
+    /// Returns the bytes of all nodes.
+    pub(super) fn bytes(&self) -> usize {
+        self.own.len() * self.bytes_of_node()
+    }
+
     /// Returns the bytes of a node.
     pub(super) fn bytes_of_node(&self) -> usize {
-        // The table has up to twice as many places of five bytes, the queue of four.
-        8 * self.width() + size_of::<u32>() + 2 + 18
+        // The table has up to twice as many places of five bytes.
+        8 * self.words() + self.keys.width() + self.classes.width() + 2 + 10
     }
 
-    fn width(&self) -> usize {
-        self.codec.as_ref().map_or(1, |codec| codec.words() + 1)
-    }
-
-    fn row(&self, node: u32) -> &[u64] {
-        let width = self.width();
-        &self.rows[node as usize * width..][..width]
-    }
-
-    fn hash(&self, key: u64, code: &[u64]) -> u64 {
-        hash(&self.hasher, key, code)
+    fn words(&self) -> usize {
+        self.codec.as_ref().map_or(0, Codec::words)
     }
 }
 
-fn hash(hasher: &RandomState, key: u64, code: &[u64]) -> u64 {
+fn hash(hasher: &RandomState, key: u32, code: &[u64]) -> u64 {
     let mut state = hasher.build_hasher();
     code.iter().for_each(|&word| state.write_u64(word));
-    state.write_u64(key);
+    state.write_u32(key);
     state.finish()
 }

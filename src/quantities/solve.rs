@@ -15,6 +15,7 @@ use super::groups::{AsFractions, AsTheyAre, Groups};
 use super::iterate::{self, Sparse};
 use super::meter::Meter;
 use super::number::{Interval, Number};
+use super::solution::Solution;
 use crate::error::{Error, Limit, Result};
 use crate::model::exact::Ratio;
 
@@ -54,31 +55,12 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// The solution of one system of equations, as far as it is known.
-#[derive(Debug)]
-pub(super) struct Solution<N> {
-    /// The value of each node; meaningless unless `known`.
-    pub(super) values: Vec<N>,
-    pub(super) known: Vec<bool>,
-    /// The choice that attains the value, or [`NONE`].
-    pub(super) picks: Vec<u32>,
-}
-
-impl<N: Number> Solution<N> {
-    /// The bytes of a node in a solution.
-    const BYTES: usize = N::BYTES + 5;
-
-    /// Returns the value of a node.
-    pub(super) fn get(&self, node: u32) -> Option<&N> {
-        self.known[node as usize].then(|| &self.values[node as usize])
-    }
-}
-
 /// A system of equations over a graph, with the solution of the level below.
 pub(super) struct System<'a, N> {
     pub(super) graph: &'a Graph,
     pub(super) quantity: Quantity,
-    /// The solution of level k-1; `None` for level 1 and for numbers.
+    /// The solution of level k-1; `None` for level 1. For numbers P_1, if it is known: this is N where at
+    /// most one improvement is possible.
     pub(super) below: Option<&'a Solution<N>>,
     /// The fractions of the graph as numbers.
     pub(super) fractions: &'a [N],
@@ -114,47 +96,42 @@ impl<N: Number> System<'_, N> {
         }
     }
 
-    /// Returns the value of a node that follows from its rank; `None` if it must be computed.
-    fn fact(&self, node: u32) -> Option<N> {
-        let rank = self.graph.ranks[node as usize];
-        match self.quantity {
-            Quantity::Probability(k) if rank.positive < k => Some(N::zero()),
-            Quantity::Probability(k) if rank.sure >= k => Some(N::one()),
-            Quantity::Number if rank.positive == 0 => Some(N::zero()),
-            _ => None,
-        }
-    }
-
-    /// Returns whether a node has an equation.
+    /// Returns whether a node has an equation: for others, the value follows from the rank, or there
+    /// is none.
     pub(super) fn is_open(&self, node: u32) -> bool {
+        let rank = self.graph.rank(node);
         match self.quantity {
-            Quantity::Cost(k) => self.graph.ranks[node as usize].sure >= k,
-            Quantity::Reward => self.graph.ranks[node as usize].sure > 0,
-            _ => self.fact(node).is_none(),
+            Quantity::Probability(k) => rank.positive >= k && rank.sure < k,
+            Quantity::Number => rank.positive > u32::from(self.below.is_some()),
+            Quantity::Cost(k) => rank.sure >= k,
+            Quantity::Reward => rank.sure > 0,
         }
     }
 
     /// Returns whether a choice may be taken: for costs, if the improvements stay certain.
     pub(super) fn permits(&self, choice: u32) -> bool {
         let Quantity::Cost(k) = self.quantity else { return true };
-        let certain = |edge: &Edge| {
-            edge.to != LOST && self.graph.ranks[edge.to as usize].sure >= k - u32::from(edge.counts())
-        };
-        self.graph.edges(choice).iter().all(certain)
+        let certain =
+            |edge: Edge| edge.to != LOST && self.graph.rank(edge.to).sure >= k - u32::from(edge.counts());
+        self.graph.edges(choice).all(certain)
     }
 
     /// Returns the value at the end of an edge.
-    pub(super) fn end(&self, edge: &Edge, solution: &Solution<N>) -> End<N> {
+    pub(super) fn end(&self, edge: Edge, solution: &Solution<N>) -> End<N> {
         if edge.to == LOST {
             return End::Known(N::zero());
         }
         if edge.counts() && self.quantity != Quantity::Number {
             return End::Known(match (self.below, self.quantity) {
-                (Some(below), _) => below.values[edge.to as usize].clone(),
+                (Some(below), _) => below.get(edge.to).cloned().unwrap_or_else(N::zero),
                 (None, Quantity::Cost(_) | Quantity::Reward) => N::zero(),
                 (None, _) => N::one(),
             });
         }
+        let solution = match self.below {
+            Some(first) if self.quantity == Quantity::Number && !self.is_open(edge.to) => first,
+            _ => solution,
+        };
         match solution.get(edge.to) {
             Some(value) => End::Known(value.clone()),
             None => End::Open(edge.to),
@@ -165,7 +142,7 @@ impl<N: Number> System<'_, N> {
     /// no costs.
     pub(super) fn cost(&self, choice: u32) -> Option<u32> {
         let has_costs = matches!(self.quantity, Quantity::Cost(_) | Quantity::Reward);
-        has_costs.then(|| self.graph.costs[choice as usize])
+        has_costs.then(|| self.graph.cost(choice))
     }
 
     /// Returns the constant part of a choice that does not depend on its successors.
@@ -174,7 +151,7 @@ impl<N: Number> System<'_, N> {
     }
 
     /// Returns an edge's constant for the expected number: 1 for an improvement.
-    pub(super) fn bonus(&self, edge: &Edge) -> bool {
+    pub(super) fn bonus(&self, edge: Edge) -> bool {
         edge.counts() && self.quantity == Quantity::Number
     }
 
@@ -197,15 +174,13 @@ impl<N: Number> System<'_, N> {
 
     /// Creates a solution that contains only the facts.
     pub(super) fn start(&self, meter: &mut Meter<'_>) -> Result<Solution<N>> {
-        let n = self.graph.nodes();
-        meter.take(n * Solution::<N>::BYTES)?;
-        let facts = (0..n as u32).map(|node| self.fact(node));
-        let (mut values, mut known) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        for fact in facts {
-            known.push(fact.is_some());
-            values.push(fact.unwrap_or_else(N::zero));
-        }
-        Ok(Solution { values, known, picks: vec![NONE; n] })
+        let is_one = |node: u32| match self.quantity {
+            Quantity::Probability(k) => self.graph.rank(node).sure >= k,
+            _ => false,
+        };
+        let has_facts = matches!(self.quantity, Quantity::Probability(_) | Quantity::Number);
+        let fact = has_facts.then_some(&is_one as &dyn Fn(u32) -> bool);
+        Solution::new(self.graph.nodes(), |node| self.is_open(node), fact, meter)
     }
 
     /// Solves the equations of all open nodes, the components that others depend on first.
@@ -215,9 +190,10 @@ impl<N: Number> System<'_, N> {
     /// them.
     pub(super) fn solve(&self, solution: &mut Solution<N>, meter: &mut Meter<'_>) -> Result<()> {
         let nodes = self.graph.nodes();
-        let scratch = nodes * (4 * size_of::<u32>() + 2);
-        meter.take(scratch)?;
+        let (search, scratch) = (nodes * (4 * size_of::<u32>() + 2), nodes * 3 * size_of::<u32>());
+        meter.take(search)?;
         let found = self.components();
+        meter.release(search - scratch);
         let mut position = vec![NONE; nodes];
         for number in 0..found.count() {
             meter.progress(&|| format!("component {} of {}", number + 1, found.count()));
@@ -260,16 +236,13 @@ impl<N: Number> System<'_, N> {
             return;
         }
         for component in components.iter().skip(first) {
-            let open = |&node: &u32| self.is_open(node) && !solution.known[node as usize];
+            let open = |&node: &u32| self.is_open(node) && !solution.knows(node);
             let open: Vec<u32> = component.iter().copied().filter(open).collect();
-            for &node in &open {
-                solution.values[node as usize] = anything.clone();
-                solution.known[node as usize] = true;
-            }
+            open.iter().for_each(|&node| solution.set(node, anything.clone()));
             for &node in &open {
                 // Fails only for exact numbers, which have no bounds.
                 let _ = self.single(node, solution);
-                solution.picks[node as usize] = NONE;
+                solution.set_pick(node, NONE);
             }
         }
     }
@@ -305,9 +278,8 @@ impl<N: Number> System<'_, N> {
             Some((low, high, pick)) => (N::between(&low, &high), pick),
             None => (self.anything()?, NONE),
         };
-        solution.values[node as usize] = value;
-        solution.picks[node as usize] = pick;
-        solution.known[node as usize] = true;
+        solution.set(node, value);
+        solution.set_pick(node, pick);
         Ok(())
     }
 
@@ -371,14 +343,12 @@ impl<N: Number> System<'_, N> {
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
-        let iterated: Vec<N> = nodes.iter().map(|&node| solution.values[node as usize].clone()).collect();
+        let iterated: Vec<N> = nodes.iter().map(|&node| solution.stored(node).clone()).collect();
         // Elimination takes the nodes of the component from those that are not known.
-        nodes.iter().for_each(|&node| solution.known[node as usize] = false);
+        nodes.iter().for_each(|&node| solution.know(node, false));
         let end = self.eliminate(groups, solution, meter);
         for (&node, bounds) in nodes.iter().zip(&iterated) {
-            let value = &mut solution.values[node as usize];
-            *value = value.within(bounds);
-            solution.known[node as usize] = true;
+            solution.set(node, solution.stored(node).within(bounds));
         }
         end
     }

@@ -3,7 +3,8 @@
 use super::graph::Graph;
 use super::meter::Meter;
 use super::number::{Bounds, Number};
-use super::solve::{Quantity, SMALL, Solution, System};
+use super::solution::Solution;
+use super::solve::{Quantity, SMALL, System};
 use crate::error::Result;
 
 /// The solutions so far.
@@ -37,9 +38,9 @@ impl<N: Number> Solved<N> {
         for k in 1..=levels as u32 {
             next(graph, &self.fractions, Quantity::Cost(k), &mut self.cost, meter)?;
         }
-        let mut numbers = Vec::new();
-        let end = next(graph, &self.fractions, Quantity::Number, &mut numbers, meter);
-        self.number = numbers.pop();
+        let below = self.probability.first();
+        let (number, end) = solution(graph, &self.fractions, Quantity::Number, below, meter)?;
+        self.number = Some(number);
         end
     }
 
@@ -89,9 +90,21 @@ fn next<N: Number>(
     solutions: &mut Vec<Solution<N>>,
     meter: &mut Meter<'_>,
 ) -> Result<()> {
-    let system = System { graph, quantity, below: solutions.last(), fractions, small: SMALL, margin: None };
-    let mut solution = system.start(meter)?;
-    let end = system.solve(&mut solution, meter);
+    let (solution, end) = solution(graph, fractions, quantity, solutions.last(), meter)?;
     solutions.push(solution);
     end
+}
+
+/// Solves a system; returns what is known of its solution, and an error if a limit was reached.
+fn solution<N: Number>(
+    graph: &Graph,
+    fractions: &[N],
+    quantity: Quantity,
+    below: Option<&Solution<N>>,
+    meter: &mut Meter<'_>,
+) -> Result<(Solution<N>, Result<()>)> {
+    let system = System { graph, quantity, below, fractions, small: SMALL, margin: None };
+    let mut solution = system.start(meter)?;
+    let end = system.solve(&mut solution, meter);
+    Ok((solution, end))
 }

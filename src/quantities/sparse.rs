@@ -13,26 +13,31 @@ use super::component::Sense;
 use super::groups::Groups;
 use super::meter::Meter;
 use super::number::{Interval, Number};
-use super::solve::{End, Margin, Solution, System};
+use super::repeated::Repeated;
+use super::solution::Solution;
+use super::solve::{End, Margin, System};
 use crate::error::Result;
 
 /// Results below this may have lost digits.
 pub(super) const TINY: f64 = 1e-280;
 
-/// A component in compressed rows.
+/// A component in compressed rows. Few probabilities and constants are different, so they are stored
+/// once.
+#[derive(Debug)]
 pub(super) struct Sparse {
     pub(super) sense: Sense,
     /// The actions of group g are `first[g]..first[g+1]`.
-    pub(super) first: Vec<u32>,
+    first: Vec<u32>,
     /// The edges of action a are `start[a]..start[a+1]`.
-    pub(super) start: Vec<u32>,
-    pub(super) edges: Vec<(u32, f64)>,
-    /// The bounds of the constant of each action.
-    pub(super) constants: Vec<(f64, f64)>,
-    /// The greatest upper bound at an exit of each action; infinite if more is gained or paid.
-    pub(super) exits: Vec<f64>,
-    /// The choice of each action, and the node that has it.
-    pub(super) choices: Vec<(u32, u32)>,
+    start: Vec<u32>,
+    /// The group that each edge enters, and its probability.
+    to: Vec<u32>,
+    probabilities: Repeated<1>,
+    /// The bounds of the constant of each action, and the greatest upper bound at an exit, which is
+    /// infinite if more is gained or paid.
+    constants: Repeated<3>,
+    /// The choice of each action.
+    pub(super) choices: Vec<u32>,
     /// The relative error of a row.
     pub(super) error: f64,
     /// The width of the bounds at the exits.
@@ -42,6 +47,22 @@ pub(super) struct Sparse {
 }
 
 impl Sparse {
+    /// Creates a component without groups.
+    pub(super) fn empty(sense: Sense) -> Self {
+        Sparse {
+            sense,
+            first: vec![0],
+            start: vec![0],
+            to: Vec::new(),
+            probabilities: Repeated::default(),
+            constants: Repeated::default(),
+            choices: Vec::new(),
+            error: 0.0,
+            inherited: 0.0,
+            least: 1.0,
+        }
+    }
+
     /// Copies the rows of a component, divided by the probabilities to leave the groups.
     ///
     /// # Errors
@@ -52,29 +73,37 @@ impl Sparse {
         solution: &Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        let mut sparse = Sparse {
-            sense: system.sense(),
-            first: vec![0],
-            start: vec![0],
-            edges: Vec::new(),
-            constants: Vec::new(),
-            exits: Vec::new(),
-            choices: Vec::new(),
-            error: 0.0,
-            inherited: 0.0,
-            least: 1.0,
-        };
+        let mut sparse = Sparse::empty(system.sense());
+        let mut edges = Vec::new();
         groups.visit(system, meter, |group, node, choice, _| {
-            while sparse.first.len() <= group as usize {
-                sparse.first.push(sparse.choices.len() as u32);
-            }
-            sparse.add(system, groups, solution, (group, node, choice));
+            sparse.begin(group);
+            sparse.add(system, groups, solution, (group, node, choice), &mut edges);
             Ok(())
         })?;
-        while sparse.first.len() <= groups.count() {
-            sparse.first.push(sparse.choices.len() as u32);
-        }
+        sparse.begin(groups.count() as u32);
         Ok(sparse)
+    }
+
+    /// Ends the groups before a group.
+    pub(super) fn begin(&mut self, group: u32) {
+        self.first.resize(group as usize + 1, self.choices.len() as u32);
+    }
+
+    /// Adds an action to the last group: its choice, its edges, the bounds of its constant and the
+    /// greatest upper bound at an exit.
+    pub(super) fn push(&mut self, choice: u32, edges: &[(u32, f64)], constant: [f64; 3]) {
+        for &(to, p) in edges {
+            self.to.push(to);
+            self.probabilities.push([p]);
+        }
+        self.start.push(self.to.len() as u32);
+        self.constants.push(constant);
+        self.choices.push(choice);
+    }
+
+    /// Returns whether the constants have no width.
+    pub(super) fn is_exact(&self) -> bool {
+        self.constants.distinct().iter().all(|[low, high, _]| low == high)
     }
 
     fn add<N: Number>(
@@ -83,11 +112,12 @@ impl Sparse {
         groups: &Groups<'_>,
         solution: &Solution<N>,
         (own, node, choice): (u32, u32, u32),
+        edges: &mut Vec<(u32, f64)>,
     ) {
+        edges.clear();
         let cost =
             system.cost(choice).map_or(Interval::ZERO, |cost| system.fractions[cost as usize].bounds());
         let mut sum = Sum::new(cost);
-        let before = self.edges.len();
         for edge in system.graph.edges(choice) {
             let p = system.fractions[edge.probability() as usize].bounds();
             let gain = if system.bonus(edge) { Interval::ONE } else { Interval::ZERO };
@@ -104,7 +134,7 @@ impl Sparse {
                             sum.whole = false;
                             continue;
                         }
-                        Some(to) => self.edges.push((to, p.lower)),
+                        Some(to) => edges.push((to, p.lower)),
                         None => {}
                     }
                 }
@@ -113,35 +143,26 @@ impl Sparse {
             sum.leaving = sum.leaving.plus(&p);
         }
         if Number::is_zero(&sum.leaving) {
-            self.edges.truncate(before);
             return;
         }
         sum.change(&system.margin, node);
-        self.close(sum, before);
-        self.choices.push((choice, node));
-    }
-
-    /// Closes the row of an action, whose edges start at a position, with the rest of its sum.
-    fn close(&mut self, sum: Sum, before: usize) {
         let Sum { mut constant, most, leaving, whole } = sum;
-        let mut error = (self.edges.len() - before + 8) as f64 * f64::EPSILON;
+        let mut error = (edges.len() + 8) as f64 * f64::EPSILON;
         if !whole {
             constant = constant.over(&leaving);
             // The quotients are within the width of the divisor.
             error += 4.0 * (leaving.upper / leaving.lower - 1.0);
-            self.edges[before..].iter_mut().for_each(|edge| edge.1 /= leaving.lower);
+            edges.iter_mut().for_each(|edge| edge.1 /= leaving.lower);
         }
         self.error = self.error.max(error);
-        self.start.push(self.edges.len() as u32);
-        self.constants.push((constant.lower, constant.upper));
-        self.exits.push(most);
+        self.push(choice, edges, [constant.lower, constant.upper, most]);
     }
 
-    /// Returns the bytes of the rows.
+    /// Returns the bytes of the rows, and of the iteration over them.
     pub(super) fn bytes(&self) -> usize {
-        4 * (self.first.len() + self.start.len())
-            + 16 * self.edges.len()
-            + 32 * self.constants.len()
+        4 * (self.first.len() + self.start.len() + self.to.len() + self.choices.len())
+            + self.probabilities.bytes()
+            + self.constants.bytes()
             + 32 * self.first.len()
     }
 
@@ -149,22 +170,25 @@ impl Sparse {
         self.first.len() - 1
     }
 
-    fn row(&self, action: usize) -> &[(u32, f64)] {
-        &self.edges[self.start[action] as usize..self.start[action + 1] as usize]
+    /// Returns the edges of an action.
+    fn row(&self, action: usize) -> impl Iterator<Item = (u32, f64)> {
+        let edges = self.start[action] as usize..self.start[action + 1] as usize;
+        edges.map(|edge| (self.to[edge], self.probabilities.get(edge)[0]))
     }
 
     /// Returns c + Σ p · x of an action to the nearest double, with the lower bound of the constant.
     fn sum(&self, action: usize, x: &[f64]) -> f64 {
-        self.row(action).iter().fold(self.constants[action].0, |sum, &(to, p)| sum + p * x[to as usize])
+        self.row(action).fold(self.constants.get(action)[0], |sum, (to, p)| sum + p * x[to as usize])
     }
 
     /// Returns an upper bound of c + Σ p · x of an action.
     fn above(&self, action: usize, x: &[f64]) -> f64 {
-        let add = |(sum, most): (f64, f64), &(to, p): &(u32, f64)| {
+        let add = |(sum, most): (f64, f64), (to, p): (u32, f64)| {
             let x = x[to as usize];
             (sum + p * x, most.max(x))
         };
-        let (sum, most) = self.row(action).iter().fold((self.constants[action].1, self.exits[action]), add);
+        let &[_, constant, exit] = self.constants.get(action);
+        let (sum, most) = self.row(action).fold((constant, exit), add);
         (sum * (1.0 + self.error) + TINY).min(most)
     }
 
@@ -233,7 +257,7 @@ impl Sum {
             }
             Some(Margin::Gain(size, bounds)) => {
                 let leaving = self.leaving;
-                self.gain(&leaving, &Interval::point(size * bounds.values[node as usize].upper));
+                self.gain(&leaving, &Interval::point(size * bounds.stored(node).upper));
             }
             None => {}
         }

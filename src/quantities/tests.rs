@@ -7,7 +7,8 @@ use num_traits::FromPrimitive;
 use super::graph::{Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Interval, Number};
-use super::solve::{Quantity, SMALL, Solution, System};
+use super::solution::Solution;
+use super::solve::{Quantity, SMALL, System};
 use crate::engine::{NoProgress, ProgressSink};
 use crate::error::Limit;
 use crate::model::exact::Ratio;
@@ -106,13 +107,13 @@ fn solved<N: Number>(graph: &Graph, quantity: Quantity, small: usize, meter: &mu
 /// that attains the values has no other solution below them.
 fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact: &Solution<Ratio>) -> bool {
     let value = |node: u32| exact.get(node).cloned().unwrap_or_default();
-    (0..graph.nodes() as u32).filter(|&node| picks.picks[node as usize] != u32::MAX).all(|node| {
-        let choice = picks.picks[node as usize];
+    (0..graph.nodes() as u32).filter(|&node| picks.pick(node) != u32::MAX).all(|node| {
+        let choice = picks.pick(node);
         let cost = match quantity {
-            Quantity::Cost(_) => graph.fractions()[graph.costs[choice as usize] as usize].clone(),
+            Quantity::Cost(_) => graph.fractions()[graph.cost(choice) as usize].clone(),
             _ => Number::zero(),
         };
-        let term = |edge: &Edge| {
+        let term = |edge: Edge| {
             let to = match (edge.to, edge.counts(), quantity) {
                 (LOST, _, _) | (_, true, Quantity::Cost(_)) => Number::zero(),
                 (_, true, Quantity::Probability(_)) => Number::one(),
@@ -121,7 +122,7 @@ fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact:
             };
             &graph.fractions()[edge.probability() as usize] * to
         };
-        let sum = graph.edges(choice).iter().map(term).fold(cost, |a, b| a + b);
+        let sum = graph.edges(choice).map(term).fold(cost, |a, b| a + b);
         let (a, b) = (Interval::around(&sum), Interval::around(&value(node)));
         (a.lower - b.lower).abs() <= 1e-6 * b.lower.max(1.0)
     })

@@ -184,7 +184,7 @@ impl Values {
     /// A limit is reached.
     pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
         let mut meter = Meter::new(engine);
-        meter.take(self.graph.bytes())?;
+        meter.take(self.graph.bytes() + self.places.bytes())?;
         let (graph, levels) = (&self.graph, self.setup.levels);
         on!(&mut self.numbers, solved => solved.run(graph, levels, &mut meter))?;
         if let Some(steps) = self.setup.within {
@@ -220,7 +220,7 @@ impl Values {
     /// Returns P_k, the greatest probability of k improvements.
     pub fn probability(&self, node: Node, k: usize) -> Bounds {
         let Some(index) = k.checked_sub(1) else { return Bounds::point(1) };
-        let rank = self.graph.ranks[node.0 as usize];
+        let rank = self.graph.rank(node.0);
         if (rank.positive as usize) < k {
             return Bounds::point(0);
         }
@@ -234,7 +234,7 @@ impl Values {
     /// Returns C_k, the least expected cost until the k-th improvement; `None` where P_k < 1.
     pub fn cost(&self, node: Node, k: usize) -> Option<Bounds> {
         let Some(index) = k.checked_sub(1) else { return Some(Bounds::point(0)) };
-        if (self.graph.ranks[node.0 as usize].sure as usize) < k {
+        if (self.graph.rank(node.0).sure as usize) < k {
             return None;
         }
         let known = on!(&self.numbers, solved => solved.cost(node.0, index));
@@ -243,8 +243,8 @@ impl Values {
 
     /// Returns N, the largest expected number of improvements.
     pub fn number(&self, node: Node) -> Bounds {
-        if self.graph.ranks[node.0 as usize].positive == 0 {
-            return Bounds::point(0);
+        if self.graph.rank(node.0).positive <= 1 && self.setup.levels > 0 {
+            return self.probability(node, 1);
         }
         let known = on!(&self.numbers, solved => solved.number(node.0));
         known.unwrap_or_else(|| Bounds::any(f64::INFINITY))
@@ -268,7 +268,7 @@ impl Values {
             let cost = on!(&self.numbers, s => s.choice_cost(&self.graph, choice, index));
             // A choice that keeps the improvements certain has the probability 1 without rounding.
             let probability = if cost.is_some() { Bounds::point(1) } else { probability(choice) };
-            let position = self.graph.positions[choice as usize] as usize;
+            let position = self.graph.position(choice);
             ChoiceValues { position, probability, cost }
         };
         let best = self.best_choice(node, k, aim);
@@ -292,15 +292,15 @@ impl Values {
     /// [`Values::successor`].
     pub fn best_choice(&self, node: Node, k: usize, aim: Aim) -> Option<usize> {
         let choice = self.pick(node.0, k, aim)?;
-        Some(self.graph.positions[choice as usize] as usize)
+        Some(self.graph.position(choice))
     }
 
     fn pick(&self, node: u32, k: usize, aim: Aim) -> Option<u32> {
         let index = k.checked_sub(1)?;
-        let rank = self.graph.ranks[node as usize];
+        let rank = self.graph.rank(node);
         let choice = match aim {
-            _ if rank.sure as usize >= k => on!(&self.numbers, s => s.cost.get(index)?.picks[node as usize]),
-            Aim::Likely => on!(&self.numbers, s => s.probability.get(index)?.picks[node as usize]),
+            _ if rank.sure as usize >= k => on!(&self.numbers, s => s.cost.get(index)?.pick(node)),
+            Aim::Likely => on!(&self.numbers, s => s.probability.get(index)?.pick(node)),
             Aim::Cheap => NONE,
         };
         (choice != NONE).then_some(choice)
@@ -309,7 +309,7 @@ impl Values {
     /// Returns the number of improvements that a strategy aims at from a node: the greatest k, at most
     /// that of [`Setup::levels`], with P_k > 0 (for [`Aim::Cheap`]: with P_k = 1).
     pub fn aimed(&self, node: Node, aim: Aim) -> usize {
-        let rank = self.graph.ranks[node.0 as usize];
+        let rank = self.graph.rank(node.0);
         let k = match aim {
             Aim::Likely => rank.positive,
             Aim::Cheap => rank.sure,
@@ -319,22 +319,22 @@ impl Values {
 
     /// Returns the cost of the [`Values::best_choice`].
     pub fn best_choice_cost(&self, node: Node, k: usize, aim: Aim) -> Option<&Ratio> {
-        let cost = self.graph.costs[self.pick(node.0, k, aim)? as usize];
+        let cost = self.graph.cost(self.pick(node.0, k, aim)?);
         self.graph.fractions().get(cost as usize)
     }
 
     /// Returns the node and the number of improvements still wanted after a step to a state; `None` if
     /// the step is lost, or not by a kept choice.
     pub fn successor(&self, node: Node, k: usize, aim: Aim, to: &[i64]) -> Option<(Node, usize)> {
-        let is_there = |edge: &&super::graph::Edge| edge.to != LOST && self.places.is_at(edge.to, to);
+        let is_there = |edge: &super::graph::Edge| edge.to != LOST && self.places.is_at(edge.to, to);
         // The choice does not matter: the states decide whether a step improves.
         let mut edges = self.graph.choices(node.0).flat_map(|choice| self.graph.edges(choice));
-        let edge = *edges.find(is_there)?;
+        let edge = edges.find(is_there)?;
         let (mut node, mut left) = (edge.to, k.checked_sub(usize::from(edge.counts()))?);
-        if self.graph.junction[node as usize] {
+        if self.graph.is_junction(node) {
             // If nothing can follow either way, the improvement is counted.
             let choice = self.pick(node, left, aim).unwrap_or(self.graph.choices(node).start);
-            let edge = self.graph.edges(choice).first()?;
+            let edge = self.graph.edges(choice).next()?;
             (node, left) = (edge.to, left.checked_sub(usize::from(edge.counts()))?);
         }
         Some((Node(node), left))

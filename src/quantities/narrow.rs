@@ -1,0 +1,114 @@
+//! Lists of small numbers in as few bytes as the greatest of them needs.
+
+/// A list of numbers of 32 bits. All have the width of the greatest one: one, two or four bytes.
+#[derive(Debug)]
+pub(super) enum Narrow {
+    Bytes(Vec<u8>),
+    Shorts(Vec<u16>),
+    Words(Vec<u32>),
+}
+
+impl Default for Narrow {
+    fn default() -> Self {
+        Narrow::Bytes(Vec::new())
+    }
+}
+
+impl Narrow {
+    /// Returns the number at a position.
+    pub(super) fn get(&self, position: usize) -> u32 {
+        match self {
+            Narrow::Bytes(list) => u32::from(list[position]),
+            Narrow::Shorts(list) => u32::from(list[position]),
+            Narrow::Words(list) => list[position],
+        }
+    }
+
+    /// Adds a number. Cost: constant, except where the number is the first that needs more bytes.
+    pub(super) fn push(&mut self, number: u32) {
+        match self {
+            Narrow::Bytes(list) => match u8::try_from(number) {
+                Ok(number) => list.push(number),
+                Err(_) => self.push_wider(number),
+            },
+            Narrow::Shorts(list) => match u16::try_from(number) {
+                Ok(number) => list.push(number),
+                Err(_) => self.push_wider(number),
+            },
+            Narrow::Words(list) => list.push(number),
+        }
+    }
+
+    fn push_wider(&mut self, number: u32) {
+        self.widen(number);
+        self.push(number);
+    }
+
+    /// Replaces the number at a position. Cost: see [`Narrow::push`].
+    pub(super) fn set(&mut self, position: usize, number: u32) {
+        match self {
+            Narrow::Bytes(list) if number <= u32::from(u8::MAX) => list[position] = number as u8,
+            Narrow::Shorts(list) if number <= u32::from(u16::MAX) => list[position] = number as u16,
+            Narrow::Words(list) => list[position] = number,
+            _ => {
+                self.widen(number);
+                self.set(position, number);
+            }
+        }
+    }
+
+    /// Widens all numbers so that one that does not fit can be stored.
+    fn widen(&mut self, number: u32) {
+        let wider = match self {
+            Narrow::Bytes(list) if number <= u32::from(u16::MAX) => {
+                Narrow::Shorts(list.iter().map(|&x| u16::from(x)).collect())
+            }
+            Narrow::Bytes(list) => Narrow::Words(list.iter().map(|&x| u32::from(x)).collect()),
+            Narrow::Shorts(list) => Narrow::Words(list.iter().map(|&x| u32::from(x)).collect()),
+            Narrow::Words(_) => return,
+        };
+        *self = wider;
+    }
+
+    /// Returns the number of numbers.
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Narrow::Bytes(list) => list.len(),
+            Narrow::Shorts(list) => list.len(),
+            Narrow::Words(list) => list.len(),
+        }
+    }
+
+    /// Returns the bytes of a number.
+    pub(super) fn width(&self) -> usize {
+        match self {
+            Narrow::Bytes(_) => 1,
+            Narrow::Shorts(_) => 2,
+            Narrow::Words(_) => 4,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_their_values_when_the_list_is_widened() {
+        let wanted = [0, 255, 256, 7, 65_535, 65_536, u32::MAX, 1];
+        let mut list = Narrow::default();
+        wanted.iter().for_each(|&number| list.push(number));
+        assert_eq!(wanted.to_vec(), (0..8).map(|i| list.get(i)).collect::<Vec<_>>());
+        assert_eq!(list.width(), 4);
+    }
+
+    #[test]
+    fn a_number_is_replaced_by_a_wider_one() {
+        let mut list = Narrow::default();
+        (0..3).for_each(|number| list.push(number));
+        list.set(1, 300);
+        list.set(2, 70_000);
+        list.set(0, 9);
+        assert_eq!([9, 300, 70_000], [0, 1, 2].map(|i| list.get(i)));
+    }
+}
