@@ -32,7 +32,7 @@ pub mod names {
 
 /// Comma-separated values.
 pub mod csv {
-    pub use crate::csv::lines;
+    pub use crate::csv::{Lines, lines};
 }
 
 /// Escaping of untrusted text for display.

@@ -1,15 +1,35 @@
 //! Comma-separated values.
 
-use ::csv::WriterBuilder;
+use ::csv::{Writer, WriterBuilder};
 
 /// Returns rows as lines, quoted where RFC 4180 requires it; lines end with a line feed.
 pub fn lines<R: IntoIterator<Item: AsRef<[u8]>>>(rows: impl IntoIterator<Item = R>) -> String {
-    // Without a check of the lengths of rows, writing to memory does not fail.
-    let mut out = WriterBuilder::new().flexible(true).from_writer(Vec::new());
-    for row in rows {
-        let _ = out.write_record(row);
+    let mut lines = Lines::default();
+    rows.into_iter().for_each(|row| lines.push(row));
+    lines.text()
+}
+
+/// Lines that are written row by row.
+pub struct Lines(Writer<Vec<u8>>);
+
+impl Default for Lines {
+    fn default() -> Self {
+        Lines(WriterBuilder::new().flexible(true).from_writer(Vec::new()))
     }
-    String::from_utf8_lossy(&out.into_inner().unwrap_or_default()).into_owned()
+}
+
+impl Lines {
+    /// Adds a row.
+    pub fn push<R: IntoIterator<Item: AsRef<[u8]>>>(&mut self, row: R) {
+        // Without a check of the lengths of rows, writing to memory does not fail.
+        let _ = self.0.write_record(row);
+    }
+
+    /// Returns all lines.
+    pub fn text(self) -> String {
+        let bytes = self.0.into_inner().unwrap_or_default();
+        String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned())
+    }
 }
 
 #[cfg(test)]

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use meliora::advanced::csv::Lines;
 use meliora::engine::{Algebra, AnyEngine, Count, Engine};
 use meliora::error::{Error, Limit, Result};
 use meliora::model::{Program, State};
-use meliora::output::values::StateValues;
+use meliora::output::values::{StateValues, Width, heading};
 use meliora::output::{Number, ValuesReport};
 use meliora::planning::{Analysis, Phase};
 use meliora::quantities::choose::LEVELS;
@@ -25,6 +26,8 @@ use super::supervise::{Job, supervise};
 
 /// The number of states whose values are added before they are computed.
 const SOON: usize = 1000;
+/// The number of states that the text lists if a file has all.
+const SHOWN: usize = 100;
 
 /// Compute how likely improvements are, how soon they come, and at what cost
 ///
@@ -121,14 +124,13 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let listed = Count::from(states.len());
     let has_all = |engine: &AnyEngine| Ok::<_, Error>(engine.count(&engine.all_states())? == listed);
     let everywhere = args.all && has_all(&engine)? && has_all(analysis.engine())?;
-    let end = evaluate(job, args, (&question, &analysis, costs), (&states, everywhere));
+    let mut lines = csv.map(|_| Lines::default());
+    let end = evaluate(job, args, (&question, &analysis, costs), (&states, everywhere), lines.as_mut());
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     end?;
-    let mut text = None;
-    job.update(|r| text = csv.map(|_| r.csv(&question.program)));
-    match (csv, text) {
-        (Some(target), Some(text)) => target.write(&text),
-        _ => Ok(()),
+    match csv.zip(lines) {
+        Some((target, lines)) => target.write(&lines.text()),
+        None => Ok(()),
     }
 }
 
@@ -145,12 +147,14 @@ fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -
 }
 
 /// Computes the values and adds them to the report, also those known when a limit is hit.
-/// `everywhere` says that the states are all states of the analysis.
+/// `everywhere` says that the states are all states of the analysis. All values are also added to
+/// `lines`.
 fn evaluate(
     job: &Job<ValuesReport>,
     args: &ValuesArgs,
     (question, analysis, costs): (&Question, &Analysis<AnyEngine>, Costs),
     (states, everywhere): (&[State], bool),
+    lines: Option<&mut Lines>,
 ) -> Result<()> {
     let program = &*question.program;
     let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
@@ -164,11 +168,14 @@ fn evaluate(
     let explored = job.timed("explore", explore, |r, s| r.time.add("explore", s));
     // The worker may be left behind while it solves, so what follows from the levels is added first,
     // unless that takes long.
-    fill(job, analysis, program, &values, &states[..states.len().min(SOON)])?;
+    let listing = Listing { job, analysis, program };
+    listing.fill(&values, &states[..states.len().min(SOON)], usize::MAX, None)?;
     explored?;
     let solved = job.timed("solve", || values.solve(analysis.engine()), |r, s| r.time.add("solve", s));
-    let (width, quantity) = fill(job, analysis, program, &values, states)?;
+    let shown = if lines.is_some() && !args.shown.json { SHOWN } else { usize::MAX };
+    let widest = listing.fill(&values, states, shown, lines)?;
     solved?;
+    let (width, quantity) = (widest.width, widest.quantity());
     if width > args.precision {
         let what = match width.is_finite() {
             true => format!(
@@ -184,20 +191,39 @@ fn evaluate(
     Ok(())
 }
 
-/// Adds the values to the report, as far as they are known; returns the width of the widest bound and
-/// its quantity.
-fn fill(
-    job: &Job<ValuesReport>,
-    analysis: &Analysis<AnyEngine>,
-    program: &Program,
-    values: &Values,
-    states: &[State],
-) -> Result<(f64, String)> {
-    let found = StateValues::all(analysis, program, values, states)?;
-    let mut widest = (0.0, String::new());
-    job.update(|r| {
-        r.states = found;
-        widest = r.widest();
-    });
-    Ok(widest)
+/// The results of which the report lists states.
+struct Listing<'a> {
+    job: &'a Job<ValuesReport>,
+    analysis: &'a Analysis<AnyEngine>,
+    program: &'a Program,
+}
+
+impl Listing<'_> {
+    /// Lists values as far as they are known: those of the first states in the report, all in
+    /// `lines`. Returns the widest bound of all.
+    fn fill(
+        &self,
+        values: &Values,
+        states: &[State],
+        shown: usize,
+        mut lines: Option<&mut Lines>,
+    ) -> Result<Width> {
+        let (mut found, mut more, mut widest) = (Vec::new(), 0, Width::default());
+        if let Some(lines) = &mut lines {
+            lines.push(heading(self.program));
+        }
+        StateValues::each(self.analysis, self.program, values, states, &mut |state| {
+            widest = widest.or(state.widest());
+            if let Some(lines) = &mut lines {
+                state.rows().into_iter().for_each(|row| lines.push(row));
+            }
+            if found.len() < shown {
+                found.push(state);
+            } else {
+                more += 1;
+            }
+        })?;
+        self.job.update(|r| (r.states, r.more) = (found, more));
+        Ok(widest)
+    }
 }

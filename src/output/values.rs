@@ -7,7 +7,6 @@ use serde_json::Value as Json;
 use super::envelope::Envelope;
 use super::header::Header;
 use super::ranks;
-use crate::csv;
 use crate::engine::explicit::weighted::Walker;
 use crate::engine::{Engine, NoProgress};
 use crate::error::Result;
@@ -28,6 +27,9 @@ pub struct ValuesFindings {
     pub precision: f64,
     /// The states.
     pub states: Vec<StateValues>,
+    /// The number of states that only a file lists.
+    #[serde(skip)]
+    pub more: usize,
 }
 
 /// The report with times and memory.
@@ -125,44 +127,52 @@ impl Serialize for Bound {
 impl ValuesReport {
     /// Creates a report without results.
     pub fn of_cost(header: Header, reward: &str, precision: f64) -> Self {
-        let findings =
-            ValuesFindings { counts: None, reward: reward.to_owned(), precision, states: Vec::new() };
+        let findings = ValuesFindings {
+            counts: None,
+            reward: reward.to_owned(),
+            precision,
+            states: Vec::new(),
+            more: 0,
+        };
         Envelope::of(header, findings)
     }
 }
 
-impl ValuesFindings {
-    /// Returns the width of the widest bound and the quantity that it bounds: `P_k`, `C_k` or `N`.
-    pub fn widest(&self) -> (f64, String) {
-        let level = |level: &LevelValues| {
-            let cost = level.cost.as_ref().map_or(0.0, Bound::width);
-            [(level.probability.width(), 'P', level.improvements), (cost, 'C', level.improvements)]
-        };
-        let number = self.states.iter().map(|state| (state.number.width(), 'N', 0));
-        let levels = self.states.iter().flat_map(|state| state.levels.iter().flat_map(level));
-        let wider = |a: (f64, char, usize), b: (f64, char, usize)| if b.0 > a.0 { b } else { a };
-        let (width, letter, k) = number.chain(levels).fold((0.0, 'N', 0), wider);
-        (width, if k == 0 { letter.to_string() } else { format!("{letter}_{k}") })
+/// A bound that is wider than others.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Width {
+    /// The width, divided by the value where that is above 1.
+    pub width: f64,
+    /// The quantity that is bounded.
+    quantity: Option<(char, usize)>,
+}
+
+impl Width {
+    /// Returns the wider one of two bounds.
+    pub fn or(self, other: Width) -> Width {
+        if other.width > self.width { other } else { self }
     }
 
-    /// Returns all values as lines of comma-separated values, one per state, number of improvements
-    /// and action, with a heading. A line without an action has the values of the state.
-    pub fn csv(&self, program: &Program) -> String {
-        let variables = program.variables.iter().map(|v| v.name.as_str());
-        let columns = [
-            "most_preferred",
-            "sasi_rank",
-            "spi_rank",
-            "improvements",
-            "action",
-            "probability_lower",
-            "probability_upper",
-            "cost_lower",
-            "cost_upper",
-        ];
-        let heading = variables.chain(columns).map(str::to_owned).collect::<Vec<_>>();
-        csv::lines(std::iter::once(heading).chain(self.states.iter().flat_map(StateValues::rows)))
+    /// Returns the name of the quantity: `P_k`, `C_k` or `N`.
+    pub fn quantity(&self) -> String {
+        self.quantity.map_or_else(|| "N".to_owned(), |(letter, k)| format!("{letter}_{k}"))
     }
+}
+
+/// Returns the heading of [`StateValues::rows`].
+pub fn heading(program: &Program) -> impl Iterator<Item = &str> {
+    let columns = [
+        "most_preferred",
+        "sasi_rank",
+        "spi_rank",
+        "improvements",
+        "action",
+        "probability_lower",
+        "probability_upper",
+        "cost_lower",
+        "cost_upper",
+    ];
+    program.variables.iter().map(|v| v.name.as_str()).chain(columns)
 }
 
 /// Formats a value of a variable without quotes.
@@ -171,8 +181,20 @@ fn plain(value: &Json) -> String {
 }
 
 impl StateValues {
-    /// Returns the cells of all lines about the state.
-    fn rows(&self) -> Vec<Vec<String>> {
+    /// Returns the widest bound of the state.
+    pub fn widest(&self) -> Width {
+        let wide = |bound: &Bound, quantity| Width { width: bound.width(), quantity };
+        let number = wide(&self.number, None);
+        self.levels.iter().fold(number, |widest, level| {
+            let k = level.improvements;
+            let cost = level.cost.as_ref().map_or(widest, |cost| widest.or(wide(cost, Some(('C', k)))));
+            cost.or(wide(&level.probability, Some(('P', k))))
+        })
+    }
+
+    /// Returns the cells of all lines about the state: one for each number of improvements and action.
+    /// A line without an action has the values of the state.
+    pub fn rows(&self) -> Vec<Vec<String>> {
         let mut first: Vec<String> = self.state.values().map(plain).collect();
         first.push(self.most_preferred.join("+"));
         first.extend([self.sasi_rank, self.spi_rank].map(ranks::cell));
@@ -216,16 +238,31 @@ impl StateValues {
         values: &Values,
         states: &[State],
     ) -> Result<Vec<Self>> {
+        let mut found = Vec::with_capacity(states.len());
+        StateValues::each(analysis, program, values, states, &mut |state| found.push(state))?;
+        Ok(found)
+    }
+
+    /// Calls `each` with the values of some states, one after the other; see [`StateValues::all`].
+    ///
+    /// # Errors
+    /// A command has no meaning in a state.
+    pub fn each<E: Engine>(
+        analysis: &Analysis<E>,
+        program: &Program,
+        values: &Values,
+        states: &[State],
+        each: &mut dyn FnMut(Self),
+    ) -> Result<()> {
         let mut walker = Walker::new(program, &NoProgress)?;
         let codec = walker.codec().clone();
         let mut walk = walker.walk();
-        let mut found = Vec::with_capacity(states.len());
         for state in states {
             if let (Some(node), Some(code)) = (values.start(state), codec.encode(state)) {
-                found.push(StateValues::at(analysis, program, (values, node), state, &walk.names(&code)?)?);
+                each(StateValues::at(analysis, program, (values, node), state, &walk.names(&code)?)?);
             }
         }
-        Ok(found)
+        Ok(())
     }
 
     fn at<E: Engine>(

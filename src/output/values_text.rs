@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::envelope::Findings;
-use super::text::{Grid, names, plural, state_heading};
+use super::text::{Grid, either, plural, state_heading};
 use super::values::{Bound, LevelValues, StateValues, ValuesFindings, ValuesReport};
 use super::{Style, ranks};
 use crate::planning::Safety;
@@ -31,6 +31,9 @@ impl Findings for ValuesFindings {
             text.push_str("\nProbabilities are those of improving before any step weakens.\n");
         }
         text.extend(report.states.iter().map(|state| one(state, &report.reward, style)));
+        if report.more > 0 {
+            let _ = writeln!(text, "\nThe file has {}.", plural(report.more, "more state"));
+        }
         text
     }
 }
@@ -41,7 +44,7 @@ fn one(state: &StateValues, reward: &str, style: Style) -> String {
         let _ = writeln!(text, "  {}", style.bad("Unsafe: no strategy keeps the requirements"));
         return text;
     }
-    let _ = writeln!(text, "  Sure: {}", names(&state.most_preferred));
+    let _ = writeln!(text, "  Sure: {}", either(&state.most_preferred));
     let _ = writeln!(
         text,
         "  Improvements: {} certain, {} possible, {} expected at most",
@@ -101,7 +104,7 @@ pub(super) fn number(bound: &Bound) -> String {
     }
     let [lower, upper] = [bound.lower, bound.upper].map(digits);
     // Bounds on both sides of a rounding limit look different although they are close.
-    if lower == upper || bound.width() <= 1e-9 { upper } else { format!("{lower} to {upper}") }
+    if lower == upper || bound.width() <= 1e-7 { upper } else { format!("{lower} to {upper}") }
 }
 
 /// Formats a cost with the name of its structure: `2 steps`, `1 step`.

@@ -115,6 +115,22 @@ fn all_values_are_written_as_a_table() {
 }
 
 #[test]
+fn the_text_shows_the_first_states_if_a_file_has_all() {
+    let scratch = Scratch::new(&[]);
+    let file = scratch.show("values.csv");
+    let inputs = "values models/ring.prism models/ring.pref -c N=8,T=6 --all";
+    let report = run(&format!("{inputs} --csv {file}")).expect(0);
+    let states = |text: &str| text.lines().filter(|line| line.starts_with("State ")).count();
+    let listed = states(&run(inputs).expect(0).stdout);
+    assert!(listed > 100, "{listed}");
+    assert_eq!(states(&report.stdout), 100);
+    let rest = listed - 100;
+    assert!(report.stdout.contains(&format!("The file has {rest} more states.")), "{}", report.stdout);
+    let all = run(&format!("{inputs} --csv {file} --json")).expect(0).json();
+    assert_eq!(all["states"].as_array().unwrap().len(), listed);
+}
+
+#[test]
 fn a_limit_gives_bounds_and_status_4() {
     let inputs = "models/scramble.prism models/scramble.pref -c cells=10007 --engine explicit";
     let report = run(&format!("values {inputs} --memory 4MiB --json")).expect(4).json();
