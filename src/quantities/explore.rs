@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::model::exact::Ratio;
 use crate::model::preference::{Change, ObjectiveSet, Preferences};
 use crate::model::{Program, State};
+use crate::planning::improvement::Arena;
 use crate::planning::levels::Level;
 use crate::planning::{Analysis, Classes, Improvement, Kind, Levels, Safety};
 
@@ -29,6 +30,8 @@ pub(super) struct Facts<'a, E: Engine> {
     sasi: Own<'a, Levels<E>>,
     /// The effect of a step between two classes; states outside of all classes have the last number.
     changes: Vec<Vec<Change>>,
+    /// The states of which each arena does not keep all choices.
+    restricted: Vec<E::States>,
 }
 
 /// A borrowed or an own value.
@@ -71,7 +74,10 @@ impl<'a, E: Engine> Facts<'a, E> {
             Safety::Action | Safety::Prefix => Own::Borrowed(sasi),
         };
         let changes = changes(analysis.preferences(), classes);
-        Ok(Facts { engine, program, classes, improvement, spi, sasi, changes })
+        let all = engine.all_choices();
+        let restricted = |arena: &Arena<E>| engine.sources(&engine.difference(&all, &arena.choices)?);
+        let restricted = improvement.arenas.iter().map(restricted).collect::<Result<_>>()?;
+        Ok(Facts { engine, program, classes, improvement, spi, sasi, changes, restricted })
     }
 
     /// Returns the effect of a step between two classes.
@@ -151,13 +157,17 @@ impl<'a, E: Engine> Facts<'a, E> {
     /// Returns the arena of the states of a class; `None` if no state of the class is safe.
     pub(super) fn arena_of(&self, class: Option<u32>) -> Option<u32> {
         let class = class.map(|class| class as usize);
-        let own = |arena: &crate::planning::improvement::Arena<E>| {
-            arena.reference.is_none() || arena.reference == class
-        };
+        let own = |arena: &Arena<E>| arena.reference.is_none() || arena.reference == class;
         self.improvement.arenas.iter().position(own).map(|arena| arena as u32)
     }
 
-    pub(super) fn class(&self, state: &[i64]) -> Result<Option<u32>> {
+    /// Returns the class of a state; `guess` is tested first.
+    fn class(&self, state: &[i64], guess: Option<u32>) -> Result<Option<u32>> {
+        if let Some(class) = guess
+            && self.engine.contains(&self.classes.list[class as usize].states, state)?
+        {
+            return Ok(guess);
+        }
         Ok(self.classes.of(self.engine, state)?.map(|class| class as u32))
     }
 }
@@ -204,7 +214,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     /// # Errors
     /// A limit is reached.
     pub(super) fn start(&mut self, state: &State) -> Result<u32> {
-        let class = self.facts.class(state)?;
+        let class = self.facts.class(state, None)?;
         let code = self.codec.known(state)?;
         self.node(Place::of(self.facts.arena_of(class)), &code, class)
     }
@@ -228,15 +238,13 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     }
 
     fn start_class(&mut self, class: Option<u32>, states: E::States) -> Result<()> {
-        let (engine, number) = (self.facts.engine, self.facts.arena_of(class));
-        let arena = number.map(|number| &self.facts.improvement.arenas[number as usize]);
-        let restricted = match arena {
-            Some(arena) => engine.sources(&engine.difference(&engine.all_choices(), &arena.choices)?)?,
-            None => engine.all_states(),
-        };
+        let facts = self.facts;
+        let (engine, number) = (facts.engine, facts.arena_of(class));
+        let all = engine.all_states();
+        let restricted = number.map_or(&all, |number| &facts.restricted[number as usize]);
         for (part, rank) in self.facts.ranked(number, states)? {
-            let free = engine.difference(&part, &restricted)?;
-            let restricted = engine.intersection(&part, &restricted)?;
+            let free = engine.difference(&part, restricted)?;
+            let restricted = engine.intersection(&part, restricted)?;
             for (part, unrestricted) in [(free, true), (restricted, false)] {
                 for state in engine.list_states(&part, usize::MAX)? {
                     let code = self.codec.known(&state)?;
@@ -324,14 +332,16 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         walk: &mut dyn Walk,
     ) -> Result<Vec<Closed>> {
         let facts = self.facts;
-        let arena = number.and_then(|arena| facts.improvement.arenas.get(arena as usize));
-        let Some(arena) = arena else { return Ok(Vec::new()) };
+        let Some(index) = number.map(|number| number as usize) else { return Ok(Vec::new()) };
+        let (arena, restricted) = (&facts.improvement.arenas[index], &facts.restricted[index]);
         let reference = match arena.reference {
             Some(class) => Some(class as u32),
             None => self.places.class(node),
         };
-        let unrestricted = self.places.unrestricted[node as usize];
         let (state, mut choices) = (self.codec.decode(code), Vec::new());
+        // One test of the state in place of one per choice.
+        let unrestricted =
+            self.places.unrestricted[node as usize] || !facts.engine.contains(restricted, &state)?;
         for (position, step) in (0u32..).zip(walk.choices(code, &mut self.graph.known)?) {
             if unrestricted || facts.engine.contains_choice(&arena.choices, &state, &step.choice)? {
                 let cost = match self.cost {
@@ -351,7 +361,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             let known = self.places.find_code(Place::of(arena), &code);
             let class = match known {
                 Some(node) => self.places.class(node),
-                None => self.facts.class(&self.codec.decode(&code))?,
+                None => self.facts.class(&self.codec.decode(&code), reference)?,
             };
             let change = self.facts.change(reference, class);
             let improves = change == Change::Improving;
