@@ -249,7 +249,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
                 for state in engine.list_states(&part, usize::MAX)? {
                     let code = self.codec.known(&state)?;
                     let node = self.add(Place::of(number), &code, class, rank)?;
-                    self.places.unrestricted[node as usize] = unrestricted;
+                    self.places.unrestricted.set(node as usize, unrestricted);
                 }
             }
         }
@@ -281,6 +281,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             };
             self.graph.close(node, choices, self.meter)?;
         }
+        self.places.end_exploration();
         Ok(())
     }
 

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use bitvec::vec::BitVec;
+
 use super::meter::Meter;
 use super::narrow::Narrow;
 use crate::engine::explicit::weighted::Fractions;
@@ -61,7 +63,7 @@ pub(super) struct Graph {
     /// The two ranks of each node plus 1; 0 for [`EVERY`].
     positive: Narrow,
     sure: Narrow,
-    junction: Vec<bool>,
+    junction: BitVec,
     /// The first choice of each node, and the number of its choices.
     first_choice: Vec<u32>,
     choices: Narrow,
@@ -101,7 +103,7 @@ impl Graph {
 
     /// Returns the bytes of a node.
     fn bytes_of_node(&self) -> usize {
-        5 + self.positive.width() + self.sure.width() + self.choices.width()
+        4 + self.positive.width() + self.sure.width() + self.choices.width()
     }
 
     /// Returns what is known of a node.

@@ -1,8 +1,10 @@
 //! The nodes of the graph as states in arenas, and the way back from a state to its node.
 
 use std::hash::{BuildHasher, Hasher};
+use std::sync::OnceLock;
 
 use ahash::RandomState;
+use bitvec::vec::BitVec;
 use hashbrown::HashTable;
 
 use super::narrow::Narrow;
@@ -32,7 +34,9 @@ impl Place {
 /// The nodes found so far.
 #[derive(Debug, Default)]
 pub(super) struct Places {
-    numbers: HashTable<u32>,
+    /// The nodes by their codes and places. Large models need the memory for their equations, so this is
+    /// dropped after the exploration, and built again for the first question.
+    numbers: OnceLock<HashTable<u32>>,
     hasher: RandomState,
     /// The codes of states; none before the first exploration.
     codec: Option<Codec>,
@@ -43,9 +47,9 @@ pub(super) struct Places {
     /// The class of each node's state plus 1; 0 for no class.
     classes: Narrow,
     /// True for each node whose arena is that of its state's own class.
-    pub(super) own: Vec<bool>,
+    pub(super) own: BitVec,
     /// True for each node of which it is known that its arena keeps every choice.
-    pub(super) unrestricted: Vec<bool>,
+    pub(super) unrestricted: BitVec,
     /// The number of arenas.
     pub(super) arenas: u32,
 }
@@ -65,7 +69,8 @@ impl Places {
     pub(super) fn find_code(&self, place: Place, code: &[u64]) -> Option<u32> {
         let key = place.key();
         let same = |&node: &u32| self.code(node) == code && self.keys.get(node as usize) == key;
-        self.numbers.find(hash(&self.hasher, key, code), same).copied()
+        let numbers = self.numbers.get_or_init(|| self.numbered());
+        numbers.find(hash(&self.hasher, key, code), same).copied()
     }
 
     /// Returns the state of a node.
@@ -103,24 +108,37 @@ impl Places {
         self.classes.push(class.map_or(0, |class| class + 1));
         self.own.push(own);
         self.unrestricted.push(false);
-        let Places { numbers, codes, keys, hasher, .. } = self;
-        let words = code.len();
-        let again = |&node: &u32| {
-            let code = &codes[node as usize * words..][..words];
-            hash(hasher, keys.get(node as usize), code)
-        };
-        numbers.insert_unique(hash(hasher, place.key(), code), node, again);
+        let mut numbers = self.numbers.take().unwrap_or_default();
+        numbers.insert_unique(self.hash(node), node, |&node| self.hash(node));
+        self.numbers = OnceLock::from(numbers);
+    }
+
+    /// Drops what the exploration needs.
+    pub(super) fn end_exploration(&mut self) {
+        self.numbers.take();
+    }
+
+    fn numbered(&self) -> HashTable<u32> {
+        let mut numbers = HashTable::with_capacity(self.own.len());
+        for node in 0..self.own.len() as u32 {
+            numbers.insert_unique(self.hash(node), node, |&node| self.hash(node));
+        }
+        numbers
+    }
+
+    fn hash(&self, node: u32) -> u64 {
+        hash(&self.hasher, self.keys.get(node as usize), self.code(node))
     }
 
     /// Returns the bytes of all nodes.
     pub(super) fn bytes(&self) -> usize {
-        self.own.len() * self.bytes_of_node()
+        self.own.len() * (8 * self.words() + self.keys.width() + self.classes.width() + 1)
     }
 
     /// Returns the bytes of a node.
     pub(super) fn bytes_of_node(&self) -> usize {
         // The table has up to twice as many places of five bytes.
-        8 * self.words() + self.keys.width() + self.classes.width() + 2 + 10
+        8 * self.words() + self.keys.width() + self.classes.width() + 1 + 10
     }
 
     fn words(&self) -> usize {

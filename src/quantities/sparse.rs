@@ -9,9 +9,12 @@
 //! matters where many policies are equally good and some of them hardly leave the component: along
 //! their cycles the rounding of each row adds up, and exceeds what the exits take away.
 
+use std::ops::Range;
+
 use super::component::Sense;
 use super::groups::Groups;
 use super::meter::Meter;
+use super::narrow::Narrow;
 use super::number::{Interval, Number};
 use super::repeated::Repeated;
 use super::solution::Solution;
@@ -28,8 +31,9 @@ pub(super) struct Sparse {
     pub(super) sense: Sense,
     /// The actions of group g are `first[g]..first[g+1]`.
     first: Vec<u32>,
-    /// The edges of action a are `start[a]..start[a+1]`.
-    start: Vec<u32>,
+    /// The first edge of each group, and the number of edges of each action.
+    first_edge: Vec<u32>,
+    edges: Narrow,
     /// The group that each edge enters, and its probability.
     to: Vec<u32>,
     probabilities: Repeated<1>,
@@ -52,7 +56,8 @@ impl Sparse {
         Sparse {
             sense,
             first: vec![0],
-            start: vec![0],
+            first_edge: vec![0],
+            edges: Narrow::default(),
             to: Vec::new(),
             probabilities: Repeated::default(),
             constants: Repeated::default(),
@@ -87,6 +92,7 @@ impl Sparse {
     /// Ends the groups before a group.
     pub(super) fn begin(&mut self, group: u32) {
         self.first.resize(group as usize + 1, self.choices.len() as u32);
+        self.first_edge.resize(group as usize + 1, self.to.len() as u32);
     }
 
     /// Adds an action to the last group: its choice, its edges, the bounds of its constant and the
@@ -96,7 +102,7 @@ impl Sparse {
             self.to.push(to);
             self.probabilities.push([p]);
         }
-        self.start.push(self.to.len() as u32);
+        self.edges.push(edges.len() as u32);
         self.constants.push(constant);
         self.choices.push(choice);
     }
@@ -160,7 +166,8 @@ impl Sparse {
 
     /// Returns the bytes of the rows, and of the iteration over them.
     pub(super) fn bytes(&self) -> usize {
-        4 * (self.first.len() + self.start.len() + self.to.len() + self.choices.len())
+        4 * (2 * self.first.len() + self.to.len() + self.choices.len())
+            + self.choices.len() * self.edges.width()
             + self.probabilities.bytes()
             + self.constants.bytes()
             + 32 * self.first.len()
@@ -170,37 +177,40 @@ impl Sparse {
         self.first.len() - 1
     }
 
-    /// Returns the edges of an action.
-    fn row(&self, action: usize) -> impl Iterator<Item = (u32, f64)> {
-        let edges = self.start[action] as usize..self.start[action + 1] as usize;
+    /// Returns the groups that edges enter, and their probabilities.
+    fn row(&self, edges: Range<usize>) -> impl Iterator<Item = (u32, f64)> {
         edges.map(|edge| (self.to[edge], self.probabilities.get(edge)[0]))
     }
 
-    /// Returns c + Σ p · x of an action to the nearest double, with the lower bound of the constant.
-    fn sum(&self, action: usize, x: &[f64]) -> f64 {
-        self.row(action).fold(self.constants.get(action)[0], |sum, (to, p)| sum + p * x[to as usize])
+    /// Returns c + Σ p · x of an action, which has the given edges, to the nearest double, with the lower
+    /// bound of the constant.
+    fn sum(&self, action: usize, edges: Range<usize>, x: &[f64]) -> f64 {
+        self.row(edges).fold(self.constants.get(action)[0], |sum, (to, p)| sum + p * x[to as usize])
     }
 
-    /// Returns an upper bound of c + Σ p · x of an action.
-    fn above(&self, action: usize, x: &[f64]) -> f64 {
+    /// Returns an upper bound of c + Σ p · x of an action, which has the given edges.
+    fn above(&self, action: usize, edges: Range<usize>, x: &[f64]) -> f64 {
         let add = |(sum, most): (f64, f64), (to, p): (u32, f64)| {
             let x = x[to as usize];
             (sum + p * x, most.max(x))
         };
         let &[_, constant, exit] = self.constants.get(action);
-        let (sum, most) = self.row(action).fold((constant, exit), add);
+        let (sum, most) = self.row(edges).fold((constant, exit), add);
         (sum * (1.0 + self.error) + TINY).min(most)
     }
 
     /// Returns a lower or upper bound of the optimum of a group, and the action that attains it.
     pub(super) fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
         let actions = self.first[group] as usize..self.first[group + 1] as usize;
+        let mut next = self.first_edge[group] as usize;
         let mut best = match self.sense {
             Sense::Max => (0.0, actions.start),
             Sense::Min => (f64::INFINITY, actions.start),
         };
         for action in actions {
-            let q = if upper { self.above(action, x) } else { self.sum(action, x) };
+            let edges = next..next + self.edges.get(action) as usize;
+            next = edges.end;
+            let q = if upper { self.above(action, edges, x) } else { self.sum(action, edges, x) };
             let better = match self.sense {
                 Sense::Max => q > best.0,
                 Sense::Min => q < best.0,
