@@ -9,7 +9,7 @@
 //! in CUDD and in Python's `dd`. Dumps are read, checked and written without an engine.
 
 pub mod dddmp;
-pub mod diagram;
+pub(crate) mod diagram;
 pub mod directory;
 pub mod dot;
 pub mod manifest;

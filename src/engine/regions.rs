@@ -20,7 +20,7 @@ pub struct Regions<S> {
 
 impl<S> Regions<S> {
     /// Returns the region of a name.
-    pub fn get_mut(&mut self, which: Which) -> &mut S {
+    pub(crate) fn get_mut(&mut self, which: Which) -> &mut S {
         match which {
             Which::PmaxPositive => &mut self.pmax_positive,
             Which::PmaxOne => &mut self.pmax_one,
@@ -85,7 +85,7 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
 
 /// The names of the four regions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Which {
+pub(crate) enum Which {
     /// Pmax > 0
     PmaxPositive,
     /// Pmax = 1
@@ -98,7 +98,7 @@ pub enum Which {
 
 impl Which {
     /// Returns the name in reports.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Which::PmaxPositive => "pmax_positive",
             Which::PmaxOne => "pmax_one",
@@ -122,7 +122,7 @@ pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::S
 ///
 /// # Errors
 /// The errors of [`regions`] and of `by`.
-pub fn regions_by<E: Engine>(
+pub(crate) fn regions_by<E: Engine>(
     engine: &E,
     target: &E::States,
     mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<E::States>) -> Result<E::States>,

@@ -30,15 +30,15 @@ impl Flat {
     ///
     /// # Errors
     /// Modules that the language cannot express separately have too many commands when merged.
-    pub fn of(program: &Arc<Program>) -> Result<Self> {
+    pub(crate) fn of(program: &Arc<Program>) -> Result<Self> {
         merge::merged(program).map(Flat)
     }
 }
 
-/// Returns the text of [`Flat::of`].
+/// Returns the text of `Flat::of`.
 ///
 /// # Errors
-/// See [`Flat::of`].
+/// See `Flat::of`.
 pub fn flat(program: &Program) -> Result<String> {
     Flat::of(&Arc::new(program.clone())).map(|flat| flat.to_string())
 }

@@ -88,7 +88,7 @@ impl ExprPool {
     }
 
     /// Returns all nodes, operands before the nodes that use them.
-    pub fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
+    pub(crate) fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
         (0..self.nodes.len()).map(ExprId::at)
     }
 
@@ -206,7 +206,7 @@ impl ExprPool {
     }
 
     /// Returns the reason why `id` has no value in any state, if the node itself shows it.
-    pub fn fault(&self, id: ExprId) -> Option<EvalError> {
+    pub(crate) fn fault(&self, id: ExprId) -> Option<EvalError> {
         match self.node(id) {
             Node::Unary(op, a) => value::unary(op, self.literal(a)?).err(),
             // The second operand alone decides.
@@ -219,7 +219,7 @@ impl ExprPool {
     }
 
     /// Returns the operands of `id` that some state may need, in the order of evaluation.
-    pub fn needed(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
+    pub(crate) fn needed(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
         let operands = match self.node(id) {
             Node::Literal(_) | Node::Var(_) => [None; 3],
             Node::Unary(_, a) => [Some(a), None, None],
@@ -273,7 +273,7 @@ impl ExprPool {
     }
 
     /// Returns the variables that occur in `id`, sorted, each once.
-    pub fn support(&self, id: ExprId) -> Vec<VarId> {
+    pub(crate) fn support(&self, id: ExprId) -> Vec<VarId> {
         let (mut stack, mut seen, mut vars) = (vec![id], ahash::AHashSet::new(), Vec::new());
         while let Some(e) = stack.pop() {
             if !seen.insert(e) {

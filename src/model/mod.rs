@@ -6,10 +6,10 @@
 pub mod exact;
 pub mod expr;
 pub mod fault;
-pub mod hasse;
+pub(crate) mod hasse;
 mod overlap;
 pub mod preference;
-pub mod rewards;
+pub(crate) mod rewards;
 pub(crate) mod rounding;
 pub mod step;
 pub mod temporal;
@@ -154,10 +154,10 @@ pub struct Command {
 
 /// The branches of a command. Programs can have millions of commands, most with one branch and one
 /// or two updates: such commands need no separate allocation.
-pub type Branches = SmallVec<[Branch; 1]>;
+pub(crate) type Branches = SmallVec<[Branch; 1]>;
 
 /// The new values that a branch assigns; see [`Branch::updates`].
-pub type Updates = SmallVec<[(VarId, ExprId); 2]>;
+pub(crate) type Updates = SmallVec<[(VarId, ExprId); 2]>;
 
 /// One branch of a command.
 #[derive(Debug, Clone)]
@@ -184,7 +184,7 @@ pub struct Synchronisation {
 
 impl Program {
     /// Returns all variables in the order of declaration.
-    pub fn variable_ids(&self) -> impl Iterator<Item = VarId> + use<> {
+    pub(crate) fn variable_ids(&self) -> impl Iterator<Item = VarId> + use<> {
         (0..self.variables.len() as u32).map(VarId)
     }
 
@@ -196,7 +196,7 @@ impl Program {
 
     /// Returns whether this program is `other` with more expressions: every id of `other` has the
     /// same meaning here.
-    pub fn extends(&self, other: &Program) -> bool {
+    pub(crate) fn extends(&self, other: &Program) -> bool {
         let ranges = |p: &Program| p.variables.iter().map(|v| (v.low, v.high)).collect::<Vec<_>>();
         std::ptr::eq(self, other)
             || (Arc::ptr_eq(&self.source, &other.source)
@@ -222,7 +222,7 @@ impl Program {
 
 impl Variable {
     /// Formats a value of this variable: its name, or the notation of PRISM.
-    pub fn show(&self, value: i64) -> String {
+    pub(crate) fn show(&self, value: i64) -> String {
         if let Some(name) = self.value_name(value) {
             return name.to_owned();
         }

@@ -66,7 +66,7 @@ impl Header {
     }
 
     /// Adds the engine that is taken, and why.
-    pub fn select(&mut self, selection: &Selection) {
+    pub(crate) fn select(&mut self, selection: &Selection) {
         self.engine = Some(selection.storage.name());
         self.engine_reason.clone_from(&selection.reason);
     }
@@ -85,7 +85,7 @@ impl Header {
     }
 
     /// Returns the path of the model.
-    pub fn path(&self) -> &str {
+    pub(crate) fn path(&self) -> &str {
         self.model.as_ref().map_or("", |model| &model.path)
     }
 

@@ -19,7 +19,7 @@ use crate::quantities::{Aim, Bounds, ChoiceValues, Node, Values};
 
 /// The results of `values`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
-pub struct ValuesFindings {
+pub(crate) struct ValuesFindings {
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
     /// The name of the cost: `steps`, or that of a reward structure.
@@ -31,7 +31,7 @@ pub struct ValuesFindings {
 }
 
 /// The report with times and memory.
-pub type ValuesReport = Envelope<ValuesFindings>;
+pub(crate) type ValuesReport = Envelope<ValuesFindings>;
 
 /// The values of a state.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -94,13 +94,13 @@ pub struct Bound {
 
 impl Bound {
     /// Copies bounds; `exact` says whether fractions were asked for.
-    pub fn new(bounds: &Bounds, exact: bool) -> Self {
+    pub(crate) fn new(bounds: &Bounds, exact: bool) -> Self {
         let fraction = bounds.exact.as_ref().filter(|_| exact).map(ToString::to_string);
         Bound { lower: bounds.interval.lower, upper: bounds.interval.upper, exact: fraction }
     }
 
     /// Returns the width, divided by the value where that is above 1.
-    pub fn width(&self) -> f64 {
+    pub(crate) fn width(&self) -> f64 {
         if self.lower == self.upper { 0.0 } else { (self.upper - self.lower) / self.lower.max(1.0) }
     }
 }
@@ -124,7 +124,7 @@ impl Serialize for Bound {
 
 impl ValuesReport {
     /// Creates a report without results.
-    pub fn of_cost(header: Header, reward: &str, precision: f64) -> Self {
+    pub(crate) fn of_cost(header: Header, reward: &str, precision: f64) -> Self {
         let findings =
             ValuesFindings { counts: None, reward: reward.to_owned(), precision, states: Vec::new() };
         Envelope::of(header, findings)
@@ -133,7 +133,7 @@ impl ValuesReport {
 
 impl ValuesFindings {
     /// Returns the width of the widest bound and the quantity that it bounds: `P_k`, `C_k` or `N`.
-    pub fn widest(&self) -> (f64, String) {
+    pub(crate) fn widest(&self) -> (f64, String) {
         let level = |level: &LevelValues| {
             let cost = level.cost.as_ref().map_or(0.0, Bound::width);
             [(level.probability.width(), 'P', level.improvements), (cost, 'C', level.improvements)]
@@ -147,7 +147,7 @@ impl ValuesFindings {
 
     /// Returns all values as lines of comma-separated values, one per state, number of improvements
     /// and action, with a heading. A line without an action has the values of the state.
-    pub fn csv(&self, program: &Program) -> String {
+    pub(crate) fn csv(&self, program: &Program) -> String {
         let variables = program.variables.iter().map(|v| v.name.as_str());
         let columns = [
             "most_preferred",
@@ -192,25 +192,12 @@ impl StateValues {
         rows
     }
 
-    /// Collects the values of a state of the scope; `None` if it was not reached before a limit.
-    ///
-    /// # Errors
-    /// A command has no meaning in the state.
-    pub fn of<E: Engine>(
-        analysis: &Analysis<E>,
-        program: &Program,
-        values: &Values,
-        state: &State,
-    ) -> Result<Option<Self>> {
-        Ok(StateValues::all(analysis, program, values, std::slice::from_ref(state))?.pop())
-    }
-
     /// Collects the values of some states of the scope, except for those that were not reached before
     /// a limit.
     ///
     /// # Errors
     /// A command has no meaning in a state.
-    pub fn all<E: Engine>(
+    pub(crate) fn all<E: Engine>(
         analysis: &Analysis<E>,
         program: &Program,
         values: &Values,

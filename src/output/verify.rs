@@ -13,7 +13,7 @@ use crate::model::valuation::Valuation;
 
 /// The results of `verify`.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct VerifyFindings {
+pub(crate) struct VerifyFindings {
     /// The directory of the dump.
     pub directory: String,
     /// True if all conditions hold; `None` if this is not known.
@@ -25,11 +25,11 @@ pub struct VerifyFindings {
 }
 
 /// The report with times and memory.
-pub type VerifyReport = Envelope<VerifyFindings>;
+pub(crate) type VerifyReport = Envelope<VerifyFindings>;
 
 /// A region that was found correct.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct CheckedRegion {
+pub(crate) struct CheckedRegion {
     /// Its name.
     pub region: String,
     /// True if the region was shown to contain no wrong state.
@@ -40,7 +40,7 @@ pub struct CheckedRegion {
 
 /// A violated condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Violated {
+pub(crate) struct Violated {
     /// The condition.
     pub condition: String,
     /// A state that violates it.
@@ -49,13 +49,13 @@ pub struct Violated {
 
 impl VerifyReport {
     /// Creates a report without results.
-    pub fn of_directory(directory: &str) -> Self {
+    pub(crate) fn of_directory(directory: &str) -> Self {
         let directory = directory.to_owned();
         Envelope::of(Header::default(), VerifyFindings { directory, ..VerifyFindings::default() })
     }
 
     /// Adds the verdict.
-    pub fn set(&mut self, program: &Program, verdict: &Verdict) {
+    pub(crate) fn set(&mut self, program: &Program, verdict: &Verdict) {
         let region = |c: &crate::certify::Checked| CheckedRegion {
             region: c.region.clone(),
             inside: c.inside,

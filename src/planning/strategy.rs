@@ -19,7 +19,7 @@ pub struct Strategy<E: Engine> {
     pub reference: Option<usize>,
     /// The winning states.
     pub states: E::States,
-    /// The permitted choices; see [`permissive`].
+    /// The permitted choices; see `permissive`.
     pub permissive: E::Choices,
     /// The winning states by their distance from the goal; the layers are disjoint. A state in
     /// layer 0 has a permitted choice with a goal edge. A state in layer i+1 has one with a kept
@@ -39,7 +39,7 @@ pub struct Strategy<E: Engine> {
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
+pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
     match kind {
         Kind::Sasi => Ok(game.choices.clone()),
         Kind::Spi => {
@@ -56,7 +56,12 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
+pub(crate) fn strategy<E: Engine>(
+    engine: &E,
+    kind: Kind,
+    arena: &Arena<E>,
+    game: &Game<E>,
+) -> Result<Strategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
     let mut progress = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
     let mut layer = engine.sources(&progress)?;
@@ -104,7 +109,7 @@ pub(super) fn approach<E: Engine>(
 }
 
 /// Computes the strategies of all arenas of a level, in the order of [`Improvement::arenas`]. Cost:
-/// that of [`strategy`] per arena.
+/// that of `strategy` per arena.
 ///
 /// # Errors
 /// A limit of the engine is reached.
@@ -119,7 +124,7 @@ pub fn strategies<E: Engine>(
 }
 
 /// Computes the permitted choices of all states of a level when planning starts there. Cost: that
-/// of [`permissive`] per arena.
+/// of `permissive` per arena.
 ///
 /// # Errors
 /// A limit of the engine is reached.

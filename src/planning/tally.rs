@@ -94,7 +94,7 @@ impl Wait {
     }
 
     /// Returns the mean number of steps.
-    pub fn mean(&self) -> f64 {
+    pub(crate) fn mean(&self) -> f64 {
         self.total as f64 / self.plays as f64
     }
 }
@@ -204,7 +204,7 @@ impl Tally {
 
     /// Returns the number of runs with fewer improvements than the rank says; `None` if the rank is
     /// unbounded.
-    pub fn fewer_than_rank(&self) -> Option<u64> {
+    pub(crate) fn fewer_than_rank(&self) -> Option<u64> {
         match self.rank {
             Rank::Finite(k) | Rank::AtLeast(k) => Some(self.fewer_than(k)),
             Rank::Unbounded => None,

@@ -119,12 +119,12 @@ impl Preorder {
     }
 
     /// Returns whether no objective is strictly preferred to another.
-    pub fn prefers_nothing(&self) -> bool {
+    pub(crate) fn prefers_nothing(&self) -> bool {
         self.above.iter().all(ObjectiveSet::is_empty)
     }
 
     /// Returns { x : x > y }; `None` if y is not an objective.
-    pub fn strictly_above(&self, y: usize) -> Option<&ObjectiveSet> {
+    pub(crate) fn strictly_above(&self, y: usize) -> Option<&ObjectiveSet> {
         self.above.get(y)
     }
 
@@ -144,7 +144,7 @@ impl Preorder {
     }
 
     /// Returns whether some y ∈ `high` is strictly preferred to some x ∈ `low`.
-    pub fn some_above(&self, low: &ObjectiveSet, high: &ObjectiveSet) -> bool {
+    pub(crate) fn some_above(&self, low: &ObjectiveSet, high: &ObjectiveSet) -> bool {
         low.iter().any(|x| self.strictly_above(x).is_some_and(|above| above.meets(high)))
     }
 }
