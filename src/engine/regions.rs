@@ -1,6 +1,7 @@
 //! The four qualitative regions of one target.
 
 use serde::Serialize;
+use strum::IntoStaticStr;
 
 use super::Engine;
 use crate::error::Result;
@@ -84,7 +85,8 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
 }
 
 /// The names of the four regions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub(crate) enum Which {
     /// Pmax > 0
     PmaxPositive,
@@ -99,12 +101,7 @@ pub(crate) enum Which {
 impl Which {
     /// Returns the name in reports.
     pub(crate) fn name(self) -> &'static str {
-        match self {
-            Which::PmaxPositive => "pmax_positive",
-            Which::PmaxOne => "pmax_one",
-            Which::PminPositive => "pmin_positive",
-            Which::PminOne => "pmin_one",
-        }
+        self.into()
     }
 }
 

@@ -25,6 +25,7 @@ use crate::span::Span;
 use expr::{ExprId, ExprPool};
 use rewards::RewardStructure;
 use smallvec::SmallVec;
+use strum::IntoStaticStr;
 use value::{Type, Value};
 
 /// A variable of a [`Program`]: its position in [`Program::variables`].
@@ -53,7 +54,8 @@ impl CommandId {
 pub type State = Vec<i64>;
 
 /// The meaning of several enabled commands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum ModelKind {
     /// Every enabled combination of commands is a choice of its own.
     Mdp,

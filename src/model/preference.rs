@@ -154,7 +154,8 @@ impl Empty {
 }
 
 /// The effect of a step from one set of most preferred objectives to another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Change {
     /// The step improves and does not weaken.
     Improving,
@@ -167,11 +168,7 @@ pub enum Change {
 impl Change {
     /// Returns the name in reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Change::Improving => "improving",
-            Change::Weakening => "weakening",
-            Change::Lateral => "lateral",
-        }
+        self.into()
     }
 }
 

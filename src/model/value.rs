@@ -6,24 +6,16 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 
 /// The types of expressions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, strum::Display)]
+#[strum(serialize_all = "lowercase")]
 pub enum Type {
     /// `bool`
     Bool,
     /// `int`
     Int,
     /// `double`
+    #[strum(to_string = "double")]
     Real,
-}
-
-impl fmt::Display for Type {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Type::Bool => "bool",
-            Type::Int => "int",
-            Type::Real => "double",
-        })
-    }
 }
 
 /// A value. Equality and hashing of reals are by bits, so that values can be keys.

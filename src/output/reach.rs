@@ -46,8 +46,9 @@ pub(crate) struct ReachFindings {
 pub(crate) type ReachReport = Envelope<ReachFindings>;
 
 /// A share of the initial states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub(crate) enum Share {
     /// All initial states.
     All,
@@ -55,16 +56,6 @@ pub(crate) enum Share {
     Some,
     /// Not a single initial state.
     None,
-}
-
-impl Share {
-    fn word(self) -> &'static str {
-        match self {
-            Share::All => "all",
-            Share::Some => "some",
-            Share::None => "none",
-        }
-    }
 }
 
 impl ReachReport {
@@ -131,7 +122,7 @@ impl ReachFindings {
         ];
         for (name, region, share) in rows {
             if let Some(region) = region {
-                let share = share.map_or("", Share::word).to_owned();
+                let share = share.map_or_else(String::new, |share| share.to_string());
                 grid.row(vec![name.to_owned(), region.grouped(), share]);
             }
         }
