@@ -63,21 +63,11 @@ pub(crate) fn strategy<E: Engine>(
     game: &Game<E>,
 ) -> Result<Strategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
-    let mut progress = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
-    let mut layer = engine.sources(&progress)?;
-    let mut open = engine.difference(&game.states, &layer)?;
-    let mut layers = Vec::new();
-    while !engine.is_empty(&layer)? {
-        if let Some(limit) = engine.settings().sink.stop() {
-            return Err(limit.into());
-        }
-        let closer = engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, &layer)?)?;
-        let closer = engine.choices_in(&closer, &open)?;
-        progress = engine.union(&progress, &closer)?;
-        layers.push(layer);
-        layer = engine.sources(&closer)?;
-        open = engine.difference(&open, &layer)?;
-    }
+    let first = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
+    let goal = engine.sources(&first)?;
+    let (layers, progress) = layered(engine, &game.states, goal, first, |layer| {
+        engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, layer)?)
+    })?;
     let states = game.states.clone();
     Ok(Strategy { reference: arena.reference, states, permissive, layers, progress })
 }
@@ -93,19 +83,35 @@ pub(super) fn approach<E: Engine>(
     goal: &E::States,
     first: E::Choices,
 ) -> Result<Strategy<E>> {
-    let mut progress = first;
-    let mut layer = engine.intersection(goal, &region.states)?;
-    let mut open = engine.difference(&region.states, &layer)?;
+    let goal = engine.intersection(goal, &region.states)?;
+    let (layers, progress) =
+        layered(engine, &region.states, goal, first, |layer| engine.entering(&region.choices, layer))?;
+    let (states, permissive) = (region.states.clone(), region.choices.clone());
+    Ok(Strategy { reference: None, states, permissive, layers, progress })
+}
+
+/// Returns the states by their distance from `layer`, and `progress` with the choices that come one
+/// layer closer: those that `closer` returns for a layer.
+fn layered<E: Engine>(
+    engine: &E,
+    states: &E::States,
+    mut layer: E::States,
+    mut progress: E::Choices,
+    closer: impl Fn(&E::States) -> Result<E::Choices>,
+) -> Result<(Vec<E::States>, E::Choices)> {
+    let mut open = engine.difference(states, &layer)?;
     let mut layers = Vec::new();
     while !engine.is_empty(&layer)? {
-        let closer = engine.choices_in(&engine.entering(&region.choices, &layer)?, &open)?;
+        if let Some(limit) = engine.settings().sink.stop() {
+            return Err(limit.into());
+        }
+        let closer = engine.choices_in(&closer(&layer)?, &open)?;
         progress = engine.union(&progress, &closer)?;
         layers.push(layer);
         layer = engine.sources(&closer)?;
         open = engine.difference(&open, &layer)?;
     }
-    let (states, permissive) = (region.states.clone(), region.choices.clone());
-    Ok(Strategy { reference: None, states, permissive, layers, progress })
+    Ok((layers, progress))
 }
 
 /// Computes the strategies of all arenas of a level, in the order of [`Improvement::arenas`]. Cost:
