@@ -61,26 +61,7 @@ pub(crate) struct AchievedReport {
     pub objective: String,
     /// The number of steps until then.
     #[serde(flatten)]
-    pub wait: WaitReport,
-}
-
-/// The number of steps until an event, over the runs with this event.
-#[derive(Debug, Clone, Serialize)]
-pub(crate) struct WaitReport {
-    /// The number of runs.
-    pub plays: u64,
-    /// The smallest number of steps.
-    pub least: u64,
-    /// The mean.
-    pub mean: f64,
-    /// The largest number of steps.
-    pub most: u64,
-}
-
-impl From<&Wait> for WaitReport {
-    fn from(wait: &Wait) -> Self {
-        WaitReport { plays: wait.plays, least: wait.least, mean: wait.mean(), most: wait.most }
-    }
+    pub wait: Wait,
 }
 
 /// One run in full.
@@ -135,7 +116,7 @@ impl RunsReport {
         let trace = TraceReport::new(program, preferences, &tally.start, &tally.trace);
         let name = |objective: usize| preferences.objectives[objective].name.clone();
         let achieved = tally.achieved.as_ref().map(|achieved| {
-            let entry = |(&o, wait)| AchievedReport { objective: name(o), wait: WaitReport::from(wait) };
+            let entry = |(&o, &wait)| AchievedReport { objective: name(o), wait };
             achieved.waits.iter().map(entry).collect()
         });
         RunsReport { state, tally, value: None, achieved, trace }
@@ -162,7 +143,7 @@ impl Serialize for RunsReport {
         }
         fields.serialize_field("rank", &tally.rank)?;
         fields.serialize_field("improvements", &tally.improvements.iter().map(often).collect::<Vec<_>>())?;
-        fields.serialize_field("steps_to", &tally.waits.iter().map(WaitReport::from).collect::<Vec<_>>())?;
+        fields.serialize_field("steps_to", &tally.waits)?;
         match (&self.achieved, &tally.achieved) {
             (Some(objectives), Some(achieved)) => {
                 fields.serialize_field("achieved", objectives)?;

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::Style;
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
-use crate::certify::Verdict;
+use crate::certify::{Checked, Verdict};
 use crate::model::Program;
 use crate::model::valuation::Valuation;
 
@@ -19,24 +19,13 @@ pub(crate) struct VerifyFindings {
     /// True if all conditions hold; `None` if this is not known.
     pub accepted: Option<bool>,
     /// The regions that were found correct.
-    pub checked: Vec<CheckedRegion>,
+    pub checked: Vec<Checked>,
     /// The first violated condition.
     pub violation: Option<Violated>,
 }
 
 /// The report with times and memory.
 pub(crate) type VerifyReport = Envelope<VerifyFindings>;
-
-/// A region that was found correct.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(crate) struct CheckedRegion {
-    /// Its name.
-    pub region: String,
-    /// True if the region was shown to contain no wrong state.
-    pub inside: bool,
-    /// True if the region was shown to miss no state.
-    pub outside: bool,
-}
 
 /// A violated condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -56,12 +45,7 @@ impl VerifyReport {
 
     /// Adds the verdict.
     pub(crate) fn set(&mut self, program: &Program, verdict: &Verdict) {
-        let region = |c: &crate::certify::Checked| CheckedRegion {
-            region: c.region.clone(),
-            inside: c.inside,
-            outside: c.outside,
-        };
-        self.checked = verdict.checked.iter().map(region).collect();
+        self.checked.clone_from(&verdict.checked);
         self.accepted = Some(verdict.violation.is_none());
         self.violation = verdict.violation.as_ref().map(|v| Violated {
             condition: v.condition.clone(),
