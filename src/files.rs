@@ -27,7 +27,12 @@ impl<'p> Replacement<'p> {
     ///
     /// # Errors
     /// The folder cannot be written, or the disk is full.
-    pub fn new(path: &'p Path, old: Option<&Metadata>, content: &[u8], copied: bool) -> io::Result<Self> {
+    pub(crate) fn new(
+        path: &'p Path,
+        old: Option<&Metadata>,
+        content: &[u8],
+        copied: bool,
+    ) -> io::Result<Self> {
         let mut new = builder(0o666).tempfile_in(folder(path))?;
         new.write_all(content)?;
         let Some(old) = old else { return Ok(Replacement { path, new, backup: None }) };
@@ -41,7 +46,7 @@ impl<'p> Replacement<'p> {
     ///
     /// # Errors
     /// The file cannot be replaced.
-    pub fn install(self) -> io::Result<Installed<'p>> {
+    pub(crate) fn install(self) -> io::Result<Installed<'p>> {
         self.new.persist(self.path)?;
         Ok(Installed { path: self.path, backup: self.backup })
     }
@@ -58,7 +63,7 @@ impl Installed<'_> {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn undo(self) -> io::Result<()> {
+    pub(crate) fn undo(self) -> io::Result<()> {
         match self.backup {
             Some(backup) => Ok(backup.persist(self.path)?),
             None => fs::remove_file(self.path),
@@ -74,12 +79,12 @@ impl NewDirectory {
     ///
     /// # Errors
     /// The folder of `path` cannot be written.
-    pub fn new(path: &Path) -> io::Result<Self> {
+    pub(crate) fn new(path: &Path) -> io::Result<Self> {
         Ok(NewDirectory(builder(0o777).tempdir_in(folder(path))?))
     }
 
     /// Returns the path of the temporary directory.
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         self.0.path()
     }
 
@@ -87,7 +92,7 @@ impl NewDirectory {
     ///
     /// # Errors
     /// The directory cannot be written.
-    pub fn create(&self, name: &str) -> io::Result<File> {
+    pub(crate) fn create(&self, name: &str) -> io::Result<File> {
         File::create(self.path().join(name))
     }
 
@@ -105,7 +110,7 @@ impl NewDirectory {
     ///
     /// # Errors
     /// Something else is there, or the folder cannot be written.
-    pub fn install(self, path: &Path) -> io::Result<()> {
+    pub(crate) fn install(self, path: &Path) -> io::Result<()> {
         fs::rename(self.path(), path)?;
         let _ = self.0.keep();
         Ok(())
@@ -115,7 +120,7 @@ impl NewDirectory {
     ///
     /// # Errors
     /// The folder cannot be written, or the system has no such operation.
-    pub fn exchange(self, path: &Path) -> io::Result<PathBuf> {
+    pub(crate) fn exchange(self, path: &Path) -> io::Result<PathBuf> {
         exchange(self.path(), path)?;
         Ok(self.0.keep())
     }

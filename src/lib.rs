@@ -12,7 +12,7 @@
 //! | The paper | here |
 //! | --- | --- |
 //! | the model: an MDP, of which only the support matters | [`lang`] reads it, [`model`] is the flat program, [`engine`] computes with sets of its states |
-//! | the preorder on objectives | [`model::preference`], its Hasse diagram [`model::hasse`] |
+//! | the preorder on objectives | [`model::preference`] |
 //! | almost-sure and positive winning regions | [`engine::Engine::almost_surely_reach`], [`engine::Engine::can_reach`], [`planning::winning_regions`] |
 //! | outcomes Out(s), most preferred outcomes MP(s) | [`planning::classes`] |
 //! | Definition "Improvement MDP" | [`planning::improvement`], in three readings: [`planning::Safety`] |
@@ -39,12 +39,12 @@
 //! asked for sets of [`States`], and an [`Analysis`] has the results under preferences. [`advanced`]
 //! has the sets of each engine, variable orders and thresholds.
 //!
-//! The library never prints, reads the clock or the environment, or ends the process. A computation
-//! that runs out of memory or time returns [`error::Limit`] and keeps its results. A
-//! [`progress::ProgressSink`] cancels the work. An analysis starts threads only if
-//! [`Settings::threads`](engine::Settings::threads) allows it, and ends them before it returns. Only
-//! `supervise`, a feature for the command and the Python package, keeps threads, and measures time
-//! and memory.
+//! The library never prints, reads the clock or the environment, or ends the process; only `command`
+//! does, the command `meliora` (feature `cli`). A computation that runs out of memory or time returns
+//! [`error::Limit`] and keeps its results. A [`progress::ProgressSink`] cancels the work. An analysis
+//! starts threads only if [`Settings::threads`](engine::Settings::threads) allows it, and ends them
+//! before it returns. Only `supervise`, a feature for the command and the Python package, keeps
+//! threads, and measures time and memory.
 //!
 //! # An example
 //!
@@ -85,9 +85,20 @@
 //! # }
 //! ```
 
+#![cfg_attr(
+    not(feature = "cli"),
+    allow(dead_code, unused_imports, reason = "some parts are for the command only")
+)]
+
+// The command imports the library by its name, as other programs do.
+#[cfg(feature = "cli")]
+extern crate self as meliora;
+
 pub mod advanced;
 mod automata;
 pub mod certify;
+#[cfg(feature = "cli")]
+mod cli;
 mod csv;
 mod diagnostic;
 pub mod dump;
@@ -118,6 +129,8 @@ pub mod supervise;
 pub mod tutorial;
 mod umb;
 
+#[cfg(feature = "cli")]
+pub use cli::command;
 #[doc(inline)]
 #[cfg(feature = "output")]
 pub use embed::Drawing;

@@ -1,7 +1,5 @@
-//! The `meliora` command: parses the arguments, runs, and maps the result to an exit status.
-
-mod cli;
+//! The `meliora` command: hands the arguments to the library, which returns the exit status.
 
 fn main() -> std::process::ExitCode {
-    cli::run(&std::env::args_os().collect::<Vec<_>>()).into()
+    meliora::command(&std::env::args_os().collect::<Vec<_>>())
 }

@@ -18,7 +18,7 @@ use crate::planning::temporal;
 const REQUIREMENT: &str = "require";
 
 /// The goal of the paths, and what every strategy must keep.
-pub struct Goal {
+pub(crate) struct Goal {
     /// The goal of the paths.
     pub target: Target,
     /// The requirements, as states of the model in which the question is answered.
@@ -28,7 +28,7 @@ pub struct Goal {
 }
 
 /// What paths are to do.
-pub enum Target {
+pub(crate) enum Target {
     /// To reach these states.
     States(ExprId),
     /// To satisfy a temporal formula.
@@ -36,7 +36,7 @@ pub enum Target {
 }
 
 /// A model with monitors.
-pub struct Watched {
+pub(crate) struct Watched {
     /// The model with its monitors.
     pub program: Arc<Program>,
     /// The states where the monitors are fresh.
@@ -44,14 +44,14 @@ pub struct Watched {
 }
 
 /// A safe formula that every strategy must keep, with its text.
-pub type Required = (Arc<SourceFile>, Formula);
+pub(crate) type Required = (Arc<SourceFile>, Formula);
 
 /// A quantifier over strategies, and a bound on the probability.
 pub type Comparison = (Strategies, Bound);
 
 impl Goal {
     /// Returns the model in which the question is answered: `plain`, or that with monitors.
-    pub fn program<'a>(&'a self, plain: &'a Arc<Program>) -> &'a Arc<Program> {
+    pub(crate) fn program<'a>(&'a self, plain: &'a Arc<Program>) -> &'a Arc<Program> {
         self.watched.as_ref().map_or(plain, |watched| &watched.program)
     }
 
@@ -60,7 +60,7 @@ impl Goal {
     ///
     /// # Errors
     /// The formula is wrong or not supported, or a requirement is not a safe formula.
-    pub fn of(
+    pub(crate) fn of(
         program: &mut Program,
         source: &Arc<SourceFile>,
         formula: &Formula,
@@ -82,7 +82,7 @@ impl Goal {
     ///
     /// # Errors
     /// A requirement is wrong, or not a safe formula.
-    pub fn reach(program: &mut Program, target: ExprId, required: &[Required]) -> Result<Self> {
+    pub(crate) fn reach(program: &mut Program, target: ExprId, required: &[Required]) -> Result<Self> {
         if required.is_empty() {
             return Ok(Goal { target: Target::States(target), requirements: Vec::new(), watched: None });
         }
@@ -118,7 +118,7 @@ impl Goal {
     ///
     /// # Errors
     /// The text is none of these, or not supported; each error has its place.
-    pub fn parse(program: &mut Program, source: &Arc<SourceFile>) -> Result<(Self, Option<Question>)> {
+    pub(crate) fn parse(program: &mut Program, source: &Arc<SourceFile>) -> Result<(Self, Option<Question>)> {
         if let Ok(tree) = parse_expression(source) {
             let target = lower_target(program, source, &tree)?;
             return Ok((Goal::reach(program, target, &[])?, None));
@@ -138,7 +138,7 @@ impl Goal {
     ///
     /// # Errors
     /// A limit is reached.
-    pub fn judged<E: Engine>(&self, engine: &E) -> Result<E::States> {
+    pub(crate) fn judged<E: Engine>(&self, engine: &E) -> Result<E::States> {
         match &self.watched {
             None => Ok(engine.all_states()),
             Some(watched) => engine.states_where(watched.fresh),
@@ -151,7 +151,7 @@ impl Goal {
     ///
     /// # Errors
     /// A limit is reached, or a state formula has no value in some state.
-    pub fn regions<E: Engine>(&self, engine: &E) -> Result<Regions<E::States>> {
+    pub(crate) fn regions<E: Engine>(&self, engine: &E) -> Result<Regions<E::States>> {
         match &self.target {
             Target::States(target) => regions(engine, &engine.states_where(*target)?),
             Target::Formula(condition) => temporal::regions(engine, condition),
@@ -162,7 +162,7 @@ impl Goal {
     ///
     /// # Errors
     /// A limit is reached.
-    pub fn restricted<E: Engine>(
+    pub(crate) fn restricted<E: Engine>(
         &self,
         engine: &E,
         regions: Regions<E::States>,
@@ -178,7 +178,7 @@ impl Goal {
 ///
 /// # Errors
 /// A limit is reached.
-pub fn holds<E: Engine>(
+pub(crate) fn holds<E: Engine>(
     engine: &E,
     (strategies, bound): Comparison,
     found: &Regions<E::States>,

@@ -17,7 +17,7 @@ impl SourceFile {
     ///
     /// # Errors
     /// The file cannot be read, has more than 256 MiB, or is not UTF-8.
-    pub fn open(path: &Path) -> Result<Arc<Self>> {
+    pub(crate) fn open(path: &Path) -> Result<Arc<Self>> {
         let name = path.display().to_string();
         match File::open(path) {
             Ok(file) => Self::read(name, file),

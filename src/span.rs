@@ -16,18 +16,18 @@ pub struct Span {
 
 impl Span {
     /// Creates a span from the first byte to the byte after the last.
-    pub fn new(start: usize, end: usize) -> Self {
+    pub(crate) fn new(start: usize, end: usize) -> Self {
         let small = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
         Span { start: small(start), end: small(end) }
     }
 
     /// Returns the first byte.
-    pub fn start(self) -> usize {
+    pub(crate) fn start(self) -> usize {
         self.start as usize
     }
 
     /// Returns the byte after the last one.
-    pub fn end(self) -> usize {
+    pub(crate) fn end(self) -> usize {
         self.end as usize
     }
 
@@ -38,7 +38,7 @@ impl Span {
 
     /// Returns the span from the start of `self` to the end of `other`.
     #[must_use]
-    pub fn to(self, other: Span) -> Span {
+    pub(crate) fn to(self, other: Span) -> Span {
         Span { start: self.start, end: other.end }
     }
 }

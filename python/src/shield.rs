@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use meliora::dump::{read_shield, write_shield};
+use meliora::export::{read_shield, write_shield};
 use meliora::model::State;
 use meliora::planning::{ShieldNode, ShieldVariable};
 use meliora::supervise::lock;

@@ -37,6 +37,8 @@ mod values;
 use std::path::Path;
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use crate::dump::manifest::FILE;
 use crate::dump::{Dump, dot};
 use crate::engine::{ProgressSink, Settings};
@@ -56,7 +58,7 @@ pub struct Verdict {
 }
 
 /// A region that was checked.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Checked {
     /// Its name.
     pub region: String,

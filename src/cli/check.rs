@@ -11,6 +11,7 @@ use meliora::planning::{Analysis, Event, Phase};
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::plan;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -73,16 +74,11 @@ impl Checked for CheckReport {
 }
 
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
-    let read = || load::question(&args.model, &args.preferences, &job.sink);
-    let question = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    let selected = args.engine.select([&*question.program], &args.model);
-    job.update(|r| {
-        r.header.read_both(&question.program, &question.preferences);
-        r.header.select(&selected);
-        r.header.history = question.preferences.whole_plays();
-    });
-    let build = || load::engine(&question.program, &args.model, selected.storage, &job.sink);
-    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+    let given = (&args.model, &args.preferences, &args.engine);
+    let (question, engine, ()) = plan::prepared(job, given, |question| {
+        job.update(|r| r.header.history = question.preferences.whole_plays());
+        Ok(())
+    })?;
     let mut analysis = analyse(job, &engine, &question, &args.preferences)?;
     if args.jointly {
         job.timed("jointly", || analysis.run_jointly(), |_, _| ())?;

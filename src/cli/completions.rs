@@ -21,7 +21,7 @@ pub(super) struct CompletionsArgs {
 /// Standard output cannot be written.
 pub(super) fn run(args: &CompletionsArgs) -> Result<Status, Error> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut super::command(), "meliora", &mut script);
+    clap_complete::generate(args.shell, &mut super::parser(), "meliora", &mut script);
     terminal::print(&String::from_utf8_lossy(&script))?;
     Ok(Status::Done)
 }

@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn every_command_has_two_examples_that_it_takes() {
-        let command = crate::cli::command();
+        let command = crate::cli::parser();
         for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
             let examples = EXAMPLES.iter().find(|(name, _)| *name == sub.get_name());
             for line in examples.unwrap_or_else(|| panic!("{} has none", sub.get_name())).1 {

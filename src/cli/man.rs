@@ -23,7 +23,7 @@ pub(super) struct ManArgs {
 /// # Errors
 /// The command does not exist, or standard output cannot be written.
 pub(super) fn run(args: &ManArgs) -> Result<Status, Error> {
-    let mut program = super::command();
+    let mut program = super::parser();
     program.build();
     let page = match &args.command {
         None => program,

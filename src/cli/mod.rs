@@ -40,6 +40,7 @@ mod version;
 
 use std::ffi::OsString;
 use std::path::Path;
+use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -88,15 +89,21 @@ enum Command {
 }
 
 /// Returns the command line with its examples.
-fn command() -> clap::Command {
+fn parser() -> clap::Command {
     examples::with_examples(Cli::command())
 }
 
-/// Runs the command of the arguments (the first one is the name of the program).
-pub(crate) fn run(args: &[OsString]) -> Status {
+/// Runs the command `meliora` with these arguments (the first one is the name of the program), and
+/// returns its exit status. This function reads the clock, the environment and files, prints, and
+/// handles signals.
+pub fn command(args: &[OsString]) -> ExitCode {
+    run(args).into()
+}
+
+fn run(args: &[OsString]) -> Status {
     signals::prepare();
     let json = asks_for_json(args);
-    let parsed = command().try_get_matches_from(in_our_words(args));
+    let parsed = parser().try_get_matches_from(in_our_words(args));
     let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => return terminal::show_clap(&with_tip(error, args), json),

@@ -1,18 +1,45 @@
-//! Shared by the commands about strategies: the requested states, and the levels.
+//! Shared by the commands about strategies: the engine, the requested states, and the levels.
 
 use std::sync::Arc;
 
-use meliora::engine::{Engine, Scope};
+use meliora::engine::{AnyEngine, Engine, Scope};
 use meliora::error::{Diagnostic, Error, SourceFile};
 use meliora::lang;
-
 use meliora::model::{Program, State, VarId};
+use meliora::output::envelope::{Envelope, Findings};
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
 
-use super::load::Question;
-use super::options::{ModelArgs, PreferenceArgs};
+use super::load::{self, Question};
+use super::options::{EngineArgs, ModelArgs, PreferenceArgs};
 use super::phases;
 use super::progress::TerminalSink;
+use super::supervise::Job;
+
+/// Reads the model and the preferences, then `more` of the arguments, and explores the model with
+/// the engine that the arguments select.
+///
+/// # Errors
+/// The input is wrong, or a limit is hit.
+pub(super) fn prepared<F: Findings, T>(
+    job: &Job<Envelope<F>>,
+    (model, preferences, engine): (&ModelArgs, &PreferenceArgs, &EngineArgs),
+    more: impl FnOnce(&mut Question) -> Result<T, Error>,
+) -> Result<(Question, Arc<AnyEngine>, T), Error> {
+    let read = || {
+        let mut question = load::question(model, preferences, &job.sink)?;
+        let more = more(&mut question)?;
+        Ok((question, more))
+    };
+    let (question, more) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    let selected = engine.select([&*question.program], model);
+    job.update(|r| {
+        r.header.read_both(&question.program, &question.preferences);
+        r.header.select(&selected);
+    });
+    let build = || load::engine(&question.program, model, selected.storage, &job.sink);
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+    Ok((question, engine, more))
+}
 
 /// Reads `--at`.
 ///

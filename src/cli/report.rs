@@ -250,8 +250,8 @@ impl Run<'_> {
         self.job.update(|r| report = Some(r.check.clone()));
         let Some(mut check) = report else { return Ok(String::new()) };
         check.finish(self.job.sink.supervisor.elapsed().as_secs_f64(), memory::peak_rss());
-        let (program, preferences) = (&*self.question.program, &self.question.preferences);
-        let content = Content { check: &check, program, preferences, projections, play, outlook };
+        let preferences = &self.question.preferences;
+        let content = Content { check: &check, preferences, projections, play, outlook };
         match self.args.format {
             Format::Html => Ok(content.html()),
             Format::Dot => Ok(content.dot()),

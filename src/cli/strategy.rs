@@ -18,7 +18,7 @@ use meliora::quantities::cost::Costs;
 
 use super::choose::ChooseArgs;
 use super::exit::Status;
-use super::load::{self, Question};
+use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan;
 use super::supervise::{Job, supervise};
@@ -97,21 +97,12 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> Result<(), Error> {
-    let read = || {
-        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
+    let given = (&args.model, &args.preferences, &args.engine);
+    let (question, engine, (states, costs)) = plan::prepared(job, given, |question| {
         let states = plan::states(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
-        let costs = args.choose.costs(&mut question.program)?;
-        Ok((question, states, costs))
-    };
-    let (question, states, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    let selected = args.engine.select([&*question.program], &args.model);
-    job.update(|r| {
-        r.header.read_both(&question.program, &question.preferences);
-        r.header.select(&selected);
-    });
-    let build = || load::engine(&question.program, &args.model, selected.storage, &job.sink);
-    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+        Ok((states, args.choose.costs(&mut question.program)?))
+    })?;
     answer(job, &engine, (&question, kind, costs), args, states)
 }
 

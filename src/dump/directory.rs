@@ -87,7 +87,7 @@ pub fn write_directory(
 ///
 /// # Errors
 /// The directory contains something else than a dump, or has no parent.
-pub fn check_directory(directory: &Path) -> Result<()> {
+pub(crate) fn check_directory(directory: &Path) -> Result<()> {
     Place::find(directory, DUMP).map(drop)
 }
 

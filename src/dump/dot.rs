@@ -37,7 +37,7 @@ pub(super) fn write_all(
 ///
 /// # Errors
 /// The work is cancelled.
-pub fn false_picture<'f>(
+pub(crate) fn false_picture<'f>(
     file: &'f manifest::File,
     diagram: &Diagram,
     directory: &Path,

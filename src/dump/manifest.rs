@@ -265,7 +265,7 @@ fn plain(what: &str, name: &str) -> Result<(), String> {
 
 impl Variable {
     /// Returns true if the variable is a Boolean.
-    pub fn is_bool(&self) -> bool {
+    pub(crate) fn is_bool(&self) -> bool {
         self.ty == "bool"
     }
 
@@ -344,7 +344,7 @@ impl Manifest {
         Manifest::parse(&name, &text)
     }
 
-    /// Parses a manifest. [`Manifest::check_file`] checks that it fits its files.
+    /// Parses a manifest. `Manifest::check_file` checks that it fits its files.
     ///
     /// # Errors
     /// [`Error::Dump`] with the line, if the text is not a valid manifest.
@@ -376,7 +376,7 @@ impl Manifest {
     ///
     /// # Errors
     /// [`Error::Dump`] with the difference.
-    pub fn check_file(&self, manifest: &str, file: &File, diagram: &Diagram) -> Result<()> {
+    pub(crate) fn check_file(&self, manifest: &str, file: &File, diagram: &Diagram) -> Result<()> {
         let wrong = |message: String| Error::Dump { file: manifest.to_owned(), line: 0, message };
         ensure(self.variables().eq(diagram.variables.iter()), || {
             wrong(format!("the variables of `{}` are not those of the manifest", file.path))
@@ -391,7 +391,7 @@ impl Manifest {
     }
 
     /// Returns the columns of `values.csv`, if there is one.
-    pub fn values_layout(&self) -> Option<Layout> {
+    pub(crate) fn values_layout(&self) -> Option<Layout> {
         let variables = self.encoding.variables.iter().map(|v| v.name.clone()).collect();
         let levels = self.values.as_ref()?.levels;
         Some(Layout { arenas: self.safety == PREFIX, variables, levels })

@@ -9,13 +9,12 @@
 //! in CUDD and in Python's `dd`. Dumps are read, checked and written without an engine.
 
 pub mod dddmp;
-pub mod diagram;
+pub(crate) mod diagram;
 pub mod directory;
 pub mod dot;
 pub mod manifest;
 mod members;
-mod place;
-mod shield;
+pub(crate) mod place;
 mod streams;
 pub mod values;
 
@@ -23,4 +22,3 @@ pub use diagram::{Diagram, Edge, Node};
 pub use directory::{Dump, read_directory, write_directory};
 pub use manifest::Manifest;
 pub use members::Members;
-pub use shield::{read_shield, write_shield};

@@ -11,15 +11,15 @@ use crate::files::{NewDirectory, folder};
 
 /// A kind of directory that this program writes.
 #[derive(Clone, Copy)]
-pub(super) struct Sort {
+pub(crate) struct Sort {
     /// Its name in messages.
-    pub(super) name: &'static str,
+    pub(crate) name: &'static str,
     /// Returns the files that belong to the directory at a path; `None` if it is of another kind.
-    pub(super) files: fn(&Path) -> Option<BTreeSet<String>>,
+    pub(crate) files: fn(&Path) -> Option<BTreeSet<String>>,
 }
 
 /// A directory that may be written.
-pub(super) struct Place {
+pub(crate) struct Place {
     sort: Sort,
     given: PathBuf,
     /// The path with all links resolved, absolute; it stays valid when directories move.
@@ -35,7 +35,7 @@ impl Place {
     ///
     /// # Errors
     /// The directory contains something else; its parent does not exist.
-    pub(super) fn find(given: &Path, sort: Sort) -> Result<Self> {
+    pub(crate) fn find(given: &Path, sort: Sort) -> Result<Self> {
         let failed = |e: io::Error| Error::writing(given, &e);
         let (path, old) = match fs::metadata(given) {
             Ok(old) => (fs::canonicalize(given).map_err(failed)?, Some(old)),
@@ -77,12 +77,12 @@ impl Place {
     }
 
     /// Creates a new directory next to the place.
-    pub(super) fn temporary(&self) -> io::Result<NewDirectory> {
+    pub(crate) fn temporary(&self) -> io::Result<NewDirectory> {
         NewDirectory::new(&self.path)
     }
 
     /// Moves the new directory into place. An old one is exchanged for it, and then removed.
-    pub(super) fn install(mut self, new: NewDirectory) -> Result<()> {
+    pub(crate) fn install(mut self, new: NewDirectory) -> Result<()> {
         let given = self.given.clone();
         let failed = |e: io::Error| Error::writing(&given, &e);
         if let Some(old) = &self.old {

@@ -46,10 +46,10 @@ impl Analysis {
 
     /// Computes which sets of at least two most preferred objectives of each class one strategy
     /// achieves together, almost surely: the objectives of the class, and each set with the states of
-    /// the class from which it is achieved, larger sets first. Cost: see [`Joint::new`].
+    /// the class from which it is achieved, larger sets first. Cost: see `Joint::new`.
     ///
     /// # Errors
-    /// The errors of [`Joint::new`].
+    /// The errors of `Joint::new`.
     pub fn jointly(&self) -> Result<Vec<JointlyAchieved>> {
         let joint = Joint::new(self)?;
         let names = |set: &ObjectiveSet| self.preferences().owned_names(set);

@@ -74,7 +74,6 @@ impl Analysis {
         let outlook = if wanted { Some(Outlook::of(self, program)?) } else { None };
         let content = Content {
             check: &check,
-            program,
             preferences,
             projections: projections.as_ref(),
             play: None,

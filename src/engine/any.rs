@@ -120,7 +120,7 @@ impl AnyEngine {
     }
 
     /// Returns the explicit engine, or `None` if the engine is symbolic.
-    pub fn explicit(&self) -> Option<&Arc<ExplicitEngine>> {
+    pub(crate) fn explicit(&self) -> Option<&Arc<ExplicitEngine>> {
         match &self.inner {
             Inner::Symbolic(_) => None,
             Inner::Explicit(engine) => Some(engine),

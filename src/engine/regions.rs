@@ -1,6 +1,7 @@
 //! The four qualitative regions of one target.
 
 use serde::Serialize;
+use strum::IntoStaticStr;
 
 use super::Engine;
 use crate::error::Result;
@@ -20,7 +21,7 @@ pub struct Regions<S> {
 
 impl<S> Regions<S> {
     /// Returns the region of a name.
-    pub fn get_mut(&mut self, which: Which) -> &mut S {
+    pub(crate) fn get_mut(&mut self, which: Which) -> &mut S {
         match which {
             Which::PmaxPositive => &mut self.pmax_positive,
             Which::PmaxOne => &mut self.pmax_one,
@@ -84,8 +85,9 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
 }
 
 /// The names of the four regions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Which {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
+pub(crate) enum Which {
     /// Pmax > 0
     PmaxPositive,
     /// Pmax = 1
@@ -98,13 +100,8 @@ pub enum Which {
 
 impl Which {
     /// Returns the name in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Which::PmaxPositive => "pmax_positive",
-            Which::PmaxOne => "pmax_one",
-            Which::PminPositive => "pmin_positive",
-            Which::PminOne => "pmin_one",
-        }
+    pub(crate) fn name(self) -> &'static str {
+        self.into()
     }
 }
 
@@ -122,7 +119,7 @@ pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::S
 ///
 /// # Errors
 /// The errors of [`regions`] and of `by`.
-pub fn regions_by<E: Engine>(
+pub(crate) fn regions_by<E: Engine>(
     engine: &E,
     target: &E::States,
     mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<E::States>) -> Result<E::States>,

@@ -16,6 +16,7 @@ pub mod explicit;
 mod layers;
 mod plays;
 mod regions;
+mod shield;
 pub mod values;
 
 use crate::dump::manifest::{self, File, Root, RootKind};
@@ -26,6 +27,7 @@ use crate::error::{Error, Result};
 use crate::names;
 use crate::planning::levels::End;
 use crate::planning::{Analysis, Kind};
+pub use shield::{read_shield, write_shield};
 
 /// The texts that an analysis was made from.
 #[derive(Debug, Clone)]

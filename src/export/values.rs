@@ -31,7 +31,11 @@ pub struct Wanted<'a> {
 ///
 /// # Errors
 /// There are too many states, a limit is reached, or no levels are wanted.
-pub fn compute<E: Engine>(analysis: &Analysis<E>, program: &Program, wanted: &Wanted<'_>) -> Result<Values> {
+pub(crate) fn compute<E: Engine>(
+    analysis: &Analysis<E>,
+    program: &Program,
+    wanted: &Wanted<'_>,
+) -> Result<Values> {
     let engine = analysis.engine();
     if wanted.levels == 0 {
         return Err(Error::Usage("no improvement is possible, so there are no values".to_owned()));

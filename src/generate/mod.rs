@@ -1,7 +1,7 @@
 //! Generators of models with preferences, from a few numbers or from a drawing.
 //!
 //! # The grid world
-//! Robots move [north, south, east or west](Direction) over a grid, pick up items and use up their
+//! Robots move north, south, east or west over a grid, pick up items and use up their
 //! battery. A move into a wall, off the grid or against a one-way cell leaves the robot in its
 //! cell; a move onto a slippery cell may slide one step further. A move costs one unit of battery,
 //! even if it is blocked; at 0 the robot stays in its cell forever. Ending a move in the cell of a
@@ -55,7 +55,7 @@ mod write;
 use std::sync::Arc;
 
 pub use crate::model::preference::Empty;
-pub use world::{Direction, Directions};
+pub(crate) use world::{Direction, Directions};
 
 use crate::error::{Error, Result, SourceFile, ensure};
 use crate::model::preference::Statement;

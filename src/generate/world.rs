@@ -7,7 +7,7 @@ use strum::{EnumString, IntoStaticStr};
 /// A direction. North is one row up: row 0 is the southernmost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, EnumString, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
-pub enum Direction {
+pub(crate) enum Direction {
     /// One row up.
     North,
     /// One row down.
@@ -20,15 +20,16 @@ pub enum Direction {
 
 impl Direction {
     /// All four, in the order used by all lists.
-    pub const ALL: [Direction; 4] = [Direction::North, Direction::South, Direction::East, Direction::West];
+    pub(crate) const ALL: [Direction; 4] =
+        [Direction::North, Direction::South, Direction::East, Direction::West];
 
     /// Returns its name, which is also the name of the action.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         self.into()
     }
 
     /// Returns its initial as a capital letter.
-    pub fn letter(self) -> char {
+    pub(crate) fn letter(self) -> char {
         char::from(self.name().as_bytes()[0].to_ascii_uppercase())
     }
 
@@ -52,17 +53,17 @@ pub struct Directions(u8);
 
 impl Directions {
     /// Returns true if `direction` is in the set.
-    pub fn contains(self, direction: Direction) -> bool {
+    pub(crate) fn contains(self, direction: Direction) -> bool {
         self.0 & 1 << direction as u8 != 0
     }
 
     /// Returns true if the set is empty.
-    pub fn is_empty(self) -> bool {
+    pub(crate) fn is_empty(self) -> bool {
         self.0 == 0
     }
 
     /// Returns the members, in the order of [`Direction::ALL`].
-    pub fn iter(self) -> impl Iterator<Item = Direction> {
+    pub(crate) fn iter(self) -> impl Iterator<Item = Direction> {
         Direction::ALL.into_iter().filter(move |&d| self.contains(d))
     }
 }

@@ -26,12 +26,12 @@ pub struct Expr {
 
 impl Expr {
     /// Creates an expression of a single node.
-    pub fn of(kind: NodeKind, span: Span) -> Self {
+    pub(crate) fn of(kind: NodeKind, span: Span) -> Self {
         Expr { nodes: vec![Node { kind, span }] }
     }
 
     /// Returns the place of the whole expression.
-    pub fn span(&self) -> Span {
+    pub(crate) fn span(&self) -> Span {
         self.nodes.last().map_or(Span::default(), |root| root.span)
     }
 }
@@ -124,7 +124,7 @@ const FUNCTIONS: [(Function, &str); 8] = [
 
 impl Function {
     /// Returns the function of PRISM's language with this name.
-    pub fn named(name: &str) -> Option<Function> {
+    pub(crate) fn named(name: &str) -> Option<Function> {
         FUNCTIONS.iter().find(|f| f.1 == name).map(|f| f.0)
     }
 
@@ -255,7 +255,7 @@ pub enum ConstType {
 
 impl ConstType {
     /// Returns the type of its values.
-    pub fn ty(self) -> Type {
+    pub(crate) fn ty(self) -> Type {
         match self {
             ConstType::Int => Type::Int,
             ConstType::Double => Type::Real,
@@ -310,7 +310,7 @@ pub struct Module {
 
 /// A command.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Command {
+pub(crate) struct Command {
     /// Action label, if there is one.
     pub action: Option<Ident>,
     /// Guard.
@@ -323,7 +323,7 @@ pub struct Command {
 
 /// A branch of a command.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Branch {
+pub(crate) struct Branch {
     /// Probability; `None` for 1.
     pub probability: Option<Expr>,
     /// Assignments; empty for `true`.
@@ -334,7 +334,7 @@ pub struct Branch {
 
 /// `(x' = e)`
 #[derive(Debug, Clone, PartialEq)]
-pub struct Assignment {
+pub(crate) struct Assignment {
     /// The variable.
     pub variable: Ident,
     /// Its new value.

@@ -11,7 +11,7 @@ use super::names::Names;
 use crate::error::Result;
 use crate::model::rewards::{Earner, RewardItem, RewardStructure};
 use crate::model::value::Type;
-use crate::model::{Command, ModelKind, Program, Variable};
+use crate::model::{Command, Program, Variable};
 use composition::Composition;
 use expr::Expressions;
 
@@ -30,15 +30,15 @@ impl Flat {
     ///
     /// # Errors
     /// Modules that the language cannot express separately have too many commands when merged.
-    pub fn of(program: &Arc<Program>) -> Result<Self> {
+    pub(crate) fn of(program: &Arc<Program>) -> Result<Self> {
         merge::merged(program).map(Flat)
     }
 }
 
-/// Returns the text of [`Flat::of`].
+/// Returns the text of `Flat::of`.
 ///
 /// # Errors
-/// See [`Flat::of`].
+/// See `Flat::of`.
 pub fn flat(program: &Program) -> Result<String> {
     Flat::of(&Arc::new(program.clone())).map(|flat| flat.to_string())
 }
@@ -46,10 +46,7 @@ pub fn flat(program: &Program) -> Result<String> {
 impl Display for Flat {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let program = &*self.0;
-        f.write_str(match program.kind {
-            ModelKind::Mdp => "mdp\n",
-            ModelKind::Dtmc => "dtmc\n",
-        })?;
+        writeln!(f, "{}", <&str>::from(program.kind))?;
         for (name, value) in &program.constants {
             write!(f, "\nconst {} {name} = {};", value.ty(), expr::Literal(*value))?;
         }

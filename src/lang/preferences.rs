@@ -36,7 +36,7 @@ pub fn load_preferences(source: &Arc<SourceFile>, program: &mut Program) -> Resu
 ///
 /// # Errors
 /// All errors, each with its place; a contradiction with the statements of its cycle.
-pub fn lower_preferences(
+pub(crate) fn lower_preferences(
     tree: &pref::Preferences,
     source: &Arc<SourceFile>,
     program: &mut Program,

@@ -100,7 +100,7 @@ impl Rewards {
 impl Quantity {
     /// Returns the strategies that the property asks about; for a `dtmc` all have the same value.
     /// `None` if the property does not say.
-    pub fn strategies(&self, program: &Program) -> Option<Optimum> {
+    pub(crate) fn strategies(&self, program: &Program) -> Option<Optimum> {
         self.optimum.or((program.kind == ModelKind::Dtmc).then_some(Optimum::Max))
     }
 }
@@ -111,7 +111,7 @@ impl Property {
     /// # Errors
     /// A reward structure does not exist, or the property of an `mdp` does not say which strategies
     /// it asks about.
-    pub fn check(&self, program: &Program, source: &Arc<SourceFile>) -> Result<()> {
+    pub(crate) fn check(&self, program: &Program, source: &Arc<SourceFile>) -> Result<()> {
         let Question::Quantity(quantity) = &self.question else { return Ok(()) };
         let wrong = |message: &str| Diagnostic::new(source, self.operator.range(), message);
         if quantity.strategies(program).is_none() {

@@ -46,7 +46,7 @@ pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
 ///
 /// # Errors
 /// See [`parse_constants`].
-pub fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[Arc<SourceFile>; 2]> {
+pub(crate) fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[Arc<SourceFile>; 2]> {
     let (these, others): (Vec<_>, Vec<_>) =
         parse_constants(source)?.into_iter().partition(|binding| theirs.contains(&binding.name.name));
     let text = |binding: &Binding| &source.text[binding.name.span.start()..binding.span.end()];

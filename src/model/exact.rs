@@ -27,7 +27,7 @@ pub type Ratio = BigRational;
 const LARGEST_EXPONENT: u64 = 1100;
 
 /// Parses a decimal number such as `0.25` or `1.5e-3`; `None` if the text is not one.
-pub fn decimal(text: &str) -> Option<Ratio> {
+pub(crate) fn decimal(text: &str) -> Option<Ratio> {
     let (mantissa, exponent) = match text.split_once(['e', 'E']) {
         Some((mantissa, exponent)) => (mantissa, exponent.parse::<i64>().ok()?),
         None => (text, 0),
@@ -43,7 +43,7 @@ pub fn decimal(text: &str) -> Option<Ratio> {
 }
 
 /// Returns the shortest decimal that rounds to a double; `None` if the double is not finite.
-pub fn shortest(x: f64) -> Option<Ratio> {
+pub(crate) fn shortest(x: f64) -> Option<Ratio> {
     decimal(&format!("{x:e}"))
 }
 

@@ -88,7 +88,7 @@ impl ExprPool {
     }
 
     /// Returns all nodes, operands before the nodes that use them.
-    pub fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
+    pub(crate) fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
         (0..self.nodes.len()).map(ExprId::at)
     }
 
@@ -206,7 +206,7 @@ impl ExprPool {
     }
 
     /// Returns the reason why `id` has no value in any state, if the node itself shows it.
-    pub fn fault(&self, id: ExprId) -> Option<EvalError> {
+    pub(crate) fn fault(&self, id: ExprId) -> Option<EvalError> {
         match self.node(id) {
             Node::Unary(op, a) => value::unary(op, self.literal(a)?).err(),
             // The second operand alone decides.
@@ -218,19 +218,24 @@ impl ExprPool {
         }
     }
 
-    /// Returns the operands of `id` that some state may need, in the order of evaluation.
-    pub fn needed(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
+    /// Returns the operands of `id`.
+    pub(crate) fn operands(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
         let operands = match self.node(id) {
             Node::Literal(_) | Node::Var(_) => [None; 3],
             Node::Unary(_, a) => [Some(a), None, None],
             Node::Binary(_, a, b) => [Some(a), Some(b), None],
-            Node::Ite(c, a, b) => match self.never(c) {
-                Some(true) => [Some(c), Some(b), None],
-                Some(false) => [Some(c), Some(a), None],
-                None => [Some(c), Some(a), Some(b)],
-            },
+            Node::Ite(c, a, b) => [Some(c), Some(a), Some(b)],
         };
         operands.into_iter().flatten()
+    }
+
+    /// Returns the operands of `id` that some state may need, in the order of evaluation.
+    pub(crate) fn needed(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
+        let unused = match self.node(id) {
+            Node::Ite(c, ..) => self.never(c).map(|never| if never { 1 } else { 2 }),
+            _ => None,
+        };
+        self.operands(id).enumerate().filter(move |&(place, _)| Some(place) != unused).map(|(_, e)| e)
     }
 
     /// Returns whether the node itself shows that the evaluation of `id` cannot fail.
@@ -273,18 +278,15 @@ impl ExprPool {
     }
 
     /// Returns the variables that occur in `id`, sorted, each once.
-    pub fn support(&self, id: ExprId) -> Vec<VarId> {
+    pub(crate) fn support(&self, id: ExprId) -> Vec<VarId> {
         let (mut stack, mut seen, mut vars) = (vec![id], ahash::AHashSet::new(), Vec::new());
         while let Some(e) = stack.pop() {
             if !seen.insert(e) {
                 continue;
             }
             match self.node(e) {
-                Node::Literal(_) => {}
                 Node::Var(v) => vars.push(v),
-                Node::Unary(_, a) => stack.push(a),
-                Node::Binary(_, a, b) => stack.extend([a, b]),
-                Node::Ite(c, a, b) => stack.extend([c, a, b]),
+                _ => stack.extend(self.operands(e)),
             }
         }
         vars.sort_unstable();

@@ -6,10 +6,10 @@
 pub mod exact;
 pub mod expr;
 pub mod fault;
-pub mod hasse;
+pub(crate) mod hasse;
 mod overlap;
 pub mod preference;
-pub mod rewards;
+pub(crate) mod rewards;
 pub(crate) mod rounding;
 pub mod step;
 pub mod temporal;
@@ -25,6 +25,7 @@ use crate::span::Span;
 use expr::{ExprId, ExprPool};
 use rewards::RewardStructure;
 use smallvec::SmallVec;
+use strum::IntoStaticStr;
 use value::{Type, Value};
 
 /// A variable of a [`Program`]: its position in [`Program::variables`].
@@ -53,7 +54,8 @@ impl CommandId {
 pub type State = Vec<i64>;
 
 /// The meaning of several enabled commands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum ModelKind {
     /// Every enabled combination of commands is a choice of its own.
     Mdp,
@@ -154,10 +156,10 @@ pub struct Command {
 
 /// The branches of a command. Programs can have millions of commands, most with one branch and one
 /// or two updates: such commands need no separate allocation.
-pub type Branches = SmallVec<[Branch; 1]>;
+pub(crate) type Branches = SmallVec<[Branch; 1]>;
 
 /// The new values that a branch assigns; see [`Branch::updates`].
-pub type Updates = SmallVec<[(VarId, ExprId); 2]>;
+pub(crate) type Updates = SmallVec<[(VarId, ExprId); 2]>;
 
 /// One branch of a command.
 #[derive(Debug, Clone)]
@@ -184,7 +186,7 @@ pub struct Synchronisation {
 
 impl Program {
     /// Returns all variables in the order of declaration.
-    pub fn variable_ids(&self) -> impl Iterator<Item = VarId> + use<> {
+    pub(crate) fn variable_ids(&self) -> impl Iterator<Item = VarId> + use<> {
         (0..self.variables.len() as u32).map(VarId)
     }
 
@@ -196,7 +198,7 @@ impl Program {
 
     /// Returns whether this program is `other` with more expressions: every id of `other` has the
     /// same meaning here.
-    pub fn extends(&self, other: &Program) -> bool {
+    pub(crate) fn extends(&self, other: &Program) -> bool {
         let ranges = |p: &Program| p.variables.iter().map(|v| (v.low, v.high)).collect::<Vec<_>>();
         std::ptr::eq(self, other)
             || (Arc::ptr_eq(&self.source, &other.source)
@@ -222,7 +224,7 @@ impl Program {
 
 impl Variable {
     /// Formats a value of this variable: its name, or the notation of PRISM.
-    pub fn show(&self, value: i64) -> String {
+    pub(crate) fn show(&self, value: i64) -> String {
         if let Some(name) = self.value_name(value) {
             return name.to_owned();
         }

@@ -9,7 +9,8 @@ use std::ops::Range;
 
 use strum::{Display, EnumString, IntoStaticStr, VariantArray};
 
-pub use preorder::{Comparison, Contradiction, Preorder, Relation, Statement};
+pub(crate) use preorder::Contradiction;
+pub use preorder::{Comparison, Preorder, Relation, Statement};
 
 use super::expr::ExprId;
 use super::temporal::Condition;
@@ -110,7 +111,7 @@ impl Objective {
 
     /// Returns the number of states of its monitors together; `None` for reachability from the
     /// present state.
-    pub fn monitor(&self) -> Option<u64> {
+    pub(crate) fn monitor(&self) -> Option<u64> {
         match self.goal {
             Goal::Reach(_) => None,
             Goal::Satisfy { monitor, .. } => Some(monitor),
@@ -120,7 +121,7 @@ impl Objective {
 
 impl Preferences {
     /// Returns the name `play` if the whole path counts, else `None`: `state` is not reported.
-    pub fn whole_plays(&self) -> Option<&'static str> {
+    pub(crate) fn whole_plays(&self) -> Option<&'static str> {
         (self.history == History::Play).then_some(self.history.name())
     }
 }
@@ -153,7 +154,8 @@ impl Empty {
 }
 
 /// The effect of a step from one set of most preferred objectives to another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Change {
     /// The step improves and does not weaken.
     Improving,
@@ -166,11 +168,7 @@ pub enum Change {
 impl Change {
     /// Returns the name in reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Change::Improving => "improving",
-            Change::Weakening => "weakening",
-            Change::Lateral => "lateral",
-        }
+        self.into()
     }
 }
 
@@ -215,7 +213,7 @@ impl Preferences {
     }
 
     /// Returns the names like [`Preferences::names`], as texts of their own.
-    pub fn owned_names(&self, set: &ObjectiveSet) -> Vec<String> {
+    pub(crate) fn owned_names(&self, set: &ObjectiveSet) -> Vec<String> {
         self.names(set).into_iter().map(str::to_owned).collect()
     }
 }
@@ -235,7 +233,7 @@ impl ObjectiveSet {
     }
 
     /// Adds an objective: X ∪ {i}.
-    pub fn insert(&mut self, objective: usize) {
+    pub(crate) fn insert(&mut self, objective: usize) {
         let block = objective / 64;
         if self.blocks.len() <= block {
             self.blocks.resize(block + 1, 0);
@@ -244,7 +242,7 @@ impl ObjectiveSet {
     }
 
     /// Adds all objectives of another set: X ∪ Y.
-    pub fn extend_with(&mut self, other: &ObjectiveSet) {
+    pub(crate) fn extend_with(&mut self, other: &ObjectiveSet) {
         let length = self.blocks.len().max(other.blocks.len());
         self.blocks.resize(length, 0);
         for (block, more) in self.blocks.iter_mut().zip(&other.blocks) {
@@ -258,7 +256,7 @@ impl ObjectiveSet {
     }
 
     /// Returns whether X ∩ Y ≠ ∅.
-    pub fn meets(&self, other: &ObjectiveSet) -> bool {
+    pub(crate) fn meets(&self, other: &ObjectiveSet) -> bool {
         self.blocks.iter().zip(&other.blocks).any(|(a, b)| a & b != 0)
     }
 

@@ -237,7 +237,7 @@ impl Program {
     }
 
     /// Returns the names of combinations that are enabled in one state.
-    pub fn names(&self, combinations: &[(usize, Vec<CommandId>)]) -> Vec<String> {
+    pub(crate) fn names(&self, combinations: &[(usize, Vec<CommandId>)]) -> Vec<String> {
         let action = |index: usize| self.synchronisations[index].action;
         let mut uses: BTreeMap<usize, usize> = BTreeMap::new();
         for (index, _) in combinations {

@@ -32,18 +32,13 @@ pub enum Asks {
 
 impl Asks {
     /// Returns the requirement of the negation.
-    pub fn opposite(self) -> Asks {
+    pub(crate) fn opposite(self) -> Asks {
         match self {
             Asks::Accept => Asks::Avoid,
             Asks::Avoid => Asks::Accept,
             Asks::Again => Asks::Settle,
             Asks::Settle => Asks::Again,
         }
-    }
-
-    /// Returns the name of the kind of leaf.
-    pub fn name(self) -> &'static str {
-        self.into()
     }
 }
 
@@ -73,7 +68,7 @@ pub struct Disjunct {
 
 impl Condition {
     /// Returns the negation.
-    pub fn negated(&self) -> Condition {
+    pub(crate) fn negated(&self) -> Condition {
         let all = |parts: &[Condition]| parts.iter().map(Condition::negated).collect();
         match self {
             Condition::Constant(value) => Condition::Constant(!value),
@@ -84,7 +79,7 @@ impl Condition {
     }
 
     /// Returns the marks of all leaves.
-    pub fn marks(&self) -> Vec<ExprId> {
+    pub(crate) fn marks(&self) -> Vec<ExprId> {
         match self {
             Condition::Constant(_) => Vec::new(),
             Condition::Leaf(_, mark) => vec![*mark],

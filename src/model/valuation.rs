@@ -14,7 +14,7 @@ pub struct Valuation(Map<String, Json>);
 
 impl Valuation {
     /// Names the values of a state.
-    pub fn of(program: &Program, state: &[i64]) -> Self {
+    pub(crate) fn of(program: &Program, state: &[i64]) -> Self {
         let value = |v: &Variable, x: i64| match (v.ty, v.value_name(x)) {
             (_, Some(name)) => Json::from(name),
             (Type::Bool, None) => Json::Bool(x != 0),
@@ -25,7 +25,7 @@ impl Valuation {
     }
 
     /// Returns the values in the order of the variables.
-    pub fn values(&self) -> impl Iterator<Item = &Json> {
+    pub(crate) fn values(&self) -> impl Iterator<Item = &Json> {
         self.0.values()
     }
 }
@@ -45,7 +45,7 @@ impl fmt::Display for Valuation {
 }
 
 /// Converts the value of a constant; a value that JSON numbers cannot represent becomes text.
-pub fn json(value: Value) -> Json {
+pub(crate) fn json(value: Value) -> Json {
     match value {
         Value::Bool(b) => Json::from(b),
         Value::Int(i) => Json::from(i),

@@ -6,24 +6,16 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 
 /// The types of expressions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, strum::Display)]
+#[strum(serialize_all = "lowercase")]
 pub enum Type {
     /// `bool`
     Bool,
     /// `int`
     Int,
     /// `double`
+    #[strum(to_string = "double")]
     Real,
-}
-
-impl fmt::Display for Type {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Type::Bool => "bool",
-            Type::Int => "int",
-            Type::Real => "double",
-        })
-    }
 }
 
 /// A value. Equality and hashing of reals are by bits, so that values can be keys.
@@ -39,7 +31,7 @@ pub enum Value {
 
 impl Value {
     /// Returns the type of the value.
-    pub fn ty(self) -> Type {
+    pub(crate) fn ty(self) -> Type {
         match self {
             Value::Bool(_) => Type::Bool,
             Value::Int(_) => Type::Int,
@@ -160,7 +152,7 @@ pub enum EvalError {
 }
 
 /// Returns the type of `op(a)` for an operand of type `ty`.
-pub fn unary_type(op: Unary, ty: Type) -> Type {
+pub(crate) fn unary_type(op: Unary, ty: Type) -> Type {
     match op {
         Unary::Not => Type::Bool,
         Unary::Neg => ty,
@@ -170,7 +162,7 @@ pub fn unary_type(op: Unary, ty: Type) -> Type {
 }
 
 /// Returns the type of `a op b` for operands of type `ty`.
-pub fn binary_type(op: Binary, ty: Type) -> Type {
+pub(crate) fn binary_type(op: Binary, ty: Type) -> Type {
     match op {
         Binary::And | Binary::Or | Binary::Eq | Binary::Lt | Binary::Le => Type::Bool,
         Binary::Add | Binary::Sub | Binary::Mul | Binary::Min | Binary::Max | Binary::Pow => ty,
@@ -183,7 +175,7 @@ pub fn binary_type(op: Binary, ty: Type) -> Type {
 ///
 /// # Errors
 /// The operation has no value; see [`EvalError`].
-pub fn unary(op: Unary, x: Value) -> Result<Value, EvalError> {
+pub(crate) fn unary(op: Unary, x: Value) -> Result<Value, EvalError> {
     Ok(match (op, x) {
         (Unary::Not, x) => Value::Bool(x.to_f64() == 0.0),
         (Unary::Neg, Value::Int(i)) => Value::Int(i.checked_neg().ok_or(EvalError::Overflow)?),
@@ -200,7 +192,7 @@ pub fn unary(op: Unary, x: Value) -> Result<Value, EvalError> {
 ///
 /// # Errors
 /// The operation has no value; see [`EvalError`].
-pub fn binary(op: Binary, x: Value, y: Value) -> Result<Value, EvalError> {
+pub(crate) fn binary(op: Binary, x: Value, y: Value) -> Result<Value, EvalError> {
     match (x, y) {
         (Value::Bool(a), Value::Bool(b)) => Ok(Value::Bool(match op {
             Binary::And => a && b,

@@ -13,7 +13,7 @@ use crate::quantities::{Choose, Steps};
 
 /// The choice among permitted actions, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
-pub struct Choosing {
+pub(crate) struct Choosing {
     /// `first`, `likely` or `cheap`.
     pub choose: Choose,
     /// The name of the cost: `steps`, or that of a reward structure; `None` for `first`.
@@ -80,7 +80,7 @@ pub struct Comparison {
 
 impl Comparison {
     /// Returns whether the confidence intervals and the computed bounds overlap.
-    pub fn agrees(&self) -> bool {
+    pub(crate) fn agrees(&self) -> bool {
         let overlaps = |computed: &Bound, (lower, upper): (f64, f64)| {
             // A mean of doubles is rounded.
             let slack = 1e-9 * upper.abs().max(1.0);

@@ -12,7 +12,7 @@ use crate::planning::result::ModelCounts;
 
 /// The results of `compare`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct CompareFindings {
+pub(crate) struct CompareFindings {
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
     /// True if both engines have the same results; `None` if this is not known.
@@ -30,11 +30,11 @@ pub struct CompareFindings {
 }
 
 /// The report with times and memory.
-pub type CompareReport = Envelope<CompareFindings>;
+pub(crate) type CompareReport = Envelope<CompareFindings>;
 
 /// Times and memory of one engine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct EngineReport {
+pub(crate) struct EngineReport {
     /// Its name.
     pub engine: &'static str,
     /// Seconds by phase.
@@ -47,7 +47,7 @@ pub struct EngineReport {
 
 /// The recommended engine for this input.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Preference {
+pub(crate) struct Preference {
     /// Its name.
     pub engine: &'static str,
     /// The reason.

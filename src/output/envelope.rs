@@ -45,19 +45,19 @@ pub struct Times {
 
 impl Times {
     /// Creates the times of a report in which no phase is finished.
-    pub fn of<F: Findings>() -> Self {
+    pub(crate) fn of<F: Findings>() -> Self {
         Times { phases: F::PHASES.iter().map(|&(name, label)| (name, label, None)).collect(), total: 0.0 }
     }
 
     /// Adds seconds to a phase. Phases that the report does not list are not timed.
-    pub fn add(&mut self, phase: &str, seconds: f64) {
+    pub(crate) fn add(&mut self, phase: &str, seconds: f64) {
         if let Some((_, _, sum)) = self.phases.iter_mut().find(|(name, ..)| *name == phase) {
             *sum = Some(sum.unwrap_or(0.0) + seconds);
         }
     }
 
     /// Returns the phases with their labels in text.
-    pub fn phases(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+    pub(crate) fn phases(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
         self.phases.iter().map(|&(_, label, seconds)| (label, seconds))
     }
 }
@@ -94,7 +94,7 @@ pub struct Envelope<F: Findings> {
 
 impl<F: Findings> Envelope<F> {
     /// Creates a report with these results.
-    pub fn of(header: Header, findings: F) -> Self {
+    pub(crate) fn of(header: Header, findings: F) -> Self {
         let (time, memory) = (Times::of::<F>(), MemoryUse::default());
         Envelope { schema: F::SCHEMA, complete: true, header, findings, time, memory, error: None }
     }

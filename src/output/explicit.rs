@@ -11,7 +11,7 @@ use crate::export::explicit::{Graph, Quantities};
 
 /// The explicit model that `export` wrote.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct ExplicitFindings {
+pub(crate) struct ExplicitFindings {
     /// The directory.
     pub directory: String,
     /// The strategy that induces the model, such as `sasi:progress`; `None` for the model itself.
@@ -32,11 +32,11 @@ pub struct ExplicitFindings {
 }
 
 /// The report with times and memory.
-pub type ExplicitReport = Envelope<ExplicitFindings>;
+pub(crate) type ExplicitReport = Envelope<ExplicitFindings>;
 
 /// A label of states.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Labelled {
+pub(crate) struct Labelled {
     /// Its name in the files.
     pub name: String,
     /// Number of states with this label.
@@ -45,13 +45,13 @@ pub struct Labelled {
 
 impl ExplicitReport {
     /// Creates a report without results.
-    pub fn to_directory(header: Header, directory: &str, strategy: Option<String>) -> Self {
+    pub(crate) fn to_directory(header: Header, directory: &str, strategy: Option<String>) -> Self {
         let directory = directory.to_owned();
         Envelope::of(header, ExplicitFindings { directory, strategy, ..Default::default() })
     }
 
     /// Adds the written model and files.
-    pub fn set(&mut self, graph: &Graph, files: Vec<String>) {
+    pub(crate) fn set(&mut self, graph: &Graph, files: Vec<String>) {
         let number = |n: usize| Number((n as u64).into());
         self.files = files;
         self.states = Some(number(graph.states.len()));
@@ -65,7 +65,7 @@ impl ExplicitReport {
     }
 
     /// Adds the quantities that were written, with the width that is wanted.
-    pub fn set_values(&mut self, written: Option<(&Quantities, f64)>) {
+    pub(crate) fn set_values(&mut self, written: Option<(&Quantities, f64)>) {
         self.values = written.map(|(quantities, precision)| {
             let rows = quantities.list.first().map_or(0, |q| q.bounds.len());
             let width = quantities.widest();

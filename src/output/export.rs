@@ -11,7 +11,7 @@ use crate::escape;
 
 /// The dump that `export` wrote.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct ExportFindings {
+pub(crate) struct ExportFindings {
     /// The directory.
     pub directory: String,
     /// The regions, in the order of the roots; empty until they are written.
@@ -27,7 +27,7 @@ pub struct ExportFindings {
 
 /// The bounds of quantities in a dump.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ExportedValues {
+pub(crate) struct ExportedValues {
     /// Number of rows in `values.csv`, or of states in an archive.
     pub rows: usize,
     /// The greatest number of improvements.
@@ -42,11 +42,11 @@ pub struct ExportedValues {
 }
 
 /// The report with times and memory.
-pub type ExportReport = Envelope<ExportFindings>;
+pub(crate) type ExportReport = Envelope<ExportFindings>;
 
 /// A region in a dump.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct ExportedRegion {
+pub(crate) struct ExportedRegion {
     /// Its name.
     pub name: String,
     /// `states` or `choices`.
@@ -59,12 +59,12 @@ pub struct ExportedRegion {
 
 impl ExportReport {
     /// Creates a report without results.
-    pub fn to_directory(header: Header, directory: &str) -> Self {
+    pub(crate) fn to_directory(header: Header, directory: &str) -> Self {
         Envelope::of(header, ExportFindings { directory: directory.to_owned(), ..Default::default() })
     }
 
     /// Adds the regions that were written.
-    pub fn set(&mut self, manifest: &Manifest) {
+    pub(crate) fn set(&mut self, manifest: &Manifest) {
         let region = |r: &crate::dump::manifest::Root| ExportedRegion {
             name: r.name.clone(),
             kind: r.kind,
@@ -79,7 +79,7 @@ impl ExportReport {
 
 impl ExportReport {
     /// Adds the bounds that were written, with the greatest width of one.
-    pub fn set_values(&mut self, manifest: &Manifest, width: Option<f64>, precision: f64) {
+    pub(crate) fn set_values(&mut self, manifest: &Manifest, width: Option<f64>, precision: f64) {
         let values = manifest.values.as_ref().zip(width);
         self.values = values.map(|(file, width)| {
             ExportedValues::new((file.rows, file.levels), &file.reward, width, precision)

@@ -7,10 +7,10 @@ use super::Style;
 use super::text::{aligned, plural, wrapped};
 use crate::engine::{Scope, Selection};
 use crate::escape;
+use crate::model::Program;
 use crate::model::preference::Preferences;
 use crate::model::valuation::json;
 use crate::model::value::Type;
-use crate::model::{ModelKind, Program};
 use crate::planning::result::ModelCounts;
 
 /// The inputs and settings of a report; a report leaves out the fields that are `None`.
@@ -66,7 +66,7 @@ impl Header {
     }
 
     /// Adds the engine that is taken, and why.
-    pub fn select(&mut self, selection: &Selection) {
+    pub(crate) fn select(&mut self, selection: &Selection) {
         self.engine = Some(selection.storage.name());
         self.engine_reason.clone_from(&selection.reason);
     }
@@ -85,7 +85,7 @@ impl Header {
     }
 
     /// Returns the path of the model.
-    pub fn path(&self) -> &str {
+    pub(crate) fn path(&self) -> &str {
         self.model.as_ref().map_or("", |model| &model.path)
     }
 
@@ -198,10 +198,7 @@ impl ModelSummary {
             bits: v.bits(),
             values: v.values.clone(),
         };
-        self.kind = Some(match program.kind {
-            ModelKind::Mdp => "mdp",
-            ModelKind::Dtmc => "dtmc",
-        });
+        self.kind = Some(program.kind.into());
         self.constants = program.given_constants.iter().filter_map(constant).collect();
         self.variables = program.variables.iter().map(variable).collect();
     }

@@ -19,7 +19,7 @@ const MOST_NAMES: usize = 6;
 
 /// The results of `info`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct InfoFindings {
+pub(crate) struct InfoFindings {
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
     /// The variables of the diagram from the top; `None` for the explicit engine.
@@ -34,11 +34,11 @@ pub struct InfoFindings {
 }
 
 /// The report with times and memory.
-pub type InfoReport = Envelope<InfoFindings>;
+pub(crate) type InfoReport = Envelope<InfoFindings>;
 
 /// A reward structure.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct RewardSummary {
+pub(crate) struct RewardSummary {
     /// Its name, if it has one.
     pub name: Option<String>,
     /// Number of items that states earn.
@@ -52,7 +52,7 @@ pub struct RewardSummary {
 
 impl RewardSummary {
     /// Describes the reward structures of a program.
-    pub fn all(program: &Program) -> Vec<RewardSummary> {
+    pub(crate) fn all(program: &Program) -> Vec<RewardSummary> {
         let summary = |structure: &RewardStructure| {
             let states = structure.items.iter().filter(|i| i.earner == Earner::State).count();
             RewardSummary {
@@ -68,7 +68,7 @@ impl RewardSummary {
 
 /// Sizes of diagrams.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct Nodes {
+pub(crate) struct Nodes {
     /// Nodes of all transition relations together.
     pub transition: u64,
     /// Nodes of the set of states.
@@ -144,7 +144,7 @@ impl Findings for InfoFindings {
 
 /// A flat program as text: a report without numbers.
 #[derive(Default, Serialize)]
-pub struct FlatReport {
+pub(crate) struct FlatReport {
     /// The program; `None` until it is read.
     #[serde(skip)]
     pub flat: Option<Flat>,

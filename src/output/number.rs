@@ -13,7 +13,7 @@ pub struct Number(pub Count);
 
 impl Number {
     /// Formats the number with a comma after every third digit: `1,234,567`.
-    pub fn grouped(&self) -> String {
+    pub(crate) fn grouped(&self) -> String {
         grouped(&self.0)
     }
 }

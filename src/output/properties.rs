@@ -13,7 +13,7 @@ use crate::planning::result::{Escape, ModelCounts};
 
 /// The answers to the properties of a file or of the command line.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct PropertiesFindings {
+pub(crate) struct PropertiesFindings {
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
     /// A path from an unsafe initial state to the violation of a requirement, if there is one.
@@ -24,14 +24,14 @@ pub struct PropertiesFindings {
 }
 
 /// The report with times and memory.
-pub type PropertiesReport = Envelope<PropertiesFindings>;
+pub(crate) type PropertiesReport = Envelope<PropertiesFindings>;
 
 /// The numbers of states of the four regions; `None` while a region is not known.
-pub type Sizes = Regions<Option<Number>>;
+pub(crate) type Sizes = Regions<Option<Number>>;
 
 /// A property with its answer, or the reason for no answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PropertyAnswer {
+pub(crate) struct PropertyAnswer {
     /// Its name in the file.
     pub name: Option<String>,
     /// Its text.
@@ -51,7 +51,7 @@ pub struct PropertyAnswer {
 
 impl PropertyAnswer {
     /// Creates a property without an answer; `reason` says why it will have none.
-    pub fn open(name: Option<String>, property: String, reason: Option<String>) -> Self {
+    pub(crate) fn open(name: Option<String>, property: String, reason: Option<String>) -> Self {
         PropertyAnswer { name, property, holds: None, value: None, sizes: Sizes::default(), reason }
     }
 }

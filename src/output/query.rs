@@ -15,7 +15,7 @@ use crate::query::Member;
 
 /// The results of `query`.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct QueryFindings {
+pub(crate) struct QueryFindings {
     /// The directory of the dump.
     pub directory: String,
     /// The region expression.
@@ -39,18 +39,18 @@ pub struct QueryFindings {
 }
 
 /// The report with times and memory.
-pub type QueryReport = Envelope<QueryFindings>;
+pub(crate) type QueryReport = Envelope<QueryFindings>;
 
 /// Listed states of the selection. Each is formatted only when it is written.
 #[derive(Debug, Clone)]
-pub struct Rows {
+pub(crate) struct Rows {
     program: Arc<Program>,
     members: Arc<Vec<Member>>,
 }
 
 impl Rows {
     /// Creates the list of these members.
-    pub fn new(program: &Arc<Program>, members: Vec<Member>) -> Self {
+    pub(crate) fn new(program: &Arc<Program>, members: Vec<Member>) -> Self {
         Rows { program: Arc::clone(program), members: Arc::new(members) }
     }
 
@@ -67,7 +67,7 @@ impl Serialize for Rows {
 
 /// A state of the selection.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Listed {
+pub(crate) struct Listed {
     /// Its values.
     pub state: Valuation,
     /// The names of its choices, if the selection has choices.
@@ -77,7 +77,7 @@ pub struct Listed {
 
 /// A state with the answer whether it is in the selection.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Contained {
+pub(crate) struct Contained {
     /// Its values.
     pub state: Valuation,
     /// True if the state is a member.
@@ -89,14 +89,14 @@ pub struct Contained {
 
 impl Listed {
     /// Returns a member with the values of its variables.
-    pub fn of(program: &Program, member: &Member) -> Self {
+    pub(crate) fn of(program: &Program, member: &Member) -> Self {
         Listed { state: Valuation::of(program, &member.state), choices: member.choices.clone() }
     }
 }
 
 impl QueryReport {
     /// Creates a report without results.
-    pub fn of_region(directory: &str, region: &str, condition: Option<&str>) -> Self {
+    pub(crate) fn of_region(directory: &str, region: &str, condition: Option<&str>) -> Self {
         let (directory, region) = (directory.to_owned(), region.to_owned());
         let condition = condition.map(str::to_owned);
         let findings = QueryFindings { directory, region, condition, ..QueryFindings::default() };

@@ -15,7 +15,7 @@ use crate::planning::result::{Escape, ModelCounts};
 
 /// The results of `reach`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct ReachFindings {
+pub(crate) struct ReachFindings {
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
     /// A path from an unsafe initial state to the violation of a requirement, if there is one.
@@ -43,12 +43,13 @@ pub struct ReachFindings {
 }
 
 /// The report with times and memory.
-pub type ReachReport = Envelope<ReachFindings>;
+pub(crate) type ReachReport = Envelope<ReachFindings>;
 
 /// A share of the initial states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
-pub enum Share {
+#[strum(serialize_all = "lowercase")]
+pub(crate) enum Share {
     /// All initial states.
     All,
     /// Some initial states, but not all.
@@ -57,19 +58,9 @@ pub enum Share {
     None,
 }
 
-impl Share {
-    fn word(self) -> &'static str {
-        match self {
-            Share::All => "all",
-            Share::Some => "some",
-            Share::None => "none",
-        }
-    }
-}
-
 impl ReachReport {
     /// Creates a report without results.
-    pub fn of_expression(header: Header, expression: &str) -> Self {
+    pub(crate) fn of_expression(header: Header, expression: &str) -> Self {
         Envelope::of(header, ReachFindings { expression: expression.to_owned(), ..Default::default() })
     }
 }
@@ -114,7 +105,7 @@ impl Findings for ReachFindings {
 
 impl ReachFindings {
     /// Adds the property with its answer to the list.
-    pub fn list_property(&mut self) {
+    pub(crate) fn list_property(&mut self) {
         let mut answer = PropertyAnswer::open(None, self.expression.clone(), None);
         (answer.holds, answer.value, answer.sizes) = (self.holds, self.value.clone(), self.sizes.clone());
         self.properties = vec![answer];
@@ -131,7 +122,7 @@ impl ReachFindings {
         ];
         for (name, region, share) in rows {
             if let Some(region) = region {
-                let share = share.map_or("", Share::word).to_owned();
+                let share = share.map_or_else(String::new, |share| share.to_string());
                 grid.row(vec![name.to_owned(), region.grouped(), share]);
             }
         }

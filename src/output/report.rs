@@ -66,7 +66,7 @@ pub struct Failure {
 
 impl Failure {
     /// Creates a failure without a place.
-    pub fn new(kind: FailureKind, message: impl Into<String>) -> Self {
+    pub(crate) fn new(kind: FailureKind, message: impl Into<String>) -> Self {
         let message = message.into();
         let schema = "meliora.error/1";
         Failure { schema, kind, message, file: None, line: None, column: None, interrupted: false }

@@ -17,7 +17,7 @@ use crate::quantities::choose::Attained;
 
 /// The results of the runs, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
-pub struct SimulateFindings {
+pub(crate) struct SimulateFindings {
     /// `sasi`, `spi`, `plan` or `achieve`.
     pub kind: StrategyKind,
     /// The choice among permitted actions.
@@ -36,11 +36,11 @@ pub struct SimulateFindings {
 }
 
 /// The report with times and memory.
-pub type SimulateReport = Envelope<SimulateFindings>;
+pub(crate) type SimulateReport = Envelope<SimulateFindings>;
 
 /// The runs from one state.
 #[derive(Debug, Clone)]
-pub struct RunsReport {
+pub(crate) struct RunsReport {
     /// The state where they start.
     pub state: Valuation,
     /// Their statistics.
@@ -56,36 +56,17 @@ pub struct RunsReport {
 
 /// An objective that runs achieved.
 #[derive(Debug, Clone, Serialize)]
-pub struct AchievedReport {
+pub(crate) struct AchievedReport {
     /// Its name.
     pub objective: String,
     /// The number of steps until then.
     #[serde(flatten)]
-    pub wait: WaitReport,
-}
-
-/// The number of steps until an event, over the runs with this event.
-#[derive(Debug, Clone, Serialize)]
-pub struct WaitReport {
-    /// The number of runs.
-    pub plays: u64,
-    /// The smallest number of steps.
-    pub least: u64,
-    /// The mean.
-    pub mean: f64,
-    /// The largest number of steps.
-    pub most: u64,
-}
-
-impl From<&Wait> for WaitReport {
-    fn from(wait: &Wait) -> Self {
-        WaitReport { plays: wait.plays, least: wait.least, mean: wait.mean(), most: wait.most }
-    }
+    pub wait: Wait,
 }
 
 /// One run in full.
 #[derive(Debug, Clone, Serialize)]
-pub struct TraceReport {
+pub(crate) struct TraceReport {
     /// The number of the run, from 1.
     pub play: u64,
     /// The objectives that are achieved in its start state.
@@ -97,7 +78,7 @@ pub struct TraceReport {
 
 /// A step of a run.
 #[derive(Debug, Clone, Serialize)]
-pub struct TurnReport {
+pub(crate) struct TurnReport {
     /// The action taken.
     pub action: String,
     /// The state entered.
@@ -130,12 +111,12 @@ pub struct TurnReport {
 
 impl RunsReport {
     /// Creates the report of a tally.
-    pub fn new(program: &Program, preferences: &Preferences, tally: Tally) -> Self {
+    pub(crate) fn new(program: &Program, preferences: &Preferences, tally: Tally) -> Self {
         let state = Valuation::of(program, &tally.start);
         let trace = TraceReport::new(program, preferences, &tally.start, &tally.trace);
         let name = |objective: usize| preferences.objectives[objective].name.clone();
         let achieved = tally.achieved.as_ref().map(|achieved| {
-            let entry = |(&o, wait)| AchievedReport { objective: name(o), wait: WaitReport::from(wait) };
+            let entry = |(&o, &wait)| AchievedReport { objective: name(o), wait };
             achieved.waits.iter().map(entry).collect()
         });
         RunsReport { state, tally, value: None, achieved, trace }
@@ -143,7 +124,7 @@ impl RunsReport {
 
     /// Adds the value that the strategy attains, if it is known.
     #[must_use]
-    pub fn compared(self, attained: Option<Attained>) -> Self {
+    pub(crate) fn compared(self, attained: Option<Attained>) -> Self {
         let attained = attained.as_ref().map(Attains::new);
         let value = attained.zip(self.tally.sample.clone());
         RunsReport { value: value.map(|(value, sample)| Comparison { value, sample }), ..self }
@@ -162,7 +143,7 @@ impl Serialize for RunsReport {
         }
         fields.serialize_field("rank", &tally.rank)?;
         fields.serialize_field("improvements", &tally.improvements.iter().map(often).collect::<Vec<_>>())?;
-        fields.serialize_field("steps_to", &tally.waits.iter().map(WaitReport::from).collect::<Vec<_>>())?;
+        fields.serialize_field("steps_to", &tally.waits)?;
         match (&self.achieved, &tally.achieved) {
             (Some(objectives), Some(achieved)) => {
                 fields.serialize_field("achieved", objectives)?;
@@ -188,7 +169,7 @@ impl Serialize for RunsReport {
 
 impl TraceReport {
     /// Creates the report of a run from a state.
-    pub fn new(program: &Program, preferences: &Preferences, start: &[i64], trace: &Trace) -> Self {
+    pub(crate) fn new(program: &Program, preferences: &Preferences, start: &[i64], trace: &Trace) -> Self {
         // The kind does not occur in these texts.
         let words = Words { program, preferences, kind: StrategyKind::Sasi, levels: Kind::Sasi };
         let mut before = start;
@@ -221,7 +202,7 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
 
 impl SimulateReport {
     /// Creates a report without results.
-    pub fn of_setup(header: Header, (kind, choosing): (StrategyKind, Choosing), setup: Setup) -> Self {
+    pub(crate) fn of_setup(header: Header, (kind, choosing): (StrategyKind, Choosing), setup: Setup) -> Self {
         let Setup { scheduler: strategy, runs, steps, seed } = setup;
         Envelope::of(
             header,

@@ -122,7 +122,7 @@ fn achieved(report: &SimulateReport, plays: &RunsReport, style: Style) -> String
             grouped(wait.plays),
             format!("{share:.1} %"),
             wait.least.to_string(),
-            format!("{:.2}", wait.mean),
+            format!("{:.2}", wait.mean()),
             wait.most.to_string(),
         ]);
     }

@@ -9,7 +9,7 @@ use crate::planning::explain::{Action, Successor};
 use crate::planning::{Explanation, InducedModel, Rank};
 
 /// The explanation of a state, with the words for its results.
-pub struct StateReport<'a> {
+pub(crate) struct StateReport<'a> {
     /// The texts of the model and the preferences.
     pub words: Words<'a>,
     /// The state and its actions.
@@ -26,17 +26,17 @@ pub struct StateReport<'a> {
 
 impl StateReport<'_> {
     /// Returns the action that the strategy takes; `None` at level 0.
-    pub fn picked_action(&self) -> Option<&Action> {
+    pub(crate) fn picked_action(&self) -> Option<&Action> {
         self.at.actions.get(self.at.pick?)
     }
 
     /// Returns the first action that makes progress; `None` at level 0.
-    pub fn progress_action(&self) -> Option<&Action> {
+    pub(crate) fn progress_action(&self) -> Option<&Action> {
         self.at.actions.iter().find(|action| action.progress)
     }
 
     /// Returns the JSON object of the state.
-    pub fn json(&self) -> Json {
+    pub(crate) fn json(&self) -> Json {
         let (words, at, [sasi, spi]) = (self.words, &self.at, self.ranks);
         let mut json = json!({
             "state": Valuation::of(words.program, &at.state),

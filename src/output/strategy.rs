@@ -13,7 +13,7 @@ use crate::planning::StrategyKind;
 
 /// The results of `strategy`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
-pub struct StrategyFindings {
+pub(crate) struct StrategyFindings {
     /// `sasi`, `spi`, `plan` or `achieve`.
     pub kind: StrategyKind,
     /// The choice among permitted actions.
@@ -32,13 +32,13 @@ pub struct StrategyFindings {
 }
 
 /// The report with times and memory.
-pub type StrategyReport = Envelope<StrategyFindings>;
+pub(crate) type StrategyReport = Envelope<StrategyFindings>;
 
 /// A state in its final form. There may be millions, and this form takes a fraction of the memory
 /// of a [`StateReport`].
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
-pub enum Shown {
+pub(crate) enum Shown {
     /// For the JSON output.
     Json(Box<RawValue>),
     /// For the text output.
@@ -47,7 +47,7 @@ pub enum Shown {
 
 impl StrategyReport {
     /// Creates a report without results.
-    pub fn of_kind(header: Header, kind: StrategyKind, choosing: Choosing) -> Self {
+    pub(crate) fn of_kind(header: Header, kind: StrategyKind, choosing: Choosing) -> Self {
         let (asked, states, drawing) = (None, Vec::new(), None);
         Envelope::of(header, StrategyFindings { kind, choosing, asked, states, drawing, streamed: false })
     }
@@ -55,7 +55,7 @@ impl StrategyReport {
 
 impl StrategyFindings {
     /// Adds a state: as text if there is a style, else as JSON.
-    pub fn push(&mut self, state: &StateReport<'_>, style: Option<Style>) {
+    pub(crate) fn push(&mut self, state: &StateReport<'_>, style: Option<Style>) {
         self.states.push(match style {
             Some(style) => Shown::Text(state_text::render(state, style)),
             // The keys are strings and the values plain, so the conversion cannot fail.

@@ -14,7 +14,7 @@ use crate::planning::explain::Action;
 use crate::planning::induced_model::Node;
 
 /// Returns the heading: the variables, then the columns for each action.
-pub fn csv_heading(program: &Program) -> String {
+pub(crate) fn csv_heading(program: &Program) -> String {
     let variables = program.variables.iter().map(|v| v.name.as_str());
     let columns = [
         "most_preferred",
@@ -31,7 +31,7 @@ pub fn csv_heading(program: &Program) -> String {
 }
 
 /// Returns the lines of a state, one per action.
-pub fn csv_rows(state: &StateReport<'_>) -> String {
+pub(crate) fn csv_rows(state: &StateReport<'_>) -> String {
     let (words, at, picked) = (state.words, &state.at, state.picked_action());
     let row = |action: &Action| {
         let pick = picked.is_some_and(|picked| picked.name == action.name);
@@ -52,7 +52,7 @@ pub fn csv_rows(state: &StateReport<'_>) -> String {
 ///
 /// Double boxes are starts. Actions of the progress strategy are bold, improvements green,
 /// weakenings red, and successors past the limit are `…`.
-pub fn dot(words: Words<'_>, unfolded: &InducedModel, starts: usize) -> String {
+pub(crate) fn dot(words: Words<'_>, unfolded: &InducedModel, starts: usize) -> String {
     let mut out = "digraph strategy {\n  node [shape=box, fontname=\"sans-serif\"];\n".to_owned();
     out.push_str("  edge [fontname=\"sans-serif\"];\n");
     for (index, node) in unfolded.nodes.iter().enumerate() {

@@ -18,7 +18,7 @@ use crate::quantities::{Aim, Bounds, ChoiceValues, Node, Values};
 
 /// The results of `values`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize)]
-pub struct ValuesFindings {
+pub(crate) struct ValuesFindings {
     /// Sizes of the model.
     pub counts: Option<ModelCounts>,
     /// The name of the cost: `steps`, or that of a reward structure.
@@ -33,7 +33,7 @@ pub struct ValuesFindings {
 }
 
 /// The report with times and memory.
-pub type ValuesReport = Envelope<ValuesFindings>;
+pub(crate) type ValuesReport = Envelope<ValuesFindings>;
 
 /// The values of a state.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -96,13 +96,13 @@ pub struct Bound {
 
 impl Bound {
     /// Copies bounds; `exact` says whether fractions were asked for.
-    pub fn new(bounds: &Bounds, exact: bool) -> Self {
+    pub(crate) fn new(bounds: &Bounds, exact: bool) -> Self {
         let fraction = bounds.exact.as_ref().filter(|_| exact).map(ToString::to_string);
         Bound { lower: bounds.interval.lower, upper: bounds.interval.upper, exact: fraction }
     }
 
     /// Returns the width, divided by the value where that is above 1.
-    pub fn width(&self) -> f64 {
+    pub(crate) fn width(&self) -> f64 {
         if self.lower == self.upper { 0.0 } else { (self.upper - self.lower) / self.lower.max(1.0) }
     }
 }
@@ -126,7 +126,7 @@ impl Serialize for Bound {
 
 impl ValuesReport {
     /// Creates a report without results.
-    pub fn of_cost(header: Header, reward: &str, precision: f64) -> Self {
+    pub(crate) fn of_cost(header: Header, reward: &str, precision: f64) -> Self {
         let findings = ValuesFindings {
             counts: None,
             reward: reward.to_owned(),
@@ -140,7 +140,7 @@ impl ValuesReport {
 
 /// A bound that is wider than others.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Width {
+pub(crate) struct Width {
     /// The width, divided by the value where that is above 1.
     pub width: f64,
     /// The quantity that is bounded.
@@ -149,18 +149,18 @@ pub struct Width {
 
 impl Width {
     /// Returns the wider one of two bounds.
-    pub fn or(self, other: Width) -> Width {
+    pub(crate) fn or(self, other: Width) -> Width {
         if other.width > self.width { other } else { self }
     }
 
     /// Returns the name of the quantity: `P_k`, `C_k` or `N`.
-    pub fn quantity(&self) -> String {
+    pub(crate) fn quantity(&self) -> String {
         self.quantity.map_or_else(|| "N".to_owned(), |(letter, k)| format!("{letter}_{k}"))
     }
 }
 
 /// Returns the heading of [`StateValues::rows`].
-pub fn heading(program: &Program) -> impl Iterator<Item = &str> {
+pub(crate) fn heading(program: &Program) -> impl Iterator<Item = &str> {
     let columns = [
         "most_preferred",
         "sasi_rank",
@@ -182,7 +182,7 @@ fn plain(value: &Json) -> String {
 
 impl StateValues {
     /// Returns the widest bound of the state.
-    pub fn widest(&self) -> Width {
+    pub(crate) fn widest(&self) -> Width {
         let wide = |bound: &Bound, quantity| Width { width: bound.width(), quantity };
         let number = wide(&self.number, None);
         self.levels.iter().fold(number, |widest, level| {
@@ -194,7 +194,7 @@ impl StateValues {
 
     /// Returns the cells of all lines about the state: one for each number of improvements and action.
     /// A line without an action has the values of the state.
-    pub fn rows(&self) -> Vec<Vec<String>> {
+    pub(crate) fn rows(&self) -> Vec<Vec<String>> {
         let mut first: Vec<String> = self.state.values().map(plain).collect();
         first.push(self.most_preferred.join("+"));
         first.extend([self.sasi_rank, self.spi_rank].map(ranks::cell));
@@ -214,25 +214,12 @@ impl StateValues {
         rows
     }
 
-    /// Collects the values of a state of the scope; `None` if it was not reached before a limit.
-    ///
-    /// # Errors
-    /// A command has no meaning in the state.
-    pub fn of<E: Engine>(
-        analysis: &Analysis<E>,
-        program: &Program,
-        values: &Values,
-        state: &State,
-    ) -> Result<Option<Self>> {
-        Ok(StateValues::all(analysis, program, values, std::slice::from_ref(state))?.pop())
-    }
-
     /// Collects the values of some states of the scope, except for those that were not reached before
     /// a limit.
     ///
     /// # Errors
     /// A command has no meaning in a state.
-    pub fn all<E: Engine>(
+    pub(crate) fn all<E: Engine>(
         analysis: &Analysis<E>,
         program: &Program,
         values: &Values,
@@ -247,7 +234,7 @@ impl StateValues {
     ///
     /// # Errors
     /// A command has no meaning in a state.
-    pub fn each<E: Engine>(
+    pub(crate) fn each<E: Engine>(
         analysis: &Analysis<E>,
         program: &Program,
         values: &Values,

@@ -7,40 +7,29 @@ use serde::Serialize;
 use super::Style;
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
-use crate::certify::Verdict;
+use crate::certify::{Checked, Verdict};
 use crate::model::Program;
 use crate::model::valuation::Valuation;
 
 /// The results of `verify`.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct VerifyFindings {
+pub(crate) struct VerifyFindings {
     /// The directory of the dump.
     pub directory: String,
     /// True if all conditions hold; `None` if this is not known.
     pub accepted: Option<bool>,
     /// The regions that were found correct.
-    pub checked: Vec<CheckedRegion>,
+    pub checked: Vec<Checked>,
     /// The first violated condition.
     pub violation: Option<Violated>,
 }
 
 /// The report with times and memory.
-pub type VerifyReport = Envelope<VerifyFindings>;
-
-/// A region that was found correct.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct CheckedRegion {
-    /// Its name.
-    pub region: String,
-    /// True if the region was shown to contain no wrong state.
-    pub inside: bool,
-    /// True if the region was shown to miss no state.
-    pub outside: bool,
-}
+pub(crate) type VerifyReport = Envelope<VerifyFindings>;
 
 /// A violated condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Violated {
+pub(crate) struct Violated {
     /// The condition.
     pub condition: String,
     /// A state that violates it.
@@ -49,19 +38,14 @@ pub struct Violated {
 
 impl VerifyReport {
     /// Creates a report without results.
-    pub fn of_directory(directory: &str) -> Self {
+    pub(crate) fn of_directory(directory: &str) -> Self {
         let directory = directory.to_owned();
         Envelope::of(Header::default(), VerifyFindings { directory, ..VerifyFindings::default() })
     }
 
     /// Adds the verdict.
-    pub fn set(&mut self, program: &Program, verdict: &Verdict) {
-        let region = |c: &crate::certify::Checked| CheckedRegion {
-            region: c.region.clone(),
-            inside: c.inside,
-            outside: c.outside,
-        };
-        self.checked = verdict.checked.iter().map(region).collect();
+    pub(crate) fn set(&mut self, program: &Program, verdict: &Verdict) {
+        self.checked.clone_from(&verdict.checked);
         self.accepted = Some(verdict.violation.is_none());
         self.violation = verdict.violation.as_ref().map(|v| Violated {
             condition: v.condition.clone(),

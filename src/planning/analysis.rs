@@ -78,8 +78,8 @@ impl<E: Engine> Analysis<E> {
     }
 
     /// Runs all phases in the order of [`Phase`]. A call after a limit continues where the last one
-    /// ended. Cost: that of the phases; see [`WinningRegions::advance`], [`Improvement::new`] and
-    /// [`super::levels::next_level`].
+    /// ended. Cost: that of the phases; see `WinningRegions::advance`, `Improvement::new` and
+    /// `super::levels::next_level`.
     ///
     /// # Errors
     /// A limit of the engine is reached, or a target has no value in some state. Earlier results
@@ -268,10 +268,10 @@ impl<E: Engine> Analysis<E> {
     }
 
     /// Computes which most preferred objectives can be achieved together, and adds them to the result.
-    /// Needs the classes. Cost: see [`Joint::new`].
+    /// Needs the classes. Cost: see `Joint::new`.
     ///
     /// # Errors
-    /// The errors of [`Joint::new`].
+    /// The errors of `Joint::new`.
     pub fn run_jointly(&mut self) -> Result<()> {
         let joint = Joint::new(self)?;
         let classes = self.classes.iter().flat_map(|classes| &classes.list);
@@ -347,10 +347,10 @@ impl<E: Engine> Analysis<E> {
     }
 
     /// Returns a shortest path from an unsafe state to the violation of a requirement; `None` for
-    /// other states, and before the requirements are known. Cost: see [`Requirements::escape`].
+    /// other states, and before the requirements are known. Cost: see `Requirements::escape`.
     ///
     /// # Errors
-    /// The errors of [`Requirements::escape`].
+    /// The errors of `Requirements::escape`.
     pub fn escape(&self, program: &Program, state: &[i64]) -> Result<Option<Escape>> {
         let Some(requirements) = &self.requirements else { return Ok(None) };
         requirements.escape(&*self.whole, program, &self.preferences.requirements, state)
@@ -427,7 +427,7 @@ impl<E: Engine> Analysis<E> {
 
     /// Returns the sets behind the target of a temporal objective, one per disjunct; empty for
     /// other objectives, and before their computation.
-    pub fn accepting_regions(&self, objective: usize) -> &[AcceptingRegion<E>] {
+    pub(crate) fn accepting_regions(&self, objective: usize) -> &[AcceptingRegion<E>] {
         self.accepting.get(objective).map_or(&[], Vec::as_slice)
     }
 

@@ -49,7 +49,7 @@ impl<E: Engine> Classes<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub fn new(engine: &E, preferences: &Preferences, almost_sure: &[&E::States]) -> Result<Self> {
+    pub(crate) fn new(engine: &E, preferences: &Preferences, almost_sure: &[&E::States]) -> Result<Self> {
         let all = engine.all_states();
         let mut split = match engine.is_empty(&all)? {
             true => Vec::new(),

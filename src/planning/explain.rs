@@ -1,5 +1,7 @@
 //! Explanations why an action is permitted or not permitted in a state.
 
+use strum::IntoStaticStr;
+
 use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::improvement::Safety;
 use super::levels::{Kind, Rank};
@@ -10,7 +12,8 @@ use crate::model::step::Step;
 use crate::model::{State, fault};
 
 /// The reason why an action is permitted or not; successors are given by their positions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Verdict {
     /// Permitted: every kept successor is reached by a goal edge of the level.
     Improves,
@@ -51,24 +54,7 @@ pub enum Verdict {
 impl Verdict {
     /// Returns the name in reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Improves => "improves",
-            Verdict::MayImprove => "may-improve",
-            Verdict::Approaches => "approaches",
-            Verdict::Stays => "stays",
-            Verdict::Weakens(_) => "weakens",
-            Verdict::Unsafe(_) => "unsafe",
-            Verdict::Violates(_) => "violates",
-            Verdict::Strays(_) => "strays",
-            Verdict::Hopeless => "hopeless",
-            Verdict::NothingAhead => "nothing-ahead",
-            Verdict::Achieves => "achieves",
-            Verdict::MayAchieve => "may-achieve",
-            Verdict::Nears => "nears",
-            Verdict::Keeps => "keeps",
-            Verdict::Forfeits(_) => "forfeits",
-            Verdict::Unachievable => "unachievable",
-        }
+        self.into()
     }
 }
 

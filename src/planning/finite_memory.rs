@@ -17,12 +17,12 @@
 //! Level 0 has nothing to improve: a run ends there.
 //!
 //! A *plan* goes on at level 0: it achieves a most preferred objective of the state, with the
-//! strategies of [`super::achieve`]. It stays with this objective, even where more improvements
+//! strategies of `achieve`. It stays with this objective, even where more improvements
 //! become possible, because it could otherwise alternate between objectives forever. When an
 //! objective that is preferred to it becomes certain, the plan pursues that one. A strategy of the
 //! kind `achieve` does nothing else from the beginning.
 //!
-//! With a [`DecisionRule`], the rule takes the choices. The level is the number of improvements that
+//! With a decision rule, the rule takes the choices. The level is the number of improvements that
 //! it still aims at. After the last of them, planning starts again. A lost step ends the run.
 
 use std::collections::BTreeMap;
@@ -90,7 +90,7 @@ impl StrategyKind {
     }
 
     /// Returns whether strategies of this kind achieve objectives.
-    pub fn achieves(self) -> bool {
+    pub(crate) fn achieves(self) -> bool {
         matches!(self, StrategyKind::Plan | StrategyKind::Achieve)
     }
 
@@ -98,7 +98,7 @@ impl StrategyKind {
     ///
     /// # Errors
     /// [`Error::Usage`] if there is no such objective, if the kind needs one, or if it achieves none.
-    pub fn objective(self, preferences: &Preferences, name: Option<&str>) -> Result<Option<usize>> {
+    pub(crate) fn objective(self, preferences: &Preferences, name: Option<&str>) -> Result<Option<usize>> {
         let objectives = &preferences.objectives;
         let known = || objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>().join(", ");
         let wrong = match (self, name) {
@@ -394,7 +394,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     ///
     /// # Errors
     /// The errors of [`Engine::contains`].
-    pub fn reference(&self, memory: Memory, state: &[i64]) -> Result<ObjectiveSet> {
+    pub(crate) fn reference(&self, memory: Memory, state: &[i64]) -> Result<ObjectiveSet> {
         let class = self.arena(memory).and_then(|arena| self.classes.list.get(arena.reference?));
         class.map_or_else(|| self.most_preferred(state), |class| Ok(class.most_preferred.clone()))
     }
@@ -434,7 +434,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     }
 
     /// Returns the strategies of a memory; `None` if nothing can be improved and no objective is
-    /// pursued. Cost: that of [`strategy::strategy`], once per level and arena or per stage.
+    /// pursued. Cost: that of `strategy::strategy`, once per level and arena or per stage.
     ///
     /// # Errors
     /// A limit of the engine is reached.

@@ -101,7 +101,7 @@ impl<E: Engine> Improvement<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
+    pub(crate) fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
         let arenas = match safety {
             Safety::Action => vec![action(engine, classes)?],
             Safety::Transition => vec![transition(engine, classes)?],
@@ -115,7 +115,7 @@ impl<E: Engine> Improvement<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub fn sizes(&self, engine: &E) -> Result<Option<Sizes>> {
+    pub(crate) fn sizes(&self, engine: &E) -> Result<Option<Sizes>> {
         let (Some(arena), false) = (self.arenas.first(), self.safety == Safety::Prefix) else {
             return Ok(None);
         };

@@ -34,7 +34,7 @@ impl Scheduler {
     }
 
     /// Returns whether this scheduler may take the action at this position.
-    pub fn plays(self, at: &Explanation, action: usize) -> bool {
+    pub(crate) fn plays(self, at: &Explanation, action: usize) -> bool {
         match self {
             Scheduler::Permissive => {
                 !at.is_achieved() && at.actions.get(action).is_some_and(|a: &Action| a.permitted)

@@ -21,7 +21,7 @@ const MOST: usize = 10;
 
 /// The sets of objectives that are jointly achievable somewhere, among the most preferred objectives of
 /// a class.
-pub struct Joint<E: Engine> {
+pub(crate) struct Joint<E: Engine> {
     /// The regions W(R, T) by R ∪ T. A set without an entry is achieved jointly in no state.
     regions: BTreeMap<ObjectiveSet, E::States>,
 }
@@ -34,7 +34,7 @@ impl<E: Engine> Joint<E> {
     /// # Errors
     /// [`Error::Usage`] if the classes are not known, or if a class has more than 10 most preferred
     /// objectives; a limit of the engine is reached.
-    pub fn new(analysis: &Analysis<E>) -> Result<Self> {
+    pub(crate) fn new(analysis: &Analysis<E>) -> Result<Self> {
         let Some(classes) = analysis.classes() else {
             return Err(Error::Usage("the classes are not known; run the analysis first".to_owned()));
         };
@@ -109,7 +109,7 @@ impl<E: Engine> Joint<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub fn of_class(&self, engine: &E, class: &Class<E>) -> Result<Vec<(ObjectiveSet, E::States)>> {
+    pub(crate) fn of_class(&self, engine: &E, class: &Class<E>) -> Result<Vec<(ObjectiveSet, E::States)>> {
         let mut found = Vec::new();
         for (set, region) in &self.regions {
             if set.len() < 2 || !set.iter().all(|objective| class.most_preferred.contains(objective)) {
@@ -128,7 +128,7 @@ impl<E: Engine> Joint<E> {
     ///
     /// # Errors
     /// The errors of [`Engine::contains`].
-    pub fn of_state(&self, analysis: &Analysis<E>, state: &[i64]) -> Result<Vec<ObjectiveSet>> {
+    pub(crate) fn of_state(&self, analysis: &Analysis<E>, state: &[i64]) -> Result<Vec<ObjectiveSet>> {
         let Some(classes) = analysis.classes() else { return Ok(Vec::new()) };
         let most_preferred = classes.most_preferred(analysis.engine(), state)?;
         let mut greatest: Vec<ObjectiveSet> = Vec::new();

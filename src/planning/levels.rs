@@ -150,7 +150,7 @@ impl<E: Engine> Portable<E> for Levels<E> {
 
 impl<E: Engine> Levels<E> {
     /// Creates an empty list of levels.
-    pub fn new(kind: Kind) -> Self {
+    pub(crate) fn new(kind: Kind) -> Self {
         Levels { kind, found: Vec::new(), end: None }
     }
 
@@ -159,7 +159,7 @@ impl<E: Engine> Levels<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached; nothing is changed.
-    pub fn advance(
+    pub(crate) fn advance(
         &mut self,
         engine: &E,
         classes: &Classes<E>,
@@ -231,7 +231,7 @@ impl<E: Engine> Levels<E> {
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub fn next_level<E: Engine>(
+pub(crate) fn next_level<E: Engine>(
     engine: &E,
     classes: &Classes<E>,
     improvement: &Improvement<E>,

@@ -13,16 +13,16 @@
 //! strategy may visit, [`simulate`] draws random runs, and [`shield`] makes a table of permitted
 //! actions.
 
-pub mod achieve;
-pub mod analysis;
+pub(crate) mod achieve;
+pub(crate) mod analysis;
 pub mod classes;
-pub mod decision_rule;
-pub mod estimate;
+pub(crate) mod decision_rule;
+pub(crate) mod estimate;
 pub mod explain;
 pub mod finite_memory;
 pub mod improvement;
 pub mod induced_model;
-pub mod joint;
+pub(crate) mod joint;
 mod level_search;
 pub mod levels;
 mod phases;
@@ -36,19 +36,17 @@ pub mod tally;
 pub mod temporal;
 pub mod winning_regions;
 
-pub use achieve::Pursuit;
 pub use analysis::{Analysis, Event, Options, Phase};
 pub use classes::{Class, Classes};
-pub use decision_rule::DecisionRule;
+pub(crate) use decision_rule::DecisionRule;
 pub use estimate::Sample;
 pub use explain::Explanation;
 pub use finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 pub use improvement::{Improvement, Safety};
 pub use induced_model::{InducedModel, Scheduler};
-pub use joint::Joint;
+pub(crate) use joint::Joint;
 pub use levels::{Kind, Levels, Rank};
 pub use requirements::Requirements;
 pub use result::AnalysisResult;
-pub use shield::{Shield, ShieldAction, ShieldNode, ShieldVariable};
+pub use shield::{Shield, ShieldNode, ShieldVariable};
 pub use simulate::{Setup, Simulation};
-pub use winning_regions::WinningRegions;

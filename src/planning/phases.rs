@@ -29,7 +29,7 @@ impl Phase {
     pub const ALL: &[Phase] = Phase::VARIANTS;
 
     /// Returns the phase that computes the levels of a kind.
-    pub fn levels(kind: Kind) -> Phase {
+    pub(crate) fn levels(kind: Kind) -> Phase {
         match kind {
             Kind::Sasi => Phase::Sasi,
             Kind::Spi => Phase::Spi,

@@ -24,7 +24,7 @@ pub struct Requirements<E: Engine> {
 ///
 /// # Errors
 /// A limit of the engine is reached, or a state formula has no value.
-pub fn kept<E: Engine>(engine: &E, requirements: &[Requirement]) -> Result<E::States> {
+pub(crate) fn kept<E: Engine>(engine: &E, requirements: &[Requirement]) -> Result<E::States> {
     requirements.iter().try_fold(engine.all_states(), |kept, requirement| {
         engine.intersection(&kept, &engine.states_where(requirement.kept)?)
     })
@@ -36,7 +36,7 @@ impl<E: Engine> Requirements<E> {
     ///
     /// # Errors
     /// The errors of [`kept`].
-    pub fn restrict(engine: &E, requirements: &[Requirement]) -> Result<Option<(E, Self)>> {
+    pub(crate) fn restrict(engine: &E, requirements: &[Requirement]) -> Result<Option<(E, Self)>> {
         if requirements.is_empty() {
             return Ok(None);
         }
@@ -53,7 +53,7 @@ impl<E: Engine> Requirements<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached, or a command has no meaning in a state.
-    pub fn escape(
+    pub(crate) fn escape(
         &self,
         engine: &E,
         program: &Program,

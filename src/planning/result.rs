@@ -61,7 +61,7 @@ impl ModelCounts {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub fn of<E: Engine>(engine: &E) -> Result<Self> {
+    pub(crate) fn of<E: Engine>(engine: &E) -> Result<Self> {
         let states = engine.all_states();
         Ok(ModelCounts {
             model_states: engine.count_model_states(&states)?,
@@ -74,7 +74,7 @@ impl ModelCounts {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub fn within<E: Engine>(engine: &E, states: &E::States) -> Result<Self> {
+    pub(crate) fn within<E: Engine>(engine: &E, states: &E::States) -> Result<Self> {
         let choices = engine.choices_in(&engine.all_choices(), states)?;
         Ok(ModelCounts {
             states: engine.count(states)?,
@@ -163,12 +163,12 @@ pub enum LevelsEnd {
 
 impl LevelCounts {
     /// Returns whether the search for levels has begun.
-    pub fn is_begun(&self) -> bool {
+    pub(crate) fn is_begun(&self) -> bool {
         !self.levels.is_empty() || self.end != LevelsEnd::Open
     }
 
     /// Returns |W_k|; `None` if it is not known.
-    pub fn size(&self, k: usize) -> Option<Count> {
+    pub(crate) fn size(&self, k: usize) -> Option<Count> {
         self.levels.get(k.checked_sub(1)?).cloned().or_else(|| self.unbounded())
     }
 

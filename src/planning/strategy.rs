@@ -19,7 +19,7 @@ pub struct Strategy<E: Engine> {
     pub reference: Option<usize>,
     /// The winning states.
     pub states: E::States,
-    /// The permitted choices; see [`permissive`].
+    /// The permitted choices; see `permissive`.
     pub permissive: E::Choices,
     /// The winning states by their distance from the goal; the layers are disjoint. A state in
     /// layer 0 has a permitted choice with a goal edge. A state in layer i+1 has one with a kept
@@ -39,7 +39,7 @@ pub struct Strategy<E: Engine> {
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
+pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
     match kind {
         Kind::Sasi => Ok(game.choices.clone()),
         Kind::Spi => {
@@ -56,23 +56,18 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
+pub(crate) fn strategy<E: Engine>(
+    engine: &E,
+    kind: Kind,
+    arena: &Arena<E>,
+    game: &Game<E>,
+) -> Result<Strategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
-    let mut progress = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
-    let mut layer = engine.sources(&progress)?;
-    let mut open = engine.difference(&game.states, &layer)?;
-    let mut layers = Vec::new();
-    while !engine.is_empty(&layer)? {
-        if let Some(limit) = engine.settings().sink.stop() {
-            return Err(limit.into());
-        }
-        let closer = engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, &layer)?)?;
-        let closer = engine.choices_in(&closer, &open)?;
-        progress = engine.union(&progress, &closer)?;
-        layers.push(layer);
-        layer = engine.sources(&closer)?;
-        open = engine.difference(&open, &layer)?;
-    }
+    let first = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
+    let goal = engine.sources(&first)?;
+    let (layers, progress) = layered(engine, &game.states, goal, first, |layer| {
+        engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, layer)?)
+    })?;
     let states = game.states.clone();
     Ok(Strategy { reference: arena.reference, states, permissive, layers, progress })
 }
@@ -88,23 +83,39 @@ pub(super) fn approach<E: Engine>(
     goal: &E::States,
     first: E::Choices,
 ) -> Result<Strategy<E>> {
-    let mut progress = first;
-    let mut layer = engine.intersection(goal, &region.states)?;
-    let mut open = engine.difference(&region.states, &layer)?;
+    let goal = engine.intersection(goal, &region.states)?;
+    let (layers, progress) =
+        layered(engine, &region.states, goal, first, |layer| engine.entering(&region.choices, layer))?;
+    let (states, permissive) = (region.states.clone(), region.choices.clone());
+    Ok(Strategy { reference: None, states, permissive, layers, progress })
+}
+
+/// Returns the states by their distance from `layer`, and `progress` with the choices that come one
+/// layer closer: those that `closer` returns for a layer.
+fn layered<E: Engine>(
+    engine: &E,
+    states: &E::States,
+    mut layer: E::States,
+    mut progress: E::Choices,
+    closer: impl Fn(&E::States) -> Result<E::Choices>,
+) -> Result<(Vec<E::States>, E::Choices)> {
+    let mut open = engine.difference(states, &layer)?;
     let mut layers = Vec::new();
     while !engine.is_empty(&layer)? {
-        let closer = engine.choices_in(&engine.entering(&region.choices, &layer)?, &open)?;
+        if let Some(limit) = engine.settings().sink.stop() {
+            return Err(limit.into());
+        }
+        let closer = engine.choices_in(&closer(&layer)?, &open)?;
         progress = engine.union(&progress, &closer)?;
         layers.push(layer);
         layer = engine.sources(&closer)?;
         open = engine.difference(&open, &layer)?;
     }
-    let (states, permissive) = (region.states.clone(), region.choices.clone());
-    Ok(Strategy { reference: None, states, permissive, layers, progress })
+    Ok((layers, progress))
 }
 
 /// Computes the strategies of all arenas of a level, in the order of [`Improvement::arenas`]. Cost:
-/// that of [`strategy`] per arena.
+/// that of `strategy` per arena.
 ///
 /// # Errors
 /// A limit of the engine is reached.
@@ -119,7 +130,7 @@ pub fn strategies<E: Engine>(
 }
 
 /// Computes the permitted choices of all states of a level when planning starts there. Cost: that
-/// of [`permissive`] per arena.
+/// of `permissive` per arena.
 ///
 /// # Errors
 /// A limit of the engine is reached.

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+
 use super::estimate::Sample;
 use super::levels::Rank;
 use crate::model::State;
@@ -94,8 +97,19 @@ impl Wait {
     }
 
     /// Returns the mean number of steps.
-    pub fn mean(&self) -> f64 {
+    pub(crate) fn mean(&self) -> f64 {
         self.total as f64 / self.plays as f64
+    }
+}
+
+impl Serialize for Wait {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("Wait", 4)?;
+        fields.serialize_field("plays", &self.plays)?;
+        fields.serialize_field("least", &self.least)?;
+        fields.serialize_field("mean", &self.mean())?;
+        fields.serialize_field("most", &self.most)?;
+        fields.end()
     }
 }
 
@@ -204,7 +218,7 @@ impl Tally {
 
     /// Returns the number of runs with fewer improvements than the rank says; `None` if the rank is
     /// unbounded.
-    pub fn fewer_than_rank(&self) -> Option<u64> {
+    pub(crate) fn fewer_than_rank(&self) -> Option<u64> {
         match self.rank {
             Rank::Finite(k) | Rank::AtLeast(k) => Some(self.fewer_than(k)),
             Rank::Unbounded => None,

@@ -12,7 +12,7 @@ use crate::model::expr::ExprId;
 use crate::model::temporal::{Condition, Disjunct};
 
 /// The states from which a disjunct can be kept, with the choices and marks that prove it.
-pub struct AcceptingRegion<E: Engine> {
+pub(crate) struct AcceptingRegion<E: Engine> {
     /// The disjunct d.
     pub disjunct: Disjunct,
     /// U_d, the states.
@@ -51,7 +51,7 @@ pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> 
 ///
 /// # Errors
 /// A limit of the engine is reached, or a state formula has no value.
-pub fn accepting_region<E: Engine>(engine: &E, disjunct: Disjunct) -> Result<AcceptingRegion<E>> {
+pub(crate) fn accepting_region<E: Engine>(engine: &E, disjunct: Disjunct) -> Result<AcceptingRegion<E>> {
     let allowed = allowed(engine, &disjunct)?;
     let recurring =
         disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
@@ -79,7 +79,10 @@ pub fn accepting_region<E: Engine>(engine: &E, disjunct: Disjunct) -> Result<Acc
 ///
 /// # Errors
 /// The errors of [`accepting_region`].
-pub fn accepting_regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Vec<AcceptingRegion<E>>> {
+pub(crate) fn accepting_regions<E: Engine>(
+    engine: &E,
+    condition: &Condition,
+) -> Result<Vec<AcceptingRegion<E>>> {
     condition.disjuncts()?.into_iter().map(|disjunct| accepting_region(engine, disjunct)).collect()
 }
 
@@ -89,15 +92,15 @@ pub fn accepting_regions<E: Engine>(engine: &E, condition: &Condition) -> Result
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub fn secured<E: Engine>(engine: &E, all: &[AcceptingRegion<E>]) -> Result<E::States> {
+pub(crate) fn secured<E: Engine>(engine: &E, all: &[AcceptingRegion<E>]) -> Result<E::States> {
     all.iter().try_fold(engine.no_states(), |union, region| engine.union(&union, &region.states))
 }
 
 /// Computes the four regions of a condition on the product. Cost: for the condition and for its
-/// negation, that of [`accepting_regions`], one backward fixpoint and one almost-sure fixpoint.
+/// negation, that of `accepting_regions`, one backward fixpoint and one almost-sure fixpoint.
 ///
 /// # Errors
-/// The errors of [`accepting_region`].
+/// The errors of `accepting_region`.
 pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E::States>> {
     regions_by(engine, condition, |_, find| find())
 }
@@ -107,7 +110,7 @@ pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E
 ///
 /// # Errors
 /// The errors of [`regions`] and of `by`.
-pub fn regions_by<E: Engine>(
+pub(crate) fn regions_by<E: Engine>(
     engine: &E,
     condition: &Condition,
     mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<E::States>) -> Result<E::States>,

@@ -85,7 +85,7 @@ impl<E: Engine> WinningRegions<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached while the targets are counted.
-    pub fn new(engine: &E, targets: Vec<E::States>) -> Result<Self> {
+    pub(crate) fn new(engine: &E, targets: Vec<E::States>) -> Result<Self> {
         let sizes = targets.iter().map(|t| engine.count(t)).collect::<Result<Vec<Count>>>()?;
         let mut order: Vec<usize> = (0..targets.len()).collect();
         order.sort_by(|&i, &j| sizes[j].cmp(&sizes[i]).then(i.cmp(&j)));
@@ -103,7 +103,7 @@ impl<E: Engine> WinningRegions<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached; objectives that are not known then remain to be computed.
-    pub fn advance(&mut self, engine: &E) -> Result<Option<usize>> {
+    pub(crate) fn advance(&mut self, engine: &E) -> Result<Option<usize>> {
         let Some(first) = self.order.iter().copied().find(|&i| self.get(i).is_none()) else {
             return Ok(None);
         };
@@ -184,7 +184,7 @@ impl<E: Engine> WinningRegions<E> {
     }
 
     /// Returns F, the target of an objective, which is known before its regions.
-    pub fn target(&self, objective: usize) -> Option<&E::States> {
+    pub(crate) fn target(&self, objective: usize) -> Option<&E::States> {
         self.targets.get(objective)
     }
 
@@ -194,7 +194,7 @@ impl<E: Engine> WinningRegions<E> {
     }
 
     /// Returns the almost-sure regions of all objectives, once all are known.
-    pub fn almost_sure(&self) -> Option<Vec<&E::States>> {
+    pub(crate) fn almost_sure(&self) -> Option<Vec<&E::States>> {
         self.known.iter().map(|found| found.regions.as_ref().map(|o| &o.almost_sure)).collect()
     }
 }

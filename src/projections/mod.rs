@@ -1,7 +1,7 @@
 //! Projections: the sets of a finished analysis over a plane of two variables, as one shared
 //! diagram. Other programs can evaluate the diagram, such as the page that `meliora report` writes.
 //! This module contains data only; `output::page` draws all pictures, also of the preference order
-//! ([`crate::model::hasse`]).
+//! (`crate::model::hasse`).
 //!
 //! A cell of the plane is evaluated by fixing some bits of the diagram. No states are enumerated,
 //! so the other variables may have any number of values. A variable may also be left open; then the
@@ -80,7 +80,7 @@ pub struct Direction {
 }
 
 /// A query for a cell: for each variable a value, or none for any value.
-pub type View = Vec<Option<i64>>;
+pub(crate) type View = Vec<Option<i64>>;
 
 /// The results in a cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -111,7 +111,7 @@ impl Projections {
     }
 
     /// Returns the objectives whose target contains a state that matches a view.
-    pub fn targets_at(&self, view: &View) -> Vec<usize> {
+    pub(crate) fn targets_at(&self, view: &View) -> Vec<usize> {
         let pattern = self.pattern(view);
         (0..self.targets.len()).filter(|&i| self.meets(self.targets[i], &pattern)).collect()
     }
@@ -133,13 +133,13 @@ impl Projections {
     }
 
     /// Returns the names of the variables of the plane, rows first.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         let plane = self.plane.row.into_iter().chain([self.plane.column]);
         plane.map(|v| self.variables[v.index()].name.clone()).collect()
     }
 
     /// Returns the values of the rows, from the top of the picture down.
-    pub fn rows(&self) -> Vec<i64> {
+    pub(crate) fn rows(&self) -> Vec<i64> {
         let mut rows = self.plane.row.map_or_else(|| vec![0], |row| self.values(row));
         if self.rows_up {
             rows.reverse();
@@ -148,7 +148,7 @@ impl Projections {
     }
 
     /// Returns the values of the columns.
-    pub fn columns(&self) -> Vec<i64> {
+    pub(crate) fn columns(&self) -> Vec<i64> {
         self.values(self.plane.column)
     }
 

@@ -29,7 +29,7 @@ impl Plane {
     /// # Errors
     /// An unknown name, a Boolean, a repeated variable, or too many cells, with the place in the
     /// text; more than two names.
-    pub fn named(program: &Program, text: &str) -> Result<Self> {
+    pub(crate) fn named(program: &Program, text: &str) -> Result<Self> {
         let source = SourceFile::new("the grid", text);
         let mut variables = Vec::new();
         let mut start = 0;

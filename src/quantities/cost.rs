@@ -47,7 +47,7 @@ impl Cost for Steps {
 }
 
 /// Checks the rewards of a structure in all states of the scope; the error names one of the wrong
-/// ones. `wrong` is [`Program::wrong_rewards`] in the program of the engine.
+/// ones. `wrong` is `Program::wrong_rewards` in the program of the engine.
 ///
 /// # Errors
 /// A reward is negative or has no value in some state; a limit is reached.
@@ -87,7 +87,7 @@ pub enum Costs {
     Rewards {
         /// Its position.
         structure: usize,
-        /// The predicate of the states with wrong rewards; see [`Program::wrong_rewards`].
+        /// The predicate of the states with wrong rewards; see `Program::wrong_rewards`.
         wrong: ExprId,
     },
 }

@@ -37,7 +37,7 @@ pub struct Interval {
 
 impl Interval {
     /// Creates a timer; the first interval starts now.
-    pub fn new(length: Duration) -> Self {
+    pub(crate) fn new(length: Duration) -> Self {
         Interval { started: Instant::now(), last: AtomicU64::new(0), length }
     }
 
@@ -186,22 +186,22 @@ impl Supervisor {
     }
 
     /// Returns the flag that [`Supervisor::interrupt`] sets; a signal handler can set it, too.
-    pub fn interrupt_flag(&self) -> &Arc<AtomicBool> {
+    pub(crate) fn interrupt_flag(&self) -> &Arc<AtomicBool> {
         &self.interrupted
     }
 
     /// Returns the time since the start.
-    pub fn elapsed(&self) -> Duration {
+    pub(crate) fn elapsed(&self) -> Duration {
         self.started.elapsed()
     }
 
     /// Returns the remaining time, if there is a time limit.
-    pub fn remaining(&self) -> Option<Duration> {
+    pub(crate) fn remaining(&self) -> Option<Duration> {
         lock(&self.limits).time.map(TimeLimit::remaining)
     }
 
     /// Returns the limit of work that the user or the time limit has cancelled.
-    pub fn overdue(&self) -> Option<Limit> {
+    pub(crate) fn overdue(&self) -> Option<Limit> {
         if self.interrupted.load(Relaxed) {
             return Some(Limit::Interrupted);
         }
@@ -222,17 +222,17 @@ impl Supervisor {
     }
 
     /// Sets the position of the work.
-    pub fn set_position(&self, phase: &'static str, part: String) {
+    pub(crate) fn set_position(&self, phase: &'static str, part: String) {
         *lock(&self.position) = Position { phase, part, detail: String::new() };
     }
 
     /// Sets the detail of the position.
-    pub fn set_detail(&self, detail: String) {
+    pub(crate) fn set_detail(&self, detail: String) {
         lock(&self.position).detail = detail;
     }
 
     /// Returns true at intervals, at which the details of the progress are wanted.
-    pub fn wants_detail(&self) -> bool {
+    pub(crate) fn wants_detail(&self) -> bool {
         self.detail.has_passed()
     }
 

@@ -1,6 +1,6 @@
 //! Shields on random models: the promise holds, and secure nodes are the greatest such set.
 
-use meliora::dump::{read_shield, write_shield};
+use meliora::export::{read_shield, write_shield};
 use meliora::planning::{Shield, ShieldNode};
 use meliora::{Error, Kind, Model, Options, Safety, Settings, SourceFile};
 use rand::RngExt;

@@ -23,8 +23,8 @@ use super::{signals, terminal};
 use file::CsvFile;
 use process::{Outcome, Pool};
 use ranges::Range;
+use row::Ended;
 pub(super) use row::Job;
-use row::{Ended, Found};
 use table::Table;
 
 /// The interval between checks for an interruption.
@@ -113,7 +113,7 @@ impl Sweep {
             own.map(|(position, values)| Instance { position, values }).collect();
         let mut file = None;
         if let Some(path) = &args.csv {
-            let row = kind.row(&Found::default(), Ended::Done);
+            let row = kind.row(&Json::Null, Ended::Done);
             let header = ranges.iter().map(|r| r.name.as_str()).chain(row.columns()).collect();
             let mut csv = CsvFile::new(path, inputs, header)?;
             if args.resume {
@@ -141,9 +141,9 @@ impl Sweep {
         while ends.len() < self.instances.len() {
             match outcomes.recv_timeout(TICK) {
                 Ok(Outcome { ended: None, .. }) => break,
-                Ok(Outcome { index, report, found, ended: Some(ended) }) => {
-                    self.note(index, &found, ended, table.as_ref())?;
-                    ends.push((ended, found.kind));
+                Ok(Outcome { index, report, ended: Some(ended) }) => {
+                    self.note(index, &report, ended, table.as_ref())?;
+                    ends.push((ended, report["kind"].as_str().map(str::to_owned)));
                     runs.push((index, self.json(index, report, ended)));
                 }
                 Err(_) if pool.is_stopped() => break,
@@ -182,15 +182,15 @@ impl Sweep {
     fn note(
         &mut self,
         index: usize,
-        found: &Found,
+        report: &Json,
         ended: Ended,
         table: Option<&Table>,
     ) -> Result<(), Error> {
         let instance = &self.instances[index];
-        let row = self.kind.row(found, ended);
+        let row = self.kind.row(report, ended);
         if let Some(table) = table {
             let mut text = table.line(&self.constants(instance), &row) + "\n";
-            if let Some(message) = found.failure() {
+            if let Some(message) = row::failure(report) {
                 text += &format!("  {message}\n");
             }
             terminal::print(&text)?;
@@ -203,7 +203,7 @@ impl Sweep {
     }
 
     fn table(&self) -> Table {
-        let row = self.kind.row(&Found::default(), Ended::Done);
+        let row = self.kind.row(&Json::Null, Ended::Done);
         let constants = self.instances.iter().map(|i| self.constants(i).chars().count());
         Table::new(&row, constants.max().unwrap_or(0), terminal::stdout_style().width)
     }

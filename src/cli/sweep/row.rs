@@ -1,8 +1,6 @@
 //! One row of a sweep: the values of a report for the table and the file.
 
-use std::fmt::{self, Display, Formatter};
-
-use serde::Deserialize;
+use serde_json::Value as Json;
 use strum::IntoStaticStr;
 
 /// Number of levels with a column if `--max-level` does not say how many there can be. The header
@@ -22,106 +20,9 @@ pub(crate) enum Ended {
     Error,
 }
 
-/// The parts of a report that rows show. Each command fills in its own, a limit leaves out some.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(crate) struct Found {
-    counts: Option<Counts>,
-    sasi: Option<Levels>,
-    spi: Option<Levels>,
-    initial: Option<Initial>,
-    target: Option<String>,
-    pmax_one: Option<String>,
-    pmax_positive: Option<String>,
-    pmin_one: Option<String>,
-    pmin_positive: Option<String>,
-    equal: Option<bool>,
-    engines: Vec<EngineTime>,
-    prefer: Option<Prefer>,
-    time: Option<Time>,
-    memory: Option<Memory>,
-    error: Option<Failure>,
-    /// The message, if the report is an error.
-    message: Option<String>,
-    /// The kind of error, if the report is one.
-    pub(crate) kind: Option<String>,
-}
-
-impl Found {
-    /// Returns the reason why the instance ended early.
-    pub(crate) fn failure(&self) -> Option<&str> {
-        self.message.as_deref().or(self.error.as_ref().map(|error| error.message.as_str()))
-    }
-}
-
-#[derive(Debug, Deserialize)]
-struct Counts {
-    states: String,
-    choices: String,
-    transitions: String,
-}
-
-#[derive(Debug, Deserialize)]
-struct Levels {
-    levels: Vec<String>,
-    unbounded: Option<String>,
-}
-
-/// The initial states: a list for `check`, their shares of the regions for `reach`.
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-enum Initial {
-    Ranks(Vec<Ranks>),
-    Shares {},
-}
-
-#[derive(Debug, Deserialize)]
-struct Ranks {
-    sasi_rank: Option<Rank>,
-    spi_rank: Option<Rank>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-enum Rank {
-    Finite(u64),
-    Unbounded(String),
-}
-
-impl Display for Rank {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Rank::Finite(rank) => rank.fmt(f),
-            Rank::Unbounded(word) => word.fmt(f),
-        }
-    }
-}
-
-#[derive(Debug, Deserialize)]
-struct EngineTime {
-    engine: String,
-    time: Time,
-}
-
-#[derive(Debug, Deserialize)]
-struct Prefer {
-    engine: String,
-}
-
-#[derive(Debug, Deserialize)]
-struct Time {
-    total: f64,
-}
-
-#[derive(Debug, Deserialize)]
-struct Memory {
-    peak_nodes: Option<u64>,
-    peak_rss_bytes: Option<u64>,
-}
-
-#[derive(Debug, Deserialize)]
-struct Failure {
-    message: String,
+/// Returns the reason why the instance of a report ended early.
+pub(crate) fn failure(report: &Json) -> Option<&str> {
+    report["message"].as_str().or(report["error"]["message"].as_str())
 }
 
 /// The command whose reports become rows, by its name in JSON.
@@ -138,8 +39,9 @@ pub(crate) enum Job {
 pub(crate) struct Row(Vec<(String, String)>);
 
 impl Row {
-    fn add(&mut self, name: impl Into<String>, value: Option<impl Display>) {
-        self.0.push((name.into(), value.map(|value| value.to_string()).unwrap_or_default()));
+    /// Adds the value at a place of a report, given as a JSON pointer.
+    fn add(&mut self, name: impl Into<String>, report: &Json, place: &str) {
+        self.0.push((name.into(), report.pointer(place).map(cell).unwrap_or_default()));
     }
 
     /// Returns the names of the columns.
@@ -159,55 +61,66 @@ impl Job {
         Job::Check { levels: max_level.unwrap_or(LEVELS).min(LEVELS) }
     }
 
-    /// Returns the row of a report. The columns do not depend on the report.
-    pub(crate) fn row(self, found: &Found, ended: Ended) -> Row {
+    /// Returns the row of a report, `null` before there is one. The columns do not depend on the
+    /// report.
+    pub(crate) fn row(self, report: &Json, ended: Ended) -> Row {
         let mut row = Row::default();
-        let counts = found.counts.as_ref();
-        row.add("states", counts.map(|c| &c.states));
-        row.add("choices", counts.map(|c| &c.choices));
-        row.add("transitions", counts.map(|c| &c.transitions));
+        for name in ["states", "choices", "transitions"] {
+            row.add(name, report, &format!("/counts/{name}"));
+        }
         match self {
-            Job::Check { levels } => found.levels(levels, &mut row),
+            Job::Check { levels } => {
+                for kind in ["sasi", "spi"] {
+                    row.levels(kind, levels, report);
+                }
+                for name in ["sasi_rank", "spi_rank"] {
+                    row.add(name, report, &format!("/initial/0/{name}"));
+                }
+            }
             Job::Reach => {
-                row.add("target", found.target.as_ref());
-                row.add("pmax_one", found.pmax_one.as_ref());
-                row.add("pmax_positive", found.pmax_positive.as_ref());
-                row.add("pmin_one", found.pmin_one.as_ref());
-                row.add("pmin_positive", found.pmin_positive.as_ref());
+                for name in ["target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"] {
+                    row.add(name, report, &format!("/{name}"));
+                }
             }
             Job::Compare => {
-                row.add("equal", found.equal);
+                row.add("equal", report, "/equal");
                 for name in ["symbolic", "explicit"] {
-                    let own = found.engines.iter().find(|e| e.engine == name);
-                    row.add(format!("seconds_{name}"), own.map(|e| e.time.total));
+                    let mut engines = report["engines"].as_array().into_iter().flatten();
+                    let own = engines.find(|e| e["engine"] == name);
+                    row.add(format!("seconds_{name}"), own.unwrap_or(&Json::Null), "/time/total");
                 }
-                row.add("prefer", found.prefer.as_ref().map(|p| &p.engine));
+                row.add("prefer", report, "/prefer/engine");
             }
         }
-        row.add("seconds", found.time.as_ref().map(|t| t.total));
-        row.add("peak_nodes", found.memory.as_ref().and_then(|m| m.peak_nodes));
-        row.add("peak_rss_bytes", found.memory.as_ref().and_then(|m| m.peak_rss_bytes));
-        row.add("status", Some(<&str>::from(ended)));
+        row.add("seconds", report, "/time/total");
+        row.add("peak_nodes", report, "/memory/peak_nodes");
+        row.add("peak_rss_bytes", report, "/memory/peak_rss_bytes");
+        row.0.push(("status".to_owned(), <&str>::from(ended).to_owned()));
         row
     }
 }
 
-impl Found {
-    /// Adds the levels of `check`, and the ranks of the first initial state.
-    fn levels(&self, levels: usize, row: &mut Row) {
-        for (kind, found) in [("sasi", &self.sasi), ("spi", &self.spi)] {
-            for k in 1..=levels {
-                row.add(format!("{kind}_{k}"), found.as_ref().and_then(|f| f.levels.get(k - 1)));
-            }
-            row.add(format!("{kind}_unbounded"), found.as_ref().and_then(|f| f.unbounded.as_ref()));
-            row.add(format!("{kind}_levels"), found.as_ref().map(|f| f.levels.len()));
+impl Row {
+    /// Adds the levels of one kind.
+    fn levels(&mut self, kind: &str, levels: usize, report: &Json) {
+        for k in 1..=levels {
+            self.add(format!("{kind}_{k}"), report, &format!("/{kind}/levels/{}", k - 1));
         }
-        let first = match &self.initial {
-            Some(Initial::Ranks(all)) => all.first(),
-            _ => None,
-        };
-        row.add("sasi_rank", first.and_then(|r| r.sasi_rank.as_ref()));
-        row.add("spi_rank", first.and_then(|r| r.spi_rank.as_ref()));
+        self.add(format!("{kind}_unbounded"), report, &format!("/{kind}/unbounded"));
+        let found = report[kind]["levels"].as_array().map(|levels| levels.len().to_string());
+        self.0.push((format!("{kind}_levels"), found.unwrap_or_default()));
+    }
+}
+
+/// Formats a value of a report; `null` is empty.
+fn cell(value: &Json) -> String {
+    match value {
+        Json::Null => String::new(),
+        Json::String(text) => text.clone(),
+        Json::Number(number) if number.is_f64() => {
+            number.as_f64().map_or_else(String::new, |x| x.to_string())
+        }
+        value => value.to_string(),
     }
 }
 
@@ -223,7 +136,7 @@ mod tests {
             "initial": [{"sasi_rank": 2, "spi_rank": "unbounded"}],
             "time": {"total": 0.5}, "memory": {"peak_nodes": 1, "peak_rss_bytes": 2}
         });
-        let row = Job::check(Some(2)).row(&Found::deserialize(report).unwrap(), Ended::Done);
+        let row = Job::check(Some(2)).row(&report, Ended::Done);
         let expected =
             ["9", "8", "7", "5", "3", "0", "2", "6", "", "6", "1", "2", "unbounded", "0.5", "1", "2", "done"];
         assert!(row.cells().eq(expected), "{:?}", row.0);

@@ -104,13 +104,15 @@ fn brief(cell: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::row::{Ended, Found, Job};
+    use serde_json::Value as Json;
+
+    use super::super::row::{Ended, Job};
     use super::*;
 
     #[test]
     fn the_table_fits_a_terminal_of_80_columns_and_shows_more_in_a_wider_one() {
         for job in [Job::check(None), Job::Reach, Job::Compare] {
-            let row = job.row(&Found::default(), Ended::Done);
+            let row = job.row(&Json::Null, Ended::Done);
             let line = |width| Table::new(&row, 5, Some(width)).heading()[1].clone();
             assert!(line(80).len() <= 80, "{job:?}: {}", line(80));
             assert!(line(80).len() < line(200).len(), "{job:?}: {}", line(200));

@@ -140,12 +140,12 @@ impl ExplicitEngine {
     }
 
     /// Returns the program.
-    pub fn program(&self) -> &Arc<Program> {
+    pub(crate) fn program(&self) -> &Arc<Program> {
         &self.program
     }
 
     /// Returns whether both engines share their states, so that each accepts the sets of the other.
-    pub fn shares(&self, other: &ExplicitEngine) -> bool {
+    pub(crate) fn shares(&self, other: &ExplicitEngine) -> bool {
         Arc::ptr_eq(&self.graph, &other.graph)
     }
 }

@@ -320,7 +320,7 @@ impl ExplicitEngine {
     ///
     /// # Errors
     /// The errors of [`Engine::states_where`].
-    pub fn states_where_in(&self, program: &Program, predicate: ExprId) -> Result<StateSet> {
+    pub(crate) fn states_where_in(&self, program: &Program, predicate: ExprId) -> Result<StateSet> {
         let mut poll = Poll::new(&*self.settings.sink);
         let mut compiler = Compiler::new(program, &[predicate], &mut poll)?;
         let start = compiler.condition(predicate).start;

@@ -23,7 +23,7 @@ impl StateSet {
 }
 
 impl ExplicitEngine {
-    /// Starts an iteration over the states of X; [`ExplicitEngine::next_listed`] returns them.
+    /// Starts an iteration over the states of X; `ExplicitEngine::next_listed` returns them.
     /// Cost: the states of X are sorted.
     ///
     /// # Errors
@@ -41,7 +41,7 @@ impl ExplicitEngine {
     }
 
     /// Returns the next state of a listing; `None` at its end.
-    pub fn next_listed(&self, listing: &mut Listing) -> Option<State> {
+    pub(crate) fn next_listed(&self, listing: &mut Listing) -> Option<State> {
         listing.left.pop().map(|state| self.values(state))
     }
 

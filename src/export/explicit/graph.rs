@@ -32,7 +32,7 @@ pub struct Column {
 
 impl Column {
     /// Formats a value as PRISM does.
-    pub fn show(&self, value: i64) -> String {
+    pub(crate) fn show(&self, value: i64) -> String {
         if self.is_bool { (value != 0).to_string() } else { value.to_string() }
     }
 }
@@ -48,12 +48,12 @@ pub struct Row {
 
 impl Graph {
     /// Returns the number of choices over all states.
-    pub fn choices(&self) -> usize {
+    pub(crate) fn choices(&self) -> usize {
         self.rows.iter().map(Vec::len).sum()
     }
 
     /// Returns the number of transitions over all choices.
-    pub fn transitions(&self) -> usize {
+    pub(crate) fn transitions(&self) -> usize {
         self.rows.iter().flatten().map(|row| row.successors.len()).sum()
     }
 }

@@ -15,8 +15,9 @@ mod umb;
 mod write;
 
 pub use explore::explored;
-pub use graph::{Column, Graph, Row};
+pub use graph::{Graph, Row};
 pub use induced::induced;
 pub use quantities::{Quantities, Quantity};
 pub use umb::umb;
-pub use write::{PrismFiles, action_table, drn, prism};
+pub(crate) use write::action_table;
+pub use write::{drn, prism};

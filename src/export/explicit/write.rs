@@ -107,7 +107,7 @@ pub fn drn(graph: &Graph) -> String {
 
 /// Writes a CSV file with one row per state: its number, its values, and the names of its choices,
 /// separated by ` | `.
-pub fn action_table(graph: &Graph) -> String {
+pub(crate) fn action_table(graph: &Graph) -> String {
     let names = graph.columns.iter().map(|column| column.name.clone());
     let heading = std::iter::once("state".to_owned()).chain(names).chain(["actions".to_owned()]).collect();
     let row = |(number, (values, rows)): (usize, (&Vec<i64>, &Vec<Row>))| {

@@ -4,7 +4,7 @@ use std::fmt::{self, Display, Formatter, Write as _};
 
 use crate::lang::ast::{ATOM_LEVEL, BinaryOp, NEG_LEVEL, NOT_LEVEL};
 use crate::model::Program;
-use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use crate::model::expr::{Binary, ExprId, Node, Unary};
 use crate::model::value::Value;
 
 /// An expression that occurs twice gets a name if it has at least this many nodes.
@@ -237,7 +237,7 @@ fn uses(program: &Program) -> Vec<u8> {
             let is_new = *count == 0;
             *count = count.saturating_add(1);
             if is_new {
-                pending.extend(operands(&program.pool, id));
+                pending.extend(program.pool.operands(id));
             }
         }
     }
@@ -253,7 +253,7 @@ fn names(program: &Program) -> Vec<u32> {
     // Operands come before the nodes that use them.
     for id in program.pool.ids().filter(|id| uses[id.index()] > 0) {
         let (mut size, mut height) = (1_u8, 0_u16);
-        for operand in operands(&program.pool, id) {
+        for operand in program.pool.operands(id) {
             let (s, h) = sizes[operand.index()];
             (size, height) = (size.saturating_add(s), height.max(h.saturating_add(1)));
         }
@@ -266,14 +266,4 @@ fn names(program: &Program) -> Vec<u32> {
         sizes[id.index()] = (size, height);
     }
     names
-}
-
-fn operands(pool: &ExprPool, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
-    let operands = match pool.node(id) {
-        Node::Literal(_) | Node::Var(_) => [None; 3],
-        Node::Unary(_, a) => [Some(a), None, None],
-        Node::Binary(_, a, b) => [Some(a), Some(b), None],
-        Node::Ite(c, a, b) => [Some(c), Some(a), Some(b)],
-    };
-    operands.into_iter().flatten()
 }

@@ -79,7 +79,7 @@ impl<'p> Monitoring<'p> {
 
     /// Returns the number of joint states of the monitors of a condition (the product of their
     /// sizes).
-    pub fn states_of(&self, condition: &Condition) -> u64 {
+    pub(crate) fn states_of(&self, condition: &Condition) -> u64 {
         let marks = condition.marks();
         let own = self.installed.iter().filter(|w| marks.contains(&w.mark));
         own.fold(1, |all, w| all.saturating_mul(w.monitor.states.len() as u64))

@@ -16,7 +16,8 @@ mod wording;
 #[cfg(test)]
 mod words;
 
-pub use formula::{Formula, FormulaKind, Steps};
+pub(crate) use formula::FormulaKind;
+pub use formula::{Formula, Steps};
 pub use install::Monitoring;
 pub(in crate::lang) use parse::MOST_OPERATORS;
 pub use parse::parse_formula;

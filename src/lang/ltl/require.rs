@@ -18,7 +18,7 @@ impl Monitoring<'_> {
     ///
     /// # Errors
     /// Unknown names and wrong types; the formula is not safe; a limit on the size of monitors.
-    pub fn require(
+    pub(crate) fn require(
         &mut self,
         source: &Arc<SourceFile>,
         formula: &Formula,

@@ -32,7 +32,7 @@ pub(super) enum Measure {
 
 /// The values of the states of the scope.
 #[derive(Debug)]
-pub struct Heat {
+pub(crate) struct Heat {
     /// The computed values.
     pub(super) values: Arc<Values>,
     states: Vec<State>,

@@ -18,26 +18,26 @@ mod palette;
 mod report;
 mod words;
 
-pub use heat::{Heat, MOST_STATES};
-pub use outlook::Outlook;
-pub use report::{PageReport, Written};
+pub(crate) use heat::Heat;
+pub use heat::MOST_STATES;
+pub(crate) use outlook::Outlook;
+pub(crate) use report::PageReport;
+pub use report::Written;
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::CheckReport;
 use super::simulate::TraceReport;
+use crate::model::State;
 use crate::model::preference::{Outline, Preferences};
-use crate::model::{Program, State};
 use crate::planning::tally::RunEnd;
 use crate::planning::{Scheduler, StrategyKind};
 use crate::projections::Projections;
 use crate::quantities::Choose;
 
 /// The contents of a page.
-pub struct Content<'a> {
+pub(crate) struct Content<'a> {
     /// The results of `check`.
     pub check: &'a CheckReport,
-    /// The model.
-    pub program: &'a Program,
     /// The preferences.
     pub preferences: &'a Preferences,
     /// The regions over a plane, if one was selected or guessed.
@@ -50,7 +50,7 @@ pub struct Content<'a> {
 
 /// A simulated run.
 #[derive(Debug, Clone)]
-pub struct Play {
+pub(crate) struct Play {
     /// The kind of the strategy.
     pub kind: StrategyKind,
     /// The strategy of that kind.
@@ -106,12 +106,12 @@ impl Picture {
 
 impl Content<'_> {
     /// Renders the page.
-    pub fn html(&self) -> String {
+    pub(crate) fn html(&self) -> String {
         html::page(self)
     }
 
     /// Renders a picture as SVG; returns `None` if it needs a plane and there is none.
-    pub fn svg(&self, picture: Picture) -> Option<String> {
+    pub(crate) fn svg(&self, picture: Picture) -> Option<String> {
         let drawn = match picture {
             Picture::Hasse => hasse::svg(&self.order(), true),
             _ => map::svg(self, self.projections?, picture),
@@ -120,7 +120,7 @@ impl Content<'_> {
     }
 
     /// Renders the preference order in the DOT language.
-    pub fn dot(&self) -> String {
+    pub(crate) fn dot(&self) -> String {
         hasse::dot(&self.order())
     }
 

@@ -24,7 +24,7 @@ pub(super) const LISTED: usize = 3;
 
 /// The values of all states, and the outlook of the first initial states.
 #[derive(Debug)]
-pub struct Outlook {
+pub(crate) struct Outlook {
     /// The values; `None` if there are too many states.
     pub(super) heat: Option<Heat>,
     /// The outlooks; `None` where the levels do not tell what the model attains.
@@ -64,7 +64,7 @@ impl Outlook {
     ///
     /// # Errors
     /// The levels are not known; a limit is reached.
-    pub fn of<E: Engine>(analysis: &Analysis<E>, program: &Arc<Program>) -> Result<Self> {
+    pub(crate) fn of<E: Engine>(analysis: &Analysis<E>, program: &Arc<Program>) -> Result<Self> {
         let heat = Heat::of(analysis, program)?;
         let engine = analysis.engine();
         let mut promises = Vec::new();
@@ -80,13 +80,13 @@ impl Outlook {
     }
 
     /// Returns whether the values of the states are known.
-    pub fn has_values(&self) -> bool {
+    pub(crate) fn has_values(&self) -> bool {
         self.heat.is_some()
     }
 
     /// Lets a strategy choose by value while it improves, `cheap` for SASI and `likely` for SPI, if the
     /// values are known.
-    pub fn attach<E: Engine>(&self, strategy: &mut FiniteMemoryStrategy<E>) -> Choose {
+    pub(crate) fn attach<E: Engine>(&self, strategy: &mut FiniteMemoryStrategy<E>) -> Choose {
         let Some(heat) = &self.heat else { return Choose::First };
         let (aim, choose) = match strategy.levels() {
             Kind::Sasi => (Aim::Cheap, Choose::Cheap),

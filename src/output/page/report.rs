@@ -12,7 +12,7 @@ use crate::escape;
 
 /// The results of `report`.
 #[derive(Debug, Clone, Serialize)]
-pub struct PageReport {
+pub(crate) struct PageReport {
     /// `meliora.report/1`
     pub schema: &'static str,
     /// False if the work ended early; written only in that case.
@@ -51,7 +51,7 @@ pub struct Written {
 
 impl PageReport {
     /// Creates a report without a written file.
-    pub fn new(check: CheckReport) -> Self {
+    pub(crate) fn new(check: CheckReport) -> Self {
         PageReport {
             schema: "meliora.report/1",
             complete: true,

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::directory::sha256;
-use super::place::{Place, Sort};
+use crate::dump::directory::sha256;
+use crate::dump::place::{Place, Sort};
 use crate::error::{Error, Result, ensure};
 use crate::files::folder;
 use crate::planning::Shield;
