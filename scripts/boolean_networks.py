@@ -2,14 +2,18 @@
 """Counts the reachable states of Boolean networks, as whole processes of Meliora.
 
 usage: boolean_networks.py COLLECTION [--only 75,116] [--every N] [--timeout 10] [--memory 4GiB] [--order auto,declared]
-                           [--models DIR] [--csv FILE] [--markdown FILE]
+                           [--peer COMMAND] [--models DIR] [--csv FILE] [--markdown FILE]
 
 COLLECTION is a checkout of https://github.com/sybila/biodivine-boolean-models, or any folder with files `*.bnet`. Each
 network becomes a model of PRISM's language: one Boolean variable per variable of the network, and per variable v with
 function f a command `[] f != v -> (v'=f)`. Variables without a function are inputs: they keep their value. Initially the
 inputs have any value, and all other variables are false. `meliora info` counts the states; the time is that of the whole
 process. Reading the model counts towards the limit. --models keeps the models.
-Exit status: 0 done, 1 two orders count different states or a run failed, 2 usage.
+
+--peer names another program, which gets the file .bnet as its last argument and prints the number of states. It runs
+after Meliora on each network. The folder biodivine_reach has such a program; a limit on its memory can be part of the
+command: --peer 'prlimit --as=4294967296 biodivine-reach'.
+Exit status: 0 done, 1 two runs count different states or a run failed, 2 usage.
 """
 
 from __future__ import annotations
@@ -18,6 +22,7 @@ import argparse
 import csv
 import math
 import re
+import shlex
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -37,12 +42,14 @@ class Network:
     """The update function of each variable, in the order of the file; inputs have none."""
 
     name: str
+    path: Path
     functions: dict[str, str]
     inputs: list[str]
 
     @staticmethod
-    def read(name: str, text: str) -> Network:
+    def read(name: str, path: Path) -> Network:
         """Reads the format .bnet: lines `variable, function`, with `!`, `&`, `|`, brackets and 0, 1 or words."""
+        text = path.read_text(encoding="utf-8")
         functions = {}
         for line in text.splitlines():
             target, comma, function = (part.strip() for part in line.partition("#")[0].partition(","))
@@ -50,7 +57,7 @@ class Network:
                 functions[target] = function
         used = {word: None for function in functions.values() for word in WORD.findall(function)}
         inputs = [word for word in used if word not in functions and word not in ("true", "false")]
-        return Network(name, functions, inputs)
+        return Network(name, path, functions, inputs)
 
     def prism(self) -> str:
         """Returns the network in PRISM's language. Names get a prefix, so that none of them is a keyword."""
@@ -72,7 +79,7 @@ class Network:
 
 @dataclass(frozen=True)
 class Point:
-    """One run."""
+    """One run. The order is that of Meliora, or the name of the peer."""
 
     network: Network
     order: str
@@ -92,7 +99,8 @@ class Point:
     def status(self) -> str:
         if self.finished.status == 0:
             return "closed"
-        if self.finished.timed_out or self.finished.status == harness.OUT_OF_RESOURCES:
+        # A negative status is that of a signal, which ends a peer that runs out of memory.
+        if self.finished.timed_out or self.finished.status == harness.OUT_OF_RESOURCES or self.finished.status < 0:
             return "stopped"
         return "refused" if self.finished.status == 3 else "failed"
 
@@ -104,6 +112,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only each N-th network")
     parser.add_argument("--meliora", metavar="PATH", help="the binary")
     parser.add_argument("--order", default="auto", metavar="ORDER,…", help="variable orders")
+    parser.add_argument("--peer", type=shlex.split, metavar="COMMAND", help="another program that counts the states")
     parser.add_argument("--timeout", type=float, default=10.0, metavar="SECONDS", help="for each run")
     parser.add_argument("--memory", default="4GiB", metavar="SIZE", help="passed on to Meliora")
     parser.add_argument("--models", type=Path, metavar="DIR", help="keep the models there")
@@ -128,7 +137,7 @@ def chosen(given: argparse.Namespace) -> Iterator[Network]:
         harness.stop(f"no file *.bnet in {given.collection}")
     for name, path in all_files[:: given.every]:
         if given.only is None or (name.isdigit() and int(name) in given.only):
-            yield Network.read(name, path.read_text(encoding="utf-8"))
+            yield Network.read(name, path)
 
 
 def measure(given: argparse.Namespace, meliora: str, network: Network, model: Path, order: str) -> Point:
@@ -138,11 +147,18 @@ def measure(given: argparse.Namespace, meliora: str, network: Network, model: Pa
     return Point(network, order, finished, harness.json_object(finished.stdout) or {})
 
 
+def measure_peer(command: list[str], network: Network, timeout: float) -> Point:
+    """Lets the peer count the states of a network."""
+    finished = harness.run([*command, str(network.path)], timeout)
+    report = {"counts": {"states": finished.stdout.strip()}} if finished.stdout.strip().isdigit() else {}
+    return Point(network, Path(command[-1]).name, finished, report)
+
+
 def show(point: Point) -> None:
     """Prints a run as a line of the table."""
     states = "" if point.states is None else f"{point.states:.4g}" if point.states < 1e300 else "more than 1e300"
     size = len(point.network.functions) + len(point.network.inputs)
-    line = f"{point.network.name:>6} {size:>4} {point.order:8} {point.status:8} {point.finished.seconds:>7.2f} s"
+    line = f"{point.network.name:>6} {size:>4} {point.order:15} {point.status:8} {point.finished.seconds:>7.2f} s"
     line += f" {point.peak_nodes:>9} nodes {states:>16}"
     print(line + ("" if point.status == "closed" else f"  {harness.complaint(point.finished)}"), flush=True)
 
@@ -160,8 +176,8 @@ def write_csv(path: Path, points: list[Point], meliora: str) -> None:
 
 
 def summary(points: list[Point], timeout: float) -> list[str]:
-    """Returns the table of docs/benchmarks.md: a row per order."""
-    lines = [f"| order | networks | closed in {timeout:g} s | in 1 s | in 0.1 s | refused |", "| --- " * 6 + "|"]
+    """Returns the table of docs/benchmarks.md: a row per order, and one for the peer."""
+    lines = [f"| order or peer | networks | closed in {timeout:g} s | in 1 s | in 0.1 s | refused |", "| --- " * 6 + "|"]
     for order in dict.fromkeys(point.order for point in points):
         own = [point for point in points if point.order == order]
         closed = [point.finished.seconds for point in own if point.status == "closed"]
@@ -172,23 +188,28 @@ def summary(points: list[Point], timeout: float) -> list[str]:
 
 
 def compared(points: list[Point]) -> list[str]:
-    """Returns the mean ratios of times between the first order and each other one."""
-    times: dict[str, dict[str, float]] = {}
+    """Returns a table that compares the first order with each other one, and with the peer. Ratios of times are those of
+    the networks closed by both, where one takes more than the time of starting the processes."""
+    times: dict[str, dict[str, float]] = {point.order: {} for point in points}
     for point in points:
         if point.status == "closed":
-            times.setdefault(point.order, {})[point.network.name] = point.finished.seconds
-    lines = []
-    for other in list(times)[1:]:
-        first, second = next(iter(times.values())), times[other]
-        both = [(first[name], second[name]) for name in first if name in second]
-        logs = [math.log(b / a) for a, b in both if max(a, b) > SHORT]
-        mean = math.exp(sum(logs) / len(logs)) if logs else 1.0
-        lines.append(f"{other} takes {mean:.2f} times as long as {next(iter(times))} (geometric mean of {len(logs)} networks)")
-    return lines
+            times[point.order][point.network.name] = point.finished.seconds
+    name, first = next(iter(times.items()))
+    lines = [f"| compared with {name} | closed by both | only by {name} | only by the other |"]
+    lines = [f"{lines[0]} above {SHORT:g} s | geometric mean of the ratios | least | most |", "| --- " * 8 + "|"]
+    for other, second in list(times.items())[1:]:
+        both = [(first[network], second[network]) for network in first if network in second]
+        ratios = sorted(b / a for a, b in both if max(a, b) > SHORT)
+        cells = [other, len(both), len(first) - len(both), len(second) - len(both), len(ratios)]
+        if ratios:
+            mean = math.exp(sum(map(math.log, ratios)) / len(ratios))
+            cells += [f"{mean:.2f}", f"{ratios[0]:.2f}", f"{ratios[-1]:.2f}"]
+        lines.append("| " + " | ".join(str(cell) for cell in cells) + " |")
+    return lines if len(times) > 1 else []
 
 
 def differences(points: list[Point]) -> list[str]:
-    """Returns the networks whose states two orders count differently."""
+    """Returns the networks whose states two runs count differently."""
     counted: dict[str, set[int]] = {}
     for point in points:
         if point.states is not None:
@@ -210,14 +231,17 @@ def main() -> int:
             for order in given.order.split(","):
                 points.append(measure(given, meliora, network, model, order))
                 show(points[-1])
+            if given.peer is not None:
+                points.append(measure_peer(given.peer, network, given.timeout))
+                show(points[-1])
     if given.csv is not None:
         write_csv(given.csv, points, meliora)
-    table = summary(points, given.timeout)
+    table = [*summary(points, given.timeout), "", *compared(points)]
     if given.markdown is not None:
         about = f"{harness.version(meliora)}; {harness.machine()}; at most {given.timeout:g} s and {given.memory} a run."
         given.markdown.write_text("\n".join([*table, "", about, ""]), encoding="utf-8")
     wrong = differences(points)
-    print("\n".join([*table, *compared(points), *wrong]))
+    print("\n".join([*table, *wrong]))
     return 1 if wrong or any(point.status == "failed" for point in points) else 0
 
 

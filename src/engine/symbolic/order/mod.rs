@@ -105,9 +105,9 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// the clocks come first, then the clocks and the variables after them, those of equal role next to
 /// each other.
 ///
-/// If all variables are flags, and neither of the above holds: flags of the same commands come close
-/// to each other, if that shortens the spans of the commands. Such programs are often translated
-/// from formats in which the order of declaration has no meaning.
+/// If all variables are flags, and neither of the above holds: flags of the same commands, and flags
+/// that depend on the same flag, come close to each other, if that shortens their spans. Such
+/// programs are often translated from formats in which the order of declaration has no meaning.
 ///
 /// Up to three monitors come above the variables of the model, more come below.
 pub fn from_structure(program: &Program) -> Ordered {
@@ -128,14 +128,14 @@ pub fn from_structure(program: &Program) -> Ordered {
     }
 }
 
-/// Returns the declared order, or one with shorter spans of commands for programs of flags.
+/// Returns the declared order, or one with shorter spans for programs of flags.
 fn short_spans(program: &Program) -> Ordered {
     let Some(shortened) = command_spans::shortened(program) else {
         return Ordered { bits: declared(program), why: "as declared".to_owned() };
     };
     let why = format!(
-        "flags of the same commands close to each other: the spans of all commands add up to {} places instead \
-         of {} as declared",
+        "flags of the same commands close to each other: the spans of all commands and dependencies add up to \
+         {} places instead of {} as declared",
         shortened.span, shortened.declared
     );
     Ordered { bits: by_variables(program, &shortened.variables), why }
