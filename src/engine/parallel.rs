@@ -5,7 +5,7 @@
 //! and back. Results do not depend on the number of workers.
 
 use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 use super::{EdgeLabels, Engine, Region};
@@ -108,6 +108,10 @@ type Ended<T> = (usize, Result<T>, Result<()>);
 
 /// Does `work` on each job, next to each other if the engine has workers, else one after the other.
 ///
+/// The engine begins with the first job, and the workers begin with the last one. The longest job is
+/// therefore best the first one: its sets are not copied. Jobs that share intermediate results are
+/// best neighbours, because threads do not share them.
+///
 /// Each job comes with its result so far, which `work` completes. After an error, results found so
 /// far remain, and `work` must be able to continue from them: if the memory does not suffice for
 /// all workers, the rest is done on `engine` alone, without workers.
@@ -160,25 +164,35 @@ where
     J: Portable<E> + Sync,
     T: Portable<E> + Send + Sync,
 {
-    let next = AtomicUsize::new(0);
-    let turns = |worker: &E| {
-        let mut found = Vec::new();
-        while let Some((at, (job, so_far))) = jobs.iter().enumerate().nth(next.fetch_add(1, Relaxed)) {
+    let mut open = jobs.iter().enumerate();
+    let first = open.next();
+    let open = Mutex::new(open);
+    let next = |from_end: bool| {
+        let mut open = open.lock().unwrap_or_else(PoisonError::into_inner);
+        if from_end { open.next_back() } else { open.next() }
+    };
+    let turns = |worker: &E, first: Option<(usize, &(J, T))>, from_end: bool| {
+        let (mut found, mut begun) = (Vec::new(), first);
+        while let Some((at, (job, so_far))) = begun {
             let (result, end) = on_worker(engine, worker, (job, so_far), work);
             if result.is_err() || end.is_err() {
-                next.store(jobs.len(), Relaxed);
+                // Leaves no job to the other threads.
+                while next(from_end).is_some() {}
             }
             found.push((at, result, end));
+            begun = next(from_end);
         }
         found
     };
     thread::scope(|scope| {
-        let turns = &turns;
+        let (turns, next) = (&turns, &next);
         // If the system refuses a thread, the others do its work.
-        let start =
-            |worker| Some((worker, thread::Builder::new().spawn_scoped(scope, move || turns(worker)).ok()?));
+        let start = |worker| {
+            let turns = move || turns(worker, next(true), true);
+            Some((worker, thread::Builder::new().spawn_scoped(scope, turns).ok()?))
+        };
         let threads = Vec::from_iter(workers.iter().take(jobs.len() - 1).filter_map(start));
-        let mut found = vec![(engine, turns(engine))];
+        let mut found = vec![(engine, turns(engine, first, false))];
         for (worker, thread) in threads {
             found.push((worker, thread.join().unwrap_or_else(|panic| resume_unwind(panic))));
         }

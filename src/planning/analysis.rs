@@ -221,7 +221,9 @@ impl<E: Engine> Analysis<E> {
     fn run_improvement(&mut self) -> Result<()> {
         let Some(classes) = &self.classes else { return Ok(()) };
         let improvement = Improvement::new(&*self.engine, classes, self.options.safety)?;
-        self.result.improvement = improvement.sizes(&*self.engine)?;
+        let counts = self.result.counts.as_ref().filter(|_| self.requirements.is_none());
+        let transitions = counts.map(|counts| &counts.transitions);
+        self.result.improvement = improvement.sizes_given(&*self.engine, transitions)?;
         self.improvement = Some(Arc::new(improvement));
         Ok(())
     }

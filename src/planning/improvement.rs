@@ -116,11 +116,19 @@ impl<E: Engine> Improvement<E> {
     /// # Errors
     /// A limit of the engine is reached.
     pub(crate) fn sizes(&self, engine: &E) -> Result<Option<Sizes>> {
+        self.sizes_given(engine, None)
+    }
+
+    /// Computes [`Improvement::sizes`], given the number of all transitions if it is known.
+    pub(super) fn sizes_given(&self, engine: &E, transitions: Option<&Count>) -> Result<Option<Sizes>> {
         let (Some(arena), false) = (self.arenas.first(), self.safety == Safety::Prefix) else {
             return Ok(None);
         };
         let all = engine.all_states();
-        let total = engine.count_transitions(&engine.all_choices(), &all)?;
+        let total = match transitions {
+            Some(known) => known.clone(),
+            None => engine.count_transitions(&engine.all_choices(), &all)?,
+        };
         let mut kept = engine.count_transitions(&arena.choices, &all)?;
         for (from, into) in &dropped(engine, &arena.edge_labels)? {
             // The dropped edges of kept choices; choices without a kept successor are not in

@@ -144,7 +144,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let level = self.m.level_of(f).min(self.m.level_of(g));
         let ((f1, f0), (g1, g0)) = (self.m.children(f, level), self.m.children(g, level));
         let (set, clear) = (self.apply::<C>(f1, g1)?, self.apply::<C>(f0, g0)?);
-        let made = self.node_on(level, set, clear)?;
+        let made = self.node_among(level, set, clear, [(f, (f1, f0)), (g, (g1, g0))])?;
         self.m.remember_operation(C::OPERATION, &key, made.borrowed());
         Ok(made)
     }
@@ -208,7 +208,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let (c1, c0) = self.m.children(c, level);
         let ((f1, f0), (g1, g0)) = (self.m.children(f, level), self.m.children(g, level));
         let (set, clear) = (self.choose(c1, f1, g1)?, self.choose(c0, f0, g0)?);
-        let made = self.node_on(level, set, clear)?;
+        let made = self.node_among(level, set, clear, [(f, (f1, f0)), (g, (g1, g0))])?;
         self.m.remember_operation(BDDOp::Ite, &[c, f, g], made.borrowed());
         Ok(made)
     }

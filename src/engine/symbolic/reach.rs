@@ -31,8 +31,9 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let bit = self.top(x).min(self.top(b)).min(list.top);
         let closed = if bit < list.top {
             let ([x0, x1], [b0, b1]) = (self.split(x, bit), self.split(b, bit));
-            let set = self.close(by_saturation, x1, b1, list)?;
-            self.node(bit, set, self.close(by_saturation, x0, b0, list)?)?
+            let (set, clear) =
+                (self.close(by_saturation, x1, b1, list)?, self.close(by_saturation, x0, b0, list)?);
+            self.node_among(2 * bit, set, clear, [(x, (x1, x0)), (b, (b1, b0))])?
         } else if by_saturation {
             self.fire(x, b, self.store.lists.layers(self.store, list)?)?
         } else {
@@ -54,7 +55,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         list: &RelationList,
     ) -> Result<Held<'m, 'id>, Halt> {
         let cofactors = self.cofactors(list)?;
-        let b = self.split(b, bit);
+        let (whole, b) = (b, self.split(b, bit));
         let stays = [self.cofactor(cofactors, false, false), self.cofactor(cofactors, true, true)];
         let crosses = [self.cofactor(cofactors, false, true), self.cofactor(cofactors, true, false)];
         let mut closed = self.split(x, bit).map(|half| self.m.held(half));
@@ -78,6 +79,6 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
             at = to;
         }
         let [clear, set] = closed;
-        self.node(bit, set, clear)
+        self.node_among(2 * bit, set, clear, [(whole, (b[1], b[0]))])
     }
 }

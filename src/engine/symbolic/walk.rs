@@ -47,6 +47,9 @@ pub(super) struct Walk<'m, 'id: 'm> {
     left: Cell<u64>,
 }
 
+/// A diagram with its children (set, clear) by the level of an operation.
+pub(super) type WithChildren<'e, 'id> = (Edge<'e, 'id>, (Edge<'e, 'id>, Edge<'e, 'id>));
+
 /// Maximum number of steps between two checks of the limits.
 pub(super) const PATIENCE: u64 = 1 << 10;
 
@@ -108,6 +111,26 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.m.node(level, set, clear).map_err(|_| self.full())
     }
 
+    /// Computes [`Walk::node_on`] for children that are often those of an operand.
+    ///
+    /// An operand with these children is the result. It is returned without a lookup in the node
+    /// table; such lookups take a large part of the time of most operations.
+    #[inline]
+    pub(super) fn node_among<const N: usize>(
+        &self,
+        level: u32,
+        set: Held<'m, 'id>,
+        clear: Held<'m, 'id>,
+        operands: [WithChildren<'_, 'id>; N],
+    ) -> Result<Held<'m, 'id>, Halt> {
+        for (f, (f1, f0)) in operands {
+            if set.borrowed() == f1 && clear.borrowed() == f0 {
+                return Ok(self.m.held(f));
+            }
+        }
+        self.node_on(level, set, clear)
+    }
+
     #[cold]
     fn full(&self) -> Halt {
         self.store.full().into()
@@ -160,8 +183,8 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.tick()?;
         let bit = self.top(x).min(self.top(b)).min(list.top);
         let ([x0, x1], [b0, b1]) = (self.split(x, bit), self.split(b, bit));
-        let result = if bit < list.top {
-            self.node(bit, self.step(x1, b1, list)?, self.step(x0, b0, list)?)?
+        let (set, clear) = if bit < list.top {
+            (self.step(x1, b1, list)?, self.step(x0, b0, list)?)
         } else {
             let cofactors = self.cofactors(list)?;
             let half = |to: bool, b: Edge<'_, 'id>| {
@@ -172,8 +195,9 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
                 let crosses = self.step(if to { x0 } else { x1 }, b, self.cofactor(cofactors, !to, to))?;
                 self.or(stays.borrowed(), crosses.borrowed())
             };
-            self.node(bit, half(true, b1)?, half(false, b0)?)?
+            (half(true, b1)?, half(false, b0)?)
         };
+        let result = self.node_among(2 * bit, set, clear, [(b, (b1, b0))])?;
         self.m.remember(Memo::Step, &[x, b], self.number(list), result.borrowed());
         Ok(result)
     }
