@@ -223,7 +223,7 @@ impl<E: Engine> Analysis<E> {
         let improvement = Improvement::new(&*self.engine, classes, self.options.safety)?;
         let counts = self.result.counts.as_ref().filter(|_| self.requirements.is_none());
         let transitions = counts.map(|counts| &counts.transitions);
-        self.result.improvement = improvement.sizes_given(&*self.engine, transitions)?;
+        self.result.improvement = improvement.sizes(&*self.engine, transitions)?;
         self.improvement = Some(Arc::new(improvement));
         Ok(())
     }

@@ -110,17 +110,12 @@ impl<E: Engine> Improvement<E> {
         Ok(Improvement { safety, arenas })
     }
 
-    /// Computes the size of the improvement MDP; `None` under `prefix`, which has one arena per
-    /// class. Cost: counting, no image.
+    /// Computes the size of the improvement MDP, given the number of all transitions if it is known;
+    /// `None` under `prefix`, which has one arena per class. Cost: counting, no image.
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub(crate) fn sizes(&self, engine: &E) -> Result<Option<Sizes>> {
-        self.sizes_given(engine, None)
-    }
-
-    /// Computes [`Improvement::sizes`], given the number of all transitions if it is known.
-    pub(super) fn sizes_given(&self, engine: &E, transitions: Option<&Count>) -> Result<Option<Sizes>> {
+    pub(super) fn sizes(&self, engine: &E, transitions: Option<&Count>) -> Result<Option<Sizes>> {
         let (Some(arena), false) = (self.arenas.first(), self.safety == Safety::Prefix) else {
             return Ok(None);
         };
