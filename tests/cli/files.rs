@@ -4,9 +4,8 @@
 use std::fs::{self, Permissions};
 use std::io::Read;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
 
 use crate::common::{Finished, Scratch, run};
 
@@ -199,23 +198,42 @@ fn the_largest_size_of_a_file_is_a_limit_and_leaves_nothing_behind() {
     }
 }
 
+/// Returns the files and folders below a folder, with their inodes and sizes.
+fn tree(folder: &Path) -> Vec<(PathBuf, u64, u64)> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let Ok(data) = entry.metadata() else { continue };
+        found.push((entry.path(), data.ino(), data.len()));
+        if data.is_dir() {
+            found.extend(tree(&entry.path()));
+        }
+    }
+    found
+}
+
 #[test]
 fn an_old_dump_is_there_until_the_new_one_is_whatever_happens() {
     let scratch = Scratch::new(&[]);
     let dump = scratch.path("dump");
     let arguments = format!("export {TOY} -q --out {}", dump.display());
     run(&arguments).expect(0);
-    for delay in 0..30u64 {
+    // Kills the command after some changes to the files: a new folder, files in it, the exchange.
+    for limit in (0..12).cycle().take(36) {
         let mut command = Command::new(env!("CARGO_BIN_EXE_meliora"));
         command.args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR"));
+        let (mut changes, mut before) = (0, tree(&scratch.path("")));
         let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(delay));
+        while changes < limit && child.try_wait().unwrap().is_none() {
+            let now = tree(&scratch.path(""));
+            changes += usize::from(now != before);
+            before = now;
+        }
         let _ = child.kill();
         let mut said = String::new();
         child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
         child.wait().unwrap();
         let read = meliora::dump::read_directory(&dump, true, &meliora::engine::NoProgress);
-        assert!(read.is_ok(), "killed after {delay} ms: {:?} {said}", read.err());
+        assert!(read.is_ok(), "killed after {changes} changes: {:?} {said}", read.err());
     }
 }
 

@@ -157,7 +157,7 @@ fn an_abort_is_not_reported_as_a_limit_if_memory_is_not_limited() {
 fn the_time_limit_ends_every_command_with_4_and_what_is_known() {
     let scratch = hard();
     for command in COMMANDS {
-        let (status, out, err) = start(&scratch, &format!("{command} --timeout 500ms")).end();
+        let (status, out, err) = start(&scratch, &format!("{command} --timeout 200ms")).end();
         assert_eq!(status, Some(4), "{command}: {err}");
         assert!(err.contains("--timeout"), "{command}: {err}");
         assert!(err.contains("stopped in the phase"), "{command}: {err}");

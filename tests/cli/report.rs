@@ -143,7 +143,7 @@ fn what_cannot_be_drawn_is_refused_by_name() {
 fn a_page_that_was_not_finished_is_not_there() {
     let scratch = Scratch::new(&[("m.prism", LONG), ("p.pref", LONG_PREFS)]);
     let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("page.html"));
-    run(&format!("report {m} {p} -c N=4000 --timeout 300ms --out {out}")).expect(4);
+    run(&format!("report {m} {p} -c N=4000 --timeout 200ms --out {out}")).expect(4);
     assert!(!scratch.path("page.html").exists());
     let folder = scratch.show("nowhere/page.html");
     run(&format!("{ROBOT} --out {folder}")).expect(3);

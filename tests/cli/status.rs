@@ -172,7 +172,7 @@ fn the_time_limit_is_kept() {
     let scratch = Scratch::new(&[("long.prism", LONG), ("long.pref", LONG_PREFS)]);
     for engine in ["symbolic", "explicit"] {
         let arguments = format!(
-            "check {} {} -c N=4000 --engine {engine} --timeout 1s --json",
+            "check {} {} -c N=4000 --engine {engine} --timeout 300ms --json",
             scratch.show("long.prism"),
             scratch.show("long.pref")
         );

@@ -7,6 +7,7 @@
 //! are enumerated modulo renaming (the first atom is `a`) and modulo the order of the larger and
 //! the smaller operand of `&` and `|`.
 
+use std::borrow::Cow;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -191,29 +192,47 @@ struct Case {
     first: bool,
 }
 
-impl Case {
-    fn unary(definition: &Definition, operator: Operator, a: &Case) -> Case {
-        let inner = Box::new(a.formula.clone());
-        let kind = match operator {
-            Operator::Not => FormulaKind::Not(inner),
-            Operator::Next => FormulaKind::Next(inner),
-            Operator::Eventually => FormulaKind::Eventually(Steps::default(), inner),
-            _ => FormulaKind::Always(Steps::default(), inner),
+/// A formula that is not built yet: another thread builds most of them, and many have no verdict.
+enum Draft<'a> {
+    Known(&'a Case),
+    /// An operator with its operands; if it has only one, that is given twice.
+    Of(Operator, &'a Case, &'a Case),
+}
+
+impl<'a> Draft<'a> {
+    fn formula(&self) -> Formula {
+        let (operator, a, b) = match *self {
+            Draft::Known(case) => return case.formula.clone(),
+            Draft::Of(operator, a, b) => (operator, &a.formula, &b.formula),
         };
-        let values = definition.of(operator, &a.values, &a.values);
-        Case { formula: made(kind), values, first: a.first }
+        let (steps, [x, y]) = (Steps::default(), [a, b].map(|operand| move || Box::new(operand.clone())));
+        made(match operator {
+            Operator::Not => FormulaKind::Not(x()),
+            Operator::Next => FormulaKind::Next(x()),
+            Operator::Eventually => FormulaKind::Eventually(steps, x()),
+            Operator::Always => FormulaKind::Always(steps, x()),
+            Operator::And => FormulaKind::And(vec![a.clone(), b.clone()]),
+            Operator::Or => FormulaKind::Or(vec![a.clone(), b.clone()]),
+            Operator::Until => FormulaKind::Until(steps, x(), y()),
+            Operator::Release => FormulaKind::Release(x(), y()),
+            Operator::Weak => FormulaKind::Weak(x(), y()),
+        })
     }
 
-    fn binary(definition: &Definition, operator: Operator, a: &Case, b: &Case) -> Case {
-        let (x, y) = (a.formula.clone(), b.formula.clone());
-        let kind = match operator {
-            Operator::And => FormulaKind::And(vec![x, y]),
-            Operator::Or => FormulaKind::Or(vec![x, y]),
-            Operator::Until => FormulaKind::Until(Steps::default(), Box::new(x), Box::new(y)),
-            Operator::Release => FormulaKind::Release(Box::new(x), Box::new(y)),
-            _ => FormulaKind::Weak(Box::new(x), Box::new(y)),
-        };
-        Case { formula: made(kind), values: definition.of(operator, &a.values, &b.values), first: a.first }
+    fn values(&self, definition: &Definition) -> Values {
+        match *self {
+            Draft::Known(case) => case.values,
+            Draft::Of(operator, a, b) => definition.of(operator, &a.values, &b.values),
+        }
+    }
+
+    fn case(&self, definition: &Definition) -> Cow<'a, Case> {
+        match *self {
+            Draft::Known(case) => Cow::Borrowed(case),
+            Draft::Of(_, a, _) => {
+                Cow::Owned(Case { formula: self.formula(), values: self.values(definition), first: a.first })
+            }
+        }
     }
 }
 
@@ -237,7 +256,7 @@ impl Formulas {
         let mut all = Formulas { definition, known: vec![atoms.to_vec()], binary: binary.to_vec() };
         for size in 1..=size {
             let mut cases = Vec::new();
-            all.each(size, false, &mut |_, case| cases.push(case.clone()));
+            all.each(size, false, &mut |_, draft| cases.push(draft.case(&all.definition).into_owned()));
             all.known.push(cases);
         }
         all
@@ -245,25 +264,22 @@ impl Formulas {
 
     /// Enumerates all formulas with `size` operators. With `modulo`, it gives only those whose
     /// first atom is `a`, and one order of the operands of `&` and `|`.
-    fn each(&self, size: usize, modulo: bool, found: &mut dyn FnMut(usize, &Case)) {
+    fn each(&self, size: usize, modulo: bool, found: &mut dyn FnMut(usize, Draft<'_>)) {
         if let Some(known) = self.known.get(size) {
-            known
-                .iter()
-                .filter(|case| case.first || !modulo)
-                .enumerate()
-                .for_each(|(n, case)| found(n, case));
-            return;
+            let wanted = known.iter().filter(|case| case.first || !modulo);
+            return wanted.enumerate().for_each(|(n, case)| found(n, Draft::Known(case)));
         }
         let mut number = 0;
-        let mut give = |case: Case| {
-            found(number, &case);
+        let mut give = |draft: Draft<'_>| {
+            found(number, draft);
             number += 1;
         };
         self.each(size - 1, modulo, &mut |_, a| {
+            let a = &a.case(&self.definition);
             for operator in UNARY {
                 // A double negation is left out.
                 if operator != Operator::Not || !matches!(a.formula.kind, FormulaKind::Not(_)) {
-                    give(Case::unary(&self.definition, operator, a));
+                    give(Draft::Of(operator, a, a));
                 }
             }
         });
@@ -272,7 +288,7 @@ impl Formulas {
             self.pairs(left, right, modulo, &mut |a, b| {
                 for &operator in &self.binary {
                     if !modulo || left >= right || !matches!(operator, Operator::And | Operator::Or) {
-                        give(Case::binary(&self.definition, operator, a, b));
+                        give(Draft::Of(operator, a, b));
                     }
                 }
             });
@@ -280,11 +296,17 @@ impl Formulas {
     }
 
     fn pairs(&self, left: usize, right: usize, modulo: bool, found: &mut dyn FnMut(&Case, &Case)) {
+        // The loop over the larger operand is the outer one: it is made only once.
         if left >= right {
-            self.each(left, modulo, &mut |_, a| self.each(right, false, &mut |_, b| found(a, b)));
+            self.each(left, modulo, &mut |_, a| {
+                let a = a.case(&self.definition);
+                self.each(right, false, &mut |_, b| found(&a, &b.case(&self.definition)));
+            });
         } else {
-            // The loop over the larger operand is the outer one: it is made only once.
-            self.each(right, false, &mut |_, b| self.each(left, modulo, &mut |_, a| found(a, b)));
+            self.each(right, false, &mut |_, b| {
+                let b = b.case(&self.definition);
+                self.each(left, modulo, &mut |_, a| found(&a.case(&self.definition), &b));
+            });
         }
     }
 }
@@ -421,15 +443,16 @@ fn compare(formulas: &Formulas, size: usize) -> (usize, usize) {
     let masks: Vec<u64> = shapes().iter().flat_map(|shape| vec![shape.mask(); shape.chunks()]).collect();
     let work = |own: usize| {
         let mut judge = Judge::new();
-        formulas.each(size, true, &mut |number, case| {
+        formulas.each(size, true, &mut |number, draft| {
             if number % threads != own {
                 return;
             }
             all.fetch_add(1, Relaxed);
-            if let Some(found) = judge.verdicts(&case.formula) {
-                let expected = formulas.definition.first(&case.values);
+            let formula = draft.formula();
+            if let Some(found) = judge.verdicts(&formula) {
+                let expected = formulas.definition.first(&draft.values(&formulas.definition));
                 let same = (0..FIRST_CHUNKS).all(|i| (found[i] ^ expected[i]) & masks[i] == 0);
-                assert!(same, "{:?}: {}", case.formula, example(&found, &expected));
+                assert!(same, "{formula:?}: {}", example(&found, &expected));
                 inside.fetch_add(1, Relaxed);
             }
         });
