@@ -274,47 +274,49 @@ def client() -> Iterator[Any]:
             yield client
 
 
-def executing(dask_worker: Any) -> list[str]:
-    """The instances that a worker is computing."""
-    return [task.key for task in dask_worker.state.executing if task.key.startswith("meliora-instance")]
-
-
 def steps(client: Any, key: str) -> list[str]:
     """The states of a task so far."""
     story = client.run_on_scheduler(lambda dask_scheduler: [step[:3] for step in dask_scheduler.story(key)])
     return [str(after) for name, _, after in story if name == key]
 
 
-def kill_a_busy_worker(client: Any, killed: list[str], over: threading.Event) -> None:
-    """Kills a worker that computes an instance. It is stopped first: an instance that has not ended then does not end."""
-    processes = client.run(os.getpid)
-    while not killed and not over.is_set():
-        for address, keys in client.run(executing).items():
-            if keys and not killed:
-                os.kill(processes[address], signal.SIGSTOP)
-                time.sleep(0.2)  # messages that are on their way
-                if steps(client, keys[0])[-1] == "processing":
-                    killed += [address, keys[0]]
-                    os.kill(processes[address], signal.SIGKILL)
-                else:
-                    os.kill(processes[address], signal.SIGCONT)
+def kill_a_busy_worker(note: Path, over: threading.Event) -> None:
+    """Kills the worker that stopped itself, once its note is complete."""
+    while not over.is_set():
+        if note.exists() and (text := note.read_text()).endswith("\n"):
+            os.kill(int(text.split()[0]), signal.SIGKILL)
+            return
         time.sleep(0.01)
 
 
 def test_a_sweep_survives_a_lost_worker(client: Any, tmp_path: Path) -> None:
+    distributed: Any = pytest.importorskip("distributed")
     values = [400, 2, 401, 402, -1, 403, 404, 405]
-    path = tmp_path / "rows.csv"
-    killed: list[str] = []
+    path, note = tmp_path / "rows.csv", tmp_path / "note"
+
+    class Stop(distributed.WorkerPlugin):  # type: ignore[misc]
+        """Stops the first process that begins to compute an instance, so that the instance does not end."""
+
+        def transition(self, key: Any, start: Any, finish: Any, **_: Any) -> None:
+            if finish == "executing" and str(key).startswith("meliora-instance"):
+                try:
+                    with open(note, "x") as file:
+                        file.write(f"{os.getpid()} {key}\n")
+                except FileExistsError:
+                    return
+                os.kill(os.getpid(), signal.SIGSTOP)
+
+    client.register_plugin(Stop())
     over = threading.Event()
-    killer = threading.Thread(target=kill_a_busy_worker, args=(client, killed, over))
+    killer = threading.Thread(target=kill_a_busy_worker, args=(note, over))
     killer.start()
     try:
         table = meliora.sweep(*CHAIN, client=client, csv=path, N=values)
     finally:
         over.set()
         killer.join()
-    address, key = killed
-    print(f"killed {address} while it ran {key}")
+    process, key = note.read_text().rstrip("\n").split(" ", 1)
+    print(f"killed {process} while it ran {key}")
     print(*steps(client, key), sep=" -> ")
     # It was taken from the killed worker and run again.
     assert [step for step in steps(client, key) if step in ("processing", "memory")] == ["processing"] * 2 + ["memory"]
