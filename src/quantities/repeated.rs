@@ -2,8 +2,8 @@
 
 use super::narrow::Narrow;
 
-/// The number of values that are remembered to find equal ones.
-const REMEMBERED: usize = 1 << 12;
+/// The number of bits of a hash. 2^BITS rows are remembered to find equal ones.
+const BITS: u32 = 12;
 
 /// A list of rows of K doubles. Equal rows share memory, as long as not too many different ones lie
 /// between them; so a row takes one to four bytes, and a different one 8 K more.
@@ -19,11 +19,11 @@ pub(super) struct Repeated<const K: usize> {
 impl<const K: usize> Repeated<K> {
     /// Adds a row.
     pub(super) fn push(&mut self, row: [f64; K]) {
-        self.recent.resize(REMEMBERED, 0);
+        self.recent.resize(1 << BITS, 0);
         let hash = row
             .iter()
             .fold(0u64, |hash, x| (hash.rotate_left(5) ^ x.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        let recent = &mut self.recent[(hash >> 52) as usize];
+        let recent = &mut self.recent[(hash >> (u64::BITS - BITS)) as usize];
         if self.distinct.get(*recent as usize) != Some(&row) {
             *recent = self.distinct.len() as u32;
             self.distinct.push(row);
