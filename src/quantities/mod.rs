@@ -40,7 +40,8 @@
 //! round, it never ends. Elimination does not depend on this. It adds, multiplies and divides numbers
 //! that are not negative, so intervals have a relative width of some 1e-16 per operation, however
 //! rare an event is. Where bounds are wide nevertheless, because no certificate was found for the
-//! side that the policy does not give, up to 100 groups are solved again with fractions.
+//! side that the policy does not give, up to 100 groups are solved again with fractions, and more by
+//! iteration; the narrower bounds count.
 //!
 //! *Large components*, from 1000 groups on, are solved by optimistic value iteration if that takes few
 //! sweeps. On random walks in the plane it takes thousands. Elimination fills in rows there (its time grows with

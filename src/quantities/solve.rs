@@ -88,6 +88,9 @@ pub(super) enum End<N> {
     Known(N),
 }
 
+/// Solves a component and stores its bounds; returns false if they are wide.
+type Method<S, N> = fn(&S, &Groups<'_>, &mut Solution<N>, &mut Meter<'_>) -> Result<bool>;
+
 impl<N: Number> System<'_, N> {
     pub(super) fn sense(&self) -> Sense {
         match self.quantity {
@@ -322,35 +325,38 @@ impl<N: Number> System<'_, N> {
     ) -> Result<()> {
         let groups = Groups::new(self, nodes, position, solution, meter)?;
         meter.take(groups.bytes())?;
-        let end = if groups.count() <= self.small || N::rounded(Interval::ONE).is_none() {
-            self.eliminate(&groups, solution, meter)
+        let end = if N::rounded(Interval::ONE).is_none() {
+            self.eliminate(&groups, solution, meter).map(drop)
+        } else if groups.count() <= self.small {
+            self.both(nodes, &groups, [Self::eliminate, Self::iterate], solution, meter)
         } else {
-            match self.iterate(&groups, solution, meter) {
-                Ok(false) => self.narrow(nodes, &groups, solution, meter),
-                end => end.map(drop),
-            }
+            self.both(nodes, &groups, [Self::iterate, Self::eliminate], solution, meter)
         };
         meter.release(groups.bytes());
         end
     }
 
-    /// Solves a component by elimination after iteration has left wide bounds. Both results are
-    /// bounds, so the narrower ones count, also if a limit ends the elimination.
-    fn narrow(
+    /// Solves a component by one method, and by the other if that has left wide bounds. Both results
+    /// are bounds, so the narrower ones count, also if a limit ends the second method.
+    fn both(
         &self,
         nodes: &[u32],
         groups: &Groups<'_>,
+        [first, second]: [Method<Self, N>; 2],
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
-        let iterated: Vec<N> = nodes.iter().map(|&node| solution.stored(node).clone()).collect();
-        // Elimination takes the nodes of the component from those that are not known.
+        if first(self, groups, solution, meter)? {
+            return Ok(());
+        }
+        let bounds: Vec<N> = nodes.iter().map(|&node| solution.stored(node).clone()).collect();
+        // A method takes the nodes of the component from those that are not known.
         nodes.iter().for_each(|&node| solution.know(node, false));
-        let end = self.eliminate(groups, solution, meter);
-        for (&node, bounds) in nodes.iter().zip(&iterated) {
+        let end = second(self, groups, solution, meter);
+        for (&node, bounds) in nodes.iter().zip(&bounds) {
             solution.set(node, solution.stored(node).within(bounds));
         }
-        end
+        end.map(drop)
     }
 
     /// Solves a component by iteration; returns false if its bounds, which are stored, are wide.
@@ -372,13 +378,14 @@ impl<N: Number> System<'_, N> {
         end
     }
 
-    /// Solves a component by elimination, and again with fractions if the bounds are wide.
+    /// Solves a component by elimination, and again with fractions if the bounds are wide; returns
+    /// false if the bounds, which are stored, are still wide and may become narrow.
     fn eliminate(
         &self,
         groups: &Groups<'_>,
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
-    ) -> Result<()> {
+    ) -> Result<bool> {
         let actions = groups.actions::<N, AsTheyAre>(self, solution, meter)?;
         let component = Component { sense: self.sense(), actions };
         let bytes: usize =
@@ -387,10 +394,15 @@ impl<N: Number> System<'_, N> {
         let end = component.solve(meter);
         meter.release(bytes);
         let mut optimum = end?;
-        if optimum.as_ref().is_none_or(Optimum::is_wide) && groups.count() <= FEW && component.is_bounded() {
-            optimum = self.exactly(groups, solution, meter)?.or(optimum);
+        let mut wide = optimum.as_ref().is_none_or(Optimum::is_wide) && component.is_bounded();
+        if wide
+            && groups.count() <= FEW
+            && let Some(exact) = self.exactly(groups, solution, meter)?
+        {
+            (optimum, wide) = (Some(exact), false);
         }
-        groups.store(self, optimum.as_ref(), solution)
+        groups.store(self, optimum.as_ref(), solution)?;
+        Ok(!wide)
     }
 
     /// Solves a component with the exact probabilities and the bounds of its exits as fractions.
