@@ -1,11 +1,12 @@
 //! Removal of the attractor of losing states, in one recursion over all sets and relations: choices
 //! that may step into a lost state are withdrawn, states left without a choice are lost, and so on.
 //!
-//! At the first bit the sets split into halves. Each half removes its own lost states. Then the
-//! choices of one half that may step into lost states of the other half are withdrawn. States left
-//! without a choice are lost in their half. This repeats until nothing changes. It finds losses of
-//! many layers, such as a battery that runs down, without a pass over all sets for each layer.
+//! At the first bit the sets split into halves. One half removes its own lost states. Then the
+//! choices of the other half that may step into them are withdrawn, and states left without a choice
+//! are lost there. The halves take turns until nothing changes. This finds losses of many layers,
+//! such as a battery that runs down, without a pass over all sets for each layer.
 
+use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -65,29 +66,18 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         parts: &[Part],
         known: &mut Known<Removed>,
     ) -> Result<Removed, Halt> {
-        let half =
-            |value| Ok::<_, Halt>(Half { parts: self.half(bit, value, parts)?, lost: self.store.zero() });
+        let half = |value| {
+            let (parts, new) = (self.half(bit, value, parts)?, self.side(new, bit, value));
+            Ok::<_, Halt>(Half { parts, new, lost: self.store.zero(), crossed: self.store.zero() })
+        };
         let mut halves = [half(false)?, half(true)?];
-        for (half, value) in halves.iter_mut().zip([false, true]) {
-            let new = self.side(new, bit, value);
-            self.remove_in(half, &new, known)?;
-        }
         let arcs = [self.arcs(bit, parts, true, false)?, self.arcs(bit, parts, false, true)?];
-        let mut crossed = [self.store.zero(), self.store.zero()];
-        // The lost states of half `at` are propagated next; ends when neither half affects the
-        // other.
-        let (mut at, mut quiet) = (0, 0);
-        while quiet < 2 {
-            quiet += 1;
-            let new = self.own(|w| w.minus(halves[at].lost.as_edge(w.m), crossed[at].as_edge(w.m)))?;
-            if !self.store.is_zero(&new) {
-                crossed[at] = halves[at].lost.clone();
-                let stuck = self.withdraw(&new, &arcs[at], &mut halves, at)?;
-                if !self.store.is_zero(&stuck) {
-                    self.remove_in(&mut halves[1 - at], &stuck, known)?;
-                    quiet = 1;
-                }
-            }
+        // A half whose losses the other one adds to before it is searched is searched once instead of
+        // twice.
+        let mut at = usize::from(arcs[0].iter().all(|cofactor| cofactor.is_empty()));
+        while halves.iter().any(|half| half.is_open(self.store)) {
+            self.remove_in(&mut halves[at], known)?;
+            self.withdraw(&arcs[at], &mut halves, at)?;
             at = 1 - at;
         }
         let [clear, set] = &halves;
@@ -99,45 +89,60 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         })
     }
 
-    /// Adds to a half the states that are lost in it because of `new`.
-    fn remove_in(&self, half: &mut Half, new: &Bdd, known: &mut Known<Removed>) -> Result<(), Halt> {
-        let Removed { lost, allowed } = self.remove_attractor(new, &half.parts, known)?;
+    /// Adds to the lost states of a half those that are lost because of its new ones.
+    fn remove_in(&self, half: &mut Half, known: &mut Known<Removed>) -> Result<(), Halt> {
+        if self.store.is_zero(&half.new) {
+            return Ok(());
+        }
+        let new = mem::replace(&mut half.new, self.store.zero());
+        let Removed { lost, allowed } = self.remove_attractor(&new, &half.parts, known)?;
         half.lost = self.own(|w| w.or(half.lost.as_edge(w.m), lost.as_edge(w.m)))?;
         half.parts.iter_mut().zip(allowed.iter()).for_each(|(part, left)| part.allowed = left.clone());
         Ok(())
     }
 
-    /// Withdraws the choices of the other half that may step into the new lost states of half `at`.
-    /// Returns the states of the other half that this leaves without a choice.
-    fn withdraw(
-        &self,
-        new: &Bdd,
-        arcs: &[Arc<RelationList>],
-        halves: &mut [Half; 2],
-        at: usize,
-    ) -> Result<Bdd, Halt> {
-        let mut hit = self.store.zero();
+    /// Withdraws the choices of the other half that may step into lost states of half `at`. The
+    /// states of the other half that this leaves without a choice are new there.
+    fn withdraw(&self, arcs: &[Arc<RelationList>], halves: &mut [Half; 2], at: usize) -> Result<(), Halt> {
+        let to = 1 - at;
+        let more = self.own(|w| w.minus(halves[at].lost.as_edge(w.m), halves[at].crossed.as_edge(w.m)))?;
+        if self.store.is_zero(&more) {
+            return Ok(());
+        }
+        halves[at].crossed = halves[at].lost.clone();
+        let mut stuck = self.store.zero();
         for (index, cofactor) in arcs.iter().enumerate().filter(|(_, cofactor)| !cofactor.is_empty()) {
-            let except = &halves[at].parts[index].except;
-            let allowed = &halves[1 - at].parts[index].allowed;
-            let gone = self.enter(new, except, allowed, cofactor)?;
+            let (except, allowed) = (&halves[at].parts[index].except, &halves[to].parts[index].allowed);
+            let gone = self.enter(&more, except, allowed, cofactor)?;
             if !self.store.is_zero(&gone) {
                 let left = self.own(|w| w.minus(allowed.as_edge(w.m), gone.as_edge(w.m)))?;
-                halves[1 - at].parts[index].allowed = left;
-                hit = self.own(|w| w.or(hit.as_edge(w.m), gone.as_edge(w.m)))?;
+                halves[to].parts[index].allowed = left;
+                stuck = self.own(|w| w.or(stuck.as_edge(w.m), gone.as_edge(w.m)))?;
             }
         }
-        for part in &halves[1 - at].parts {
-            hit = self.own(|w| w.minus(hit.as_edge(w.m), part.allowed.as_edge(w.m)))?;
+        for part in &halves[to].parts {
+            stuck = self.own(|w| w.minus(stuck.as_edge(w.m), part.allowed.as_edge(w.m)))?;
         }
-        Ok(hit)
+        halves[to].new = self.own(|w| w.or(halves[to].new.as_edge(w.m), stuck.as_edge(w.m)))?;
+        Ok(())
     }
 }
 
 /// One half of the sets.
 struct Half {
     parts: Vec<Part>,
+    /// The lost states whose attractor is not yet removed in this half.
+    new: Bdd,
+    /// The other lost states.
     lost: Bdd,
+    /// The lost states from which the other half has already been entered.
+    crossed: Bdd,
+}
+
+impl Half {
+    fn is_open(&self, store: &Store) -> bool {
+        !store.is_zero(&self.new) || self.lost != self.crossed
+    }
 }
 
 /// Computes [`Engine::remove_attractor`](crate::engine::Engine::remove_attractor) with the choices
