@@ -91,6 +91,20 @@ fn what_only_some_steps_move_stands_last_where_it_is_compared_with_bounds() {
     assert_eq!(auto(text), ["x", "fuel"]);
 }
 
+#[test]
+fn a_counter_whose_steps_reset_another_stands_on_top() {
+    let text = "mdp module unit s : [0..2]; done : [0..9]; round : [0..5];\n\
+        [take] s=0 & done<9 & done!=4 -> (s'=1);\n\
+        [test] s=1 -> 1/2: (s'=0) + 1/2: (s'=2);\n\
+        [work] s=2 -> (s'=0) & (done'=done+1);\n\
+        [next] done=9 & round<5 -> (round'=round+1) & (done'=0);\n\
+        endmodule";
+    assert_eq!(auto(text), ["round", "s", "done"]);
+    assert_eq!(reason(text), "round on top, since its steps begin other counts anew");
+    let both = text.replace("[work]", "[undo] round>0 -> (round'=round-1) & (done'=0); [work]");
+    assert_eq!(auto(&both), ["s", "done", "round"]);
+}
+
 /// A grid with other names than the generator's.
 const MEADOW: &str = "mdp module cow wide : [0..7]; tall : [0..3]; mood : bool;\n\
     [a] wide<7 & !(wide=3 & tall=2) -> (wide'=wide+1);\n\

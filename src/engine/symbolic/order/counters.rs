@@ -72,6 +72,43 @@ pub(super) fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
     false
 }
 
+/// Returns true if a variable counts the rounds of an outer loop: each branch that changes it adds a
+/// constant, always of one sign, and sets another counter to a constant.
+pub(super) fn is_stage(
+    program: &Program,
+    commands: &[&Command],
+    counters: &AHashSet<VarId>,
+    variable: VarId,
+) -> bool {
+    let mut signs = AHashSet::new();
+    for branch in commands.iter().flat_map(|c| &c.branches) {
+        let changes = |(v, e): &&(VarId, ExprId)| *v == variable && program.pool.node(*e) != Node::Var(*v);
+        let Some(&(_, update)) = branch.updates.iter().find(changes) else { continue };
+        let resets = |(v, e): &(VarId, ExprId)| {
+            *v != variable && counters.contains(v) && program.pool.literal(*e).is_some()
+        };
+        let Some(grows) = grows(program, variable, update) else { return false };
+        if !branch.updates.iter().any(resets) {
+            return false;
+        }
+        signs.insert(grows);
+    }
+    signs.len() == 1
+}
+
+/// Returns whether an update adds a positive constant to a variable (true) or a negative one (false);
+/// `None` for other updates.
+fn grows(program: &Program, variable: VarId, update: ExprId) -> Option<bool> {
+    let (adds, constant) = match program.pool.node(update) {
+        Node::Binary(Binary::Add, a, b) if program.pool.node(a) == Node::Var(variable) => (true, b),
+        Node::Binary(Binary::Add, a, b) if program.pool.node(b) == Node::Var(variable) => (true, a),
+        Node::Binary(Binary::Sub, a, b) if program.pool.node(a) == Node::Var(variable) => (false, b),
+        _ => return None,
+    };
+    let positive = program.pool.literal(constant)?.to_f64() > 0.0;
+    Some(positive == adds)
+}
+
 /// Returns true if an equation compares something other than a variable and an end of its range:
 /// two variables, or a variable and an inner value. Counters are not used that way.
 fn is_inner(program: &Program, a: ExprId, b: ExprId) -> bool {

@@ -2,7 +2,8 @@
 //! modules that never move together.
 //!
 //! A counter that every step changes (a battery, a clock) divides the states into slices, each of
-//! which leads only into the next one. At the top, it lets the recursions proceed slice by slice.
+//! which leads only into the next one. At the top, it lets the recursions proceed slice by slice. So
+//! does the counter of an outer loop, whose steps set the counters of an inner one back.
 //! Flags come next, because they only remember. Positions follow; those that guards test together
 //! are interleaved bit by bit, because neighbouring states are close in each of them. A counter
 //! that is only compared with bounds comes last.
@@ -12,7 +13,7 @@ use std::fmt::Write;
 use ahash::{AHashMap, AHashSet};
 
 use super::super::encoding::Bit;
-use super::counters::{counters, operands, support, thresholds};
+use super::counters::{counters, is_stage, operands, support, thresholds};
 use super::{Ordered, by_variables};
 use crate::model::expr::{ExprId, Node};
 use crate::model::{Command, Program, VarId};
@@ -61,6 +62,8 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
 struct Roles {
     /// Counters that every step changes.
     ticking: Vec<VarId>,
+    /// Other counters that count the rounds of an outer loop.
+    stages: Vec<VarId>,
     /// Variables of one bit.
     flags: Vec<VarId>,
     /// Variables that are assigned, not counted.
@@ -116,13 +119,17 @@ impl<'p> IndependentModule<'p> {
         if !roles.ticking.is_empty() {
             why.push(format!("{} on top, since every step changes it", names(&roles.ticking)));
         }
+        if !roles.stages.is_empty() {
+            why.push(format!("{} on top, since its steps begin other counts anew", names(&roles.stages)));
+        }
         for group in groups.iter().filter(|g| g.len() > 1) {
             why.push(format!("{} bit by bit, since guards test them together", names(group)));
         }
         if !roles.bounded.is_empty() {
             why.push(format!("{} last, since guards compare it with bounds only", names(&roles.bounded)));
         }
-        let mut bits = by_variables(program, &[roles.ticking, roles.flags, roles.modes].concat());
+        let mut bits =
+            by_variables(program, &[roles.ticking, roles.stages, roles.flags, roles.modes].concat());
         bits.extend(groups.iter().flat_map(|group| interleaved(program, group)));
         bits.extend(by_variables(program, &roles.bounded));
         Ordered { bits, why: why.join("; ") }
@@ -143,6 +150,7 @@ impl<'p> IndependentModule<'p> {
                 0 | 1 => &mut roles.flags,
                 _ if ticks.contains(&v) => &mut roles.ticking,
                 _ if !counters.contains(&v) => &mut roles.modes,
+                _ if is_stage(program, &self.commands, &counters, v) => &mut roles.stages,
                 _ if bounds.contains(&v) => &mut roles.bounded,
                 _ => &mut roles.positions,
             };

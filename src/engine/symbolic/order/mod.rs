@@ -99,7 +99,8 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// three exceptions:
 ///
 /// If one module has all variables, or several modules are independent of each other: counters that
-/// every step changes come first, then flags, then positions interleaved bit by bit.
+/// every step changes and counters of outer loops come first, then flags, then positions interleaved
+/// bit by bit.
 ///
 /// If three or more copies of a module advance their clocks together: the variables declared before
 /// the clocks come first, then the clocks and the variables after them, those of equal role next to
