@@ -124,14 +124,16 @@ impl<E: Engine> Improvement<E> {
             Some(known) => known.clone(),
             None => engine.count_transitions(&engine.all_choices(), &all)?,
         };
-        let mut kept = engine.count_transitions(&arena.choices, &all)?;
+        // Most choices are kept, so the others are counted.
+        let gone = engine.difference(&engine.all_choices(), &arena.choices)?;
+        let mut lost = engine.count_transitions(&gone, &all)?;
         for (from, into) in &dropped(engine, &arena.edge_labels)? {
             // The dropped edges of kept choices; choices without a kept successor are not in
             // `arena.choices`.
-            kept -= engine.count_transitions(&engine.choices_in(&arena.choices, from)?, into)?;
+            lost += engine.count_transitions(&engine.choices_in(&arena.choices, from)?, into)?;
         }
         let states = engine.count(&all)? * 2u32;
-        Ok(Some(Sizes { states, dropped: total - &kept, transitions: kept * 2u32 }))
+        Ok(Some(Sizes { states, transitions: (total - &lost) * 2u32, dropped: lost }))
     }
 }
 

@@ -60,9 +60,9 @@ impl<'e, 'id: 'e> Simple<'e, 'id> {
     }
 }
 
-/// The numbers of satisfying assignments by node.
+/// The numbers of common satisfying assignments of two functions, by their nodes.
 struct Counts {
-    found: AHashMap<NodeID, Natural>,
+    found: AHashMap<[NodeID; 2], Natural>,
     charge: Charge,
 }
 
@@ -109,25 +109,37 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.quantify(f, variables)
     }
 
-    /// Returns the number of satisfying assignments to all variables.
-    pub(super) fn count_assignments(&self, f: Edge<'_, 'id>) -> Result<Natural, Halt> {
+    /// Returns the number of assignments to all variables that satisfy f ∧ g. Makes no node.
+    pub(super) fn count_common(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Result<Natural, Halt> {
         let all = Natural::from(1u32) << self.m.num_levels();
-        self.count_below(f, &all, &mut Counts { found: AHashMap::new(), charge: self.store.charge() })
+        self.count_below(f, g, &all, &mut Counts { found: AHashMap::new(), charge: self.store.charge() })
     }
 
-    fn count_below(&self, f: Edge<'_, 'id>, all: &Natural, known: &mut Counts) -> Result<Natural, Halt> {
-        if let Some(value) = self.m.value_of(f) {
-            return Ok(if value { all.clone() } else { Natural::from(0u32) });
+    fn count_below(
+        &self,
+        f: Edge<'_, 'id>,
+        g: Edge<'_, 'id>,
+        all: &Natural,
+        known: &mut Counts,
+    ) -> Result<Natural, Halt> {
+        match (self.m.value_of(f), self.m.value_of(g)) {
+            (Some(false), _) | (_, Some(false)) => return Ok(Natural::from(0u32)),
+            (Some(true), Some(true)) => return Ok(all.clone()),
+            _ => {}
         }
-        if let Some(found) = known.found.get(&f.node_id()) {
+        let key = [f.node_id(), g.node_id()];
+        if let Some(found) = known.found.get(&key) {
             return Ok(found.clone());
         }
         self.tick()?;
-        let (set, clear) = self.m.children(f, self.m.level_of(f));
-        let both = self.count_below(set, all, known)? + self.count_below(clear, all, known)?;
+        let level = self.m.level_of(f).min(self.m.level_of(g));
+        let ((f1, f0), (g1, g0)) = (self.m.children(f, level), self.m.children(g, level));
+        let both = self.count_below(f1, g1, all, known)? + self.count_below(f0, g0, all, known)?;
         let count = both >> 1u32;
-        known.charge.add(BYTES_OF_TABLE * size_of::<(NodeID, Natural)>() + size_of_val(count.mantissa()));
-        known.found.insert(f.node_id(), count.clone());
+        known
+            .charge
+            .add(BYTES_OF_TABLE * size_of::<([NodeID; 2], Natural)>() + size_of_val(count.mantissa()));
+        known.found.insert(key, count.clone());
         Ok(count)
     }
 

@@ -242,11 +242,14 @@ impl SymbolicEngine {
     /// any target).
     fn count_piece(&self, piece: &Piece, c: &Bdd, x: Option<&Bdd>) -> Result<Count> {
         let PartialRelation { relation, support } = &piece.steps;
-        let mut relation = self.store.and(relation, c)?;
-        if let Some(x) = x {
-            relation = self.store.and(&relation, &self.store.primed(support, x)?)?;
+        let unused = (self.encoding.width() - support.len()) as u32;
+        match x {
+            None => self.store.count_common(relation, c, unused),
+            Some(x) => {
+                let allowed = self.store.and(relation, c)?;
+                self.store.count_common(&allowed, &self.store.primed(support, x)?, unused)
+            }
         }
-        self.store.count(&relation, (self.encoding.width() - support.len()) as u32)
     }
 }
 

@@ -300,8 +300,14 @@ impl Store {
     /// Returns the number of satisfying assignments to the variables, without `unused` of them on
     /// which f does not depend.
     pub(super) fn count(&self, f: &Bdd, unused: u32) -> Result<Count> {
+        self.count_common(f, &self.one, unused)
+    }
+
+    /// Returns the number of satisfying assignments of f ∧ g to the variables, without `unused` of
+    /// them on which neither depends.
+    pub(super) fn count_common(&self, f: &Bdd, g: &Bdd, unused: u32) -> Result<Count> {
         let how = (Direction::Forward, None);
-        let all = self.walk_to_the_end(how, |walk| walk.count_assignments(f.as_edge(walk.m)))?;
+        let all = self.walk_to_the_end(how, |w| w.count_common(f.as_edge(w.m), g.as_edge(w.m)))?;
         Ok(to_biguint(&all) >> unused)
     }
 
