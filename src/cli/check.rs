@@ -112,7 +112,7 @@ pub(super) fn analyse<E: Engine, R: Checked>(
     // With workers, the levels of both kinds are computed next to each other.
     let one_by_one: &[&[Phase]] = &[&[Phase::Sasi], &[Phase::Spi]];
     let together: &[&[Phase]] = &[&[Phase::Sasi, Phase::Spi]];
-    let alone = run.analysis.engine().workers().is_empty();
+    let alone = run.analysis.engine().workers() == 0;
     for phases in if alone { one_by_one } else { together } {
         let end = run.phases(phases);
         // What is known at a limit is shown, if it can be computed.

@@ -299,16 +299,16 @@ impl Engine for AnyEngine {
         Ok(AnyEngine { inner, program: Arc::clone(&self.program) })
     }
 
-    fn workers(&self) -> Vec<Self> {
-        let any = |inner| AnyEngine { inner, program: Arc::clone(&self.program) };
-        match &self.inner {
-            Inner::Symbolic(e) => {
-                e.workers().into_iter().map(|w| any(Inner::Symbolic(Arc::new(w)))).collect()
-            }
-            Inner::Explicit(e) => {
-                e.workers().into_iter().map(|w| any(Inner::Explicit(Arc::new(w)))).collect()
-            }
-        }
+    fn workers(&self) -> u32 {
+        on!(self, e => e.workers())
+    }
+
+    fn worker(&self, number: u32) -> Option<Self> {
+        let inner = match &self.inner {
+            Inner::Symbolic(e) => Inner::Symbolic(Arc::new(e.worker(number)?)),
+            Inner::Explicit(e) => Inner::Explicit(Arc::new(e.worker(number)?)),
+        };
+        Some(AnyEngine { inner, program: Arc::clone(&self.program) })
     }
 
     fn dismiss_workers(&self, forever: bool) {

@@ -238,15 +238,19 @@ pub trait Engine:
     where
         Self: Sized;
 
-    /// Returns engines of the same model for other threads: at most [`Settings::threads`] minus 1,
-    /// and none if work on several threads is not expected to pay off. The sets of a worker are
-    /// exchanged by [`Engine::adopt`]. Workers have no workers. Cost: the first call copies the
-    /// model.
-    fn workers(&self) -> Vec<Self>
+    /// Returns the number of workers, engines of the same model for other threads:
+    /// [`Settings::threads`] minus 1, and none if work on several threads is not expected to pay
+    /// off. Workers have no workers.
+    fn workers(&self) -> u32 {
+        0
+    }
+    /// Returns a worker by its number; `None` if the memory does not suffice for it. The sets of a
+    /// worker are exchanged by [`Engine::adopt`]. Cost: the first call for a number copies the model.
+    fn worker(&self, _number: u32) -> Option<Self>
     where
         Self: Sized,
     {
-        Vec::new()
+        None
     }
     /// Releases the memory of the workers, once the last clone of them is dropped. They are made
     /// anew when they are needed, unless they are dismissed `forever`.

@@ -128,18 +128,13 @@ where
     J: Portable<E> + Sync,
     T: Portable<E> + Send + Sync,
 {
-    let workers = if jobs.len() > 1 { engine.workers() } else { Vec::new() };
-    if workers.is_empty() {
+    if jobs.len() <= 1 || engine.workers() == 0 {
         return jobs.iter_mut().try_for_each(|(job, result)| work(engine, job, result));
     }
     let mut ends: Vec<Option<Result<()>>> = jobs.iter().map(|_| None).collect();
-    for (worker, found) in side_by_side(engine, &workers, jobs, &work) {
-        for (at, result, end) in found {
-            let home = result.and_then(|result| copied(worker, engine, &result));
-            ends[at] = Some(home.map(|home| jobs[at].1 = home).and(end));
-        }
+    for (at, result, end) in side_by_side(engine, jobs, &work) {
+        ends[at] = Some(result.map(|result| jobs[at].1 = result).and(end));
     }
-    drop(workers);
     if let Some(error) =
         ends.iter_mut().find_map(|end| end.take_if(|end| matches!(end, Err(e) if !is_memory(e))))
     {
@@ -152,13 +147,12 @@ where
     open.try_for_each(|((job, result), _)| work(engine, job, result))
 }
 
-/// Distributes the jobs to the engine and its workers. Returns what each of them has begun.
-fn side_by_side<'w, E, J, T>(
-    engine: &'w E,
-    workers: &'w [E],
+/// Distributes the jobs to the engine and its workers. Returns all that were begun.
+fn side_by_side<E, J, T>(
+    engine: &E,
     jobs: &[(J, T)],
     work: &(impl Fn(&E, &J, &mut T) -> Result<()> + Sync),
-) -> Vec<(&'w E, Vec<Ended<T>>)>
+) -> Vec<Ended<T>>
 where
     E: Engine,
     J: Portable<E> + Sync,
@@ -186,21 +180,24 @@ where
     };
     thread::scope(|scope| {
         let (turns, next) = (&turns, &next);
-        // If the system refuses a thread, the others do its work.
-        let start = |worker| {
-            let turns = move || turns(worker, next(true), true);
-            Some((worker, thread::Builder::new().spawn_scoped(scope, turns).ok()?))
+        // If there is no memory for a worker, or no thread, the others do its work.
+        let start = |number| {
+            let turns = move || match engine.worker(number) {
+                Some(worker) => turns(&worker, next(true), true),
+                None => Vec::new(),
+            };
+            thread::Builder::new().spawn_scoped(scope, turns).ok()
         };
-        let threads = Vec::from_iter(workers.iter().take(jobs.len() - 1).filter_map(start));
-        let mut found = vec![(engine, turns(engine, first, false))];
-        for (worker, thread) in threads {
-            found.push((worker, thread.join().unwrap_or_else(|panic| resume_unwind(panic))));
+        let threads = Vec::from_iter((0..engine.workers()).take(jobs.len() - 1).filter_map(start));
+        let mut found = turns(engine, first, false);
+        for thread in threads {
+            found.extend(thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
         }
         found
     })
 }
 
-/// Does one job on a worker. Returns its result, and how it ended.
+/// Does one job on a worker. Returns its result as one of `engine`, and how it ended.
 fn on_worker<E: Engine, J: Portable<E>, T: Portable<E>>(
     engine: &E,
     worker: &E,
@@ -211,7 +208,7 @@ fn on_worker<E: Engine, J: Portable<E>, T: Portable<E>>(
     match copies {
         Ok((job, mut result)) => {
             let end = work(worker, &job, &mut result);
-            (Ok(result), end)
+            (copied(worker, engine, &result), end)
         }
         Err(error) => (Err(error), Ok(())),
     }
@@ -252,7 +249,7 @@ mod tests {
     /// Fails in workers, after all threads have begun a job, with an error.
     fn failing(error: fn() -> Error) -> (SymbolicEngine, Result<()>, Vec<Option<One>>) {
         let engine = engine();
-        assert_eq!(engine.workers().len(), 2);
+        assert_eq!(engine.workers(), 2);
         let states = (0..8).map(|x| (One(engine.singleton(&[x]).unwrap()), None));
         let (mut jobs, begun) = (Vec::from_iter(states), AtomicUsize::new(0));
         let end = run(&engine, &mut jobs, |own, One(x), found| {
@@ -277,7 +274,7 @@ mod tests {
             let next = engine.list_states(&found.unwrap().0, 2).unwrap();
             assert_eq!(next, [[x as i64 + 1]]);
         }
-        assert!(engine.workers().is_empty());
+        assert!(engine.workers() == 0);
     }
 
     #[test]
@@ -288,6 +285,6 @@ mod tests {
         // No worker completes any.
         let complete = found.iter().flatten().count();
         assert!((1..=6).contains(&complete), "{complete} jobs");
-        assert_eq!(engine.workers().len(), 2);
+        assert_eq!(engine.workers(), 2);
     }
 }

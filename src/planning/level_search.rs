@@ -51,7 +51,7 @@ pub(super) fn search<E: Engine, const N: usize>(
     max_level: Option<usize>,
     kinds: [&mut Levels<E>; N],
 ) -> ([Vec<Count>; N], Result<()>) {
-    if improvement.arenas.len() > 1 || engine.workers().is_empty() {
+    if improvement.arenas.len() > 1 || engine.workers() == 0 {
         return ([const { Vec::new() }; N], Ok(()));
     }
     let given = || Given { classes: Arc::clone(classes), improvement: Arc::clone(improvement) };

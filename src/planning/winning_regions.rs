@@ -128,7 +128,7 @@ impl<E: Engine> WinningRegions<E> {
     /// not subsets of other unknown ones.
     fn independent(&self, engine: &E, first: usize) -> Result<Vec<usize>> {
         let unknown = Vec::from_iter(self.order.iter().copied().filter(|&i| self.get(i).is_none()));
-        if unknown.len() == 1 || engine.workers().is_empty() {
+        if unknown.len() == 1 || engine.workers() == 0 {
             return Ok(vec![first]);
         }
         let mut independent = Vec::new();

@@ -59,8 +59,8 @@ fn thresholds() -> [Thresholds; 4] {
         trial_steps: 80,
         forward_trial_steps: 80,
         first_steps: 20,
-        free_cases: 8,
-        nodes_per_case: 100,
+        free_cases: 3,
+        nodes_per_case: 300,
         large_set: 0,
         ..usual
     };

@@ -97,15 +97,14 @@ impl Engine for ExplicitEngine {
         Ok(ExplicitEngine { every_state, every_choice, ..self.clone() })
     }
 
-    /// Returns clones: sets of bits can be shared.
-    fn workers(&self) -> Vec<Self> {
-        if self.graph.states() < STATES_FOR_THREADS {
-            return Vec::new();
-        }
+    fn workers(&self) -> u32 {
+        if self.graph.states() < STATES_FOR_THREADS { 0 } else { self.settings.threads.saturating_sub(1) }
+    }
+
+    /// Returns a clone: sets of bits can be shared.
+    fn worker(&self, _number: u32) -> Option<Self> {
         let settings = Settings { threads: 1, ..self.settings.clone() };
-        (1..self.settings.threads)
-            .map(|_| ExplicitEngine { settings: settings.clone(), ..self.clone() })
-            .collect()
+        Some(ExplicitEngine { settings, ..self.clone() })
     }
 
     fn adopt(&self, from: &Self, sets: Sets<StateSet, ChoiceSet>) -> Result<Sets<StateSet, ChoiceSet>> {

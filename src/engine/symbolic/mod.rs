@@ -302,8 +302,12 @@ impl Engine for SymbolicEngine {
         Ok(SymbolicEngine { states, choices, reaching, workers, ..self.clone() })
     }
 
-    fn workers(&self) -> Vec<Self> {
-        self.made_workers()
+    fn workers(&self) -> u32 {
+        self.prepared_workers().len() as u32
+    }
+
+    fn worker(&self, number: u32) -> Option<Self> {
+        self.prepared_workers().get(number as usize)?.get_or_init(|| self.new_worker().ok()).clone()
     }
 
     fn dismiss_workers(&self, forever: bool) {

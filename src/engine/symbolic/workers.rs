@@ -1,6 +1,7 @@
 //! Workers: engines of the same model with stores of their own, for other threads.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::iter;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
@@ -13,11 +14,11 @@ pub(super) struct Workers(Arc<Mutex<State>>);
 
 #[derive(Default)]
 enum State {
-    /// They are made when they are needed.
+    /// Their number is decided when they are needed.
     #[default]
     Possible,
-    /// They exist; there may be fewer than threads if the memory did not suffice.
-    Made(Vec<SymbolicEngine>),
+    /// Each is made by the thread that needs it; `None` if the memory did not suffice.
+    Prepared(Arc<[OnceLock<Option<SymbolicEngine>>]>),
     /// They are not made again, because the memory did not suffice.
     Refused,
 }
@@ -29,18 +30,20 @@ impl Workers {
 }
 
 impl SymbolicEngine {
-    /// See [`crate::engine::Engine::workers`].
-    pub(super) fn made_workers(&self) -> Vec<SymbolicEngine> {
+    /// Returns the workers, of which some may not be made yet.
+    pub(super) fn prepared_workers(&self) -> Arc<[OnceLock<Option<SymbolicEngine>>]> {
         if self.settings.threads <= 1 {
-            return Vec::new();
+            return Arc::default();
         }
         self.workers.with(|state| {
             if let State::Possible = state {
-                *state = State::Made(self.new_workers());
+                // An error is a limit, which the next operation of this engine reports.
+                let number = if self.is_large().unwrap_or(false) { self.settings.threads - 1 } else { 0 };
+                *state = State::Prepared(iter::repeat_with(OnceLock::new).take(number as usize).collect());
             }
             match state {
-                State::Made(workers) => workers.clone(),
-                State::Possible | State::Refused => Vec::new(),
+                State::Prepared(workers) => Arc::clone(workers),
+                State::Possible | State::Refused => Arc::default(),
             }
         })
     }
@@ -54,17 +57,10 @@ impl SymbolicEngine {
                 state => std::mem::replace(state, next),
             }
         });
-        if let State::Made(workers) = dropped {
-            workers.iter().for_each(|worker| self.store.work.add(&worker.store.work));
+        if let State::Prepared(workers) = dropped {
+            let made = workers.iter().filter_map(|worker| worker.get()?.as_ref());
+            made.for_each(|worker| self.store.work.add(&worker.store.work));
         }
-    }
-
-    fn new_workers(&self) -> Vec<SymbolicEngine> {
-        if !self.is_large().unwrap_or(false) {
-            return Vec::new();
-        }
-        // An error is a limit, which the next operation of this engine reports.
-        (1..self.settings.threads).map_while(|_| self.worker().ok()).collect()
     }
 
     /// Returns true if the states and the relations have so many nodes that workers pay off.
@@ -81,7 +77,7 @@ impl SymbolicEngine {
     }
 
     /// Creates a worker. Cost: linear in the nodes of the relations and of the states.
-    fn worker(&self) -> Result<SymbolicEngine> {
+    pub(super) fn new_worker(&self) -> Result<SymbolicEngine> {
         let settings = Settings { threads: 1, ..self.settings.clone() };
         let store = self.store.companion(&settings)?;
         let mut transitions = (*self.transitions).clone();
