@@ -72,8 +72,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         };
         let mut halves = [half(false)?, half(true)?];
         let arcs = [self.arcs(bit, parts, true, false)?, self.arcs(bit, parts, false, true)?];
-        // A half whose losses the other one adds to before it is searched is searched once instead of
-        // twice.
+        // The half to which the other one cannot add losses comes first: each is then searched once.
         let mut at = usize::from(arcs[0].iter().all(|cofactor| cofactor.is_empty()));
         while halves.iter().any(|half| half.is_open(self.store)) {
             self.remove_in(&mut halves[at], known)?;
