@@ -3,10 +3,12 @@
 //!
 //! This module is independent of decision diagrams and state arrays.
 
+pub mod diagram;
 pub mod exact;
 pub mod expr;
 pub mod fault;
 pub(crate) mod hasse;
+pub mod members;
 mod overlap;
 pub mod preference;
 pub(crate) mod rewards;

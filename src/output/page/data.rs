@@ -5,7 +5,7 @@ use serde_json::{Value as Json, json};
 use super::heat::Heat;
 use super::paint::{Paint, arrow, longest};
 use super::{Content, Picture, palette};
-use crate::dump::Edge;
+use crate::model::diagram::Edge;
 use crate::model::value::Type;
 use crate::planning::Rank;
 use crate::projections::{Ladder, Projections};
