@@ -11,6 +11,7 @@ use meliora::output::Header;
 use meliora::planning::{Options, Safety};
 use meliora::supervise::{memory, parse_duration};
 
+use super::by_name::by_name;
 use super::sweep::ranges;
 
 /// Heading in `--help`, below the options of the command itself.
@@ -34,7 +35,7 @@ pub(super) struct ModelArgs {
     bounds: Vec<String>,
 
     /// Valuations of the variables that count as states
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = by_name::<Scope>(), default_value = Scope::default().name())]
     pub(super) scope: Scope,
 
     /// Order of the BDD variables: as declared, chosen by a heuristic, or from a file with one name
@@ -184,7 +185,7 @@ pub(super) struct PreferenceArgs {
     pub(super) preferences: PathBuf,
 
     /// Treatment of actions that can make the prospects worse
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = by_name::<Safety>(), default_value = Safety::default().name())]
     pub(super) safety: Safety,
 
     /// Maximum number of levels to compute

@@ -18,6 +18,7 @@ use strum::{Display, IntoStaticStr};
 
 use super::check::{self, Checked};
 use super::choose::validate_scheduler;
+use super::by_name::by_name;
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Question};
@@ -51,7 +52,7 @@ pub(super) struct ReportArgs {
     format: Format,
 
     /// Picture that `--format svg` draws [default: sasi, or hasse for models without a map]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = by_name::<Picture>())]
     picture: Option<Picture>,
 
     /// Integer variables of the maps [default: variables with names such as r and c, row and col, y
@@ -66,7 +67,7 @@ pub(super) struct ReportArgs {
 
     /// What the strategy of the run does; where no improvement is guaranteed, a plan makes possible ones
     /// [default: plan]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = by_name::<StrategyKind>())]
     kind: Option<StrategyKind>,
 
     /// Objective that `--kind achieve` achieves, and that `--kind plan` pursues where it is a most
@@ -75,12 +76,12 @@ pub(super) struct ReportArgs {
     objective: Option<String>,
 
     /// Strategy of the run
-    #[arg(long, value_enum, default_value_t = Scheduler::Progress)]
+    #[arg(long, value_parser = by_name::<Scheduler>(), default_value = Scheduler::Progress.name())]
     strategy: Scheduler,
 
     /// Action of the run among the permitted ones [default: by value, likely for spi and cheap for
     /// sasi, if the model is small enough for values; else first]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = by_name::<Choose>())]
     choose: Option<Choose>,
 
     /// Seed of the random numbers: the same seed gives the same run

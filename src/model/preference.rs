@@ -7,7 +7,7 @@ mod preorder;
 
 use std::ops::Range;
 
-use strum::{Display, EnumString, IntoStaticStr, VariantArray};
+use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 pub(crate) use preorder::Contradiction;
 pub use preorder::{Comparison, Preorder, Relation, Statement};
@@ -129,9 +129,19 @@ impl Preferences {
 /// The value of nothing: the comparison with an empty set of most preferred objectives, `empty = …`
 /// of a preference file.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Display, EnumString, IntoStaticStr, VariantArray,
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    Default,
+    Display,
+    EnumMessage,
+    EnumString,
+    IntoStaticStr,
+    VariantArray,
 )]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[strum(serialize_all = "lowercase")]
 pub enum Empty {
     /// Achieving nothing is worse than every objective.

@@ -23,7 +23,7 @@ pub use heat::MOST_STATES;
 pub(crate) use outlook::Outlook;
 pub(crate) use report::PageReport;
 pub use report::Written;
-use strum::{EnumString, IntoStaticStr, VariantArray};
+use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::CheckReport;
 use super::simulate::TraceReport;
@@ -68,8 +68,7 @@ pub(crate) struct Play {
 }
 
 /// A single picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, EnumString, IntoStaticStr, VariantArray)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, EnumMessage, EnumString, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "lowercase")]
 pub enum Picture {
     /// Preference order.
