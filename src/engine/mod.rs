@@ -2,7 +2,7 @@
 //!
 //! An engine has two sorts of sets: sets of states and sets of *choices*. A choice set contains
 //! pairs (s, a) of a state s of the scope and an enabled choice a. All algorithms of
-//! [`crate::planning`] use only these operations; iteration over states is not part of the
+//! planning use only these operations; iteration over states is not part of the
 //! interface.
 
 pub(crate) mod any;

@@ -1,6 +1,6 @@
 //! Preferences: a preorder on objectives and its operations on sets of objectives.
 //!
-//! This module is independent of states and diagrams; [`crate::planning`] applies it to winning
+//! This module is independent of states and diagrams; planning applies it to winning
 //! regions.
 
 mod preorder;
