@@ -29,7 +29,6 @@ mod export_explicit;
 mod generate;
 mod info;
 mod man;
-mod quantity;
 mod query;
 mod reach;
 mod report;

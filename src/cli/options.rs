@@ -254,6 +254,17 @@ pub(super) enum Color {
     Never,
 }
 
+/// Parses the argument of `--precision`.
+///
+/// # Errors
+/// It is not a number between 0 and 1.
+pub(super) fn precision(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x < 1.0 => Ok(x),
+        _ => Err("expected a number between 0 and 1".to_owned()),
+    }
+}
+
 /// Checks that a list has the form `K=4,N=3`. The front end reads the values, because it knows the
 /// types.
 fn constant_list(text: &str) -> Result<String, String> {

@@ -11,6 +11,7 @@ pub(crate) mod hasse;
 pub mod members;
 mod overlap;
 pub mod preference;
+pub mod property;
 pub(crate) mod rewards;
 pub(crate) mod rounding;
 pub mod step;

@@ -39,7 +39,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "targets": edges(&projections.targets),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": play,
-        "heat": content.heat().map(Heat::data),
+        "heat": content.heat().as_ref().map(Heat::data),
     });
     // A `<` in a text must not end the script element.
     data.to_string().replace('<', "\\u003c")

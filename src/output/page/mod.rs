@@ -12,15 +12,12 @@ mod html;
 mod layered;
 mod letters;
 mod map;
-mod outlook;
 mod paint;
 mod palette;
 mod report;
+mod sentence;
 mod words;
 
-pub(crate) use heat::Heat;
-pub use heat::MOST_STATES;
-pub(crate) use outlook::Outlook;
 pub(crate) use report::PageReport;
 pub use report::Written;
 use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
@@ -33,6 +30,8 @@ use crate::planning::tally::RunEnd;
 use crate::planning::{Scheduler, StrategyKind};
 use crate::projections::Projections;
 use crate::quantities::Choose;
+use crate::quantities::outlook::Outlook;
+use heat::Heat;
 
 /// The contents of a page.
 pub(crate) struct Content<'a> {
@@ -124,8 +123,8 @@ impl Content<'_> {
     }
 
     /// Returns the values of all states, if they are known.
-    fn heat(&self) -> Option<&Heat> {
-        self.outlook?.heat.as_ref()
+    fn heat(&self) -> Option<Heat<'_>> {
+        self.outlook?.all.as_ref().map(Heat::new)
     }
 
     /// Returns the preference order with the names and sizes in its picture.
