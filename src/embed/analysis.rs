@@ -70,9 +70,9 @@ impl Analysis {
         FiniteMemoryStrategy::new(self, self.program(), kind).ok_or_else(missing)
     }
 
-    /// Returns the strategy of a kind, before values are attached to it. [`StrategyKind::Achieve`] needs the name of an objective, and
-    /// [`StrategyKind::Plan`] takes one. Cost: one pre-image per objective; for a temporal one also
-    /// that of the winning region of its negation.
+    /// Returns the strategy of a kind, before values are attached to it. [`StrategyKind::Achieve`]
+    /// needs the name of an objective, and [`StrategyKind::Plan`] accepts one. Cost: one pre-image
+    /// per objective.
     ///
     /// # Errors
     /// [`Error::Usage`] if the objective does not fit, or before the levels of this kind were computed;

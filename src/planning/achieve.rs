@@ -11,8 +11,7 @@ use std::ops::Range;
 
 use super::analysis::Analysis;
 use super::strategy::{Strategy, approach};
-use super::temporal::{self, AcceptingRegion};
-use crate::engine::regions::pmax_positive;
+use super::temporal::AcceptingRegion;
 use crate::engine::{Engine, Region, position};
 use crate::error::Result;
 use crate::model::preference::{Goal, ObjectiveSet};
@@ -36,8 +35,8 @@ struct Stage<E: Engine> {
 
 /// What is needed to achieve one objective.
 struct Achievable<E: Engine> {
-    /// The states where the objective is achieved: F_i, or the states from which all strategies
-    /// satisfy the formula almost surely.
+    /// The states where the objective is achieved: F_i, or the states where the path so far satisfies
+    /// the formula, whatever follows.
     achieved: E::States,
     stages: Vec<Stage<E>>,
     /// The stages of each disjunct.
@@ -52,7 +51,7 @@ pub(super) struct Achieving<E: Engine> {
 
 impl<E: Engine> Achieving<E> {
     /// Prepares the stages of all objectives; `None` before the winning regions are known. Cost: one
-    /// pre-image per objective; for a temporal one, also that of the winning region of its negation.
+    /// pre-image per objective.
     ///
     /// # Errors
     /// A limit of the engine is reached.
@@ -76,10 +75,8 @@ impl<E: Engine> Achieving<E> {
                     stages: vec![approaching],
                     disjuncts: Vec::new(),
                 },
-                Goal::Satisfy { condition, .. } => {
-                    let against = temporal::accepting_regions(engine, &condition.negated())?;
-                    let threatened = pmax_positive(engine, &temporal::secured(engine, &against)?)?;
-                    let achieved = engine.difference(&engine.all_states(), &threatened)?;
+                Goal::Satisfy { decided, .. } => {
+                    let achieved = engine.states_where(*decided)?;
                     Achievable::temporal(achieved, approaching, analysis.accepting_regions(index))
                 }
             });

@@ -481,7 +481,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Creates the strategy of a kind that makes improvements of the kind `levels`, with the objective
     /// that it achieves: needed for [`StrategyKind::Achieve`], optional for [`StrategyKind::Plan`].
     /// Returns `None` before the results that it needs are known. Cost: one pre-image per
-    /// objective if the kind achieves one; for a temporal one, also the winning region of its negation.
+    /// objective if the kind achieves one.
     ///
     /// # Errors
     /// A limit of the engine is reached.

@@ -1,6 +1,7 @@
 //! The planning algorithms against literal definitions: on an engine of plain vectors, and on both
 //! engines of the library.
 
+mod achieving;
 mod chains;
 mod choosing;
 mod differential;
