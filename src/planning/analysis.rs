@@ -169,7 +169,8 @@ impl<E: Engine> Analysis<E> {
                 // A formula can be satisfied from a state where a disjunct can be kept, so these
                 // states are the target.
                 Goal::Satisfy { condition, .. } => {
-                    let regions = temporal::accepting_regions(&*self.engine, condition)?;
+                    let all = self.engine.all_choices();
+                    let regions = temporal::accepting_regions(&*self.engine, condition, &all)?;
                     Ok((temporal::secured(&*self.engine, &regions)?, regions))
                 }
             };
@@ -493,7 +494,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         objective: Option<usize>,
     ) -> Result<Option<Self>> {
         let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
-        let achieving = if kind.achieves() { Achieving::new(analysis)? } else { None };
+        let achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
         Ok(Some(FiniteMemoryStrategy { kind, achieving, objective, ..strategy }))
     }
 }

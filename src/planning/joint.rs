@@ -97,7 +97,7 @@ impl<E: Engine> Joint<E> {
         if conditions.len() == set.len() {
             goal = temporal::secured(
                 engine,
-                &temporal::accepting_regions(engine, &Condition::All(conditions))?,
+                &temporal::accepting_regions(engine, &Condition::All(conditions), &engine.all_choices())?,
             )?;
         }
         let bound = pmax_positive(engine, &goal)?;

@@ -26,6 +26,7 @@ pub(crate) mod joint;
 mod level_search;
 pub mod levels;
 mod phases;
+mod pursue;
 pub mod regions;
 pub mod requirements;
 pub mod result;

@@ -225,6 +225,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "simulate TOY --runs 3"),
     (0, "simulate TOY --choose cheap"),
     (0, "simulate POND --runs 1"),
+    (0, "simulate OUT/cross.prism OUT/cross.pref --runs 1"),
     (0, "simulate ROBOT --kind spi --strategy permissive --runs 3"),
     (4, "simulate TINY models/scramble.pref"),
     (0, "export TOY --out OUT/dump"),
@@ -253,7 +254,8 @@ const PROPERTIES: &str = "\"sure\": Pmax>=1 [ F s=3 ];\nP=? [ F s=3 ];\n";
 
 #[test]
 fn every_output_fits_its_schema_and_every_field_occurs() {
-    let scratch = Scratch::new(&[("some.props", PROPERTIES), ("paid.prism", PAID)]);
+    let own = [("some.props", PROPERTIES), ("paid.prism", PAID)];
+    let scratch = Scratch::new(&[own, crate::strategies::CROSS].concat());
     let schemas = schemas();
     let (validators, fields) = (validators(&schemas), described(&schemas));
     let mut seen = Seen { fields: &fields, found: BTreeSet::new() };

@@ -4,6 +4,7 @@
 mod achieving;
 mod chains;
 mod choosing;
+mod commitments;
 mod differential;
 mod embed;
 #[path = "../common/engines.rs"]

@@ -1005,6 +1005,11 @@ class Explanation:
         achieve none.
         """
     @property
+    def commits(self) -> bool:
+        """True if the plan commits to the objective that it pursues: kept actions alone do not achieve
+        it, and its steps may give up others.
+        """
+    @property
     def achieved(self) -> tuple[str, ...]:
         """The objectives that are achieved in the state; empty for strategies that achieve none."""
     @property
@@ -1097,7 +1102,9 @@ class Simulation:
         """
     @property
     def weakened_step(self) -> int:
-        """The number of runs with a step that weakens the state before it."""
+        """The number of runs with a step that weakens the state before it. Steps after a commitment are
+        not counted, here and below.
+        """
     @property
     def weakened_start(self) -> int:
         """The number of runs with a state that weakens the start state."""
@@ -1115,6 +1122,16 @@ class Simulation:
     def achieved_runs(self) -> int | None:
         """The number of runs that ended because they had achieved the objective that they pursued; None
         for strategies that achieve none.
+        """
+    @property
+    def kept_runs(self) -> int | None:
+        """The number of other runs that kept the objective that they pursued: no step achieves it, and
+        the run can go on to satisfy it. None for strategies that achieve none.
+        """
+    @property
+    def commits(self) -> list[dict[str, Any]]:
+        """The commitments of plans: dictionaries with the `objective` that the runs then pursued, the
+        objectives that they gave up (`gives_up`), and the number of these `runs`.
         """
     @property
     def variables(self) -> list[str]:
