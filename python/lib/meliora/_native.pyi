@@ -518,11 +518,19 @@ class Analysis:
         the order of declaration; () is the class of the states without an almost-sure objective.
         Empty if a limit ended the work before.
         """
-    def jointly(self) -> dict[tuple[str, ...], dict[tuple[str, ...], Region]]:
+    def jointly(
+        self,
+        *,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> dict[tuple[str, ...], dict[tuple[str, ...], Region]]:
         """Computes which most preferred objectives of each class one strategy achieves together, in the
         same path, almost surely. The keys are those of `classes`; the values are dictionaries from
         tuples of at least two objectives to the states of the class from which this is possible,
         larger sets first.
+
+        Args:
+            timeout, progress: As in `Model.explore`.
 
         Raises:
             UsageError: A class has more than 10 most preferred objectives, or a limit ended the work
@@ -555,6 +563,8 @@ class Analysis:
         reward: str = "steps",
         within: int | None = None,
         exact: bool = False,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
     ) -> list[dict[str, Any]]:
         """Computes how likely improvements are, how soon they come and at what cost; returns the list
         `states` of `meliora values --json`, with one dictionary per state.
@@ -565,6 +575,7 @@ class Analysis:
             reward: Reward structure that is the cost of a step; "steps": each step costs 1.
             within: Compute also the probabilities of success within 0, 1, …, `within` steps.
             exact: Compute with fractions; for small models.
+            timeout, progress: As in `Model.explore`.
 
         Raises:
             UsageError: A state is not in the scope, or the model has no such reward structure.
@@ -579,6 +590,8 @@ class Analysis:
         states: Sequence[_State] | None = None,
         levels: int | None = None,
         reward: str = "steps",
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
     ) -> Strategy:
         """Returns a strategy.
 
@@ -594,6 +607,7 @@ class Analysis:
             states: The states where paths may start with `choose="likely"` or "cheap"; None for the
                 initial states.
             levels, reward: As in `values`.
+            timeout, progress: As in `Model.explore`.
 
         Raises:
             UsageError: A limit ended the work before the levels of this kind were computed; or the
@@ -605,16 +619,30 @@ class Analysis:
         """
     def to_text(self) -> str:
         """Returns all tables as text."""
-    def to_html(self, grid: Sequence[str] | None = None) -> str:
+    def to_html(
+        self,
+        grid: Sequence[str] | None = None,
+        *,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> str:
         """Returns an HTML page with interactive maps that loads nothing from elsewhere.
 
         Args:
             grid: The integer variables that span the maps: (row, column), or (column,). None for
                 those with names that suggest rows and columns. Maps need the symbolic engine.
+            timeout, progress: As in `Model.explore`.
         """
-    def to_svg(self, picture: str = "hasse", grid: Sequence[str] | None = None) -> str:
+    def to_svg(
+        self,
+        picture: str = "hasse",
+        grid: Sequence[str] | None = None,
+        *,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> str:
         """Returns a picture as SVG: "hasse" is the preference order; "sasi", "spi" and "classes" are
-        maps, which need the symbolic engine. `grid` as in `to_html`.
+        maps, which need the symbolic engine. `grid`, `timeout` and `progress` as in `to_html`.
         """
     def _repr_html_(self) -> str: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
