@@ -896,9 +896,9 @@ class Shield:
     An episode starts with `reset`, or with the first state. A call with another state than the
     present one is a step; a call with the present state is a step only after `correct`, or after
     `step`. A state is a dictionary, or a sequence of values in the order of the variables (without
-    those of monitors), or a number if there is one variable.
+    those of monitors), or a number if there is one variable; 0 and 1 are Booleans, too.
 
-    Must not be used by several threads at once.
+    A shield has one episode, and must not be used by several threads at once; `copy` is cheap.
     """
     @property
     def kind(self) -> _Kind:
@@ -926,6 +926,27 @@ class Shield:
     def mask(self, state: _ShieldState) -> NDArray[np.bool_]:
         """Returns for each of `actions` if it is permitted: a Boolean array that cannot be written, or a
         list if NumPy is not installed.
+
+        Raises:
+            UsageError: The state does not follow the present one.
+        """
+    def masks(
+        self, states: Iterable[_ShieldState] | NDArray[Any], memory: Sequence[int] | NDArray[Any] | None = None
+    ) -> NDArray[np.bool_]:
+        """Returns masks of many states at once, without an episode, such as those of a replay buffer: a
+        Boolean array with a row for each state. Needs NumPy.
+
+        Args:
+            states: A sequence of states, or an array with a row for each.
+            memory: For each state, what `memory` returned when the episode was there. None if the
+                permitted actions of these states do not depend on the episode.
+
+        Raises:
+            UsageError: The shield does not know a state; without `memory`, the permitted actions of a
+                state depend on the episode; with it, a number is not one of its state.
+        """
+    def memory(self, state: _ShieldState) -> int:
+        """Returns the number of the state with the memory of the episode, for `masks`.
 
         Raises:
             UsageError: The state does not follow the present one.
@@ -961,13 +982,20 @@ class Shield:
         """
     @staticmethod
     def load(folder: _Path) -> Shield:
-        """Reads a shield from a folder. Checks the hash, and that the promise follows from the table:
-        permitted steps of secure states stay in secure states, and weaken nothing.
+        """Reads a shield from a folder. Checks the hash, and that the promises follow from the table:
+        every step is known, permitted steps of secure states stay in secure states and weaken nothing,
+        and permitted steps can make the improvements that are ahead. Nothing occurs twice.
 
         Raises:
             Error: The table has changed, or the promise does not follow from it.
             OSError: A file cannot be read.
         """
+    def copy(self) -> Shield:
+        """Returns a shield with the same table and an episode of its own, for another environment. The
+        episode is where this one is.
+        """
+    def __copy__(self) -> Shield: ...
+    def __deepcopy__(self, _memo: Any, /) -> Shield: ...
     def __len__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
