@@ -158,31 +158,28 @@ impl SharedStrategy {
     }
 
     fn explanation(&self, py: Python<'_>, at: &Explained) -> PyResult<Explanation> {
-        let rank = self.quick(py, |strategy| strategy.rank(&at.state))?;
-        let strategy = lock(&self.inner);
-        let (program, preferences) = (&*self.space.names.program, strategy.preferences());
-        let levels = strategy.levels();
-        Explanation::new(
-            py,
-            &self.space.names,
-            at,
-            rank,
-            Words { program, preferences, kind: self.kind, levels },
-        )
+        // The objects of Python are made without the lock: its collector may run any code.
+        let (rank, preferences, levels) = self.quick(py, |strategy| {
+            Ok((strategy.rank(&at.state)?, strategy.preferences().clone(), strategy.levels()))
+        })?;
+        let (program, preferences) = (&*self.space.names.program, &preferences);
+        let words = Words { program, preferences, kind: self.kind, levels };
+        Explanation::new(py, &self.space.names, at, rank, words)
     }
 }
 
 impl Strategy {
-    /// Returns a strategy of a kind, for runs from some states if it chooses by value.
+    /// Returns a strategy of a kind, for runs from some states if it chooses by value. The limits are
+    /// those of a call.
     pub(crate) fn new(
-        py: Python<'_>,
+        (py, call): (Python<'_>, &Call),
         handle: &Handle,
         (kind, objective): (StrategyKind, Option<String>),
         choose: Choose,
         states: Vec<State>,
         wanted: Wanted,
     ) -> PyResult<Self> {
-        let found = handle.long(py, move |analysis| {
+        let found = handle.call(py, call, "strategy", move |analysis| {
             let levels = choose.levels(kind);
             if analysis.levels(levels).end.is_none() {
                 let message = format!("the levels of {levels} are not known: `resume` the analysis first");

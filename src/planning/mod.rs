@@ -45,7 +45,6 @@ pub use explain::Explanation;
 pub use finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 pub use improvement::{Improvement, Safety};
 pub use induced_model::{InducedModel, Scheduler};
-pub(crate) use joint::Joint;
 pub use levels::{Kind, Levels, Rank};
 pub use requirements::Requirements;
 pub use result::AnalysisResult;

@@ -376,3 +376,32 @@ fn an_objective_that_no_step_achieves_is_kept() {
     let text = run(&format!("simulate {given} --steps 20")).expect(0).stdout;
     assert!(text.contains("All runs kept a most preferred objective of their last state."), "{text}");
 }
+
+#[test]
+fn the_chosen_action_is_that_of_the_progress_strategy_unless_values_choose() {
+    let scratch = Scratch::new(&[
+        (
+            "m.prism",
+            "mdp module m s : [0..4]; [slow] s=0 -> 1/4:(s'=1) + 1/4:(s'=2) + 1/2:true; \
+             [fast] s=0 -> 1/2:(s'=1) + 1/2:(s'=2); [end] s>0 & s<4 -> true; [go] s=4 -> (s'=1); endmodule \
+             init s=0 | s=4 endinit",
+        ),
+        ("m.pref", "objective A = F s=1; objective B = F s=2;"),
+    ]);
+    let of = |options: &str| {
+        let files = [scratch.show("m.prism"), scratch.show("m.pref")].join(" ");
+        let report = run(&format!("strategy {files} {options} --json")).expect(0).json();
+        let state = &report["states"][0];
+        [&state["progress_action"], &state["chosen_action"]].map(|name| name.as_str().map(str::to_owned))
+    };
+    let named = |names: [&str; 2]| names.map(|name| Some(name.to_owned()));
+    assert_eq!(of("--at s=0"), named(["slow", "slow"]));
+    assert_eq!(of("--at s=0 --choose cheap"), named(["slow", "fast"]));
+    // Nothing is left to improve, or the objective is achieved.
+    for options in ["--at s=1", "--at s=1 --choose likely", "--at s=1 --kind achieve --objective A"] {
+        assert_eq!(of(options), [None, None], "{options}");
+    }
+    assert_eq!(of("--at s=4"), [None, None]);
+    // An objective is pursued at rank 0.
+    assert_eq!(of("--at s=4 --kind plan"), named(["go", "go"]));
+}
